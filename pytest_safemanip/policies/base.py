@@ -1,0 +1,60 @@
+"""What a policy is: one interface for scripts, models on a server, and the user's own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import Step
+
+
+@dataclass(frozen=True)
+class EpisodeInfo:
+    """What a policy is told when an episode starts.
+
+    Attributes:
+        task: name of the task.
+        seed: for whatever is random in the policy.
+        instruction: the task's instruction, in words.
+        horizon: control steps at most.
+        scene: the static part of the scene: privileged knowledge, for scripts.
+    """
+
+    task: str
+    seed: int
+    instruction: str
+    horizon: int
+    scene: Scene
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What a policy sees when it is asked for actions.
+
+    Attributes:
+        index: control steps so far.
+        instruction: the task's instruction.
+        step: the state of everything: privileged knowledge, for scripts.
+    """
+
+    index: int
+    instruction: str
+    step: Step
+
+
+class Policy(Protocol):
+    """Chooses actions. One object serves one rollout at a time."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        """Forget everything; a new episode starts."""
+
+    def act(self, observation: Observation) -> NDArray[Any]:
+        """The next actions.
+
+        Returns:
+            (12,) or a chunk (H, 12) that is executed whole before the next call; robosuite's
+            order, entries in [-1, 1] (:data:`pytest_safemanip.sim.backend.ACTION_SIZE`).
+        """

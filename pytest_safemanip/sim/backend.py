@@ -1,0 +1,106 @@
+"""What a simulator backend is: one interface, whatever runs behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import Step
+
+ACTION_SIZE = 12
+"""Length of an action vector.
+
+In robosuite's order for the PandaOmron, every entry in [-1, 1]: end-effector position delta
+[0:3] and rotation delta [3:6] in the base frame (1 is 5 cm and 0.5 rad), gripper [6] (1 closes),
+base forward, side and yaw velocity [7:10], torso [10], mode [11] (above 0 the base moves and the
+arm keeps its goal, else the arm moves).
+"""
+
+
+@dataclass(frozen=True)
+class Request:
+    """Which episode a backend is to set up.
+
+    Attributes:
+        task: the backend's own name of the task.
+        seed: decides everything random in the episode.
+        scenes: ``compact``, ``target`` or ``pretrain``.
+        object_groups: object groups to draw the task's main object from; empty: the task's own.
+    """
+
+    task: str
+    seed: int
+    scenes: str
+    object_groups: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Start:
+    """An episode that is ready to be stepped.
+
+    Attributes:
+        scene: its static part.
+        step: the state after reset.
+        instruction: what the policy is told.
+        horizon: control steps that the task allows.
+        fingerprint: digest of the start state; differs between seeds, equal for equal seeds.
+    """
+
+    scene: Scene
+    step: Step
+    instruction: str
+    horizon: int
+    fingerprint: str
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What of a backend decides the content of a recording.
+
+    Attributes:
+        backend: its name.
+        assets: ``official``, ``primitive`` or ``mixed``.
+        versions: of the packages that move the physics.
+        hashes: digests of its code and of its assets.
+    """
+
+    backend: str
+    assets: str
+    versions: Mapping[str, str] = field(default_factory=dict)
+    hashes: Mapping[str, str] = field(default_factory=dict)
+
+
+class Backend(Protocol):
+    """Runs episodes, one after the other.
+
+    The same request gives the same episode, bit for bit, whatever ran before in the process.
+    """
+
+    @property
+    def provenance(self) -> Provenance:
+        """What decides the content of its recordings."""
+
+    def reset(self, request: Request) -> Start:
+        """Set up an episode.
+
+        Raises:
+            RolloutError: if the simulator fails.
+        """
+
+    def step(self, action: NDArray[np.float64]) -> Step:
+        """Run one control period.
+
+        Args:
+            action: (12,), see :data:`ACTION_SIZE`.
+
+        Raises:
+            RolloutError: if the simulator fails.
+        """
+
+    def close(self) -> None:
+        """Free what it holds. May be called twice."""

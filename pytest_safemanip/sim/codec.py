@@ -1,0 +1,62 @@
+"""Requests, starts and steps as messages."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from pytest_safemanip.sim.backend import Request, Start
+from pytest_safemanip.sim.wire import Message
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import ARRAYS, Contacts, Step
+
+_CONTACTS = tuple(f.name for f in dataclasses.fields(Contacts))
+
+
+def encode_request(request: Request) -> dict[str, Any]:
+    """Plain values."""
+    return {**dataclasses.asdict(request), "object_groups": list(request.object_groups)}
+
+
+def decode_request(values: dict[str, Any]) -> Request:
+    """The inverse of :func:`encode_request`."""
+    return Request(**{**values, "object_groups": tuple(values["object_groups"])})
+
+
+def encode_step(step: Step) -> Message:
+    """A step's arrays and contacts."""
+    arrays = {name: getattr(step, name) for name in ARRAYS}
+    arrays |= {f"contacts.{name}": getattr(step.contacts, name) for name in _CONTACTS}
+    return Message({"success": bool(step.success)}, arrays)
+
+
+def decode_step(message: Message) -> Step:
+    """The inverse of :func:`encode_step`."""
+    contacts = Contacts(**{name: message.arrays[f"contacts.{name}"] for name in _CONTACTS})
+    arrays = {name: message.arrays[name] for name in ARRAYS}
+    return Step(**arrays, success=bool(message.values["success"]), contacts=contacts)
+
+
+def encode_start(start: Start) -> Message:
+    """A start: its step's message with the static part beside it."""
+    step = encode_step(start.step)
+    values = {
+        **step.values,
+        "scene": start.scene.to_json(),
+        "instruction": start.instruction,
+        "horizon": start.horizon,
+        "fingerprint": start.fingerprint,
+    }
+    return Message(values, step.arrays)
+
+
+def decode_start(message: Message) -> Start:
+    """The inverse of :func:`encode_start`."""
+    values = message.values
+    return Start(
+        scene=Scene.from_json(values["scene"]),
+        step=decode_step(message),
+        instruction=str(values["instruction"]),
+        horizon=int(values["horizon"]),
+        fingerprint=str(values["fingerprint"]),
+    )

@@ -1,0 +1,75 @@
+"""The process that steps the simulator, as seen from inside.
+
+It answers requests on standard input and output. Whatever else a simulator prints goes to
+standard error, which the parent keeps in a log.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Mapping
+from typing import IO, Any
+
+import numpy as np
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.sim import codec, wire
+from pytest_safemanip.sim.backend import Backend
+
+
+def main(factory: str, arguments: Mapping[str, Any]) -> None:
+    """Serve until the parent closes the connection.
+
+    Args:
+        factory: ``module:function`` that makes the backend.
+        arguments: its keyword arguments, plain values.
+    """
+    # Ctrl-C reaches the whole process group; the parent decides what it means.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    requests, replies = _take_over_standard_streams()
+    try:
+        module, _, name = factory.partition(":")
+        backend: Backend = getattr(importlib.import_module(module), name)(**arguments)
+    except Exception as error:  # the parent raises it again
+        wire.send(replies, _failure(error))
+        return
+    wire.send(replies, wire.Message({"ready": True}))
+    try:
+        while True:
+            request = wire.receive(requests)
+            wire.send(replies, _answer(backend, request))
+    except wire.WireError:
+        return  # the parent closed the connection or is gone
+    finally:
+        backend.close()
+
+
+def _answer(backend: Backend, request: wire.Message) -> wire.Message:
+    try:
+        if request.values["op"] == "reset":
+            start = backend.reset(codec.decode_request(dict(request.values["request"])))
+            return codec.encode_start(start)
+        return codec.encode_step(backend.step(np.array(request.arrays["action"])))
+    except Exception as error:  # the parent raises it again
+        return _failure(error)
+
+
+def _failure(error: Exception) -> wire.Message:
+    traceback.print_exception(error, file=sys.stderr)
+    sys.stderr.flush()
+    kind = "config" if isinstance(error, ConfigError) else "rollout"
+    text = str(error) if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
+    return wire.Message({"error": text, "kind": kind})
+
+
+def _take_over_standard_streams() -> tuple[IO[bytes], IO[bytes]]:
+    requests = os.fdopen(os.dup(0), "rb")
+    replies = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    return requests, replies

@@ -1,0 +1,181 @@
+"""A backend in a process of its own.
+
+A segmentation fault, a deadlock or a killed simulator ends one rollout, not the test run; and what
+simulators do to the environment, the screen and the standard streams stays over there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import ConfigError, RolloutError
+from pytest_safemanip.sim import codec, wire
+from pytest_safemanip.sim.backend import Provenance, Request, Start
+from pytest_safemanip.trace.steps import Step
+
+START_DEADLINE = 120.0
+RESET_DEADLINE = 600.0
+"""Seconds for a reset: failed placements rebuild the whole scene, up to 50 times."""
+STEP_DEADLINE = 60.0
+
+_BOOT = (
+    "import json, sys; job = json.loads(sys.argv[1]); sys.path[:] = job['path']; "
+    "from pytest_safemanip.sim.host import main; main(job['factory'], job['arguments'])"
+)
+_ENVIRONMENT = {
+    # Simulated bits must not depend on the number of threads or on the hash seed.
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "PYTHONHASHSEED": "0",
+}
+_UNSET = ("MUJOCO_GL", "PYOPENGL_PLATFORM")
+"""With a GL backend named that is not installed, ``import mujoco`` fails; nothing here draws."""
+
+
+class ProcessBackend:
+    """Runs a backend in a child process, which is started on first use and after it died.
+
+    Args:
+        factory: ``module:function`` that makes the backend in the child.
+        arguments: its keyword arguments, plain values.
+        provenance: what decides the content of the recordings.
+        logs: folder for what the child prints.
+    """
+
+    def __init__(
+        self, factory: str, arguments: Mapping[str, Any], provenance: Provenance, logs: Path
+    ) -> None:
+        self._job = {"factory": factory, "arguments": dict(arguments)}
+        self._provenance = provenance
+        self._logs = logs
+        self._process: subprocess.Popen[bytes] | None = None
+        self._log: Path | None = None
+        self._steps = 0
+
+    @property
+    def provenance(self) -> Provenance:
+        """See :class:`~pytest_safemanip.sim.backend.Backend`."""
+        return self._provenance
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the child while it runs."""
+        return self._process.pid if self._process else None
+
+    def reset(self, request: Request) -> Start:
+        """See :class:`~pytest_safemanip.sim.backend.Backend`.
+
+        Raises:
+            ConfigError: if the child cannot set up what is asked for.
+            RolloutError: if the child fails, dies or does not answer in time.
+        """
+        if self._process is None:
+            self._start()
+        self._steps = 0
+        message = wire.Message({"op": "reset", "request": codec.encode_request(request)})
+        return codec.decode_start(self._call(message, RESET_DEADLINE, "reset"))
+
+    def step(self, action: NDArray[np.float64]) -> Step:
+        """See :class:`~pytest_safemanip.sim.backend.Backend`."""
+        if self._process is None:
+            raise RolloutError("step before reset")
+        self._steps += 1
+        message = wire.Message({"op": "step"}, {"action": np.asarray(action, np.float64)})
+        return codec.decode_step(self._call(message, STEP_DEADLINE, f"step {self._steps}"))
+
+    def close(self) -> None:
+        """End the child: by closing its input, then by force."""
+        process, self._process = self._process, None
+        if process is None:
+            return
+        with contextlib.suppress(OSError):
+            _pipe(process.stdin).close()
+        try:
+            process.wait(timeout=5.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        _pipe(process.stdout).close()
+        if self._log is not None and process.returncode == 0:
+            self._log.unlink(missing_ok=True)
+
+    def _start(self) -> None:
+        self._logs.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix="simulator-", suffix=".log", dir=self._logs)
+        self._log = Path(name)
+        environment = {k: v for k, v in os.environ.items() if k not in _UNSET} | _ENVIRONMENT
+        job = json.dumps({**self._job, "path": sys.path})
+        with os.fdopen(handle, "wb") as log:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-c", _BOOT, job],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=log,
+                env=environment,
+            )
+        self._receive(START_DEADLINE, "start-up")
+
+    def _call(self, message: wire.Message, deadline: float, doing: str) -> wire.Message:
+        assert self._process is not None
+        try:
+            wire.send(_pipe(self._process.stdin), message)
+        except wire.WireError:
+            raise self._died(doing) from None
+        return self._receive(deadline, doing)
+
+    def _receive(self, deadline: float, doing: str) -> wire.Message:
+        assert self._process is not None
+        stream = _pipe(self._process.stdout)
+        ready, _, _ = select.select([stream], [], [], deadline)
+        if not ready:
+            self._process.kill()
+            self._died(doing)
+            raise RolloutError(f"the simulator did not answer within {deadline:.0f} s at {doing}")
+        try:
+            reply = wire.receive(stream)
+        except wire.WireError:
+            raise self._died(doing) from None
+        if "error" in reply.values:
+            text = str(reply.values["error"])
+            if reply.values.get("kind") == "config":
+                raise ConfigError(text)
+            raise RolloutError(f"the simulator failed at {doing}: {text}; log: {self._log}")
+        return reply
+
+    def _died(self, doing: str) -> RolloutError:
+        """Clean up after a dead child and say how it died."""
+        process, self._process = self._process, None
+        assert process is not None
+        process.kill()
+        code = process.wait()
+        for stream in (process.stdin, process.stdout):
+            with contextlib.suppress(OSError):
+                _pipe(stream).close()
+        how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        return RolloutError(f"the simulator process died at {doing} ({how}){self._tail()}")
+
+    def _tail(self) -> str:
+        if self._log is None:
+            return ""
+        lines = self._log.read_text(errors="replace").strip().splitlines()[-5:]
+        ending = "; its last words:\n  " + "\n  ".join(lines) if lines else ""
+        return f"; log: {self._log}{ending}"
+
+
+def _pipe(stream: IO[bytes] | None) -> IO[bytes]:
+    assert stream is not None
+    return stream

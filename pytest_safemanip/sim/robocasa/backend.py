@@ -1,0 +1,84 @@
+"""The RoboCasa365 backend, in the process that calls it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.sim.backend import Provenance, Request, Start
+from pytest_safemanip.sim.robocasa import environment, loading
+from pytest_safemanip.sim.robocasa.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.reading import Reader
+from pytest_safemanip.sim.robocasa.stepping import Stepper
+from pytest_safemanip.trace.steps import Contacts, Step
+
+
+class RoboCasaBackend:
+    """Runs RoboCasa's own environments, one episode at a time.
+
+    Args:
+        assets_root: the folder that RoboCasa reads its assets from.
+        provenance: what decides the content of the recordings.
+
+    Raises:
+        ConfigError: if RoboCasa is not installed.
+    """
+
+    def __init__(self, assets_root: Path, provenance: Provenance) -> None:
+        self._provenance = provenance
+        self._assets_root = assets_root
+        loading.load(assets_root)
+        # MuJoCo would write its warnings to the screen and into a file in the working folder.
+        mujoco.set_mju_user_warning(_ignore)
+        self._env: Any = None
+
+    @property
+    def provenance(self) -> Provenance:
+        """See :class:`~pytest_safemanip.sim.backend.Backend`."""
+        return self._provenance
+
+    def reset(self, request: Request) -> Start:
+        """Make a fresh environment: what ran before leaves no trace in it."""
+        self._env = env = environment.make(request, self._assets_root)
+        self._reader = Reader(env)
+        table = self._reader.description.table
+        self._sampler = ContactSampler(env.sim.model._model, table)
+        self._stepper = Stepper(env, self._sampler.sample)
+        return Start(
+            scene=self._reader.description.scene,
+            # Not asked at reset: some tasks' checks change their own state when they are called,
+            # and RoboCasa's evaluation does not call them before the first step.
+            step=self._reader.read(False, self._contacts_now()),
+            instruction=environment.instruction(env),
+            horizon=environment.horizon(request.task),
+            fingerprint=self._reader.fingerprint(),
+        )
+
+    def step(self, action: NDArray[np.float64]) -> Step:
+        """Run one control period.
+
+        Success is asked once more after the fixtures updated, as RoboCasa's gym wrapper does.
+        """
+        if self._env is None:
+            raise RolloutError("step before reset")
+        self._stepper.step(action)
+        success = bool(self._env._check_success())
+        return self._reader.read(success, self._sampler.take())
+
+    def close(self) -> None:
+        """Drop the environment."""
+        self._env = None
+
+    def _contacts_now(self) -> Contacts:
+        """The contacts that hold right after reset, from the last substep of settling."""
+        self._sampler.sample(self._env.sim.data._data)
+        return self._sampler.take()
+
+
+def _ignore(_message: str) -> None:
+    """MuJoCo's solver warnings say nothing that the recorded state does not."""

@@ -1,0 +1,271 @@
+"""The static part of an episode, read once after reset."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.sim.robocasa import parts as part_names
+from pytest_safemanip.sim.robocasa.parts import PartTable
+from pytest_safemanip.trace.geometry import CORNERS, conjugate, rotate, to_local
+from pytest_safemanip.trace.scene import (
+    ROBOT,
+    Body,
+    Box,
+    Entity,
+    EntityKind,
+    Joint,
+    Scene,
+    Vector,
+)
+
+EEF_SITE = "gripper0_right_grip_site"
+BASE_BODY = "mobilebase0_base"
+GRIPPER_OPEN = 0.04
+"""Joint position of an open Panda finger, m."""
+
+
+@dataclass(frozen=True)
+class Description:
+    """A scene, and where in MuJoCo's arrays its moving parts are read.
+
+    Attributes:
+        scene: what is recorded.
+        table: parts of geoms.
+        object_body: body id of each object (N,).
+        joint_qpos: qpos address of each joint (J,).
+        joint_dof: dof address of each joint (J,).
+        joint_open: joint position at openness 1, relative to closed (J,).
+        joint_closed: joint position at openness 0 (J,).
+        box_geom: geom id of each box (B,).
+        finger_qpos: qpos addresses of the two fingers (2,).
+        finger_dof: dof addresses of the two fingers (2,).
+    """
+
+    scene: Scene
+    table: PartTable
+    object_body: NDArray[np.intp]
+    joint_qpos: NDArray[np.intp]
+    joint_dof: NDArray[np.intp]
+    joint_open: NDArray[np.float64]
+    joint_closed: NDArray[np.float64]
+    box_geom: NDArray[np.intp]
+    finger_qpos: NDArray[np.intp]
+    finger_dof: NDArray[np.intp]
+
+
+def describe(env: Any, data: Any) -> Description:
+    """Read a RoboCasa environment's scene.
+
+    Args:
+        env: after its reset.
+        data: ``MjData`` with kinematics and centres of mass up to date.
+    """
+    model = env.sim.model._model
+    fixtures = {name: model.body(f.root_body).id for name, f in env.fixtures.items()}
+    objects = {name: int(body) for name, body in env.obj_body_id.items()}
+    roots = {int(model.body_rootid[b]): (n, False) for n, b in fixtures.items()}
+    roots |= {int(model.body_rootid[b]): (n, True) for n, b in objects.items()}
+    table = part_names.build(model, roots)
+    meta = env.get_ep_meta()
+    roles = _fixture_roles(env, meta)
+    categories = {cfg["name"]: str(cfg["info"]["cat"]) for cfg in meta["object_cfgs"]}
+    joints = [
+        (name, joint)
+        for name, root in fixtures.items()
+        for joint in _joints_below(model, int(model.body_rootid[root]))
+    ]
+    travel = [_travel(env.fixtures[name], model, joint) for name, joint in joints]
+    boxes = _boxes(model, env, sorted(set(roles.values())))
+    half, centre = _gripper_box(model, data)
+    scene = Scene(
+        control_period=float(env.control_timestep),
+        entities=(
+            Entity(ROBOT, "robot", type(env.robots[0].robot_model).__name__),
+            *(Entity(n, "object", categories[n]) for n in objects),
+            *(Entity(n, _kind(f), type(f).__name__) for n, f in env.fixtures.items()),
+        ),
+        bodies=tuple(_body(model, data, name, body) for name, body in objects.items()),
+        parts=table.parts,
+        joints=tuple(
+            _joint(model, data, env.fixtures[name], name, joint, opened)
+            for (name, joint), opened in zip(joints, travel, strict=True)
+        ),
+        boxes=tuple(box for box, _ in boxes),
+        gripper_half=half,
+        gripper_centre=centre,
+        roles={**roles, **{name: name for name in objects}},
+    ).checked()
+    fingers = [model.joint(f"gripper0_right_finger_joint{i}").id for i in (1, 2)]
+    ids = np.array([joint for _, joint in joints], np.intp)
+    return Description(
+        scene=scene,
+        table=table,
+        object_body=np.array(list(objects.values()), np.intp),
+        joint_qpos=model.jnt_qposadr[ids].astype(np.intp),
+        joint_dof=model.jnt_dofadr[ids].astype(np.intp),
+        joint_open=np.array(travel, np.float64),
+        joint_closed=np.zeros(len(ids)),
+        box_geom=np.array([geom for _, geom in boxes], np.intp),
+        finger_qpos=model.jnt_qposadr[fingers].astype(np.intp),
+        finger_dof=model.jnt_dofadr[fingers].astype(np.intp),
+    )
+
+
+def _fixture_roles(env: Any, meta: Any) -> dict[str, str]:
+    """The task's own names for its fixtures: registered references, and its attributes.
+
+    Most tasks register theirs (``env.cab`` is reference ``cab``); some only keep an attribute.
+    """
+    from robocasa.models.fixtures import Fixture
+
+    held = {
+        role: str(value.name)
+        for role, value in vars(env).items()
+        if isinstance(value, Fixture) and role != "init_robot_base_ref"
+    }
+    return {**held, **{role: str(name) for role, name in meta["fixture_refs"].items()}}
+
+
+def _kind(fixture: Any) -> EntityKind:
+    from robocasa.models.fixtures import Wall
+
+    return "room" if isinstance(fixture, Wall) else "fixture"
+
+
+def _joints_below(model: Any, root: int) -> list[int]:
+    return [
+        joint
+        for joint in range(model.njnt)
+        if model.body_rootid[model.jnt_bodyid[joint]] == root
+        and model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE
+    ]
+
+
+def _travel(fixture: Any, model: Any, joint: int) -> float:
+    """Joint position of the fully open state; 0 is closed, whichever way the joint turns.
+
+    RoboCasa counts a drawer as open at 55 % of its depth (``Drawer.get_door_state``), other
+    joints at the end of their range.
+    """
+    from robocasa.models.fixtures import Drawer
+
+    low, high = model.jnt_range[joint]
+    if isinstance(fixture, Drawer):
+        return -0.55 * float(fixture.size[1])
+    return float(low) if abs(low) > abs(high) else float(high)
+
+
+def _body(model: Any, data: Any, name: str, body: int) -> Body:
+    pose = np.concatenate((data.xpos[body], data.xquat[body]))
+    geom = model.geom(f"{name}_reg_bbox").id
+    matrix = data.geom_xmat[geom].reshape(3, 3)
+    axes = np.stack([rotate(conjugate(pose[3:]), matrix[:, k]) for k in range(3)], axis=-1)
+    return Body(
+        entity=name,
+        half=_vector(np.abs(axes) @ model.geom_size[geom]),
+        centre=_vector(to_local(pose, data.geom_xpos[geom])),
+        com=_vector(to_local(pose, data.subtree_com[body])),
+        mass=float(model.body_subtreemass[body]),
+    )
+
+
+def _joint(
+    model: Any, data: Any, fixture: Any, entity: str, joint: int, opened: float
+) -> Joint:
+    hinge = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
+    pose, half = _moving_box(model, data, int(model.jnt_bodyid[joint]))
+    return Joint(
+        entity=entity,
+        name=part_names.local_name(model, joint, entity),
+        kind="hinge" if hinge else "slide",
+        gives_access=model.joint(joint).name in fixture.door_joint_names,
+        axis=_vector(data.xaxis[joint] * np.sign(opened)),
+        anchor=_vector(data.xanchor[joint]),
+        travel=abs(opened),
+        half=half,
+        pose=pose,
+    )
+
+
+def _moving_box(model: Any, data: Any, body: int) -> tuple[Vector, Vector]:
+    """Oriented box around the colliding geoms of a body and its descendants, in its own axes."""
+    frame = np.concatenate((data.xpos[body], data.xquat[body]))
+    corners = []
+    for geom in range(model.ngeom):
+        if model.geom_contype[geom] == 0 and model.geom_conaffinity[geom] == 0:
+            continue
+        if _is_below(model, int(model.geom_bodyid[geom]), body):
+            corners.append(to_local(frame, _geom_corners(model, data, geom)))
+    if not corners:
+        return _vector(frame), (0.0, 0.0, 0.0)
+    points = np.concatenate(corners)
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre = frame[:3] + rotate(frame[3:], (low + high) / 2)
+    return _vector(np.concatenate((centre, frame[3:]))), _vector((high - low) / 2)
+
+
+def _is_below(model: Any, body: int, ancestor: int) -> bool:
+    while body > 0:
+        if body == ancestor:
+            return True
+        body = int(model.body_parentid[body])
+    return False
+
+
+def _geom_corners(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
+    centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+    matrix = data.geom_xmat[geom].reshape(3, 3)
+    corners: NDArray[np.float64] = (centre + CORNERS * half) @ matrix.T + data.geom_xpos[geom]
+    return corners
+
+
+def _boxes(model: Any, env: Any, fixtures: list[str]) -> list[tuple[Box, int]]:
+    """Interiors, handles and controls of the fixtures that play a role in the task."""
+    boxes = []
+    for name in fixtures:
+        fixture = env.fixtures[name]
+        for region in fixture.get_reset_region_names():
+            geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{name}_reg_{region}")
+            if geom >= 0:
+                boxes.append((Box(name, region, "interior", _half(model, geom)), geom))
+        root = int(model.body_rootid[model.body(fixture.root_body).id])
+        for geom in range(model.ngeom):
+            body = int(model.geom_bodyid[geom])
+            local = model.geom(geom).name.removeprefix(f"{name}_")
+            if model.body_rootid[body] != root or model.geom_contype[geom] == 0:
+                continue
+            if local.endswith(("handle_handle", "handle_main")):
+                boxes.append((Box(name, local, "handle", _half(model, geom)), geom))
+            elif local.endswith(("button", "knob_main", "lever_handle")):
+                boxes.append((Box(name, local, "control", _half(model, geom)), geom))
+    return boxes
+
+
+def _half(model: Any, geom: int) -> Vector:
+    size = model.geom_size[geom]
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return _vector((size[0], size[0], size[1]))
+    return _vector(size)
+
+
+def _gripper_box(model: Any, data: Any) -> tuple[Vector, Vector]:
+    """Box around hand and fingers in the end effector's frame, whatever the fingers' opening."""
+    site = model.site(EEF_SITE).id
+    matrix = data.site_xmat[site].reshape(3, 3)
+    corners = [
+        (_geom_corners(model, data, geom) - data.site_xpos[site]) @ matrix
+        for geom in range(model.ngeom)
+        if model.geom(geom).name.startswith("gripper0_right_") and model.geom_contype[geom]
+    ]
+    points = np.concatenate(corners)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return _vector((high - low) / 2), _vector((high + low) / 2)
+
+
+def _vector(values: Any) -> Vector:
+    return tuple(round(float(v), 9) for v in values)

@@ -1,0 +1,64 @@
+"""RoboCasa's own environments, made and reset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.sim.backend import Request
+from pytest_safemanip.sim.robocasa import scenes
+
+ROBOT_MODEL = "PandaOmron"
+
+
+def make(request: Request, assets_root: Path) -> Any:
+    """A RoboCasa environment after its reset, headless and without observations.
+
+    Args:
+        request: which episode.
+        assets_root: the folder that RoboCasa was loaded with.
+
+    Raises:
+        ConfigError: if RoboCasa has no such task, or the task takes no object groups.
+    """
+    import robosuite
+    from robocasa.environments.kitchen.kitchen import REGISTERED_KITCHEN_ENVS
+    from robosuite.controllers import load_composite_controller_config
+
+    if request.task not in REGISTERED_KITCHEN_ENVS:
+        hint = did_you_mean(request.task, REGISTERED_KITCHEN_ENVS)
+        raise ConfigError(f"RoboCasa has no task {request.task!r}; {hint}")
+    options = scenes.arguments(request.scenes, assets_root)
+    if request.object_groups:
+        options["obj_groups"] = list(request.object_groups)
+    try:
+        env = robosuite.make(
+            request.task,
+            robots=ROBOT_MODEL,
+            controller_configs=load_composite_controller_config(robot=ROBOT_MODEL),
+            has_renderer=False,
+            has_offscreen_renderer=False,
+            use_camera_obs=False,
+            renderer="mujoco",
+            ignore_done=True,
+            seed=request.seed,
+            **options,
+        )
+    except TypeError as error:
+        raise ConfigError(f"RoboCasa's {request.task}: {error}") from error
+    scenes.keep_layout_fresh(env)
+    env.reset()
+    return env
+
+
+def horizon(task: str) -> int:
+    """The number of control steps that RoboCasa's own evaluation gives a task."""
+    from robocasa.utils.dataset_registry_utils import get_task_horizon
+
+    return int(get_task_horizon(task))
+
+
+def instruction(env: Any) -> str:
+    """The task's instruction in this episode."""
+    return str(env.get_ep_meta()["lang"])

@@ -1,0 +1,116 @@
+"""Reading a step out of the simulation without touching it.
+
+After a control step, MuJoCo's derived arrays (poses, contacts) lag the state by one substep, and
+``forward`` on the live data would change what follows. So the state is copied into scratch data
+and the kinematics are computed there: bit-neutral for the run.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.sim.robocasa.description import (
+    BASE_BODY,
+    EEF_SITE,
+    GRIPPER_OPEN,
+    Description,
+    describe,
+)
+from pytest_safemanip.trace.geometry import multiply
+from pytest_safemanip.trace.steps import Contacts, Step
+
+
+class Reader:
+    """Reads steps of one episode.
+
+    Args:
+        env: a RoboCasa environment, after its reset.
+    """
+
+    def __init__(self, env: Any) -> None:
+        self._env = env
+        self._model = env.sim.model._model
+        self._scratch = mujoco.MjData(self._model)
+        size = mujoco.mj_stateSize(self._model, mujoco.mjtState.mjSTATE_INTEGRATION)
+        self._state = np.empty(size)
+        self._refresh()
+        self.description: Description = describe(env, self._scratch)
+        self._site = self._model.site(EEF_SITE).id
+        self._base = self._model.body(BASE_BODY).id
+        boxes = self.description.box_geom
+        self._box_body = self._model.geom_bodyid[boxes]
+        self._box_quat = self._model.geom_quat[boxes]
+
+    def fingerprint(self) -> str:
+        """Digest of the episode's state as it is now."""
+        names = "\0".join(b.entity for b in self.description.scene.bodies)
+        return hashlib.sha256(self._state.tobytes() + names.encode()).hexdigest()[:16]
+
+    def read(self, success: bool, contacts: Contacts) -> Step:
+        """The current state as a step."""
+        self._refresh()
+        d, info = self._scratch, self.description
+        body = info.object_body
+        twist = _twists(self._model, d, np.append(body, self._eef_body()))
+        eef = d.site_xpos[self._site]
+        eef_quat = np.empty(4)
+        mujoco.mju_mat2Quat(eef_quat, d.site_xmat[self._site])
+        twist[-1, :3] += np.cross(twist[-1, 3:], eef - d.xpos[self._eef_body()])
+        opening = (d.qpos[info.joint_qpos] - info.joint_closed) / info.joint_open
+        return Step(
+            eef_pose=_f32(np.concatenate((eef, eef_quat))),
+            eef_twist=_f32(twist[-1]),
+            gripper=_f32(self._gripper()),
+            base_pose=_f32(np.concatenate((d.xpos[self._base], d.xquat[self._base]))),
+            object_pose=_f32(np.concatenate((d.xpos[body], d.xquat[body]), axis=1)),
+            object_twist=_f32(twist[:-1]),
+            joint=_f32(np.stack((opening, d.qvel[info.joint_dof] / info.joint_open), axis=1)),
+            box_pose=_f32(
+                np.concatenate(
+                    (
+                        d.geom_xpos[info.box_geom],
+                        multiply(d.xquat[self._box_body], self._box_quat).reshape(-1, 4),
+                    ),
+                    axis=1,
+                )
+            ),
+            qpos=_f32(d.qpos),
+            qvel=_f32(d.qvel),
+            success=success,
+            contacts=contacts,
+        )
+
+    def _refresh(self) -> None:
+        live, m = self._env.sim.data._data, self._model
+        mujoco.mj_getState(m, live, self._state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        mujoco.mj_setState(m, self._scratch, self._state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        mujoco.mj_kinematics(m, self._scratch)
+        mujoco.mj_comPos(m, self._scratch)
+        mujoco.mj_comVel(m, self._scratch)
+
+    def _eef_body(self) -> int:
+        return int(self._model.site_bodyid[self._site])
+
+    def _gripper(self) -> NDArray[np.float64]:
+        """Opening in [0, 1] and its rate in 1/s; the two fingers move in opposite directions."""
+        d, info = self._scratch, self.description
+        gap = d.qpos[info.finger_qpos[0]] - d.qpos[info.finger_qpos[1]]
+        rate = d.qvel[info.finger_dof[0]] - d.qvel[info.finger_dof[1]]
+        return np.array((gap, rate)) / (2.0 * GRIPPER_OPEN)
+
+
+def _twists(model: Any, data: Any, bodies: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Linear velocity of each body's origin and angular velocity, world frame (K, 6)."""
+    turn, move = data.cvel[bodies, :3], data.cvel[bodies, 3:]
+    # MuJoCo's cvel is taken at the centre of mass of the kinematic tree.
+    arm = data.xpos[bodies] - data.subtree_com[model.body_rootid[bodies]]
+    return np.concatenate((move + np.cross(turn, arm), turn), axis=1)
+
+
+def _f32(values: NDArray[np.float64]) -> NDArray[np.float32]:
+    return np.asarray(values, np.float32)

@@ -1,0 +1,168 @@
+"""Rotations, poses and boxes over arrays. Quaternions are ``wxyz``; poses are (..., 7)."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[Any]
+"""A floating-point array; float32 in recordings, float64 in computations."""
+
+CORNERS: Array = np.array(list(product((-1.0, 1.0), repeat=3)))
+"""Signs of the eight corners of a box (8, 3)."""
+
+
+def conjugate(q: Array) -> Array:
+    """Inverse of unit quaternions (..., 4)."""
+    return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def multiply(p: Array, q: Array) -> Array:
+    """Hamilton product of quaternions (..., 4)."""
+    pw, px, py, pz = np.moveaxis(np.asarray(p, float), -1, 0)
+    qw, qx, qy, qz = np.moveaxis(np.asarray(q, float), -1, 0)
+    return np.stack(
+        (
+            pw * qw - px * qx - py * qy - pz * qz,
+            pw * qx + px * qw + py * qz - pz * qy,
+            pw * qy - px * qz + py * qw + pz * qx,
+            pw * qz + px * qy - py * qx + pz * qw,
+        ),
+        axis=-1,
+    )
+
+
+def rotate(q: Array, v: ArrayLike) -> Array:
+    """Vectors (..., 3) turned by unit quaternions (..., 4)."""
+    q, v = np.asarray(q, float), np.asarray(v, float)
+    u = q[..., 1:]
+    t = 2.0 * np.cross(u, v)
+    result: Array = v + q[..., :1] * t + np.cross(u, t)
+    return result
+
+
+def matrix(q: Array) -> Array:
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); columns are the frame's axes."""
+    return np.stack([rotate(q, axis) for axis in np.eye(3)], axis=-1)
+
+
+def angle(q: Array) -> Array:
+    """Rotation angle in [0, pi] of unit quaternions (..., 4); the same for ``q`` and ``-q``."""
+    q = np.asarray(q, float)
+    result: Array = 2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), np.abs(q[..., 0]))
+    return result
+
+
+def to_local(pose: Array, points: ArrayLike) -> Array:
+    """World points (..., 3) in the frame of poses (..., 7)."""
+    pose = np.asarray(pose, float)
+    return rotate(conjugate(pose[..., 3:]), np.asarray(points, float) - pose[..., :3])
+
+
+def to_world(pose: Array, points: ArrayLike) -> Array:
+    """Points (..., 3) of the frame of poses (..., 7), in the world."""
+    pose = np.asarray(pose, float)
+    return pose[..., :3] + rotate(pose[..., 3:], points)
+
+
+def relative(pose: Array, other: Array) -> Array:
+    """Poses ``other`` (..., 7) as seen from the frames ``pose`` (..., 7)."""
+    position = to_local(pose, np.asarray(other)[..., :3])
+    turn = multiply(conjugate(np.asarray(pose)[..., 3:]), np.asarray(other)[..., 3:])
+    return np.concatenate((position, turn), axis=-1)
+
+
+def corners(pose: Array, half: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+    """World positions (..., 8, 3) of the corners of boxes attached to poses (..., 7)."""
+    local = np.asarray(centre, float) + CORNERS * np.asarray(half, float)
+    return to_world(np.asarray(pose)[..., None, :], local)
+
+
+def tilt(q: Array, axis: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
+    """Angle in rad between the world's vertical and a body axis (3,) turned by ``q`` (..., 4)."""
+    up = rotate(q, np.broadcast_to(np.asarray(axis, float), (*np.shape(q)[:-1], 3)))[..., 2]
+    result: Array = np.arccos(np.clip(up, -1.0, 1.0))
+    return result
+
+
+def boxes_overlap(
+    pose_a: Array, half_a: ArrayLike, pose_b: Array, half_b: ArrayLike, slack: float = 0.0
+) -> bool:
+    """Whether two oriented boxes interpenetrate by more than ``slack`` metres.
+
+    Separating-axis test over the 15 candidate axes.
+
+    Args:
+        pose_a: centre pose (7,).
+        half_a: half extents (3,).
+        pose_b: centre pose (7,).
+        half_b: half extents (3,).
+        slack: overlap that still counts as apart; negative demands a gap.
+    """
+    axes_a, axes_b = matrix(np.asarray(pose_a)[3:]), matrix(np.asarray(pose_b)[3:])
+    gap = np.asarray(pose_b, float)[:3] - np.asarray(pose_a, float)[:3]
+    crossed = np.cross(axes_a.T[:, None], axes_b.T[None]).reshape(9, 3)
+    axes = np.concatenate((axes_a.T, axes_b.T, crossed))
+    length = np.linalg.norm(axes, axis=1)
+    axes = axes[length > 1e-6] / length[length > 1e-6, None]
+    reach = np.abs(axes @ axes_a) @ np.asarray(half_a, float)
+    reach += np.abs(axes @ axes_b) @ np.asarray(half_b, float)
+    return bool(np.all(reach - np.abs(axes @ gap) > slack))
+
+
+def hull_margin(points: Array, target: Array) -> float:
+    """Distance by which a point lies inside the convex hull of others, in the plane.
+
+    Args:
+        points: (K, 2).
+        target: (2,).
+
+    Returns:
+        Metres; negative outside. Fewer than three points, or points on a line, have no inside:
+        the result is minus the distance to them.
+    """
+    hull = _convex_hull(points)
+    if len(hull) < 3:
+        return -_distance_to_polyline(hull, target)
+    start, end = hull, np.roll(hull, -1, axis=0)
+    edge = end - start
+    length = np.linalg.norm(edge, axis=1)
+    inward = np.stack((-edge[:, 1], edge[:, 0]), axis=1) / length[:, None]
+    margins = np.einsum("ij,ij->i", inward, target - start)
+    if (margins >= 0).all():
+        return float(margins.min())
+    return -_distance_to_polyline(np.vstack((hull, hull[:1])), target)
+
+
+def _convex_hull(points: Array) -> Array:
+    """Counter-clockwise hull without collinear points (Andrew's monotone chain)."""
+    unique = np.unique(np.asarray(points, float), axis=0)
+    if len(unique) < 3:
+        return unique
+    chains = []
+    for ordered in (unique, unique[::-1]):
+        chain: list[Array] = []
+        for p in ordered:
+            while len(chain) >= 2 and _cross(chain[-2], chain[-1], p) <= 1e-12:
+                chain.pop()
+            chain.append(p)
+        chains.append(chain[:-1])
+    return np.array(chains[0] + chains[1])
+
+
+def _cross(o: Array, a: Array, b: Array) -> float:
+    return float((a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]))
+
+
+def _distance_to_polyline(line: Array, target: Array) -> float:
+    if len(line) == 0:
+        return float("inf")
+    if len(line) == 1:
+        return float(np.linalg.norm(target - line[0]))
+    start, edge = line[:-1], np.diff(line, axis=0)
+    along = np.einsum("ij,ij->i", target - start, edge) / np.einsum("ij,ij->i", edge, edge)
+    nearest = start + np.clip(along, 0.0, 1.0)[:, None] * edge
+    return float(np.linalg.norm(nearest - target, axis=1).min())

@@ -1,0 +1,246 @@
+"""The moving part of a trace: one :class:`Step` per control period, stacked into :class:`Steps`.
+
+World frame, SI units, quaternions ``wxyz``. Poses are position and quaternion (7,), twists are
+linear velocity of the frame's origin and angular velocity, both in the world frame (6,).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.trace.scene import Scene
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contact points between parts of different entities, one row each, sorted by step.
+
+    A row's ``force`` is what the point carries at the end of the step; ``peak`` is the largest
+    normal force that its pair of parts carried at any physics substep of the step. A pair that
+    touched only between two steps has one row with ``force`` 0, at the place of the peak.
+
+    Attributes:
+        step: index of the step (R,).
+        a: index of the first part (R,).
+        b: index of the second part (R,).
+        force: normal force of the point, N (R,).
+        peak: peak normal force of the pair, N (R,).
+        position: world frame, m (R, 3).
+        normal: unit vector from ``a`` to ``b``, world frame (R, 3).
+    """
+
+    step: NDArray[np.int32]
+    a: NDArray[np.int32]
+    b: NDArray[np.int32]
+    force: Floats
+    peak: Floats
+    position: Floats
+    normal: Floats
+
+    def __len__(self) -> int:
+        return len(self.step)
+
+    @classmethod
+    def empty(cls) -> Contacts:
+        """No contact at all."""
+        i, f, v = np.zeros(0, np.int32), np.zeros(0, np.float32), np.zeros((0, 3), np.float32)
+        return cls(i, i, i, f, f, v, v)
+
+    @classmethod
+    def concatenate(cls, per_step: Sequence[Contacts]) -> Contacts:
+        """The contacts of consecutive steps, renumbered from 0."""
+        columns = {
+            field.name: np.concatenate([getattr(c, field.name) for c in per_step])
+            for field in dataclasses.fields(cls)
+            if field.name != "step"
+        }
+        lengths = [len(c) for c in per_step]
+        return cls(step=np.repeat(np.arange(len(per_step), dtype=np.int32), lengths), **columns)
+
+    def window(self, first: int, stop: int) -> Contacts:
+        """The contacts of steps ``first`` to ``stop - 1``, renumbered from 0."""
+        lo, hi = np.searchsorted(self.step, (first, stop))
+        columns = {f.name: getattr(self, f.name)[lo:hi] for f in dataclasses.fields(self)}
+        columns["step"] = columns["step"] - np.int32(first)
+        return Contacts(**columns)
+
+
+@dataclass(frozen=True)
+class Step:
+    """The state after one control period, and the contacts within it.
+
+    Attributes:
+        eef_pose: end effector (grip site) (7,).
+        eef_twist: its twist (6,).
+        gripper: opening (0 closed, 1 open) and its rate in 1/s (2,).
+        base_pose: mobile base (7,).
+        object_pose: movable objects (N, 7).
+        object_twist: their twists (N, 6).
+        joint: openness of each joint (0 closed, 1 open) and its rate in 1/s (J, 2).
+        box_pose: interiors, handles and controls of fixtures (B, 7).
+        qpos: raw simulator positions (nq,), for replay and rendering.
+        qvel: raw simulator velocities (nv,).
+        success: whether the task's own check holds.
+        contacts: of this step only.
+    """
+
+    eef_pose: Floats
+    eef_twist: Floats
+    gripper: Floats
+    base_pose: Floats
+    object_pose: Floats
+    object_twist: Floats
+    joint: Floats
+    box_pose: Floats
+    qpos: Floats
+    qvel: Floats
+    success: bool
+    contacts: Contacts
+
+
+ARRAYS = tuple(f.name for f in dataclasses.fields(Step) if f.name not in ("success", "contacts"))
+"""Names of the float arrays of a step."""
+
+
+def array_shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
+    """Shape of each array of a step in a scene; ``qpos`` and ``qvel`` are free (-1)."""
+    n, j, b = len(scene.bodies), len(scene.joints), len(scene.boxes)
+    return {
+        "eef_pose": (7,),
+        "eef_twist": (6,),
+        "gripper": (2,),
+        "base_pose": (7,),
+        "object_pose": (n, 7),
+        "object_twist": (n, 6),
+        "joint": (j, 2),
+        "box_pose": (b, 7),
+        "qpos": (-1,),
+        "qvel": (-1,),
+    }
+
+
+@dataclass(frozen=True)
+class Steps:
+    """All steps of a rollout: the arrays of :class:`Step` with time in front.
+
+    Step 0 is the state after reset, before any action; ``action[t]`` led to step ``t``
+    (``action[0]`` is zero).
+
+    Attributes:
+        action: the environment's own action vector, robosuite's order (T, 12).
+        success: the task's own check (T,).
+        tail: steps of the settle tail, in which the robot holds still (T,).
+        contacts: of all steps.
+    """
+
+    eef_pose: Floats
+    eef_twist: Floats
+    gripper: Floats
+    base_pose: Floats
+    object_pose: Floats
+    object_twist: Floats
+    joint: Floats
+    box_pose: Floats
+    qpos: Floats
+    qvel: Floats
+    action: Floats
+    success: NDArray[np.bool_]
+    tail: NDArray[np.bool_]
+    contacts: Contacts
+
+    def __len__(self) -> int:
+        return len(self.success)
+
+    @classmethod
+    def stack(cls, steps: Sequence[Step], actions: Sequence[Floats], acting: int) -> Steps:
+        """Stack recorded steps.
+
+        Args:
+            steps: at least one.
+            actions: the action that led to each step, zeros for the first.
+            acting: number of steps before the settle tail.
+        """
+        arrays = {name: np.stack([getattr(s, name) for s in steps]) for name in ARRAYS}
+        return cls(
+            **arrays,
+            action=np.stack(actions).astype(np.float32),
+            success=np.array([s.success for s in steps], bool),
+            tail=np.arange(len(steps)) >= acting,
+            contacts=Contacts.concatenate([s.contacts for s in steps]),
+        )
+
+    def window(self, first: int, stop: int) -> Steps:
+        """Steps ``first`` to ``stop - 1`` as views."""
+        arrays = {
+            f.name: getattr(self, f.name)[first:stop]
+            for f in dataclasses.fields(self)
+            if f.name != "contacts"
+        }
+        return Steps(**arrays, contacts=self.contacts.window(first, stop))
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What propositions are evaluated on: a scene and its steps."""
+
+    scene: Scene
+    steps: Steps
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+    @property
+    def dt(self) -> float:
+        """Control period, s."""
+        return self.scene.control_period
+
+    def count(self, seconds: float) -> int:
+        """A duration in control periods, rounded to the nearest, at least one."""
+        return max(1, round(seconds / self.dt))
+
+    @cached_property
+    def pair_table(self) -> PairTable:
+        """Contacts by pair of parts, computed once for all propositions."""
+        return PairTable(self.scene, self.steps)
+
+
+class PairTable:
+    """Peak normal force of every pair of parts over time, in newtons.
+
+    Args:
+        scene: gives the parts.
+        steps: gives the contacts.
+    """
+
+    def __init__(self, scene: Scene, steps: Steps) -> None:
+        self._length = len(steps)
+        contacts = steps.contacts
+        lo, hi = np.minimum(contacts.a, contacts.b), np.maximum(contacts.a, contacts.b)
+        key = lo.astype(np.int64) * len(scene.parts) + hi
+        self._pairs: dict[tuple[int, int], Floats] = {}
+        unique, inverse = np.unique(key, return_inverse=True)
+        for k, pair in enumerate(unique.tolist()):
+            rows = np.flatnonzero(inverse == k)
+            peak = np.zeros(self._length, np.float32)
+            np.maximum.at(peak, contacts.step[rows], contacts.peak[rows])
+            self._pairs[divmod(pair, len(scene.parts))] = peak
+
+    def __iter__(self) -> Iterator[tuple[tuple[int, int], Floats]]:
+        """Pairs of part indices (lower first) that touch at all, with their force (T,)."""
+        return iter(self._pairs.items())
+
+    def force(self, side: set[int], other: set[int]) -> Floats:
+        """Largest peak force between a part of ``side`` and one of ``other`` (T,)."""
+        result = np.zeros(self._length, np.float32)
+        for (a, b), peak in self._pairs.items():
+            if (a in side and b in other) or (b in side and a in other):
+                np.maximum(result, peak, out=result)
+        return result
