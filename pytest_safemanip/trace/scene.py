@@ -79,11 +79,11 @@ class Joint:
         name: unique within the fixture.
         kind: ``hinge`` or ``slide``.
         gives_access: whether opening it opens an interior (a door or drawer, not a knob).
-        axis: unit vector of the motion that opens it, world frame at reset (3,).
-        anchor: a point on the hinge's axis, world frame at reset (3,), m.
+        axis: unit vector of the motion that opens it, world frame (3,).
+        anchor: a point on the hinge's axis, world frame (3,), m.
         travel: motion from closed (0) to open (1), rad or m.
-        half: half extents of the moving part's box at reset (3,), m.
-        pose: position and quaternion of that box at reset (7,), world frame.
+        half: half extents of the moving part's box (3,), m.
+        pose: centre of that box at openness 0 (7,), world frame.
     """
 
     entity: str
@@ -120,6 +120,23 @@ class Box:
 
 
 @dataclass(frozen=True)
+class Surface:
+    """An oriented box around one solid piece of a fixture or of the room.
+
+    Attributes:
+        entity: whose it is.
+        joint: the joint that moves it, as ``entity/joint``; empty if nothing does.
+        half: half extents (3,), m.
+        pose: centre at openness 0 of its joint, world frame (7,).
+    """
+
+    entity: str
+    joint: str
+    half: Vector
+    pose: Vector
+
+
+@dataclass(frozen=True)
 class Scene:
     """Everything of a rollout that does not change while it runs.
 
@@ -130,6 +147,7 @@ class Scene:
         parts: the vocabulary of contacts; contacts refer to it by index.
         joints: in the order of the joint axis of the step arrays.
         boxes: in the order of the box axis of the step arrays.
+        surfaces: the solid pieces of fixtures and room, for what lies below or in the way.
         gripper_half: half extents of the gripper's box (3,), m.
         gripper_centre: its centre in the end effector's frame (3,), m.
         roles: the task's own names for its objects and fixtures, to entity names.
@@ -141,6 +159,7 @@ class Scene:
     parts: tuple[Part, ...]
     joints: tuple[Joint, ...]
     boxes: tuple[Box, ...]
+    surfaces: tuple[Surface, ...]
     gripper_half: Vector
     gripper_centre: Vector
     roles: Mapping[str, str]
@@ -195,6 +214,7 @@ class Scene:
                 parts=tuple(Part(**p) for p in data["parts"]),
                 joints=tuple(Joint(**_vectors(j)) for j in data["joints"]),
                 boxes=tuple(Box(**_vectors(b)) for b in data["boxes"]),
+                surfaces=tuple(Surface(**_vectors(b)) for b in data["surfaces"]),
                 gripper_half=tuple(data["gripper_half"]),
                 gripper_centre=tuple(data["gripper_centre"]),
                 roles=dict(data["roles"]),
@@ -213,7 +233,7 @@ class Scene:
         names = [e.name for e in self.entities]
         if len(set(names)) != len(names):
             raise TraceError("scene: two entities have the same name")
-        for field in ("bodies", "parts", "joints", "boxes"):
+        for field in ("bodies", "parts", "joints", "boxes", "surfaces"):
             for item in getattr(self, field):
                 if item.entity not in self.entity:
                     raise TraceError(f"scene: {field} name an unknown entity {item.entity!r}")

@@ -20,6 +20,7 @@ from pytest_safemanip.trace.scene import (
     EntityKind,
     Joint,
     Scene,
+    Surface,
     Vector,
 )
 
@@ -39,8 +40,7 @@ class Description:
         object_body: body id of each object (N,).
         joint_qpos: qpos address of each joint (J,).
         joint_dof: dof address of each joint (J,).
-        joint_open: joint position at openness 1, relative to closed (J,).
-        joint_closed: joint position at openness 0 (J,).
+        joint_open: joint position at openness 1; closed is 0 (J,).
         box_geom: geom id of each box (B,).
         finger_qpos: qpos addresses of the two fingers (2,).
         finger_dof: dof addresses of the two fingers (2,).
@@ -52,7 +52,6 @@ class Description:
     joint_qpos: NDArray[np.intp]
     joint_dof: NDArray[np.intp]
     joint_open: NDArray[np.float64]
-    joint_closed: NDArray[np.float64]
     box_geom: NDArray[np.intp]
     finger_qpos: NDArray[np.intp]
     finger_dof: NDArray[np.intp]
@@ -80,6 +79,7 @@ def describe(env: Any, data: Any) -> Description:
         for joint in _joints_below(model, int(model.body_rootid[root]))
     ]
     travel = [_travel(env.fixtures[name], model, joint) for name, joint in joints]
+    closed = _closed(model, data, [joint for _, joint in joints])
     boxes = _boxes(model, env, sorted(set(roles.values())))
     half, centre = _gripper_box(model, data)
     scene = Scene(
@@ -92,10 +92,11 @@ def describe(env: Any, data: Any) -> Description:
         bodies=tuple(_body(model, data, name, body) for name, body in objects.items()),
         parts=table.parts,
         joints=tuple(
-            _joint(model, data, env.fixtures[name], name, joint, opened)
+            _joint(model, closed, env.fixtures[name], name, joint, opened)
             for (name, joint), opened in zip(joints, travel, strict=True)
         ),
         boxes=tuple(box for box, _ in boxes),
+        surfaces=tuple(_surfaces(model, closed, table, set(fixtures))),
         gripper_half=half,
         gripper_centre=centre,
         roles={**roles, **{name: name for name in objects}},
@@ -109,7 +110,6 @@ def describe(env: Any, data: Any) -> Description:
         joint_qpos=model.jnt_qposadr[ids].astype(np.intp),
         joint_dof=model.jnt_dofadr[ids].astype(np.intp),
         joint_open=np.array(travel, np.float64),
-        joint_closed=np.zeros(len(ids)),
         box_geom=np.array([geom for _, geom in boxes], np.intp),
         finger_qpos=model.jnt_qposadr[fingers].astype(np.intp),
         finger_dof=model.jnt_dofadr[fingers].astype(np.intp),
@@ -135,6 +135,30 @@ def _kind(fixture: Any) -> EntityKind:
     from robocasa.models.fixtures import Wall
 
     return "room" if isinstance(fixture, Wall) else "fixture"
+
+
+def _closed(model: Any, data: Any, joints: list[int]) -> Any:
+    """The kinematics of the same scene with all doors and drawers closed, all controls at 0."""
+    closed = mujoco.MjData(model)
+    closed.qpos[:] = data.qpos
+    closed.qpos[model.jnt_qposadr[joints]] = 0.0
+    mujoco.mj_kinematics(model, closed)
+    return closed
+
+
+def _surfaces(model: Any, data: Any, table: PartTable, owners: set[str]) -> list[Surface]:
+    surfaces = []
+    for geom in np.flatnonzero(table.of_geom >= 0):
+        part = table.parts[table.of_geom[geom]]
+        if part.entity not in owners:
+            continue
+        quat = np.empty(4)
+        mujoco.mju_mat2Quat(quat, data.geom_xmat[geom])
+        centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        place = data.geom_xpos[geom] + rotate(quat, centre)
+        pose = np.concatenate((place, quat))
+        surfaces.append(Surface(part.entity, part.joint, _vector(half), _vector(pose)))
+    return surfaces
 
 
 def _joints_below(model: Any, root: int) -> list[int]:

@@ -61,7 +61,7 @@ class Reader:
         eef_quat = np.empty(4)
         mujoco.mju_mat2Quat(eef_quat, d.site_xmat[self._site])
         twist[-1, :3] += np.cross(twist[-1, 3:], eef - d.xpos[self._eef_body()])
-        opening = (d.qpos[info.joint_qpos] - info.joint_closed) / info.joint_open
+        opening = d.qpos[info.joint_qpos] / info.joint_open
         return Step(
             eef_pose=_f32(np.concatenate((eef, eef_quat))),
             eef_twist=_f32(twist[-1]),

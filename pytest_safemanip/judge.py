@@ -1,0 +1,180 @@
+"""From a recording to verdicts: a pure function of it, of the task and of the properties."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.ltlf import (
+    InstanceVerdict,
+    Profile,
+    PropertyOutcome,
+    Violation,
+    explain,
+    worst,
+)
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.definition import View
+from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.spec.tasks import Task
+from pytest_safemanip.trace.recording import Recording
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One violation, with what proves it.
+
+    Attributes:
+        entities: what the violated instance is about; empty if the property has one instance.
+        first: first unsafe step.
+        last: last unsafe step.
+        duration_s: seconds.
+        reason: ``bad prefix`` or ``overdue``.
+        proof: the explanation's text: what was owed, since when, the steps that matter.
+        evidence: what was measured at the first unsafe step, in words.
+    """
+
+    entities: tuple[str, ...]
+    first: int
+    last: int
+    duration_s: float
+    reason: str
+    proof: str
+    evidence: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on one property of one rollout.
+
+    Attributes:
+        property: its id.
+        outcome: over all instances.
+        triggered: number of instances that were put to the test.
+        instances: number of instances.
+        findings: violations of all instances, by first step.
+        unsafe_steps: acting steps at which some instance is unsafe.
+        acting_steps: steps before the settle tail.
+        open: entities of the instances that are unresolved, with the step they are open since.
+        formula: what was monitored.
+    """
+
+    property: str
+    outcome: PropertyOutcome
+    triggered: int
+    instances: int
+    findings: tuple[Finding, ...]
+    unsafe_steps: int
+    acting_steps: int
+    open: tuple[tuple[tuple[str, ...], int], ...]
+    formula: str
+
+    @property
+    def exposure(self) -> float:
+        """Share of the acting steps that are unsafe for some instance."""
+        return self.unsafe_steps / self.acting_steps
+
+
+class Judge:
+    """Judges one recording; propositions that several properties use are evaluated once.
+
+    Args:
+        recording: what happened.
+        task: its safety binding.
+        attributes: of object categories.
+        catalogue: the propositions.
+        parameters: values of all their parameters.
+        profile: the semantics.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        task: Task,
+        attributes: Mapping[str, frozenset[str]],
+        catalogue: Catalogue,
+        parameters: Mapping[str, float],
+        profile: Profile = "timed",
+    ) -> None:
+        self._recording = recording
+        self._profile = profile
+        self._binding = task.bind(recording.scene, attributes)
+        self._view = View(recording.trace, self._binding, parameters, catalogue)
+
+    def judge(self, prop: Property) -> Verdict:
+        """The verdict on one property.
+
+        Raises:
+            TraceError: if the recording lacks what a proposition needs.
+        """
+        rows = self._binding.relation(prop.relation) if prop.relation else ((),)
+        if not rows:
+            raise TraceError(f"{prop.id}: no instance in {self._recording.episode.task}")
+        values = np.stack([self._values(prop, row) for row in rows], axis=1)
+        acting = ~self._recording.steps.tail
+        monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
+        verdicts = monitor.run(values, acting)
+        unsafe = np.any([v.unsafe for v in verdicts], axis=0) & acting
+        findings = [
+            self._finding(prop, row, values[:, k], verdict, violation)
+            for k, (row, verdict) in enumerate(zip(rows, verdicts, strict=True))
+            for violation in verdict.violations
+        ]
+        return Verdict(
+            property=prop.id,
+            outcome=worst(verdicts),
+            triggered=sum(not v.vacuous for v in verdicts),
+            instances=len(rows),
+            findings=tuple(sorted(findings, key=lambda f: (f.first, f.entities))),
+            unsafe_steps=int(unsafe.sum()),
+            acting_steps=int(acting.sum()),
+            open=tuple(
+                (row, v.open_since)
+                for row, v in zip(rows, verdicts, strict=True)
+                if v.open_since is not None
+            ),
+            formula=str(prop.formula if self._profile == "timed" else prop.paper_formula),
+        )
+
+    def _values(self, prop: Property, row: tuple[str, ...]) -> NDArray[np.bool_]:
+        """Truth values of the property's atoms for one instance (T, atoms)."""
+        return np.stack([self._view(*self._call(prop, a, row)) for a in prop.atoms], axis=1)
+
+    def _call(self, prop: Property, atom: str, row: tuple[str, ...]) -> tuple[str, ...]:
+        names = dict(zip(prop.variables, row, strict=True))
+        call = prop.atoms[atom]
+        return (call.name, *(names.get(argument, argument) for argument in call.arguments))
+
+    def _finding(
+        self,
+        prop: Property,
+        row: tuple[str, ...],
+        values: NDArray[np.bool_],
+        verdict: InstanceVerdict,
+        violation: Violation,
+    ) -> Finding:
+        reasons = explain(prop.dfa(self._profile), values, verdict, violation)
+        decided = {d.atom for d in reasons.deciding if d.step == violation.first}
+        evidence = [
+            line
+            for atom in prop.atoms
+            if atom in decided
+            for line in self._evidence(self._call(prop, atom, row), violation.first)
+        ]
+        return Finding(
+            entities=row,
+            first=violation.first,
+            last=violation.last,
+            duration_s=violation.duration_s,
+            reason=violation.reason,
+            proof=reasons.format(),
+            evidence=tuple(evidence),
+        )
+
+    def _evidence(self, call: tuple[str, ...], step: int) -> list[str]:
+        name, *arguments = call
+        return self._view.evidence(name, tuple(arguments), step)

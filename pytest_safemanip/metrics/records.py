@@ -1,0 +1,81 @@
+"""What metrics are computed from: one record per rollout, plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+OutcomeName = Literal["VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS"]
+
+
+@dataclass(frozen=True)
+class PropertyRecord:
+    """The verdict on one property of a rollout.
+
+    Attributes:
+        property: its id.
+        category: its category.
+        outcome: over all instances.
+        triggered: whether some instance was put to the test.
+        violations: entities, first and last step, duration in seconds and reason of each.
+    """
+
+    property: str
+    category: str
+    outcome: OutcomeName
+    triggered: bool
+    violations: tuple[Mapping[str, Any], ...]
+
+
+@dataclass
+class RolloutRecord:
+    """One rollout.
+
+    Attributes:
+        task: name of the task.
+        policy: name of the policy.
+        seed: of the episode.
+        suite: group of the benchmark that the task is in.
+        horizon: horizon class of the task.
+        success: whether the task's own check held; None if the rollout is not complete.
+        acting_steps: control steps before the settle tail.
+        error: why it is not complete; empty if it is.
+        recording: path of the recording.
+        properties: verdicts by property id; only those that were asked for.
+    """
+
+    task: str
+    policy: str
+    seed: int
+    suite: str
+    horizon: str
+    success: bool | None = None
+    acting_steps: int = 0
+    error: str = ""
+    recording: str = ""
+    properties: dict[str, PropertyRecord] = field(default_factory=dict)
+
+    @property
+    def key(self) -> tuple[str, str, int]:
+        """What identifies the rollout within a run."""
+        return (self.policy, self.task, self.seed)
+
+    @property
+    def complete(self) -> bool:
+        """Whether it ran to its end. Incomplete ones are neither safe nor unsafe."""
+        return self.success is not None and not self.error
+
+    @property
+    def violated(self) -> bool:
+        """Whether at least one property is violated."""
+        return any(p.outcome == "VIOLATED" for p in self.properties.values())
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain builtins."""
+        return {**asdict(self), "properties": [asdict(p) for p in self.properties.values()]}
+
+
+def complete(records: Iterable[RolloutRecord]) -> list[RolloutRecord]:
+    """The rollouts that ran to their end."""
+    return [record for record in records if record.complete]

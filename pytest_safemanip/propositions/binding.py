@@ -1,0 +1,49 @@
+"""Which entities of a scene play which part in a task's safety."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Binding:
+    """A task's roles and permissions, resolved to the entities of one scene.
+
+    Attributes:
+        objects: manipulated objects.
+        enclosures: fixtures with an interior that the task reaches into.
+        mechanisms: fixtures whose doors or drawers the task moves.
+        placements: (object, enclosure) pairs: what is put where.
+        skills: (skill, entity) pairs that the task consists of.
+        open_at: openness that counts as open, where it is not the general one.
+        touch: (entity, part) pairs that fingers and palm may touch.
+        supports: where each object may rest, and what it may touch while it is held.
+        upright: objects that must not tip.
+        attributes: category attributes of each object.
+    """
+
+    objects: tuple[str, ...] = ()
+    enclosures: tuple[str, ...] = ()
+    mechanisms: tuple[str, ...] = ()
+    placements: tuple[tuple[str, str], ...] = ()
+    skills: tuple[tuple[str, str], ...] = ()
+    open_at: Mapping[str, float] = field(default_factory=dict)
+    touch: frozenset[tuple[str, str]] = frozenset()
+    supports: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    upright: frozenset[str] = frozenset()
+    attributes: Mapping[str, frozenset[str]] = field(default_factory=dict)
+
+    def relation(self, name: str) -> tuple[tuple[str, ...], ...]:
+        """The tuples that a property's ``for_each`` ranges over."""
+        rows: dict[str, tuple[tuple[str, ...], ...]] = {
+            "objects": tuple((o,) for o in self.objects),
+            "enclosures": tuple((f,) for f in self.enclosures),
+            "exclusive_enclosures": (),
+            "mechanisms": tuple((f,) for f in self.mechanisms),
+            "placements": self.placements,
+            "skills": self.skills,
+            "transfers": (),
+            "tools": (),
+        }
+        return rows[name]

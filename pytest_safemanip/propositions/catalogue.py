@@ -1,0 +1,55 @@
+"""All propositions that there are: the shipped ones, and what a user adds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.propositions import (
+    contact,
+    enclosure,
+    grasp,
+    mechanism,
+    onset,
+    precondition,
+    release,
+)
+from pytest_safemanip.propositions.definition import Parameters, Proposition
+
+_MODULES = (contact, grasp, release, onset, precondition, mechanism, enclosure)
+SHIPPED: tuple[Proposition, ...] = tuple(p for m in _MODULES for p in m.PROPOSITIONS)
+
+
+class Catalogue(Mapping[str, Proposition]):
+    """Propositions by name.
+
+    Args:
+        added: propositions beside the shipped ones.
+
+    Raises:
+        ConfigError: if two have the same name.
+    """
+
+    def __init__(self, added: Iterable[Proposition] = ()) -> None:
+        self._items: dict[str, Proposition] = {}
+        for proposition in (*SHIPPED, *added):
+            if proposition.name in self._items:
+                raise ConfigError(f"proposition {proposition.name!r} is defined twice")
+            self._items[proposition.name] = proposition
+
+    def __getitem__(self, name: str) -> Proposition:
+        return self._items[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def parameters(self, changed: Mapping[str, float]) -> Parameters:
+        """All parameters with some values changed.
+
+        Raises:
+            ConfigError: if a name is unknown or a value is not a number above 0.
+        """
+        return Parameters((p for item in self._items.values() for p in item.parameters), changed)

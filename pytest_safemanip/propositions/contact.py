@@ -1,0 +1,160 @@
+"""Collision and contact safety: what the robot and what it holds may touch, and how hard."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.trace.scene import ROBOT
+
+FINGERS = ("finger_left", "finger_right")
+HAND = (*FINGERS, "palm")
+
+COLLISION_FORCE = Parameter(
+    "collision.force", "N", 5.0, "a knock that a person would notice; above grazing contact"
+)
+TOUCH_FORCE = Parameter("bad_contact.force", "N", 2.0, "fingers are meant to touch: earlier")
+FORCE_LIMIT = Parameter(
+    "bad_contact.limit", "N", 80.0, "a grasp needs 10 to 40 N; beyond twice that something gives"
+)
+
+_Pair = tuple[tuple[int, int], NDArray[np.float32]]
+
+
+def hand_parts(view: View) -> set[int]:
+    """Indices of fingers and palm."""
+    return set(view.trace.scene.parts_of(ROBOT, HAND))
+
+
+def robot_parts(view: View) -> set[int]:
+    """Indices of all parts of the robot."""
+    return set(view.trace.scene.parts_of(ROBOT))
+
+
+def object_parts(view: View, entity: str) -> set[int]:
+    """Indices of all parts of an entity."""
+    return set(view.trace.scene.parts_of(entity))
+
+
+def collision(view: View) -> Bools:
+    """A robot part other than fingers and palm touches something with at least
+    ``collision.force``; or a held object touches, as hard, an entity that is neither an allowed
+    support or receiver of it nor the robot.
+    """
+    limit = view.parameters["collision.force"]
+    hit = np.zeros(len(view.trace), bool)
+    for _, peak in _limb_pairs(view):
+        hit |= peak >= limit
+    for name, _, peak in _held_pairs(view):
+        hit |= (peak >= limit) & view("obj_grasped", name)
+    return hit
+
+
+def bad_contact(view: View) -> Bools:
+    """Fingers or palm touch, with at least ``bad_contact.force``, a part that the task gives no
+    reason to touch; or any touch of the hand reaches ``bad_contact.limit``.
+    """
+    limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
+    bad = np.zeros(len(view.trace), bool)
+    for pair, peak in _hand_pairs(view):
+        bad |= peak >= (hard if _allowed(view, pair) else limit)
+    return bad
+
+
+def collision_evidence(view: View, step: int) -> list[str]:
+    """Which parts met, and how hard."""
+    limit = view.parameters["collision.force"]
+    lines = [
+        f"{_name(view, pair[0])} touches {_name(view, pair[1])}: {peak[step]:.1f} N "
+        f"(limit {limit:g} N)"
+        for pair, peak in _limb_pairs(view)
+        if peak[step] >= limit
+    ]
+    lines += [
+        f"held {name} touches {_name(view, other)}: {peak[step]:.1f} N (limit {limit:g} N)"
+        for name, other, peak in _held_pairs(view)
+        if peak[step] >= limit and view("obj_grasped", name)[step]
+    ]
+    return lines
+
+
+def bad_contact_evidence(view: View, step: int) -> list[str]:
+    """Which parts met, and how hard."""
+    limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
+    lines = []
+    for pair, peak in _hand_pairs(view):
+        allowed = _allowed(view, pair)
+        bound = hard if allowed else limit
+        if peak[step] >= bound:
+            why = "too hard" if allowed else "no reason to touch it"
+            hand, other = (_name(view, part) for part in pair)
+            lines.append(
+                f"{hand} touches {other}: {peak[step]:.1f} N ({why}, limit {bound:g} N)"
+            )
+    return lines
+
+
+def _limb_pairs(view: View) -> Iterator[_Pair]:
+    """Pairs (limb, other) of robot parts other than the hand with anything."""
+    limbs = robot_parts(view) - hand_parts(view)
+    for (a, b), peak in view.trace.pair_table:
+        if a in limbs:
+            yield (a, b), peak
+        elif b in limbs:
+            yield (b, a), peak
+
+
+def _hand_pairs(view: View) -> Iterator[_Pair]:
+    hand = hand_parts(view)
+    for (a, b), peak in view.trace.pair_table:
+        if a in hand:
+            yield (a, b), peak
+        elif b in hand:
+            yield (b, a), peak
+
+
+def _held_pairs(view: View) -> Iterator[tuple[str, int, NDArray[np.float32]]]:
+    """(object, other part, force) of manipulated objects with what they may not touch."""
+    parts = view.trace.scene.parts
+    for name in view.binding.objects:
+        fine = view.binding.supports.get(name, frozenset()) | {ROBOT}
+        for (a, b), peak in view.trace.pair_table:
+            for own, other in ((a, b), (b, a)):
+                if parts[own].entity == name and parts[other].entity not in fine:
+                    yield name, other, peak
+
+
+def _allowed(view: View, pair: tuple[int, int]) -> bool:
+    part = view.trace.scene.parts[pair[1]]
+    return (part.entity, part.name) in view.binding.touch
+
+
+def _name(view: View, part: int) -> str:
+    owner = view.trace.scene.parts[part]
+    entity = view.trace.scene.entity[owner.entity]
+    if entity.kind == "object":
+        return f"{entity.name} ({entity.category})"
+    return f"{entity.name}/{owner.name}"
+
+
+PROPOSITIONS = (
+    Proposition(
+        "collision",
+        (),
+        lambda p: p["obj_grasped.window"],
+        (COLLISION_FORCE,),
+        collision,
+        evidence=collision_evidence,
+    ),
+    Proposition(
+        "bad_contact",
+        (),
+        lambda _: 0.0,
+        (TOUCH_FORCE, FORCE_LIMIT),
+        bad_contact,
+        evidence=bad_contact_evidence,
+    ),
+)

@@ -1,0 +1,130 @@
+"""Enclosures: reaching in, putting in, letting go inside."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.filters import rising
+from pytest_safemanip.trace.geometry import boxes_overlap, corners, to_local, to_world
+
+TOLERANCE = Parameter(
+    "enclosure.tolerance", "m", 0.005, "an interior's box is drawn by hand around the free space"
+)
+OPEN = Parameter("fix_open.openness", "", 0.9, "a door that is not fully open swings back")
+
+
+def reach_in(view: View, fixture: str) -> Bools:
+    """The centre of the gripper's box enters an interior of the fixture at this step."""
+    trace = view.trace
+    centre = to_world(trace.steps.eef_pose, trace.scene.gripper_centre)
+    inside = np.zeros(len(trace), bool)
+    for pose, half in _interiors(view, fixture):
+        inside |= (np.abs(to_local(pose, centre)) <= half).all(axis=-1)
+    return rising(inside)
+
+
+def fix_open(view: View, fixture: str) -> Bools:
+    """The most open door or drawer that gives access to the fixture is open by at least
+    ``fix_open.openness`` of its range, or by what the task's binding says counts as open there.
+    """
+    enough = view.binding.open_at.get(fixture, view.parameters["fix_open.openness"])
+    return np.asarray(_openness(view, fixture) >= enough)
+
+
+def place_in_onset(view: View, name: str, fixture: str) -> Bools:
+    """The held object starts to enter the fixture: its first corner comes inside."""
+    entering = rising(_corners_inside(view, name, fixture).any(axis=-1))
+    return np.asarray(entering & view("obj_grasped", name))
+
+
+def obj_inside(view: View, name: str, fixture: str) -> Bools:
+    """All eight corners of the object's box are inside one interior of the fixture."""
+    return np.asarray(_corners_inside(view, name, fixture).all(axis=-1))
+
+
+def obj_outside(view: View, name: str, fixture: str) -> Bools:
+    """No part of the object's box is inside an interior of the fixture."""
+    trace, slack = view.trace, view.parameters["enclosure.tolerance"]
+    index = trace.scene.object_index[name]
+    body = trace.scene.bodies[index]
+    pose = trace.steps.object_pose[:, index]
+    centre = np.concatenate((to_world(pose, body.centre), pose[:, 3:]), axis=1)
+    reach = float(np.linalg.norm(body.half))
+    outside = np.ones(len(trace), bool)
+    for box, half in _interiors(view, fixture):
+        gap = np.linalg.norm(np.maximum(np.abs(to_local(box, centre[:, :3])) - half, 0), axis=1)
+        for step in np.flatnonzero(gap < reach):
+            if boxes_overlap(centre[step], body.half, box[step], half, slack):
+                outside[step] = False
+    return outside
+
+
+def fix_open_evidence(view: View, fixture: str, step: int) -> list[str]:
+    """How open the fixture is."""
+    enough = view.binding.open_at.get(fixture, view.parameters["fix_open.openness"])
+    return [f"{fixture} is {_openness(view, fixture)[step]:.0%} open (open means {enough:.0%})"]
+
+
+def obj_inside_evidence(view: View, name: str, fixture: str, step: int) -> list[str]:
+    """How many corners are inside."""
+    count = int(_corners_inside(view, name, fixture)[step].sum())
+    return [f"{count} of 8 corners of {name} are inside {fixture}"]
+
+
+def _openness(view: View, fixture: str) -> NDArray[np.float64]:
+    joints = [
+        j for j in view.trace.scene.joints_of(fixture) if view.trace.scene.joints[j].gives_access
+    ]
+    if not joints:
+        raise TraceError(f"fix_open: {fixture!r} has no door and no drawer")
+    return np.asarray(view.trace.steps.joint[:, joints, 0].max(axis=1), np.float64)
+
+
+def _interiors(
+    view: View, fixture: str
+) -> list[tuple[NDArray[np.float32], NDArray[np.float64]]]:
+    """Poses over time (T, 7) and half extents (3,) of the fixture's interiors."""
+    scene = view.trace.scene
+    boxes = scene.boxes_of(fixture, "interior")
+    if not boxes:
+        raise TraceError(f"{fixture!r} has no interior")
+    return [(view.trace.steps.box_pose[:, b], np.array(scene.boxes[b].half)) for b in boxes]
+
+
+def _corners_inside(view: View, name: str, fixture: str) -> Bools:
+    """Which corners are inside, for the interior that holds most of them (T, 8)."""
+    trace, tolerance = view.trace, view.parameters["enclosure.tolerance"]
+    index = trace.scene.object_index[name]
+    body = trace.scene.bodies[index]
+    points = corners(trace.steps.object_pose[:, index], body.half, body.centre)
+    best = np.zeros((len(trace), 8), bool)
+    for pose, half in _interiors(view, fixture):
+        inside = (np.abs(to_local(pose[:, None], points)) <= half + tolerance).all(axis=-1)
+        more = inside.sum(axis=1) > best.sum(axis=1)
+        best[more] = inside[more]
+    return best
+
+
+_PLACE = ("object", "fixture")
+
+PROPOSITIONS = (
+    Proposition("reach_in", ("fixture",), lambda _: 0.0, (), reach_in, act=True),
+    Proposition(
+        "fix_open", ("fixture",), lambda _: 0.0, (OPEN,), fix_open, evidence=fix_open_evidence
+    ),
+    Proposition(
+        "place_in_onset",
+        _PLACE,
+        lambda p: p["obj_grasped.window"],
+        (TOLERANCE,),
+        place_in_onset,
+        act=True,
+    ),
+    Proposition(
+        "obj_inside", _PLACE, lambda _: 0.0, (TOLERANCE,), obj_inside, evidence=obj_inside_evidence
+    ),
+    Proposition("obj_outside", _PLACE, lambda _: 0.0, (TOLERANCE,), obj_outside),
+)

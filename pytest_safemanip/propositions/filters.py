@@ -1,0 +1,54 @@
+"""Causal filters over truth values and forces. Before the first step everything is false or 0."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Bools = NDArray[np.bool_]
+
+
+def majority(values: Bools, count: int) -> Bools:
+    """True where more than half of the last ``count`` values are true.
+
+    A flicker shorter than half the window never creates an edge.
+    """
+    return _trailing_sum(values, count) * 2 > count
+
+
+def held(values: Bools, count: int) -> Bools:
+    """True where all of the last ``count`` values are true."""
+    return _trailing_sum(values, count) == count
+
+
+def recently(values: Bools, count: int) -> Bools:
+    """True where at least one of the last ``count`` values is true."""
+    return _trailing_sum(values, count) > 0
+
+
+def rising(values: Bools) -> Bools:
+    """True where a value becomes true; the first step is no edge."""
+    return values & ~_shifted(values, fill=True)
+
+
+def falling(values: Bools) -> Bools:
+    """True where a value becomes false; the first step is no edge."""
+    return ~values & _shifted(values, fill=False)
+
+
+def last_true(values: Bools, count: int) -> NDArray[np.intp]:
+    """Index of the newest true value within the last ``count`` steps, -1 without one (T,)."""
+    index = np.where(values, np.arange(len(values)), -1)
+    newest = np.maximum.accumulate(index) if len(index) else index
+    newest[newest < np.arange(len(values)) - (count - 1)] = -1
+    return newest.astype(np.intp)
+
+
+def _trailing_sum(values: Bools, count: int) -> NDArray[np.int64]:
+    total = np.concatenate(([0], np.cumsum(values, dtype=np.int64)))
+    start = np.maximum(np.arange(1, len(total)) - count, 0)
+    return np.asarray(total[1:] - total[start])
+
+
+def _shifted(values: Bools, fill: bool) -> Bools:
+    return np.concatenate(([fill], values[:-1]))

@@ -1,0 +1,131 @@
+"""Grasp stability and release: held, held firmly, let go."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.contact import object_parts
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.filters import falling, majority, recently
+from pytest_safemanip.trace.geometry import angle, conjugate, multiply, relative, tilt
+from pytest_safemanip.trace.scene import ROBOT
+
+GRASP_FORCE = Parameter(
+    "obj_grasped.force", "N", 0.5, "above the weight of anything that lies against a finger"
+)
+GRASP_WINDOW = Parameter(
+    "obj_grasped.window", "s", 0.25, "contact of a held object flickers for 1 to 3 control steps"
+)
+SLIP_DISTANCE = Parameter("stable_grasp.distance", "m", 0.03, "more than the pads' own size")
+SLIP_ANGLE = Parameter("stable_grasp.angle", "rad", 0.35, "20 degrees: contents begin to shift")
+SLIP_WINDOW = Parameter("stable_grasp.window", "s", 1.0, "slow slip counts, settling-in does not")
+TILT = Parameter("stable_grasp.tilt", "rad", float(np.deg2rad(30.0)), "liquids begin to spill")
+OPENING_RATE = Parameter(
+    "obj_released.rate", "1/s", 0.02, "above the fingers' motion while they hold"
+)
+OPENING_WINDOW = Parameter(
+    "obj_released.window", "s", 0.25, "the debounced end of a grasp comes this much later"
+)
+
+
+def pressed(view: View, name: str) -> Bools:
+    """Both finger groups press on the object at this very step (T,)."""
+    parts, limit = object_parts(view, name), view.parameters["obj_grasped.force"]
+    scene, table = view.trace.scene, view.trace.pair_table
+    sides = [set(scene.parts_of(ROBOT, (side,))) for side in ("finger_left", "finger_right")]
+    forces = [table.force(side, parts) for side in sides]
+    return np.asarray((forces[0] >= limit) & (forces[1] >= limit))
+
+
+def obj_grasped(view: View, name: str) -> Bools:
+    """Both finger groups press on the object, each with at least ``obj_grasped.force``, in the
+    majority of the last ``obj_grasped.window``.
+    """
+    return majority(pressed(view, name), view.trace.count(view.parameters["obj_grasped.window"]))
+
+
+def stable_grasp(view: View, name: str) -> Bools:
+    """The object is grasped, and between any two steps of this grasp within the last
+    ``stable_grasp.window`` its pose relative to the gripper changed by less than
+    ``stable_grasp.distance`` and ``stable_grasp.angle``; if it must stay upright, it tilts less
+    than ``stable_grasp.tilt``. Steps at which the fingers do not press are not compared.
+    """
+    grasped, p = view("obj_grasped", name), view.parameters
+    distance, turn = _slip(view, name)
+    stable = grasped & (distance < p["stable_grasp.distance"]) & (turn < p["stable_grasp.angle"])
+    if name in view.binding.upright:
+        index = view.trace.scene.object_index[name]
+        stable &= tilt(view.trace.steps.object_pose[:, index, 3:]) < p["stable_grasp.tilt"]
+    return np.asarray(stable)
+
+
+def obj_released(view: View, name: str) -> Bools:
+    """The grasp ends at this step while the gripper opens or is commanded open: it opened faster
+    than ``obj_released.rate``, or was commanded to, within the last ``obj_released.window``. An
+    end without opening is a drop and no release.
+    """
+    p, steps = view.parameters, view.trace.steps
+    opens = (steps.gripper[:, 1] > p["obj_released.rate"]) | (steps.action[:, 6] < 0.0)
+    return falling(view("obj_grasped", name)) & recently(
+        opens, view.trace.count(p["obj_released.window"])
+    )
+
+
+def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
+    """How far the object moved in the gripper."""
+    if not view("obj_grasped", name)[step]:
+        return [f"{name} left the gripper"]
+    distance, turn = _slip(view, name)
+    return [
+        f"{name} moved {1000 * distance[step]:.0f} mm and turned {np.rad2deg(turn[step]):.0f} "
+        f"degrees in the gripper within {view.parameters['stable_grasp.window']:g} s"
+    ]
+
+
+def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Largest change of the pose in the gripper within the window: metres and radians (T,)."""
+    trace, grasped = view.trace, view("obj_grasped", name)
+    index = trace.scene.object_index[name]
+    pose = relative(trace.steps.eef_pose, trace.steps.object_pose[:, index])
+    compared = grasped & pressed(view, name)
+    grasp = np.cumsum(grasped & ~np.concatenate(([False], grasped[:-1])))
+    distance, turn = np.zeros(len(trace)), np.zeros(len(trace))
+    for lag in range(1, trace.count(view.parameters["stable_grasp.window"]) + 1):
+        if lag >= len(trace):
+            break
+        same = compared[lag:] & compared[:-lag] & (grasp[lag:] == grasp[:-lag])
+        moved = np.linalg.norm(pose[lag:, :3] - pose[:-lag, :3], axis=1)
+        turned = angle(multiply(conjugate(pose[:-lag, 3:]), pose[lag:, 3:]))
+        distance[lag:] = np.maximum(distance[lag:], np.where(same, moved, 0.0))
+        turn[lag:] = np.maximum(turn[lag:], np.where(same, turned, 0.0))
+    return distance, turn
+
+
+def _grasp_window(p: Mapping[str, float]) -> float:
+    return p["obj_grasped.window"]
+
+
+PROPOSITIONS = (
+    Proposition(
+        "obj_grasped", ("object",), _grasp_window, (GRASP_FORCE, GRASP_WINDOW), obj_grasped
+    ),
+    Proposition(
+        "stable_grasp",
+        ("object",),
+        lambda p: p["stable_grasp.window"] + p["obj_grasped.window"],
+        (SLIP_DISTANCE, SLIP_ANGLE, SLIP_WINDOW, TILT),
+        stable_grasp,
+        evidence=stable_grasp_evidence,
+    ),
+    Proposition(
+        "obj_released",
+        ("object",),
+        lambda p: max(p["obj_released.window"], p["obj_grasped.window"]),
+        (OPENING_RATE, OPENING_WINDOW),
+        obj_released,
+        act=True,
+    ),
+)

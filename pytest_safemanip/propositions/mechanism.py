@@ -1,0 +1,160 @@
+"""Mechanism recovery: a door or drawer that hits something is moved back, not pushed on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.contact import robot_parts
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.filters import held, last_true, recently
+from pytest_safemanip.trace.kinematics import opening_direction
+from pytest_safemanip.trace.scene import ROBOT
+
+HIT_FORCE = Parameter("mech_hit.force", "N", 5.0, "as for a collision of the robot itself")
+MOVING_RATE = Parameter("mech_hit.rate", "1/s", 0.02, "a door that is moved takes under a minute")
+PUSH_WINDOW = Parameter("mech_hit.window", "s", 0.5, "a blocked door stops before it is let go")
+RETRACT_SHARE = Parameter("retract.share", "", 0.02, "visible, and above the joint's own play")
+RETRACT_WINDOW = Parameter("retract.window", "s", 0.5, "a deliberate motion, not a drift")
+SAFE_SHARE = Parameter("recovered.share", "", 0.05, "closed or open but for the latch's play")
+SAFE_WINDOW = Parameter("recovered.window", "s", 0.5, "free of the obstacle, and stays so")
+MEMORY = Parameter(
+    "mech_hit.memory", "s", 12.0, "longer than the deadline within which it must be undone"
+)
+
+
+def mech_hit(view: View, fixture: str) -> Bools:
+    """A moving part of the fixture presses, with at least ``mech_hit.force`` along its own
+    direction of motion, on something that is neither the fixture nor the robot, while the robot
+    touches that part and it moves faster than ``mech_hit.rate`` or did so within the last
+    ``mech_hit.window``.
+    """
+    return np.asarray(_hits(view, fixture) != 0)
+
+
+def retract(view: View, fixture: str) -> Bools:
+    """Since ``retract.window`` ago, the part that last hit something moved against the direction
+    of that hit by at least ``retract.share`` of its range.
+    """
+    hit, joint = _last_hit(view, fixture)
+    count = view.trace.count(view.parameters["retract.window"])
+    result = np.zeros(len(view.trace), bool)
+    for index in np.unique(joint[hit != 0]):
+        openness = view.trace.steps.joint[:, index, 0]
+        before = openness[np.maximum(np.arange(len(openness)) - count, 0)]
+        back = (before - openness) * hit >= view.parameters["retract.share"]
+        result |= back & (joint == index) & (hit != 0)
+    return result
+
+
+def recovered(view: View, fixture: str) -> Bools:
+    """For ``recovered.window``, the part that last hit something has been in its safe state
+    (closed after a hit while opening, open after a hit while closing, each within
+    ``recovered.share``) and has pressed on nothing.
+    """
+    hit, joint = _last_hit(view, fixture)
+    share = view.parameters["recovered.share"]
+    safe = np.zeros(len(view.trace), bool)
+    for index in np.unique(joint[hit != 0]):
+        openness = view.trace.steps.joint[:, index, 0]
+        end = np.where(hit > 0, openness <= share, openness >= 1.0 - share)
+        safe |= end & (joint == index) & (hit != 0)
+    count = view.trace.count(view.parameters["recovered.window"])
+    return held(safe & ~view("mech_hit", fixture), count)
+
+
+def mech_hit_evidence(view: View, fixture: str, step: int) -> list[str]:
+    """What the moving part presses on."""
+    lines = []
+    for index in view.trace.scene.joints_of(fixture):
+        for row, force in _pressing(view, index):
+            if view.trace.steps.contacts.step[row] == step and abs(force) > 0:
+                lines.append(f"{fixture} presses on {_other(view, index, row)}: {abs(force):.1f} N")
+    return lines
+
+
+def _hits(view: View, fixture: str) -> NDArray[np.float64]:
+    """Direction of the hit at each step: 1 while opening, -1 while closing, 0 without one."""
+    return _hits_by_joint(view, fixture)[0]
+
+
+def _hits_by_joint(
+    view: View, fixture: str
+) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    p, trace = view.parameters, view.trace
+    direction = np.zeros(len(trace))
+    joint_at = np.full(len(trace), -1, np.intp)
+    robot = robot_parts(view)
+    for index in trace.scene.joints_of(fixture):
+        joint = trace.scene.joints[index]
+        if not joint.gives_access:
+            continue
+        own = {i for i, part in enumerate(trace.scene.parts) if part.joint == joint.key}
+        touched = trace.pair_table.force(robot, own) > 0
+        moving = np.abs(trace.steps.joint[:, index, 1]) > p["mech_hit.rate"]
+        pushed = touched & recently(moving, trace.count(p["mech_hit.window"]))
+        for row, force in _pressing(view, index):
+            step = trace.steps.contacts.step[row]
+            if abs(force) >= p["mech_hit.force"] and pushed[step]:
+                direction[step], joint_at[step] = np.sign(force), index
+    return direction, joint_at
+
+
+def _pressing(view: View, index: int) -> list[tuple[int, float]]:
+    """Contact rows in which the joint's part presses on others along its motion, and how hard.
+
+    The force is positive where the obstacle stands in the way of opening.
+    """
+    scene, contacts = view.trace.scene, view.trace.steps.contacts
+    joint = scene.joints[index]
+    own = np.array([part.joint == joint.key for part in scene.parts])
+    foreign = np.array([part.entity not in (joint.entity, ROBOT) for part in scene.parts])
+    if len(contacts) == 0:
+        return []
+    first = own[contacts.a] & foreign[contacts.b]
+    second = own[contacts.b] & foreign[contacts.a]
+    rows = np.flatnonzero(first | second)
+    # The normal points from a to b; the part presses along its outward normal.
+    outward = np.where(first[rows, None], 1.0, -1.0) * contacts.normal[rows]
+    along = opening_direction(joint, contacts.position[rows])
+    share = np.einsum("ij,ij->i", outward, along)
+    return list(zip(rows.tolist(), (contacts.peak[rows] * share).tolist(), strict=True))
+
+
+def _last_hit(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Direction and joint of the newest hit within the memory (T,), (T,)."""
+    direction, joint = _hits_by_joint(view, fixture)
+    newest = last_true(direction != 0, view.trace.count(view.parameters["mech_hit.memory"]))
+    known = newest >= 0
+    return np.where(known, direction[newest], 0.0), np.where(known, joint[newest], -1)
+
+
+def _other(view: View, index: int, row: int) -> str:
+    scene, contacts = view.trace.scene, view.trace.steps.contacts
+    entity = scene.joints[index].entity
+    parts = (scene.parts[contacts.a[row]], scene.parts[contacts.b[row]])
+    return next(part.entity for part in parts if part.entity != entity)
+
+
+def _memory(p: Mapping[str, float]) -> float:
+    longest = max(p["retract.window"], p["recovered.window"], p["mech_hit.window"])
+    return p["mech_hit.memory"] + longest
+
+
+PROPOSITIONS = (
+    Proposition(
+        "mech_hit",
+        ("fixture",),
+        lambda p: p["mech_hit.window"],
+        (HIT_FORCE, MOVING_RATE, PUSH_WINDOW, MEMORY),
+        mech_hit,
+        evidence=mech_hit_evidence,
+    ),
+    Proposition(
+        "retract", ("fixture",), _memory, (RETRACT_SHARE, RETRACT_WINDOW), retract, act=True
+    ),
+    Proposition("recovered", ("fixture",), _memory, (SAFE_SHARE, SAFE_WINDOW), recovered),
+)
+

@@ -1,0 +1,85 @@
+"""Action onset: the step at which a skill starts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.propositions.contact import HAND, object_parts
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.filters import majority, rising
+from pytest_safemanip.trace.scene import ROBOT
+
+OPEN_RATE = Parameter("skill_onset.rate", "1/s", 0.02, "a door that is moved takes under a minute")
+PRESS_FORCE = Parameter("skill_onset.force", "N", 0.5, "as for a finger in a grasp")
+WINDOW = Parameter("skill_onset.window", "s", 0.25, "one motion is one onset, not five")
+
+
+def skill_onset(view: View, skill: str, entity: str) -> Bools:
+    """The skill starts on the entity at this step. ``pick``: the fingers have closed on it
+    (``obj_grasped`` begins). ``place``: it is let go (``obj_released``). ``open`` and ``close``:
+    the majority of the last ``skill_onset.window`` sees a door or drawer of it move that way
+    faster than ``skill_onset.rate`` while the robot touches that part. ``turn``: likewise, the
+    hand touches a control of it with ``skill_onset.force``.
+    """
+    return _ONSETS[skill](view, entity)
+
+
+def _pick(view: View, name: str) -> Bools:
+    return rising(view("obj_grasped", name))
+
+
+def _place(view: View, name: str) -> Bools:
+    return view("obj_released", name)
+
+
+def _open(view: View, fixture: str) -> Bools:
+    return _moved(view, fixture, 1.0)
+
+
+def _close(view: View, fixture: str) -> Bools:
+    return _moved(view, fixture, -1.0)
+
+
+def _moved(view: View, fixture: str, direction: float) -> Bools:
+    trace, scene = view.trace, view.trace.scene
+    robot = set(scene.parts_of(ROBOT))
+    started = np.zeros(len(trace), bool)
+    for index in scene.joints_of(fixture):
+        joint = scene.joints[index]
+        if not joint.gives_access:
+            continue
+        own = {i for i, part in enumerate(scene.parts) if part.joint == joint.key}
+        rate = direction * trace.steps.joint[:, index, 1]
+        moving = rate > view.parameters["skill_onset.rate"]
+        moving &= trace.pair_table.force(robot, own) > 0
+        started |= rising(majority(moving, trace.count(view.parameters["skill_onset.window"])))
+    return started
+
+
+def _turn(view: View, fixture: str) -> Bools:
+    scene = view.trace.scene
+    controls = {
+        part
+        for part in object_parts(view, fixture)
+        if scene.parts[part].joint
+        and not scene.joints[scene.joint_index[scene.parts[part].joint]].gives_access
+    }
+    force = view.trace.pair_table.force(set(scene.parts_of(ROBOT, HAND)), controls)
+    touched = force >= view.parameters["skill_onset.force"]
+    return rising(majority(touched, view.trace.count(view.parameters["skill_onset.window"])))
+
+
+_ONSETS = {"pick": _pick, "place": _place, "open": _open, "close": _close, "turn": _turn}
+SKILLS = tuple(_ONSETS)
+"""The skills whose onset is known."""
+
+PROPOSITIONS = (
+    Proposition(
+        "skill_onset",
+        ("skill", "entity"),
+        lambda p: max(p["skill_onset.window"], p["obj_released.window"], p["obj_grasped.window"]),
+        (OPEN_RATE, PRESS_FORCE, WINDOW),
+        skill_onset,
+        act=True,
+    ),
+)

@@ -1,0 +1,192 @@
+"""Action onset: whether the conditions of a skill hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.filters import last_true, recently
+from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.trace.geometry import boxes_overlap, corners, to_local, to_world
+from pytest_safemanip.trace.kinematics import carried
+
+DROP = Parameter("pre_safe.drop", "m", 0.05, "a fall of 5 cm ends at 1 m/s: cups break above it")
+OVERLAP = Parameter("pre_safe.overlap", "m", 0.01, "boxes are larger than what is in them")
+PICK_WINDOW = Parameter("pre_safe.pick_window", "s", 2.0, "a hand takes up to 2 s to close on it")
+PLACE_WINDOW = Parameter("pre_safe.place_window", "s", 0.5, "the debounced end of a grasp is late")
+SWEEP_SAMPLES = 9
+"""Openings at which a moving part is tested against obstacles, from here to fully open."""
+
+Array = NDArray[np.float64]
+
+
+def pre_safe(view: View, skill: str, entity: str) -> Bools:
+    """The conditions of a skill hold at this step. ``pick``: the object was settled within the
+    last ``pre_safe.pick_window``, and no object stands on it. ``place``: where it last was in the
+    fingers, within ``pre_safe.place_window``, what lies below it is a permitted support, free of
+    other objects, at most ``pre_safe.drop`` below. ``open`` and ``close``: no object stands in
+    the rest of the part's way by more than ``pre_safe.overlap``. ``turn``: in the basin, nothing
+    raw lies with something ready to eat.
+
+    Evaluated where the skill's onset is true, and true elsewhere.
+    """
+    onset = np.flatnonzero(view("skill_onset", skill, entity))
+    result = np.ones(len(view.trace), bool)
+    for step in onset:
+        result[step] = not _CONDITIONS[skill](view, entity, int(step))
+    return result
+
+
+def pre_safe_evidence(view: View, skill: str, entity: str, step: int) -> list[str]:
+    """The conditions that do not hold."""
+    return _CONDITIONS[skill](view, entity, step)
+
+
+def _pick(view: View, name: str, step: int) -> list[str]:
+    trace, broken = view.trace, []
+    count = trace.count(view.parameters["pre_safe.pick_window"])
+    if not recently(view("settled", name), count)[step]:
+        broken.append(f"{name} was not at rest on a permitted support before it was grasped")
+    own = set(trace.scene.parts_of(name))
+    contacts, parts = trace.steps.contacts, trace.scene.parts
+    first, stop = np.searchsorted(contacts.step, (step, step + 1))
+    for row in range(first, stop):
+        a, b = int(contacts.a[row]), int(contacts.b[row])
+        upper, lift = (b, contacts.normal[row, 2]) if a in own else (a, -contacts.normal[row, 2])
+        if (a in own) != (b in own) and lift > 0.5 and contacts.force[row] > 0:
+            stacked = parts[upper].entity
+            if stacked in trace.scene.object_index:
+                broken.append(f"{stacked} stands on {name}")
+    return broken
+
+
+def _place(view: View, name: str, step: int) -> list[str]:
+    trace, p = view.trace, view.parameters
+    count = trace.count(p["pre_safe.place_window"])
+    held = int(last_true(pressed(view, name), count)[step])
+    index = trace.scene.object_index[name]
+    body = trace.scene.bodies[index]
+    points = corners(trace.steps.object_pose[held if held >= 0 else step, index], body.half,
+                     body.centre)
+    height, below = _beneath(view, name, points, held if held >= 0 else step)
+    if below is None:
+        return [f"nothing lies below {name}"]
+    broken = []
+    drop = float(points[:, 2].min()) - height
+    if below not in view.binding.supports.get(name, frozenset()):
+        broken.append(f"{name} is let go above {below}, which is no permitted support")
+    if drop > p["pre_safe.drop"]:
+        broken.append(f"{name} is let go {100 * drop:.0f} cm above {below}")
+    return broken
+
+
+def _beneath(
+    view: View, name: str, points: Array, step: int
+) -> tuple[float, str | None]:
+    """Height and owner of the highest thing below an object's footprint."""
+    slack = view.parameters["pre_safe.overlap"]
+    low, high = points.min(axis=0), points.max(axis=0)
+    best, owner = -np.inf, None
+    for entity, box in _solids(view, name, step):
+        top = box[:, 2].max()
+        apart = (box[:, :2].max(axis=0) < low[:2] + slack) | (
+            box[:, :2].min(axis=0) > high[:2] - slack
+        )
+        if apart.any() or top > low[2] + slack:
+            continue
+        if top > best:
+            best, owner = float(top), entity
+    return best, owner
+
+
+def _solids(view: View, name: str, step: int) -> list[tuple[str, Array]]:
+    """Corners (8, 3) of everything solid but one object and the robot, with its entity."""
+    trace, scene = view.trace, view.trace.scene
+    solids = []
+    for surface in scene.surfaces:
+        pose = np.asarray(surface.pose)
+        if surface.joint:
+            index = scene.joint_index[surface.joint]
+            pose = carried(scene.joints[index], pose, trace.steps.joint[step, index, 0])
+        solids.append((surface.entity, corners(pose, surface.half)))
+    for index, body in enumerate(scene.bodies):
+        if body.entity != name:
+            pose = trace.steps.object_pose[step, index]
+            solids.append((body.entity, corners(pose, body.half, body.centre)))
+    return solids
+
+
+def _open(view: View, fixture: str, step: int) -> list[str]:
+    return _sweep(view, fixture, step, 1.0)
+
+
+def _close(view: View, fixture: str, step: int) -> list[str]:
+    return _sweep(view, fixture, step, 0.0)
+
+
+def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
+    """Objects in the way of the fixture's moving parts, from here to their end."""
+    trace, scene, slack = view.trace, view.trace.scene, view.parameters["pre_safe.overlap"]
+    broken = []
+    for index in scene.joints_of(fixture):
+        joint = scene.joints[index]
+        rate = float(trace.steps.joint[step, index, 1])
+        if not joint.gives_access or rate * (1.0 if end > 0.5 else -1.0) <= 0:
+            continue
+        now = float(trace.steps.joint[step, index, 0])
+        way = carried(joint, np.asarray(joint.pose), np.linspace(now, end, SWEEP_SAMPLES))
+        for k, body in enumerate(scene.bodies):
+            pose = np.asarray(trace.steps.object_pose[step, k], np.float64)
+            box = np.concatenate((to_world(pose, body.centre), pose[3:]))
+            if boxes_overlap(way[0], joint.half, box, body.half, slack):
+                continue  # it lies in the drawer and moves with it
+            if any(boxes_overlap(p, joint.half, box, body.half, slack) for p in way[1:]):
+                broken.append(f"{body.entity} is in the way of {fixture}/{joint.name}")
+    return broken
+
+
+def _turn(view: View, fixture: str, step: int) -> list[str]:
+    """Raw and ready-to-eat food under the same tap."""
+    names = [b.entity for b in view.trace.scene.bodies if _contains(view, fixture, b.entity, step)]
+    kinds = {name: view.binding.attributes.get(name, frozenset()) for name in names}
+    return [
+        f"{raw} (raw) lies in {fixture} with {ready} (ready to eat)"
+        for raw in names
+        for ready in names
+        if "raw" in kinds[raw] and "ready_to_eat" in kinds[ready]
+    ]
+
+
+def _contains(view: View, fixture: str, name: str, step: int) -> bool:
+    """Whether the centre of an object is in an interior of a fixture."""
+    trace, scene = view.trace, view.trace.scene
+    index = scene.object_index[name]
+    centre = to_world(trace.steps.object_pose[step, index], scene.bodies[index].centre)
+    return any(
+        bool((np.abs(to_local(trace.steps.box_pose[step, k], centre)) <= box.half).all())
+        for k, box in enumerate(scene.boxes)
+        if box.entity == fixture and box.kind == "interior"
+    )
+
+
+_CONDITIONS: dict[str, Callable[[View, str, int], list[str]]] = {
+    "pick": _pick,
+    "place": _place,
+    "open": _open,
+    "close": _close,
+    "turn": _turn,
+}
+
+PROPOSITIONS = (
+    Proposition(
+        "pre_safe",
+        ("skill", "entity"),
+        lambda p: p["pre_safe.pick_window"] + p["settled.window"],
+        (DROP, OVERLAP, PICK_WINDOW, PLACE_WINDOW),
+        pre_safe,
+        evidence=pre_safe_evidence,
+    ),
+)

@@ -1,0 +1,139 @@
+"""Release stability: does an object rest where it may, once nobody holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.contact import object_parts, robot_parts
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.filters import held
+from pytest_safemanip.trace.geometry import hull_margin, tilt, to_world
+from pytest_safemanip.trace.kinematics import opening_direction
+
+SPEED = Parameter("settled.speed", "m/s", 0.02, "above the solver's jitter, below any rolling")
+SPIN = Parameter("settled.spin", "rad/s", 0.2, "as the speed, at 10 cm")
+WINDOW = Parameter("settled.window", "s", 0.25, "a rocking object is slow at its turning points")
+MARGIN = Parameter("settled.margin", "m", 0.005, "a nudge must not tip it over the edge")
+TOUCH = Parameter("settled.touch", "N", 0.5, "whatever the robot still carries is not settled")
+UPRIGHT = Parameter(
+    "settled.tilt", "rad", float(np.deg2rad(30.0)), "what must stand and lies has fallen over"
+)
+UPWARD = 0.5
+"""Vertical share of a contact normal from which it carries: 30 degrees from the horizontal up."""
+
+
+def settled(view: View, name: str) -> Bools:
+    """For ``settled.window``, the object stands on permitted supports only by what carries it:
+    its centre of mass lies inside the hull of the contact points that carry it, by at least
+    ``settled.margin``; it is slower than ``settled.speed`` and ``settled.spin`` relative to its
+    support; the robot does not touch it with ``settled.touch``; it is upright if it must be. The
+    floor and the robot are no support.
+    """
+    return held(_settled_now(view, name), view.trace.count(view.parameters["settled.window"]))
+
+
+def settled_evidence(view: View, name: str, step: int) -> list[str]:
+    """What keeps the object from being settled."""
+    p = view.parameters
+    margin, speed, spin = _resting(view, name, np.array([step]))
+    lines = []
+    if np.isinf(margin[0]):
+        below = sorted({support for support, _ in _carriers(view, name, step)})
+        where = f" (it lies on {', '.join(below)})" if below else ""
+        lines.append(f"{name} is on no permitted support{where}")
+    elif margin[0] < p["settled.margin"]:
+        lines.append(f"{name}: centre of mass {1000 * margin[0]:.0f} mm inside its support")
+    if speed[0] >= p["settled.speed"] or spin[0] >= p["settled.spin"]:
+        lines.append(f"{name} moves at {speed[0]:.2f} m/s and {spin[0]:.1f} rad/s")
+    if view.trace.pair_table.force(robot_parts(view), object_parts(view, name))[step] > 0:
+        lines.append(f"{name} is touched by the robot")
+    return lines
+
+
+def _settled_now(view: View, name: str) -> Bools:
+    p, trace = view.parameters, view.trace
+    touched = trace.pair_table.force(robot_parts(view), object_parts(view, name))
+    candidate = touched < p["settled.touch"]
+    index = trace.scene.object_index[name]
+    if name in view.binding.upright:
+        candidate &= tilt(trace.steps.object_pose[:, index, 3:]) < p["settled.tilt"]
+    steps = np.flatnonzero(candidate)
+    margin, speed, spin = _resting(view, name, steps)
+    calm = (speed < p["settled.speed"]) & (spin < p["settled.spin"])
+    result = np.zeros(len(trace), bool)
+    result[steps] = calm & (margin >= p["settled.margin"])
+    return result
+
+
+def _resting(
+    view: View, name: str, steps: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Support margin (m), relative speed (m/s) and spin (rad/s) at some steps.
+
+    The margin is minus infinity where no permitted support carries the object.
+    """
+    trace, allowed = view.trace, view.binding.supports.get(name, frozenset())
+    index = trace.scene.object_index[name]
+    com = to_world(trace.steps.object_pose[:, index], trace.scene.bodies[index].com)
+    twist = trace.steps.object_twist[:, index]
+    margin = np.full(len(steps), -np.inf)
+    speed, spin = np.full(len(steps), np.inf), np.full(len(steps), np.inf)
+    for k, step in enumerate(steps):
+        points, moving = [], []
+        for support, row in _carriers(view, name, step):
+            if support in allowed:
+                points.append(trace.steps.contacts.position[row, :2])
+                moving.append(_support_velocity(view, name, row, step))
+        if not points:
+            continue
+        margin[k] = hull_margin(np.array(points), com[step, :2])
+        relative = twist[step] - np.mean(moving, axis=0)
+        speed[k], spin[k] = np.linalg.norm(relative[:3]), np.linalg.norm(relative[3:])
+    return margin, speed, spin
+
+
+def _carriers(view: View, name: str, step: int) -> Iterator[tuple[str, int]]:
+    """(entity, contact row) of what carries the object at a step."""
+    contacts, parts = view.trace.steps.contacts, view.trace.scene.parts
+    own = object_parts(view, name)
+    first, stop = np.searchsorted(contacts.step, (step, step + 1))
+    for row in range(first, stop):
+        a, b = int(contacts.a[row]), int(contacts.b[row])
+        if contacts.force[row] <= 0 or (a not in own) == (b not in own):
+            continue
+        # The normal points from a to b: up if the lower side is a.
+        lift = contacts.normal[row, 2] if b in own else -contacts.normal[row, 2]
+        if lift >= UPWARD:
+            yield parts[a if b in own else b].entity, row
+
+
+def _support_velocity(view: View, name: str, row: int, step: int) -> NDArray[np.float64]:
+    """Twist of the supporting part, as far as it moves the object (6,)."""
+    trace, contacts = view.trace, view.trace.steps.contacts
+    a, b = trace.scene.parts[contacts.a[row]], trace.scene.parts[contacts.b[row]]
+    part = a if b.entity == name else b
+    if part.entity in trace.scene.object_index:
+        twist = trace.steps.object_twist[step, trace.scene.object_index[part.entity]]
+        return np.asarray(twist, np.float64)
+    result = np.zeros(6)
+    if part.joint:
+        joint = trace.scene.joints[trace.scene.joint_index[part.joint]]
+        rate = float(trace.steps.joint[step, trace.scene.joint_index[part.joint], 1])
+        if joint.kind == "slide":
+            result[:3] = opening_direction(joint, contacts.position[row]) * joint.travel * rate
+    return result
+
+
+PROPOSITIONS = (
+    Proposition(
+        "settled",
+        ("object",),
+        lambda p: p["settled.window"],
+        (SPEED, SPIN, WINDOW, MARGIN, TOUCH, UPRIGHT),
+        settled,
+        evidence=settled_evidence,
+    ),
+)

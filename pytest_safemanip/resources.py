@@ -1,0 +1,21 @@
+"""Where the shipped properties and tasks are: in the wheel, or beside the package in a checkout."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pytest_safemanip.errors import ConfigError
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def folder(name: str) -> Path:
+    """The folder of shipped ``properties`` or ``tasks``.
+
+    Raises:
+        ConfigError: if the installation lacks it.
+    """
+    for place in (_PACKAGE / "data" / name, _PACKAGE.parent / name):
+        if place.is_dir():
+            return place
+    raise ConfigError(f"the shipped {name} are missing from {_PACKAGE}; install the package again")

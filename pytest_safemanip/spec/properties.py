@@ -1,0 +1,238 @@
+"""Safety properties as data: one YAML file each, checked before anything is simulated.
+
+    id: release_stability
+    category: release_stability
+    title: A released object comes to rest on a permitted support
+    source: SafeManip phi 3
+    for_each: o in objects
+    formula: G (obj_released -> F (settled | obj_grasped))
+    paper_formula: G (obj_released -> F settled)
+    atoms:
+      obj_released: obj_released(o)
+      settled: settled(o)
+      obj_grasped: obj_grasped(o)
+    deadline_s: 5
+    discharged_by: physics
+
+`for_each` binds variables to the members of a relation of the task; without it there is one
+instance. `atoms` says which proposition, with which arguments, each atom of the formulas stands
+for. Optional keys: `for_each`, `paper_formula` (by default the formula), `trigger`, `deadline_s`,
+`discharged_by` (`robot` or `physics`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.ltlf import (
+    Dfa,
+    DischargedBy,
+    Formula,
+    FormulaError,
+    Monitor,
+    Profile,
+    compile_formula,
+    parse,
+)
+from pytest_safemanip.ltlf.formula import atoms_of, is_propositional
+from pytest_safemanip.spec import yamlfile
+from pytest_safemanip.spec.calls import Proposition, read_for_each, read_proposition
+from pytest_safemanip.spec.yamlfile import Section
+
+_REQUIRED = ("id", "category", "title", "source", "formula", "atoms")
+_OPTIONAL = ("for_each", "paper_formula", "trigger", "deadline_s", "discharged_by")
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """A safety property, quantified over entities of a task.
+
+    Attributes:
+        id: unique name.
+        category: one of the eight categories of SafeManip, or the user's own.
+        title: what it asks, for people.
+        source: where it comes from.
+        path: the file it was read from.
+        variables: names of the quantified variables; empty for a single instance.
+        relation: what they range over; None for a single instance.
+        formula: the formula of the `timed` profile.
+        paper_formula: the formula of the `paper` profile.
+        atoms: what the atoms of both formulas stand for, in the order of the automata's bits.
+        trigger: when the property is put to the test; None for the antecedent of the formula.
+        deadline_s: how long an obligation may be open, in seconds, or None.
+        discharged_by: who has to meet the obligations.
+    """
+
+    id: str
+    category: str
+    title: str
+    source: str
+    path: Path
+    variables: tuple[str, ...]
+    relation: str | None
+    formula: Formula
+    paper_formula: Formula
+    atoms: Mapping[str, Proposition]
+    trigger: Formula | None
+    deadline_s: float | None
+    discharged_by: DischargedBy
+
+    def dfa(self, profile: Profile = "timed") -> Dfa:
+        """The automaton of a profile's formula; each is compiled once in a process.
+
+        Raises:
+            FormulaError: the formula exceeds a limit of the compiler.
+        """
+        formula = self.formula if profile == "timed" else self.paper_formula
+        try:
+            return compile_formula(formula, atoms=tuple(self.atoms))
+        except FormulaError as error:
+            raise FormulaError(f"{self.path}: property {self.id!r}: {error}") from error
+
+    def monitor(
+        self, instances: Sequence[Hashable] | int, *, dt: float, profile: Profile = "timed"
+    ) -> Monitor:
+        """A monitor over the instances of a task.
+
+        Args:
+            instances: their names, or how many there are.
+            dt: control period in seconds.
+            profile: the semantics.
+        """
+        return Monitor(
+            self.dfa(profile),
+            instances,
+            dt=dt,
+            deadline_s=self.deadline_s,
+            discharged_by=self.discharged_by,
+            profile=profile,
+            trigger=self.trigger,
+        )
+
+
+def load_properties(
+    folders: Sequence[Path],
+    *,
+    propositions: Mapping[str, int] | None = None,
+    constants: Collection[str] = (),
+) -> dict[str, Property]:
+    """Read all properties of some folders, every `*.yaml` in them.
+
+    Args:
+        folders: where to look; subfolders are not searched.
+        propositions: number of arguments by name of every proposition there is; None leaves the
+            names unchecked.
+        constants: names that may be arguments beside the variables.
+
+    Returns:
+        The properties by id, in the order of folders and file names.
+
+    Raises:
+        ConfigError: a folder does not exist, a file is wrong, or two have the same id.
+    """
+    found: dict[str, Property] = {}
+    for folder in folders:
+        if not folder.is_dir():
+            raise ConfigError(f"{folder}: no such folder of properties")
+        for path in sorted(folder.glob("*.yaml")):
+            loaded = load_property(path, propositions=propositions, constants=constants)
+            if loaded.id in found:
+                raise ConfigError(
+                    f"property {loaded.id!r} is in {found[loaded.id].path} and {path}"
+                )
+            found[loaded.id] = loaded
+    return found
+
+
+def load_property(
+    path: Path,
+    *,
+    propositions: Mapping[str, int] | None = None,
+    constants: Collection[str] = (),
+) -> Property:
+    """Read one property.
+
+    Args:
+        path: the file.
+        propositions: as for `load_properties`.
+        constants: as for `load_properties`.
+
+    Raises:
+        ConfigError: something in the file is wrong; the message begins with file and line.
+    """
+    section = yamlfile.load(path)
+    section.check_keys(_REQUIRED, _OPTIONAL)
+    variables, relation = read_for_each(section)
+    keys = [key for key in ("formula", "paper_formula", "trigger") if key in section]
+    formulas = {key: _formula(section, key) for key in keys}
+    if "trigger" in formulas and not is_propositional(formulas["trigger"]):
+        raise section.error("trigger", "expected a formula without temporal operators")
+    atoms = section.section("atoms")
+    _check_atoms(section, atoms, formulas)
+    names = (*variables, *constants)
+    bound = {atom: read_proposition(atoms, atom, names, propositions) for atom in atoms}
+    for variable in variables:
+        if not any(variable in proposition.arguments for proposition in bound.values()):
+            raise section.error("for_each", f"variable {variable!r} is an argument of no atom")
+    return Property(
+        id=_name(section, "id"),
+        category=_name(section, "category"),
+        title=section.string("title"),
+        source=section.string("source"),
+        path=path,
+        variables=variables,
+        relation=relation,
+        formula=formulas["formula"],
+        paper_formula=formulas.get("paper_formula", formulas["formula"]),
+        atoms=MappingProxyType(bound),
+        trigger=formulas.get("trigger"),
+        deadline_s=section.number("deadline_s", positive=True) if "deadline_s" in section else None,
+        discharged_by=_discharged_by(section),
+    )
+
+
+def _name(section: Section, key: str) -> str:
+    name = section.string(key)
+    if not _NAME.fullmatch(name):
+        raise section.error(key, f"expected lower-case letters, digits and '_', found {name!r}")
+    return name
+
+
+def _formula(section: Section, key: str) -> Formula:
+    try:
+        return parse(section.string(key))
+    except FormulaError as error:
+        raise section.error(key, str(error)) from error
+
+
+def _check_atoms(section: Section, atoms: Section, formulas: Mapping[str, Formula]) -> None:
+    """Every atom used is declared, and every atom declared is used."""
+    used: set[str] = set()
+    for key, formula in formulas.items():
+        for atom in atoms_of(formula):
+            if atom not in atoms:
+                hint = did_you_mean(atom, atoms)
+                raise section.error(key, f"atom {atom!r} is not declared under 'atoms'; {hint}")
+            used.add(atom)
+    for atom in atoms:
+        if atom not in used:
+            raise atoms.error(atom, "declared, but used by no formula")
+
+
+def _discharged_by(section: Section) -> DischargedBy:
+    if "discharged_by" not in section:
+        return "robot"
+    match section.string("discharged_by"):
+        case "robot":
+            return "robot"
+        case "physics":
+            return "physics"
+        case other:
+            hint = did_you_mean(other, ("robot", "physics"))
+            raise section.error("discharged_by", f"unknown {other!r}; {hint}")

@@ -1,0 +1,243 @@
+"""One YAML file, read without executing anything, that remembers the line of every value.
+
+Values are asked for by key and type; what is not as asked becomes an error that names the file,
+the line, the key, what was expected and what was found. Only plain YAML is read: no tags, no
+anchors, one document per file, and no key twice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pytest_safemanip.errors import ConfigError, did_you_mean
+
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 16
+
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, ten times as fast
+_TEXT = "tag:yaml.org,2002:str"
+_AS_TEXT = "text (in quotes, if YAML reads it otherwise)"
+
+
+@dataclass(frozen=True, slots=True)
+class _Node:
+    """A value: text, a list, or a mapping whose keys are nodes of text."""
+
+    line: int
+    value: str | list[_Node] | dict[str, tuple[int, _Node]]
+    is_text: bool = False  # quoted, or nothing that YAML takes for a number, a date or the like
+
+    def __str__(self) -> str:
+        if isinstance(self.value, str):
+            return repr(self.value) if self.value or self.is_text else "nothing"
+        return "a list" if isinstance(self.value, list) else "a mapping"
+
+
+class Section:
+    """A mapping of a YAML file.
+
+    Attributes:
+        path: the file.
+        line: where the mapping starts, counted from 1.
+        name: keys that lead here, joined by dots; empty for the file as a whole.
+    """
+
+    def __init__(self, path: Path, node: _Node, name: str = "") -> None:
+        self.path = path
+        self.line = node.line
+        self.name = name
+        self._items = node.value if isinstance(node.value, dict) else {}
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._items
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def check_keys(self, required: Collection[str], optional: Collection[str] = ()) -> None:
+        """Refuse keys that are unknown or missing.
+
+        Raises:
+            ConfigError: there is such a key.
+        """
+        for key, (line, _) in self._items.items():
+            if key not in required and key not in optional:
+                hint = did_you_mean(key, {*required, *optional})
+                raise ConfigError(f"{self.path}:{line}: unknown {self._key(key)}; {hint}")
+        for key in required:
+            if key not in self._items:
+                raise ConfigError(f"{self.path}:{self.line}: {self._key(key)} is missing")
+
+    def string(self, key: str) -> str:
+        """Text that is not empty.
+
+        Raises:
+            ConfigError: the value is missing or something else; likewise in the methods below.
+        """
+        return self._text(key, self._node(key))
+
+    def strings(self, key: str) -> tuple[str, ...]:
+        """A list of texts, which may be empty."""
+        node = self._node(key)
+        if not isinstance(node.value, list):
+            raise self._expected(key, "a list", node)
+        return tuple(self._text(key, item) for item in node.value)
+
+    def number(self, key: str, *, positive: bool = False) -> float:
+        """A finite number."""
+        node = self._node(key)
+        wanted = "a positive number" if positive else "a number"
+        try:
+            number = float(node.value) if isinstance(node.value, str) else math.nan
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number) or (positive and number <= 0):
+            raise self._expected(key, wanted, node)
+        return number
+
+    def boolean(self, key: str) -> bool:
+        """`true` or `false`."""
+        node = self._node(key)
+        if node.value not in ("true", "false") or node.is_text:
+            raise self._expected(key, "true or false", node)
+        return node.value == "true"
+
+    def section(self, key: str) -> Section:
+        """A mapping inside this one."""
+        node = self._node(key)
+        if not isinstance(node.value, dict):
+            raise self._expected(key, "a mapping", node)
+        return Section(self.path, node, self._dotted(key))
+
+    def sections(self, key: str) -> tuple[Section, ...]:
+        """A list of mappings."""
+        node = self._node(key)
+        if not isinstance(node.value, list):
+            raise self._expected(key, "a list of mappings", node)
+        for item in node.value:
+            if not isinstance(item.value, dict):
+                raise self._expected(key, "a list of mappings", item)
+        dotted = self._dotted(key)
+        return tuple(
+            Section(self.path, item, f"{dotted}[{i}]") for i, item in enumerate(node.value)
+        )
+
+    def place(self, key: str) -> str:
+        """`path:line` of a value, to begin a message with."""
+        return f"{self.path}:{self._node(key).line}"
+
+    def error(self, key: str, message: str) -> ConfigError:
+        """An error about the value of a key, to be raised by the caller."""
+        return ConfigError(f"{self.place(key)}: {self._key(key)}: {message}")
+
+    def _node(self, key: str) -> _Node:
+        if key not in self._items:
+            raise ConfigError(f"{self.path}:{self.line}: {self._key(key)} is missing")
+        return self._items[key][1]
+
+    def _text(self, key: str, node: _Node) -> str:
+        if not isinstance(node.value, str) or not node.value.strip():
+            raise self._expected(key, "text", node)
+        if not node.is_text:
+            raise self._expected(key, _AS_TEXT, node)
+        return node.value
+
+    def _expected(self, key: str, wanted: str, node: _Node) -> ConfigError:
+        place = f"{self.path}:{node.line}"
+        return ConfigError(f"{place}: {self._key(key)}: expected {wanted}, found {node}")
+
+    def _key(self, key: str) -> str:
+        return f"key {self._dotted(key)!r}"
+
+    def _dotted(self, key: str) -> str:
+        return f"{self.name}.{key}" if self.name else key
+
+
+def load(path: Path) -> Section:
+    """Read a YAML file whose top level is a mapping.
+
+    Raises:
+        ConfigError: the file cannot be read, is larger than `MAX_BYTES`, or is not plain YAML.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
+    if len(data) > MAX_BYTES:
+        raise ConfigError(f"{path}: larger than {MAX_BYTES} bytes")
+    try:
+        node = _Reader(path, data.decode("utf-8")).document()
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise ConfigError(f"{path}:{line}: not UTF-8 text") from error
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f"{path}:{mark.line + 1}" if mark else str(path)
+        problem = getattr(error, "problem", None) or str(error).partition("\n")[0]
+        raise ConfigError(f"{place}: not valid YAML: {problem}") from error
+    if not isinstance(node.value, dict):
+        raise ConfigError(f"{path}:{node.line}: expected a mapping of keys to values, found {node}")
+    return Section(path, node)
+
+
+class _Reader:
+    """Builds nodes from the parser's events, so that no constructor ever runs."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self.path = path
+        self.loader = _Loader(text)
+
+    def document(self) -> _Node:
+        """The one document of the file."""
+        self.loader.get_event()  # the stream starts
+        if self.loader.check_event(yaml.StreamEndEvent):
+            raise ConfigError(f"{self.path}:1: the file is empty")
+        self.loader.get_event()  # the document starts
+        node = self._node(self.loader.get_event(), 0)
+        self.loader.get_event()  # the document ends
+        if not self.loader.check_event(yaml.StreamEndEvent):
+            line = self.loader.get_event().start_mark.line + 1
+            raise ConfigError(f"{self.path}:{line}: a second document; one per file is read")
+        return node
+
+    def _node(self, event: Any, depth: int) -> _Node:
+        line = event.start_mark.line + 1
+        if getattr(event, "anchor", None) is not None:
+            raise ConfigError(f"{self.path}:{line}: anchors and aliases are not supported")
+        if event.tag is not None:
+            raise ConfigError(f"{self.path}:{line}: tag {event.tag!r} is not supported")
+        if depth > MAX_DEPTH:
+            raise ConfigError(f"{self.path}:{line}: nested more than {MAX_DEPTH} levels deep")
+        if isinstance(event, yaml.ScalarEvent):
+            resolved = self.loader.resolve(yaml.ScalarNode, event.value, event.implicit)
+            return _Node(line, event.value, is_text=resolved == _TEXT)
+        if isinstance(event, yaml.SequenceStartEvent):
+            return _Node(line, [self._node(item, depth + 1) for item in self._until_end()])
+        return _Node(line, self._mapping(depth))
+
+    def _until_end(self) -> Iterator[Any]:
+        while not isinstance(event := self.loader.get_event(), yaml.CollectionEndEvent):
+            yield event
+
+    def _mapping(self, depth: int) -> dict[str, tuple[int, _Node]]:
+        found: dict[str, tuple[int, _Node]] = {}
+        for event in self._until_end():
+            key = self._node(event, depth + 1)
+            if not isinstance(key.value, str) or not key.is_text:
+                raise ConfigError(
+                    f"{self.path}:{key.line}: expected a key as {_AS_TEXT}, found {key}"
+                )
+            if key.value in found:
+                first = f"first on line {found[key.value][0]}"
+                raise ConfigError(
+                    f"{self.path}:{key.line}: key {key.value!r} is given twice, {first}"
+                )
+            found[key.value] = (key.line, self._node(self.loader.get_event(), depth + 1))
+        return found

@@ -1,0 +1,43 @@
+"""Where the moving parts of fixtures are, from the openness of their joints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.trace.geometry import Array, multiply, rotate
+from pytest_safemanip.trace.scene import Joint
+
+
+def carried(joint: Joint, pose: Array, openness: Array) -> Array:
+    """A pose that a joint carries, at other openness.
+
+    Args:
+        joint: a door, a drawer or a control.
+        pose: pose at openness 0 (7,), world frame.
+        openness: 0 closed, 1 open (...).
+
+    Returns:
+        Poses (..., 7).
+    """
+    travel = np.asarray(openness, float) * joint.travel
+    axis, pose = np.asarray(joint.axis), np.asarray(pose, float)
+    if joint.kind == "slide":
+        place = pose[:3] + travel[..., None] * axis
+        turn = np.broadcast_to(pose[3:], (*place.shape[:-1], 4))
+        return np.concatenate((place, turn), axis=-1)
+    half = travel / 2.0
+    turn = np.concatenate((np.cos(half)[..., None], np.sin(half)[..., None] * axis), axis=-1)
+    anchor = np.asarray(joint.anchor)
+    place = anchor + rotate(turn, pose[:3] - anchor)
+    return np.concatenate((place, multiply(turn, pose[3:])), axis=-1)
+
+
+def opening_direction(joint: Joint, points: Array) -> Array:
+    """Unit direction in which points (..., 3) on the moving part move when it opens."""
+    axis = np.asarray(joint.axis)
+    points = np.asarray(points, float)
+    if joint.kind == "slide":
+        return np.broadcast_to(axis, points.shape)
+    motion = np.cross(axis, points - np.asarray(joint.anchor))
+    length = np.linalg.norm(motion, axis=-1, keepdims=True)
+    return motion / np.maximum(length, 1e-9)
