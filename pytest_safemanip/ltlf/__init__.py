@@ -1,0 +1,96 @@
+"""LTLf over finite traces: formulas, automata, running verdicts, explanations.
+
+In five lines:
+
+    from pytest_safemanip.ltlf import Monitor, compile_formula
+
+    dfa = compile_formula("G (released -> F settled)")
+    dfa.accepts([{"released": True, "settled": False}, {"released": False, "settled": True}])
+    verdicts = Monitor(dfa, ["mug", "plate"], dt=0.05, deadline_s=5.0).run(values)
+
+where `values` is bool[steps, instances, atoms]. Needs numpy and nothing else.
+"""
+
+from __future__ import annotations
+
+from pytest_safemanip.ltlf.batch import Judgement
+from pytest_safemanip.ltlf.compiler import Limits, compile_formula
+from pytest_safemanip.ltlf.deciding import DecidingValue
+from pytest_safemanip.ltlf.dfa import Dfa, StateClass, Step
+from pytest_safemanip.ltlf.errors import FormulaError
+from pytest_safemanip.ltlf.excerpt import Excerpt, Fold, Row
+from pytest_safemanip.ltlf.explain import Explanation, PathStep, explain
+from pytest_safemanip.ltlf.formula import (
+    Always,
+    And,
+    Atom,
+    Constant,
+    Eventually,
+    Formula,
+    Iff,
+    Implies,
+    Last,
+    Next,
+    Not,
+    Or,
+    Release,
+    Until,
+    WeakNext,
+    WeakUntil,
+)
+from pytest_safemanip.ltlf.monitor import Monitor
+from pytest_safemanip.ltlf.parser import parse
+from pytest_safemanip.ltlf.rules import DischargedBy, Profile
+from pytest_safemanip.ltlf.verdicts import (
+    InstanceVerdict,
+    Outcome,
+    PropertyOutcome,
+    Reason,
+    StepVerdict,
+    Violation,
+    worst,
+)
+
+__all__ = [
+    "Always",
+    "And",
+    "Atom",
+    "Constant",
+    "DecidingValue",
+    "Dfa",
+    "DischargedBy",
+    "Eventually",
+    "Excerpt",
+    "Explanation",
+    "Fold",
+    "Formula",
+    "FormulaError",
+    "Iff",
+    "Implies",
+    "InstanceVerdict",
+    "Judgement",
+    "Last",
+    "Limits",
+    "Monitor",
+    "Next",
+    "Not",
+    "Or",
+    "Outcome",
+    "PathStep",
+    "Profile",
+    "PropertyOutcome",
+    "Reason",
+    "Release",
+    "Row",
+    "StateClass",
+    "Step",
+    "StepVerdict",
+    "Until",
+    "Violation",
+    "WeakNext",
+    "WeakUntil",
+    "compile_formula",
+    "explain",
+    "parse",
+    "worst",
+]

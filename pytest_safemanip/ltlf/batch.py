@@ -1,0 +1,132 @@
+"""Many instances over a whole trace at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pytest_safemanip.ltlf.letters import BoolArray, Letters
+from pytest_safemanip.ltlf.rules import Rules
+from pytest_safemanip.ltlf.verdicts import States
+
+_FEW = 32  # below this many instances, Python loops beat an array operation per step
+_MANY_COMPARISONS = 16  # small integers compare tens of times faster than they index
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """Verdicts as arrays over T steps and I instances.
+
+    Attributes:
+        states: uint[T, I], the automaton's state after each step.
+        unsafe: bool[T, I], unsafe steps.
+        violated: bool[I], whether there is one.
+        at_end: bool[I], whether the last step is unsafe only because the trace ends there.
+        open_since: int[I], the step at which the obligation opened that is open at the end; -1 if
+            none is.
+        triggered_steps: int[I], number of steps at which the trigger held.
+    """
+
+    states: States
+    unsafe: BoolArray
+    violated: BoolArray
+    at_end: BoolArray
+    open_since: npt.NDArray[np.int64]
+    triggered_steps: npt.NDArray[np.int64]
+
+
+def judge(rules: Rules, letters: Letters, acting: BoolArray) -> Judgement:
+    """Run a monitor over whole traces.
+
+    Args:
+        rules: the property's rules.
+        letters: uint[T, I].
+        acting: bool[T], False in the settle tail.
+    """
+    steps, instances = letters.shape
+    states = _few_states(rules, letters) if instances < _FEW else _many_states(rules, letters)
+    opened = _members(states, ~rules.closed)
+    unsafe = _members(states, rules.bad)
+    if rules.deadline_steps is not None:
+        counted = steps if rules.clock_runs_in_tail else int(np.count_nonzero(acting))
+        _mark_overdue(unsafe, opened, counted, rules.deadline_steps)
+    at_end = opened[-1] & ~unsafe[-1] & rules.end_decides
+    unsafe[-1] |= at_end
+    if rules.trigger is None:
+        triggered = np.full(instances, steps)
+    else:
+        held = _members(letters, rules.trigger)
+        triggered = np.add.reduce(held, axis=0, dtype=np.uint32).astype(np.int64)
+    violated = np.logical_or.reduce(unsafe, axis=0)
+    return Judgement(states, unsafe, violated, at_end, _open_since(opened), triggered)
+
+
+def _few_states(rules: Rules, letters: Letters) -> States:
+    """The state of each instance after each step: uint[T, I]."""
+    found = np.empty(letters.shape, dtype=rules.state_type)
+    for instance in range(letters.shape[1]):
+        state, visited = 0, []
+        for letter in letters[:, instance].tolist():
+            state = rules.rows[state][letter]
+            visited.append(state)
+        found[:, instance] = visited
+    return found
+
+
+def _many_states(rules: Rules, letters: Letters) -> States:
+    """The same, with one array operation per step."""
+    bits = len(rules.dfa.atoms)
+    # Next states come shifted, so that a letter is put beside them without a multiplication.
+    width = np.min_scalar_type((len(rules.dfa) << bits) - 1)
+    shifted = (rules.table << bits).astype(width).ravel()
+    state = np.zeros(letters.shape[1], dtype=width)
+    found = np.empty(letters.shape, dtype=width)
+    for step, letter in enumerate(letters):
+        state = shifted[state | letter]
+        found[step] = state
+    found >>= width.type(bits)
+    return found.astype(rules.state_type, copy=False)
+
+
+def _members(numbers: States | Letters, wanted: BoolArray) -> BoolArray:
+    """Which entries are among the wanted numbers: bool like `numbers`."""
+    inverted = 2 * np.count_nonzero(wanted) > len(wanted)
+    chosen = np.flatnonzero(wanted != inverted).tolist()
+    if not chosen:
+        return np.full(numbers.shape, inverted)
+    if len(chosen) > _MANY_COMPARISONS:
+        return wanted[numbers]
+    found: BoolArray = numbers == chosen[0]
+    for number in chosen[1:]:
+        found |= numbers == number
+    return np.logical_not(found, out=found) if inverted else found
+
+
+def _mark_overdue(unsafe: BoolArray, opened: BoolArray, counted: int, deadline_steps: int) -> None:
+    """Mark where an obligation is open for more than so many of the first `counted` steps.
+
+    After those the clock stands: what is overdue stays so until it is closed.
+    """
+    window = deadline_steps + 1
+    late = np.count_nonzero(opened[:counted], axis=0) >= window
+    if not late.any():
+        return
+    opened = opened[:, late]
+    totals = np.cumsum(opened[:counted], axis=0, dtype=np.int32)
+    overdue = np.zeros_like(opened)
+    overdue[window - 1] = totals[window - 1] == window
+    overdue[window:counted] = totals[window:] - totals[:-window] == window
+    stays = np.logical_and.accumulate(opened[counted:], axis=0)
+    overdue[counted:] = overdue[counted - 1] & stays
+    unsafe[:, late] |= overdue
+
+
+def _open_since(opened: BoolArray) -> npt.NDArray[np.int64]:
+    """The first of the open steps that reach to the end, -1 without any: int[I]."""
+    found = np.full(opened.shape[1], -1)
+    still = np.flatnonzero(opened[-1])
+    closed = ~opened[::-1, still]
+    found[still] = np.where(closed.any(axis=0), len(opened) - closed.argmax(axis=0), 0)
+    return found

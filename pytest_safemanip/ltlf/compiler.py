@@ -1,0 +1,212 @@
+"""From formula to automaton: explore the residuals, merge those that agree, number the rest."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from pytest_safemanip.ltlf.bdd import Bdd
+from pytest_safemanip.ltlf.dfa import Dfa, StateClass
+from pytest_safemanip.ltlf.errors import FormulaError
+from pytest_safemanip.ltlf.formula import Formula, atoms_of, check_depth
+from pytest_safemanip.ltlf.parser import parse
+from pytest_safemanip.ltlf.progression import Progression
+from pytest_safemanip.ltlf.residuals import readable_residuals
+
+Table = npt.NDArray[np.int32]
+
+_MAX_NODES = 500_000  # decision diagrams are also held to a size, about 200 MB
+_MAX_ENTRIES = 1 << 22  # and so is the table before minimisation, 16 MB
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Where compilation stops with an error.
+
+    Attributes:
+        atoms: number of atoms; the table has 2 ** atoms columns.
+        states: number of states before minimisation.
+        seconds: wall-clock time.
+    """
+
+    atoms: int = 12
+    states: int = 4096
+    seconds: float = 10.0
+
+
+def compile_formula(
+    formula: str | Formula,
+    *,
+    atoms: Sequence[str] | None = None,
+    cache: bool = True,
+    limits: Limits | None = None,
+) -> Dfa:
+    """Compile a formula to its minimal automaton.
+
+    Args:
+        formula: text, or a tree.
+        atoms: the atoms in the order of their bits, which may be more than occur in the formula;
+            by default those that occur, sorted.
+        cache: give the same automaton again for the same formula and atoms, within this process.
+            Nothing is kept on disk: compiling is faster than reading a file would be.
+        limits: where to stop.
+
+    Raises:
+        FormulaError: the text is no formula, an atom of it is missing from `atoms`, or a limit is
+            exceeded; the message says which.
+    """
+    tree = parse(formula) if isinstance(formula, str) else formula
+    check_depth(tree)
+    occurring = atoms_of(tree)
+    names = occurring if atoms is None else tuple(atoms)
+    limits = limits or Limits()
+    missing = [name for name in occurring if name not in names]
+    if missing:
+        raise FormulaError(f"atom {missing[0]!r} occurs in the formula but not in the list given")
+    if len(set(names)) < len(names):
+        raise FormulaError(f"an atom is listed twice: {', '.join(names)}")
+    if len(names) > limits.atoms:
+        raise FormulaError(f"{len(names)} atoms; the limit is {limits.atoms} (limit 'atoms')")
+    return (_compile_once if cache else _compile)(tree, names, limits)
+
+
+def _compile(formula: Formula, atoms: tuple[str, ...], limits: Limits) -> Dfa:
+    budget = _Budget(limits, len(atoms))
+    progression = Progression(atoms, Bdd(budget.grow))
+    raw = _explore(progression, progression.residual(formula), budget)
+    table, accepting, members = _number(raw, _merge(raw, budget))
+    table.setflags(write=False)
+    accepting.setflags(write=False)
+    merged = [[raw.residuals[number] for number in block] for block in members]
+    residuals = readable_residuals(
+        formula, progression, merged, table, accepting, budget.check_time
+    )
+    classes = tuple(_classes(table, accepting))
+    rows = tuple(map(tuple, table.tolist()))
+    return Dfa(formula, atoms, table, accepting, classes, residuals, rows)
+
+
+_compile_once = lru_cache(maxsize=1024)(_compile)
+
+
+class _Budget:
+    """Time and memory that one compilation may use."""
+
+    def __init__(self, limits: Limits, atoms: int) -> None:
+        self.limits = limits
+        self.states = min(limits.states, _MAX_ENTRIES >> atoms)
+        self.nodes = 0
+        self.until = time.monotonic() + limits.seconds
+
+    def grow(self) -> None:
+        """Account for one more node of a decision diagram."""
+        self.nodes += 1
+        if self.nodes > _MAX_NODES:
+            raise FormulaError(f"the formula needs more than {_MAX_NODES} decision nodes")
+        if self.nodes % 256 == 0:
+            self.check_time()
+
+    def check_states(self, count: int) -> None:
+        """Refuse more states than allowed."""
+        if count > self.states:
+            raise FormulaError(
+                f"the automaton has more than {self.states} states before minimisation "
+                "(limit 'states', or the size of the table)"
+            )
+
+    def check_time(self) -> None:
+        """Refuse to go on beyond the time allowed."""
+        if time.monotonic() > self.until:
+            raise FormulaError(
+                f"compiling took more than {self.limits.seconds:g} s (limit 'seconds')"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class _Raw:
+    """The automaton before minimisation; state 0, the start, is entered by no step.
+
+    A state is a residual together with whether the step that led to it may be the last.
+    """
+
+    residuals: list[int]
+    accepting: npt.NDArray[np.bool_]  # that of state 0 means nothing
+    table: Table
+
+
+def _explore(progression: Progression, start: int, budget: _Budget) -> _Raw:
+    numbers: dict[tuple[int, bool], int] = {}
+    residuals, accepting = [start], [False]
+    rows: list[list[int]] = []
+    while len(rows) < len(residuals):
+        budget.check_time()
+        row = []
+        for key in progression.successors(residuals[len(rows)]):
+            number = numbers.get(key)
+            if number is None:
+                number = numbers[key] = len(residuals)
+                residuals.append(key[0])
+                accepting.append(key[1])
+                budget.check_states(len(residuals))
+            row.append(number)
+        rows.append(row)
+    return _Raw(residuals, np.array(accepting), np.array(rows, dtype=np.int32))
+
+
+def _merge(raw: _Raw, budget: _Budget) -> list[int]:
+    """The block of each raw state: Moore's partition refinement.
+
+    The start is left out, since nothing leads to it and its acceptance means nothing. In the end
+    it joins a block that goes on alike (an accepting one, if there are two) or forms its own.
+    """
+    block = raw.accepting.astype(np.int32)
+    count = len(set(block[1:].tolist()))
+    while True:
+        budget.check_time()
+        rows = [row.tobytes() for row in block[raw.table]]
+        keys = dict.fromkeys(zip(block[1:].tolist(), rows[1:], strict=True))
+        numbers = {key: number for number, key in enumerate(keys)}
+        block[1:] = [numbers[key] for key in zip(block[1:].tolist(), rows[1:], strict=True)]
+        if len(numbers) == count:
+            break
+        count = len(numbers)
+    alike = [number for number, row in enumerate(rows) if number and row == rows[0]]
+    alike.sort(key=lambda number: not raw.accepting[number])
+    block[0] = block[alike[0]] if alike else count
+    merged: list[int] = block.tolist()
+    return merged
+
+
+def _number(raw: _Raw, block: list[int]) -> tuple[Table, npt.NDArray[np.bool_], list[list[int]]]:
+    """Number the blocks breadth first; give the table, acceptance and raw members of each."""
+    members: dict[int, list[int]] = {}
+    for number, b in enumerate(block):
+        members.setdefault(b, []).append(number)
+    # Any member has the block's row; the last is never the start, unless that is the only one.
+    rows = {b: [block[i] for i in raw.table[m[-1]].tolist()] for b, m in members.items()}
+    order = {block[0]: 0}
+    queue = [block[0]]
+    for b in queue:
+        for successor in rows[b]:
+            if successor not in order:
+                order[successor] = len(order)
+                queue.append(successor)
+    table = np.array([[order[b] for b in rows[state]] for state in queue], dtype=np.int32)
+    accepting = np.array([raw.accepting[members[state][-1]] for state in queue])
+    return table, accepting, [members[state] for state in queue]
+
+
+def _classes(table: Table, accepting: npt.NDArray[np.bool_]) -> list[StateClass]:
+    """In a minimal automaton nothing is settled but in a state that is its only successor."""
+    classes = []
+    for state, accepted in enumerate(accepting.tolist()):
+        if (table[state] == state).all():
+            classes.append(StateClass.TRUE if accepted else StateClass.FALSE)
+        else:
+            classes.append(StateClass.CURRENTLY_TRUE if accepted else StateClass.CURRENTLY_FALSE)
+    return classes

@@ -1,0 +1,145 @@
+"""Which values decided: few (step, atom) values that alone make a trace violate a property.
+
+The question is answered on sets of automaton states. Fixing some atoms of a step and leaving the
+others free leads from a set of states to a larger set; the values fixed suffice if every set stays
+inside the states allowed at its step, for example {FALSE} at the step of a bad prefix.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytest_safemanip.ltlf.dfa import Dfa
+
+StateSet = int  # bit s is set if state s is in the set
+Choice = tuple[int, StateSet, int]  # cost so far, the set before, the atoms fixed as a bitmask
+
+_MAX_ATOMS = 6  # 2 ** atoms ways to fix a step
+_MAX_WORK = 1_000_000  # about a second; beyond it the greedy search answers
+
+
+@dataclass(frozen=True, slots=True)
+class DecidingValue:
+    """One value that helped to decide."""
+
+    step: int
+    atom: str
+    value: bool
+
+
+class Search:
+    """Looks for few values of one trace that keep all traces sharing them in allowed states.
+
+    Args:
+        dfa: the automaton, read from its initial state.
+        letters: the trace.
+        allowed: for each step, the states allowed after it; the trace itself stays inside.
+    """
+
+    def __init__(self, dfa: Dfa, letters: Sequence[int], allowed: Sequence[StateSet]) -> None:
+        self.dfa = dfa
+        self.letters = letters
+        self.every_atom = (1 << len(dfa.atoms)) - 1
+        self._images: dict[tuple[int, int, int], StateSet] = {}
+        self._letters = np.arange(self.every_atom + 1)
+        self.sufficient = self._sufficient(allowed)
+
+    def _sufficient(self, allowed: Sequence[StateSet]) -> list[StateSet]:
+        """For each step, the states from which the rest of the trace as it was does it."""
+        found = list(allowed)
+        for step in range(len(found) - 2, -1, -1):
+            letter, after = self.letters[step + 1], found[step + 1]
+            for state, row in enumerate(self.dfa.rows):
+                if not after >> row[letter] & 1:
+                    found[step] &= ~(1 << state)
+        return found
+
+    def image(self, states: StateSet, letter: int, fixed: int) -> StateSet:
+        """States reached from a set when only the fixed atoms of a letter are known."""
+        found, state = 0, 0
+        while states >> state:
+            if states >> state & 1:
+                found |= self._image(state, letter & fixed, fixed)
+            state += 1
+        return found
+
+    def _image(self, state: int, values: int, fixed: int) -> StateSet:
+        key = (state, values, fixed)
+        found = self._images.get(key)
+        if found is None:
+            agreeing = self._letters & fixed == values
+            found = 0
+            for successor in np.unique(self.dfa.table[state, agreeing]).tolist():
+                found |= 1 << successor
+            self._images[key] = found
+        return found
+
+    def greedy(self) -> list[int]:
+        """The atoms to fix at each step, as bitmasks: none of them can be left out.
+
+        Values are dropped from the first step to the last, so that late ones are kept.
+        """
+        states, kept = 1, []
+        for letter, goal in zip(self.letters, self.sufficient, strict=True):
+            fixed = self.every_atom
+            for bit in range(len(self.dfa.atoms)):
+                fewer = fixed & ~(1 << bit)
+                if not self.image(states, letter, fewer) & ~goal:
+                    fixed = fewer
+            states = self.image(states, letter, fixed)
+            kept.append(fixed)
+        return kept
+
+    def smallest(self) -> list[int] | None:
+        """As `greedy`, with the fewest values possible; None if there is too much to try."""
+        if len(self.dfa.atoms) > _MAX_ATOMS:
+            return None
+        options: dict[tuple[StateSet, int, StateSet], list[tuple[int, StateSet]]] = {}
+        layers: list[dict[StateSet, Choice]] = [{1: (0, 0, 0)}]
+        work = 0
+        for letter, goal in zip(self.letters, self.sufficient, strict=True):
+            layer: dict[StateSet, Choice] = {}
+            for states, (cost, _, _) in layers[-1].items():
+                key = (states, letter, goal)
+                if key not in options:
+                    options[key] = self._options(*key)
+                    work += self.every_atom + 1
+                for fixed, after in options[key]:
+                    total = cost + fixed.bit_count()
+                    if after not in layer or total < layer[after][0]:
+                        layer[after] = (total, states, fixed)
+            layers.append(_undominated(layer))
+            work += len(layer) ** 2
+            if work > _MAX_WORK:
+                return None
+        return _trace_back(layers)
+
+    def _options(self, states: StateSet, letter: int, goal: StateSet) -> list[tuple[int, StateSet]]:
+        """Ways to fix atoms that stay inside the goal: the fewest atoms for each set reached."""
+        best: dict[StateSet, int] = {}
+        for fixed in sorted(range(self.every_atom + 1), key=int.bit_count):
+            after = self.image(states, letter, fixed)
+            if not after & ~goal:
+                best.setdefault(after, fixed)
+        return [(fixed, after) for after, fixed in best.items()]
+
+
+def _undominated(layer: dict[StateSet, Choice]) -> dict[StateSet, Choice]:
+    """Without the sets that contain another one which costs no more."""
+    kept: dict[StateSet, Choice] = {}
+    for states, choice in sorted(layer.items(), key=lambda item: (item[1][0], item[0].bit_count())):
+        if not any(other & ~states == 0 for other in kept):
+            kept[states] = choice
+    return kept
+
+
+def _trace_back(layers: list[dict[StateSet, Choice]]) -> list[int]:
+    states = min(layers[-1], key=lambda states: layers[-1][states][0])
+    chosen = []
+    for layer in reversed(layers[1:]):
+        _, states, fixed = layer[states]
+        chosen.append(fixed)
+    return chosen[::-1]

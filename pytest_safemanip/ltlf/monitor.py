@@ -1,0 +1,223 @@
+"""A property's monitor over its instances: step by step, or over a whole trace."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pytest_safemanip.errors import ConfigError, TraceError
+from pytest_safemanip.ltlf.batch import Judgement, judge
+from pytest_safemanip.ltlf.dfa import Dfa, Step
+from pytest_safemanip.ltlf.formula import Formula
+from pytest_safemanip.ltlf.letters import BoolArray, check_values, pack
+from pytest_safemanip.ltlf.rules import DischargedBy, Profile, Rules, check_acting
+from pytest_safemanip.ltlf.verdicts import InstanceVerdict, StepVerdict
+
+
+@dataclass(slots=True)
+class _Instance:
+    """Where one instance stands, and what was seen of it."""
+
+    state: int = 0
+    open_steps: int = 0  # counted steps since the monitor was last accepting
+    open_since: int | None = None
+    triggered_steps: int = 0
+    states: list[int] = field(default_factory=list)
+    unsafe: list[bool] = field(default_factory=list)
+
+
+class Monitor:
+    """Watches one property for all its instances.
+
+    `step` is for live use and `run` for recorded traces; they give the same verdicts. `run` does
+    not touch what `step` has seen.
+
+    In the `timed` profile a step is unsafe when its trace is a bad prefix, after which the monitor
+    restarts at the next step, or when an obligation is open for longer than the deadline. Time is
+    counted from the last accepting step. In the settle tail, where the robot holds still, the
+    clock stands if the robot has to meet the obligation; if physics has, the clock runs on and
+    the last step decides. In the `paper` profile the whole trace is accepted at its last step or
+    violated (SafeManip, section 3); there is no deadline and no restart.
+
+    Args:
+        dfa: the property's automaton.
+        instances: names of the instances, or how many there are.
+        dt: control period in seconds.
+        deadline_s: how long an obligation may be open, in seconds; None for no deadline. The
+            `paper` profile has none.
+        discharged_by: who has to meet the obligations.
+        profile: the semantics.
+        trigger: a propositional formula that says when the property is put to the test; by
+            default the antecedent of `G (a -> ...)`, or every step for other formulas.
+
+    Raises:
+        ConfigError: a value is out of range, or an instance is named twice.
+    """
+
+    def __init__(
+        self,
+        dfa: Dfa,
+        instances: Sequence[Hashable] | int = 1,
+        *,
+        dt: float,
+        deadline_s: float | None = None,
+        discharged_by: DischargedBy = "robot",
+        profile: Profile = "timed",
+        trigger: Formula | None = None,
+    ) -> None:
+        names = range(instances) if isinstance(instances, int) else instances
+        self.dfa = dfa
+        self.instances: tuple[Hashable, ...] = tuple(names)
+        if not self.instances:
+            raise ConfigError("a monitor needs at least one instance")
+        if len(set(self.instances)) < len(self.instances):
+            raise ConfigError(f"an instance is named twice: {self.instances}")
+        self._rules = Rules(dfa, dt, deadline_s, discharged_by, profile, trigger)
+        self._closed: list[bool] = self._rules.closed.tolist()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all steps."""
+        self._live = [_Instance() for _ in self.instances]
+        self._acting: list[bool] = []
+
+    def step(self, values: Sequence[Step] | BoolArray, acting: bool = True) -> list[StepVerdict]:
+        """Read one step.
+
+        Args:
+            values: for each instance its values by atom or as a bitmask; or bool[I, atoms].
+            acting: False in the settle tail.
+
+        Returns:
+            What is known about each instance now.
+
+        Raises:
+            TraceError: values are missing, unknown, not boolean or not one per instance, or the
+                robot acts again after it stopped.
+        """
+        letters = self._letters(values)
+        if acting and self._acting and not self._acting[-1]:
+            raise TraceError(
+                f"the robot acts at step {len(self._acting)} after it stopped; "
+                "the settle tail ends the trace"
+            )
+        self._acting.append(bool(acting))
+        counts = acting or self._rules.clock_runs_in_tail
+        return [
+            self._step(live, letter, counts)
+            for live, letter in zip(self._live, letters, strict=True)
+        ]
+
+    def verdicts(self) -> list[InstanceVerdict]:
+        """The verdicts if the trace ended with the last step read.
+
+        Raises:
+            TraceError: no step was read.
+        """
+        if not self._acting:
+            raise TraceError("no step was read: a trace has at least one")
+        return [
+            self._verdict(name, live) for name, live in zip(self.instances, self._live, strict=True)
+        ]
+
+    def judge(self, values: BoolArray, acting: BoolArray | None = None) -> Judgement:
+        """Judge whole traces, for those who need arrays rather than objects.
+
+        Args:
+            values: bool[T, I, atoms].
+            acting: bool[T], False in the settle tail; None if there is none.
+
+        Raises:
+            TraceError: an array has another shape or type, there is no step, or the robot acts
+                again after it stopped.
+        """
+        shape = (None, len(self.instances), len(self.dfa.atoms))
+        check_values(values, shape, self.dfa.atoms)
+        return judge(self._rules, pack(values), check_acting(acting, len(values)))
+
+    def run(self, values: BoolArray, acting: BoolArray | None = None) -> list[InstanceVerdict]:
+        """Judge whole traces: one verdict per instance.
+
+        Args:
+            values: as for `judge`.
+            acting: as for `judge`.
+
+        Raises:
+            TraceError: as for `judge`.
+        """
+        found = self.judge(values, acting)
+        acting = check_acting(acting, len(values))
+        columns = zip(
+            self.instances,
+            np.ascontiguousarray(found.states.T),
+            np.ascontiguousarray(found.unsafe.T),
+            found.violated.tolist(),
+            found.at_end.tolist(),
+            found.open_since.tolist(),
+            found.triggered_steps.tolist(),
+            strict=True,
+        )
+        return [
+            self._rules.verdict(
+                name,
+                states,
+                unsafe,
+                acting,
+                violated=violated,
+                at_end=at_end,
+                open_since=None if open_since < 0 else open_since,
+                triggered_steps=triggered,
+            )
+            for name, states, unsafe, violated, at_end, open_since, triggered in columns
+        ]
+
+    def _letters(self, values: Sequence[Step] | BoolArray) -> list[int]:
+        if isinstance(values, np.ndarray):
+            check_values(values, (len(self.instances), len(self.dfa.atoms)), self.dfa.atoms)
+            packed: list[int] = pack(values).tolist()
+            return packed
+        if len(values) != len(self.instances):
+            raise TraceError(f"{len(values)} values for {len(self.instances)} instances")
+        letters = []
+        for name, value in zip(self.instances, values, strict=True):
+            try:
+                letters.append(self.dfa.letter(value))
+            except TraceError as error:
+                raise TraceError(f"step {len(self._acting)}, instance {name!r}: {error}") from None
+        return letters
+
+    def _step(self, live: _Instance, letter: int, counts: bool) -> StepVerdict:
+        rules = self._rules
+        state = live.state = rules.rows[live.state][letter]
+        if self._closed[state]:
+            live.open_steps, live.open_since = 0, None
+        else:
+            live.open_steps += counts
+            if live.open_since is None:
+                live.open_since = len(live.states)
+        limit = rules.deadline_steps
+        found = StepVerdict(
+            state, self.dfa.classes[state], limit is not None and live.open_steps > limit
+        )
+        live.triggered_steps += rules.trigger is None or bool(rules.trigger[letter])
+        live.states.append(state)
+        live.unsafe.append(found.unsafe)
+        return found
+
+    def _verdict(self, name: Hashable, live: _Instance) -> InstanceVerdict:
+        rules = self._rules
+        unsafe = np.array(live.unsafe)
+        at_end = rules.end_decides and live.open_since is not None and not live.unsafe[-1]
+        unsafe[-1] |= at_end
+        return rules.verdict(
+            name,
+            np.array(live.states, dtype=rules.state_type),
+            unsafe,
+            np.array(self._acting),
+            violated=bool(unsafe.any()),
+            at_end=at_end,
+            open_since=live.open_since,
+            triggered_steps=live.triggered_steps,
+        )
