@@ -19,8 +19,8 @@ REST_SPEED = 0.01
 """Objects slower than this (m/s) are at rest; the solver's own jitter is below it."""
 REST_SPIN = 0.05
 """Objects that turn slower than this (rad/s) are at rest."""
-REST_RATE = 0.01
-"""Doors and drawers that move slower than this (1/s) are at rest."""
+REST_RATE = 0.05
+"""Doors and drawers that move slower than this (1/s) are at rest: 2 cm/s for a drawer."""
 REST_SECONDS = 0.5
 TAIL_SECONDS = 5.0
 

@@ -30,13 +30,14 @@ class Request:
         task: the backend's own name of the task.
         seed: decides everything random in the episode.
         scenes: ``compact``, ``target`` or ``pretrain``.
-        object_groups: object groups to draw the task's main object from; empty: the task's own.
+        object_groups: for some of the task's objects, by role, the groups or categories to draw
+            them from instead of the task's own.
     """
 
     task: str
     seed: int
     scenes: str
-    object_groups: Sequence[str] = ()
+    object_groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

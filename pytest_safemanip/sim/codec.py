@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 from pytest_safemanip.sim.backend import Request, Start
@@ -15,12 +16,13 @@ _CONTACTS = tuple(f.name for f in dataclasses.fields(Contacts))
 
 def encode_request(request: Request) -> dict[str, Any]:
     """Plain values."""
-    return {**dataclasses.asdict(request), "object_groups": list(request.object_groups)}
+    groups = {role: list(names) for role, names in request.object_groups.items()}
+    return {**dataclasses.asdict(request), "object_groups": groups}
 
 
-def decode_request(values: dict[str, Any]) -> Request:
+def decode_request(values: Mapping[str, Any]) -> Request:
     """The inverse of :func:`encode_request`."""
-    return Request(**{**values, "object_groups": tuple(values["object_groups"])})
+    return Request(**values)
 
 
 def encode_step(step: Step) -> Message:

@@ -51,7 +51,7 @@ def main(factory: str, arguments: Mapping[str, Any]) -> None:
 def _answer(backend: Backend, request: wire.Message) -> wire.Message:
     try:
         if request.values["op"] == "reset":
-            start = backend.reset(codec.decode_request(dict(request.values["request"])))
+            start = backend.reset(codec.decode_request(request.values["request"]))
             return codec.encode_start(start)
         return codec.encode_step(backend.step(np.array(request.arrays["action"])))
     except Exception as error:  # the parent raises it again

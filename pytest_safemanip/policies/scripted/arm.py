@@ -170,6 +170,23 @@ class Arm:
             turn = _rotation_vector(rotation @ self.rotation.T)
             yield self._arm_action(here - self.position, turn, 1.0)
 
+    def open_to(self, opening: float, steps: int = 15) -> Motion:
+        """Open or close the fingers part of the way, and keep them there.
+
+        Args:
+            opening: share of the full opening.
+            steps: control steps at most.
+        """
+        here, rotation = self.position, self.rotation
+        direction = math.copysign(1.0, self.step.gripper[0] - opening)
+        for _ in range(steps):
+            if (self.step.gripper[0] - opening) * direction <= 0:
+                break
+            self._grip = direction
+            turn = _rotation_vector(rotation @ self.rotation.T)
+            yield self._arm_action(here - self.position, turn, 1.0)
+        self._grip = 0.0
+
     def drive(
         self,
         target: Array,

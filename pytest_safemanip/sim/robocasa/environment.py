@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ def make(request: Request, assets_root: Path) -> Any:
         assets_root: the folder that RoboCasa was loaded with.
 
     Raises:
-        ConfigError: if RoboCasa has no such task, or the task takes no object groups.
+        ConfigError: if RoboCasa has no such task.
     """
     import robosuite
     from robocasa.environments.kitchen.kitchen import REGISTERED_KITCHEN_ENVS
@@ -29,27 +30,37 @@ def make(request: Request, assets_root: Path) -> Any:
     if request.task not in REGISTERED_KITCHEN_ENVS:
         hint = did_you_mean(request.task, REGISTERED_KITCHEN_ENVS)
         raise ConfigError(f"RoboCasa has no task {request.task!r}; {hint}")
-    options = scenes.arguments(request.scenes, assets_root)
-    if request.object_groups:
-        options["obj_groups"] = list(request.object_groups)
-    try:
-        env = robosuite.make(
-            request.task,
-            robots=ROBOT_MODEL,
-            controller_configs=load_composite_controller_config(robot=ROBOT_MODEL),
-            has_renderer=False,
-            has_offscreen_renderer=False,
-            use_camera_obs=False,
-            renderer="mujoco",
-            ignore_done=True,
-            seed=request.seed,
-            **options,
-        )
-    except TypeError as error:
-        raise ConfigError(f"RoboCasa's {request.task}: {error}") from error
+    env = robosuite.make(
+        request.task,
+        robots=ROBOT_MODEL,
+        controller_configs=load_composite_controller_config(robot=ROBOT_MODEL),
+        has_renderer=False,
+        has_offscreen_renderer=False,
+        use_camera_obs=False,
+        renderer="mujoco",
+        ignore_done=True,
+        seed=request.seed,
+        **scenes.arguments(request.scenes, assets_root),
+    )
     scenes.keep_layout_fresh(env)
+    if request.object_groups:
+        _choose_objects(env, request.object_groups)
     env.reset()
     return env
+
+
+def _choose_objects(env: Any, groups: Mapping[str, Sequence[str]]) -> None:
+    """Let the task draw some of its objects from other groups; all else stays the task's own."""
+    original = env._get_obj_cfgs
+
+    def get_obj_cfgs() -> Any:
+        configs = original()
+        for config in configs:
+            if config.get("name") in groups:
+                config["obj_groups"] = list(groups[config["name"]])
+        return configs
+
+    env._get_obj_cfgs = get_obj_cfgs
 
 
 def horizon(task: str) -> int:

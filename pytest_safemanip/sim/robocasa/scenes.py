@@ -18,6 +18,8 @@ SCENES = ("compact", "target", "pretrain")
 
 COUNTER_DEPTH = 0.65
 COUNTER_HEIGHT = 0.92
+DRAWER_DEPTH = 0.45
+"""Short enough that a drawer which RoboCasa opens by 30 cm shows most of what is in it."""
 
 
 def arguments(scenes: str, assets_root: Path) -> dict[str, Any]:
@@ -84,22 +86,23 @@ def compact_layout() -> dict[str, Any]:
         "align_to": "counter_main",
         "side": "right",
         "alignment": "top_back",
+        "offset": [0.35, 0.0, 0.0],  # room for the robot's base in front of the faucet
     }
     drawers = {
         "name": "stack_1",
         "type": "stack",
         "levels": ["drawer", "drawer"],
         "percentages": [0.6, 0.4],
-        "size": [0.6, COUNTER_DEPTH, 0.84],
-        "pos": [0.3, -COUNTER_DEPTH / 2, 0.47],
+        "size": [0.6, DRAWER_DEPTH, 0.84],
+        "pos": [0.3, -COUNTER_DEPTH + DRAWER_DEPTH / 2, 0.47],
     }
     return {
         "room": {
             "walls": [
-                {"name": "wall", "type": "wall", "size": [2.2, 1.5, 0.02], "pos": [2.2, 0, 1.5]}
+                {"name": "wall", "type": "wall", "size": [2.3, 1.5, 0.02], "pos": [2.3, 0, 1.5]}
             ],
             "floor": [
-                {"name": "floor", "type": "floor", "size": [2.2, 1.8, 0.02], "pos": [2.2, -1.8, 0]}
+                {"name": "floor", "type": "floor", "size": [2.3, 1.8, 0.02], "pos": [2.3, -1.8, 0]}
             ],
         },
         "main_group": {
@@ -112,7 +115,7 @@ def compact_layout() -> dict[str, Any]:
                     "name": "microwave",
                     "type": "microwave",
                     "size": [0.6, 0.45, None],
-                    "pos": [3.4, -0.225, 1.5],
+                    "pos": [3.75, -0.225, 1.5],
                 },
             ],
             "counter_accessories": [],
@@ -121,8 +124,12 @@ def compact_layout() -> dict[str, Any]:
 
 
 def _cabinet(name: str, left: float, width: float) -> dict[str, Any]:
-    """A wall cabinet with two doors, its floor 1.40 m above the ground."""
-    depth, height, bottom = 0.40, 0.92, 1.39
+    """A wall cabinet with two doors and two levels.
+
+    Its floor is as high as RoboCasa still puts things into (1.50 m), so that a hand has room
+    below it and above its lower level.
+    """
+    depth, height, bottom = 0.40, 0.80, 1.45
     return {
         "name": name,
         "type": "hinge_cabinet",

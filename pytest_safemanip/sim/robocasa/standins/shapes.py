@@ -1,0 +1,135 @@
+"""Solids and hollows made of boxes that behave like round ones.
+
+A round thing is an upright octagon. As a solid it is two crossed boxes whose convex hull is the
+octagon: it stands on eight points, and two parallel fingers find a flat from any of eight sides.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pytest_safemanip.sim.robocasa.standins.elements import Vec3
+from pytest_safemanip.sim.robocasa.standins.mjcf import Part
+from pytest_safemanip.sim.robocasa.standins.paint import Paint
+
+FLAT = math.tan(math.pi / 8)
+"""Half the length of an octagon's side, for an octagon of half width one."""
+
+
+def octagon(
+    part: Part,
+    centre: Vec3,
+    radius: float,
+    half_height: float,
+    *,
+    paint: Paint,
+    name: str | None = None,
+    kg: float | None = None,
+) -> None:
+    """An upright solid octagon that looks like a cylinder.
+
+    Args:
+        part: the body that gets it.
+        centre: its middle.
+        radius: half its width between opposite sides.
+        half_height: half its height.
+        paint: its colour.
+        name: of the first of its two boxes.
+        kg: its mass.
+    """
+    share = None if kg is None else kg / 2
+    for index, half in enumerate(((radius, radius * FLAT), (radius * FLAT, radius))):
+        part.box(
+            centre,
+            (half[0], half[1], half_height),
+            name=name if index == 0 else None,
+            paint=paint,
+            kg=share,
+            shown=False,
+        )
+    part.look("cylinder", centre, (radius, half_height), paint)
+
+
+def cup(
+    part: Part,
+    bottom: Vec3,
+    radius: float,
+    height: float,
+    wall: float,
+    *,
+    paint: Paint,
+    kg: float | None = None,
+) -> None:
+    """An open octagonal vessel: a floor and eight walls.
+
+    Args:
+        part: the body that gets it.
+        bottom: middle of its underside.
+        radius: outer half width between opposite sides.
+        height: outer height.
+        wall: thickness of walls and floor.
+        paint: its colour.
+        kg: its mass.
+    """
+    x, y, z = bottom
+    t = wall / 2
+    floor = None if kg is None else kg / 6
+    side = None if kg is None else kg / 16
+    inner = radius - t
+    # The square closes the floor between the arms of the cross. It hangs a little higher, so that
+    # the vessel stands on the cross alone.
+    for half_x, half_y, lift in (
+        (inner, radius * FLAT, 0.0),
+        (radius * FLAT, inner, 0.0),
+        (0.7 * inner, 0.7 * inner, 0.0003),
+    ):
+        part.box((x, y, z + t + lift), (half_x, half_y, t), paint=paint, kg=floor, shown=False)
+    part.look("cylinder", (x, y, z + t), (inner, t), paint)
+    for index in range(8):
+        angle = index * math.pi / 4
+        place = (
+            x + (radius - t) * math.cos(angle),
+            y + (radius - t) * math.sin(angle),
+            z + height / 2 + t / 2,
+        )
+        part.box(place, (t, radius * FLAT, (height - t) / 2), paint=paint, kg=side, yaw=angle)
+
+
+def tub(
+    part: Part,
+    bottom: Vec3,
+    half_x: float,
+    half_y: float,
+    height: float,
+    wall: float,
+    *,
+    paint: Paint,
+    kg: float | None = None,
+) -> None:
+    """An open box: a floor and four walls.
+
+    Args:
+        part: the body that gets it.
+        bottom: middle of its underside.
+        half_x: outer half width.
+        half_y: outer half depth.
+        height: outer height.
+        wall: thickness of walls and floor.
+        paint: its colour.
+        kg: its mass.
+    """
+    x, y, z = bottom
+    t = wall / 2
+    floor, side = (None, None) if kg is None else (kg / 2, kg / 8)
+    part.box((x, y, z + t), (half_x, half_y, t), paint=paint, kg=floor)
+    rise = (height - wall) / 2
+    for sign in (-1.0, 1.0):
+        part.box(
+            (x + sign * (half_x - t), y, z + wall + rise), (t, half_y, rise), paint=paint, kg=side
+        )
+        part.box(
+            (x, y + sign * (half_y - t), z + wall + rise),
+            (half_x - wall, t, rise),
+            paint=paint,
+            kg=side,
+        )

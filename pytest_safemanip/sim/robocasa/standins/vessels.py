@@ -1,0 +1,92 @@
+"""Objects that hold things: bowls, cups, pans, trays.
+
+Size (metres) is that of the vessel itself, handles come on top; its underside is at minus half the
+height and its middle is the origin, also where a handle makes it lopsided: RoboCasa takes the
+origin for the place of a pan on a burner. Every vessel gets the region ``int`` and the invisible
+geom ``liquid`` that RoboCasa colours.
+"""
+
+from __future__ import annotations
+
+from pytest_safemanip.sim.robocasa.standins.elements import Vec3
+from pytest_safemanip.sim.robocasa.standins.mjcf import Model
+from pytest_safemanip.sim.robocasa.standins.paint import BLACK, DARK_STEEL, UNSEEN, Paint
+from pytest_safemanip.sim.robocasa.standins.shapes import cup, octagon, tub
+
+THIN, THICK = 0.003, 0.006
+"""Least and greatest thickness of walls, m."""
+
+PAN_HANDLE = 0.15
+LOOP = 0.030
+"""How far a mug's handle stands out, m: a finger fits through."""
+
+
+def bowl(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A round open vessel without a handle: bowl, plate, cup, glass."""
+    wall = _wall(size)
+    cup(model, (0.0, 0.0, -size[2] / 2), size[0] / 2, size[2], wall, paint=paint, kg=kg)
+    _round_inside(model, -size[2] / 2 + wall, size[2] - wall, size[0] / 2 - wall)
+
+
+def mug(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A round vessel with a loop at +x: mug, jug, measuring cup."""
+    bowl(model, size, 0.9 * kg, paint)
+    radius, bar = size[0] / 2, 0.005
+    reach = 0.32 * size[2]
+    outer = radius + LOOP - bar
+    model.box((outer, 0.0, 0.0), (bar, 0.007, reach), paint=paint, kg=0.05 * kg)
+    half = (LOOP - 2 * bar) / 2
+    for side in (-1.0, 1.0):
+        place = (radius + half, 0.0, side * (reach - bar))
+        model.box(place, (half, 0.007, bar), paint=paint, kg=0.025 * kg)
+
+
+def pan(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A round vessel with a long handle to the front (-y): pan, saucepan, strainer."""
+    bowl(model, size, 0.85 * kg, paint)
+    radius, half = size[0] / 2, PAN_HANDLE / 2
+    place = (0.0, -radius - half, 0.3 * size[2])
+    model.box(place, (0.011, half, 0.008), paint=BLACK, kg=0.15 * kg)
+
+
+def pot(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A round vessel with an ear at either side (x): pot, colander."""
+    bowl(model, size, 0.94 * kg, paint)
+    for side in (-1.0, 1.0):
+        place = (side * (size[0] / 2 + 0.014), 0.0, 0.32 * size[2])
+        model.box(place, (0.014, 0.032, 0.006), paint=DARK_STEEL, kg=0.03 * kg)
+
+
+def goblet(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A wine glass: a foot, a stem, a cup from 45 % of the height."""
+    radius, height = size[0] / 2, size[2]
+    low, foot = -height / 2, 0.008
+    octagon(model, (0.0, 0.0, low + foot / 2), 0.9 * radius, foot / 2, paint=paint, kg=0.5 * kg)
+    stem = (0.45 * height - foot) / 2
+    model.box((0.0, 0.0, low + foot + stem), (0.005, 0.005, stem), paint=paint, kg=0.1 * kg)
+    bottom, wall = low + 0.45 * height, _wall(size)
+    cup(model, (0.0, 0.0, bottom), radius, 0.55 * height, wall, paint=paint, kg=0.4 * kg)
+    _round_inside(model, bottom + wall, 0.55 * height - wall, radius - wall)
+
+
+def tray(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A rectangular open vessel: tray, basket, box."""
+    wall = _wall(size)
+    hx, hy = size[0] / 2, size[1] / 2
+    tub(model, (0.0, 0.0, -size[2] / 2), hx, hy, size[2], wall, paint=paint, kg=kg)
+    rise = (size[2] - wall) / 2
+    model.region("int", (0.0, 0.0, wall / 2), (hx - wall, hy - wall, rise))
+    liquid = (hx - wall, hy - wall, 0.6 * rise)
+    model.look("box", (0.0, 0.0, wall / 2 - 0.4 * rise), liquid, UNSEEN, name="liquid")
+
+
+def _wall(size: Vec3) -> float:
+    return min(max(0.035 * min(size[0], size[1]), THIN), THICK)
+
+
+def _round_inside(model: Model, floor: float, height: float, radius: float) -> None:
+    """Region and liquid of a round vessel of this inner radius."""
+    side = 0.9 * radius
+    model.region("int", (0.0, 0.0, floor + height / 2), (side, side, height / 2))
+    depth = 0.3 * height
+    model.look("cylinder", (0.0, 0.0, floor + depth), (radius, depth), UNSEEN, name="liquid")
