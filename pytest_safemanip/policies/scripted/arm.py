@@ -1,24 +1,28 @@
 """The hand in Cartesian space: motions of the PandaOmron as sequences of actions.
 
 A motion is a generator: it yields one action at a time and is resumed when :attr:`Arm.step` holds
-the state that the action led to.
+the state that the action led to. Targets are points of the world, metres.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_safemanip.errors import SafemanipError
-from pytest_safemanip.trace.geometry import corners, matrix, to_local, to_world
+from pytest_safemanip.policies.scripted.rotations import (
+    Array,
+    about_y,
+    about_z,
+    limited,
+    rotation_vector,
+)
+from pytest_safemanip.trace.geometry import matrix
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
-Array = NDArray[np.float64]
 Motion = Generator[Array, None, None]
 Target = Array | Callable[[], Array]
 
@@ -54,17 +58,15 @@ class Arm:
         down = np.array((0.0, 0.0, -1.0))
         self._down = np.stack((axis, np.cross(down, axis), down), axis=1)
 
-    # -- where things are -------------------------------------------------------------------
-
     @property
     def position(self) -> Array:
-        """Grip point, world frame (3,)."""
+        """Grip point (3,)."""
         return np.asarray(self.step.eef_pose[:3], np.float64)
 
     @property
     def rotation(self) -> Array:
-        """Hand frame (3, 3): columns are the fingers' direction of travel, its normal, and the
-        approach direction out of the palm."""
+        """Hand frame (3, 3): columns are the fingers' direction of travel, the normal of the hand,
+        and the approach direction out of the palm."""
         return np.asarray(matrix(self.step.eef_pose[3:]), np.float64)
 
     @property
@@ -74,50 +76,41 @@ class Arm:
 
     @property
     def forward(self) -> Array:
-        """Where the base faces, world frame (3,)."""
-        return np.asarray(matrix(self.step.base_pose[3:])[:, 0], np.float64)
+        """Where the base faces, on the floor (2,)."""
+        return np.asarray(matrix(self.step.base_pose[3:])[:2, 0], np.float64)
 
     @property
     def left(self) -> Array:
-        """To the left of the base, world frame (3,)."""
-        return np.asarray(matrix(self.step.base_pose[3:])[:, 1], np.float64)
+        """To the left of the base, on the floor (2,)."""
+        return np.asarray(matrix(self.step.base_pose[3:])[:2, 1], np.float64)
 
-    def object_pose(self, name: str) -> Array:
-        """Pose of an object's box (7,)."""
-        i = self.scene.object_index[name]
-        pose = np.asarray(self.step.object_pose[i], np.float64)
-        centre = to_world(pose, self.scene.bodies[i].centre)
-        return np.concatenate((centre, pose[3:]))
+    def ahead(self, point: Array) -> float:
+        """How far a point lies along the base's forward direction, m."""
+        return float(np.asarray(point)[:2] @ self.forward)
 
-    def object_half(self, name: str) -> Array:
-        """Half extents of an object's box (3,)."""
-        return np.array(self.scene.bodies[self.scene.object_index[name]].half)
+    def aside(self, point: Array) -> float:
+        """How far a point lies along the base's left direction, m."""
+        return float(np.asarray(point)[:2] @ self.left)
 
-    def object_corners(self, name: str) -> Array:
-        """Corners of an object's box, world frame (8, 3)."""
-        return np.asarray(corners(self.object_pose(name), self.object_half(name)), np.float64)
+    def floor_point(self, ahead: float, aside: float) -> Array:
+        """The point on the floor with these two coordinates (2,)."""
+        return ahead * self.forward + aside * self.left
 
-    def in_base(self, point: Array) -> Array:
-        """A world point in the base's frame: forward, left, up (3,)."""
-        return np.asarray(to_local(self.step.base_pose, point), np.float64)
-
-    def from_base(self, point: Array) -> Array:
-        """The inverse of :meth:`in_base`."""
-        return np.asarray(to_world(self.step.base_pose, point), np.float64)
+    def point(self, ahead: float, aside: float, height: float) -> Array:
+        """The point with these coordinates (3,)."""
+        return np.append(self.floor_point(ahead, aside), height)
 
     def hand(self, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0) -> Array:
         """A hand orientation (3, 3).
 
         Args:
             pitch: degrees from straight down towards the base's forward direction.
-            roll: degrees about the approach direction.
+            roll: degrees about the approach direction, before pitching.
             yaw: degrees about the vertical, applied last.
         """
-        heading = _about_z(math.degrees(math.atan2(self.forward[1], self.forward[0])))
-        tipped = heading @ _about_y(-pitch) @ heading.T @ _about_z(roll) @ self._down
-        return _about_z(yaw) @ tipped
-
-    # -- motions ----------------------------------------------------------------------------
+        heading = about_z(math.degrees(math.atan2(self.forward[1], self.forward[0])))
+        tipped = heading @ about_y(-pitch) @ heading.T @ about_z(roll) @ self._down
+        return about_z(yaw) @ tipped
 
     def move(
         self,
@@ -134,7 +127,7 @@ class Arm:
         """Move the hand in a straight line.
 
         Args:
-            target: grip point in the world, or a function that gives it at each step.
+            target: grip point, or a function that gives it at each step.
             rotation: hand orientation; None keeps the present one.
             tolerance: distance that counts as there, m.
             turn_tolerance: rotation that counts as there, rad.
@@ -148,15 +141,10 @@ class Arm:
         """
         keep = self.rotation if rotation is None else rotation
         for _ in range(steps):
-            goal = target() if callable(target) else target
-            error = goal - self.position
-            turn = _rotation_vector(keep @ self.rotation.T)
-            arrived = (
-                until()
-                if until
-                else np.linalg.norm(error) < tolerance and np.linalg.norm(turn) < turn_tolerance
-            )
-            if arrived:
+            error = (target() if callable(target) else target) - self.position
+            turn = rotation_vector(keep @ self.rotation.T)
+            near = np.linalg.norm(error) < tolerance and np.linalg.norm(turn) < turn_tolerance
+            if until() if until else near:
                 return
             yield self._arm_action(error, turn, speed)
         if required:
@@ -164,11 +152,7 @@ class Arm:
 
     def grip(self, close: bool, steps: int = 12) -> Motion:
         """Close or open the fingers; the hand stays."""
-        self._grip = 1.0 if close else -1.0
-        here, rotation = self.position, self.rotation
-        for _ in range(steps):
-            turn = _rotation_vector(rotation @ self.rotation.T)
-            yield self._arm_action(here - self.position, turn, 1.0)
+        yield from self._fingers(1.0 if close else -1.0, steps, lambda: False)
 
     def open_to(self, opening: float, steps: int = 15) -> Motion:
         """Open or close the fingers part of the way, and keep them there.
@@ -177,14 +161,10 @@ class Arm:
             opening: share of the full opening.
             steps: control steps at most.
         """
-        here, rotation = self.position, self.rotation
         direction = math.copysign(1.0, self.step.gripper[0] - opening)
-        for _ in range(steps):
-            if (self.step.gripper[0] - opening) * direction <= 0:
-                break
-            self._grip = direction
-            turn = _rotation_vector(rotation @ self.rotation.T)
-            yield self._arm_action(here - self.position, turn, 1.0)
+        yield from self._fingers(
+            direction, steps, lambda: bool((self.step.gripper[0] - opening) * direction <= 0)
+        )
         self._grip = 0.0
 
     def drive(
@@ -210,10 +190,10 @@ class Arm:
         """
         for _ in range(steps):
             error = target - self.base
-            local = np.array((error @ self.forward[:2], error @ self.left[:2]))
+            local = np.array((error @ self.forward, error @ self.left))
             if (np.abs(local) < tolerance).all() or (until and until()):
                 break
-            action = self._action(base_mode=True)
+            action = self.hold()
             for axis in range(2):
                 if abs(local[axis]) > tolerance:
                     wanted = math.copysign(BASE_DEAD_BAND, local[axis]) + 1.5 * local[axis]
@@ -222,56 +202,27 @@ class Arm:
         else:
             raise SkillFailed(f"the base stopped {np.linalg.norm(error):.3f} m short")
         for _ in range(3):
-            yield self._action(base_mode=True)
+            yield self.hold()
 
-    def wait(self, steps: int) -> Motion:
-        """Keep everything where it is."""
+    def hold(self) -> Array:
+        """The action that keeps everything where it is (12,)."""
+        action = np.zeros(12)
+        action[6], action[11] = self._grip, 1.0
+        return action
+
+    def _fingers(self, command: float, steps: int, until: Callable[[], bool]) -> Motion:
+        here, rotation = self.position, self.rotation
         for _ in range(steps):
-            yield self._action(base_mode=True)
+            if until():
+                return
+            self._grip = command
+            turn = rotation_vector(rotation @ self.rotation.T)
+            yield self._arm_action(here - self.position, turn, 1.0)
 
     def _arm_action(self, error: Array, turn: Array, speed: float) -> Array:
         frame = matrix(self.step.base_pose[3:])
-        action = self._action(base_mode=False)
-        action[:3] = frame.T @ _limited(error / TOP_SPEED, speed)
-        action[3:6] = frame.T @ _limited(turn * TURN_GAIN / TOP_SPIN, 1.0)
+        action = self.hold()
+        action[:3] = frame.T @ limited(error / TOP_SPEED, speed)
+        action[3:6] = frame.T @ limited(turn * TURN_GAIN / TOP_SPIN, 1.0)
+        action[11] = -1.0
         return action
-
-    def _action(self, base_mode: bool) -> Array:
-        action = np.zeros(12)
-        action[6] = self._grip
-        action[11] = 1.0 if base_mode else -1.0
-        return action
-
-
-def _limited(vector: Array, length: float) -> Array:
-    norm = float(np.linalg.norm(vector))
-    return vector * (length / norm) if norm > length else vector
-
-
-def _rotation_vector(rotation: Array) -> Array:
-    """Axis times angle of a rotation matrix (3,)."""
-    axis = np.array(
-        (
-            rotation[2, 1] - rotation[1, 2],
-            rotation[0, 2] - rotation[2, 0],
-            rotation[1, 0] - rotation[0, 1],
-        )
-    )
-    sine = float(np.linalg.norm(axis)) / 2.0
-    angle = math.atan2(sine, (float(np.trace(rotation)) - 1.0) / 2.0)
-    if sine < 1e-8:
-        return np.zeros(3) if angle < 1.0 else np.array((math.pi, 0.0, 0.0))
-    return axis / (2.0 * sine) * angle
-
-
-def _about_y(degrees: float) -> Array:
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return np.array(((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)))
-
-
-def _about_z(degrees: float) -> Array:
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
-
-
-__all__: list[Any] = ["Arm", "Array", "Motion", "SkillFailed"]

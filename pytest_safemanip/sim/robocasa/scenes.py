@@ -20,6 +20,8 @@ COUNTER_DEPTH = 0.65
 COUNTER_HEIGHT = 0.92
 DRAWER_DEPTH = 0.45
 """Short enough that a drawer which RoboCasa opens by 30 cm shows most of what is in it."""
+DRAWER_FRONT = 0.70
+"""The drawers stand 5 cm proud of the counter: a hand reaches into them past its edge."""
 
 
 def arguments(scenes: str, assets_root: Path) -> dict[str, Any]:
@@ -74,8 +76,8 @@ def compact_layout() -> dict[str, Any]:
         "name": "counter_main",
         "type": "counter",
         "interior_obj": "sink",
-        "size": [3.0, COUNTER_DEPTH, COUNTER_HEIGHT],
-        "pos": [1.5, -COUNTER_DEPTH / 2, COUNTER_HEIGHT / 2],
+        "size": [3.7, COUNTER_DEPTH, COUNTER_HEIGHT],
+        "pos": [1.85, -COUNTER_DEPTH / 2, COUNTER_HEIGHT / 2],
         "obj_x_percent": 0.9,
         "obj_y_percent": 0.01,
     }
@@ -92,30 +94,30 @@ def compact_layout() -> dict[str, Any]:
         "name": "stack_1",
         "type": "stack",
         "levels": ["drawer", "drawer"],
-        "percentages": [0.6, 0.4],
+        "percentages": [0.73, 0.27],
         "size": [0.6, DRAWER_DEPTH, 0.84],
-        "pos": [0.3, -COUNTER_DEPTH + DRAWER_DEPTH / 2, 0.47],
+        "pos": [0.3, -DRAWER_FRONT + DRAWER_DEPTH / 2, 0.47],
     }
     return {
         "room": {
             "walls": [
-                {"name": "wall", "type": "wall", "size": [2.3, 1.5, 0.02], "pos": [2.3, 0, 1.5]}
+                {"name": "wall", "type": "wall", "size": [2.7, 1.5, 0.02], "pos": [2.7, 0, 1.5]}
             ],
             "floor": [
-                {"name": "floor", "type": "floor", "size": [2.3, 1.8, 0.02], "pos": [2.3, -1.8, 0]}
+                {"name": "floor", "type": "floor", "size": [2.7, 1.8, 0.02], "pos": [2.7, -1.8, 0]}
             ],
         },
         "main_group": {
             "bottom_row": [{"name": "sink", "type": "sink"}, counter, stove],
             "bottom_row_cabinets": [drawers],
             "top_row": [
-                _cabinet("cab_1", left=0.0, width=1.0),
-                _cabinet("cab_2", left=1.0, width=0.9),
+                _cabinet("cab_1", left=0.7, width=1.0),
+                _cabinet("cab_2", left=1.7, width=0.9),
                 {
                     "name": "microwave",
                     "type": "microwave",
                     "size": [0.6, 0.45, None],
-                    "pos": [3.75, -0.225, 1.5],
+                    "pos": [4.45, -0.225, 1.5],
                 },
             ],
             "counter_accessories": [],

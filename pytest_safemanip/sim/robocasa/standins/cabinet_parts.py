@@ -100,8 +100,9 @@ def knob_handle(texture: str) -> Model:
     face = KNOB_HALF_DEPTH - EMBEDDED
     head = BAR / 2
     front = -KNOB_HALF_DEPTH
-    model.box((0.0, front + head, 0.0), (KNOB_RADIUS, head, KNOB_RADIUS), name="handle",
-              paint=MATERIAL)  # fmt: skip
+    model.box(
+        (0.0, front + head, 0.0), (KNOB_RADIUS, head, KNOB_RADIUS), name="handle", paint=MATERIAL
+    )
     stem = (face - front - 2 * head) / 2
     model.box((0.0, face - stem, 0.0), (0.006, stem, 0.006), name="handle_stem", paint=MATERIAL)
     model.region("main", (0.0, 0.0, 0.0), (KNOB_RADIUS, KNOB_HALF_DEPTH, KNOB_RADIUS))

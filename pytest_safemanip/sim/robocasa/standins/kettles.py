@@ -38,12 +38,17 @@ def electric_kettle(size: Vec3) -> Model:
     grip_x = right - GRIP
     side_x = x + 0.92 * radius
     low, high = -0.4 * hz, 0.75 * hz
-    body.box((grip_x, 0.0, (low + high) / 2), (GRIP, GRIP, (high - low) / 2), name="handle_main",
-             paint=BLACK)  # fmt: skip
+    body.box(
+        (grip_x, 0.0, (low + high) / 2),
+        (GRIP, GRIP, (high - low) / 2),
+        name="handle_main",
+        paint=BLACK,
+    )
     for index, z in enumerate((low + GRIP, high - GRIP)):
         reach = (grip_x - GRIP - side_x) / 2
-        body.box((side_x + reach, 0.0, z), (reach, GRIP, GRIP), name=f"handle_post{index}",
-                 paint=BLACK)  # fmt: skip
+        body.box(
+            (side_x + reach, 0.0, z), (reach, GRIP, GRIP), name=f"handle_post{index}", paint=BLACK
+        )
     _lid(body, x, 0.88 * radius, top)
     _switch(body, hx - PADDLE, -0.6 * hz, side_x)
     _lid_button(body, grip_x, high)
@@ -55,8 +60,15 @@ def _lid(body: Part, x: float, radius: float, z: float) -> None:
     lid = body.child("lid")
     hinge = (x + radius, 0.0, z + CLEARANCE)
     lid.hinge("lid_joint", (0.0, 1.0, 0.0), hinge, (0.0, 1.7), damping=0.1, friction=0.05)
-    octagon(lid, (x, 0.0, z + CLEARANCE + 0.005), radius, 0.005, name="lid_main", paint=DARK_STEEL,
-            kg=0.05)  # fmt: skip
+    octagon(
+        lid,
+        (x, 0.0, z + CLEARANCE + 0.005),
+        radius,
+        0.005,
+        name="lid_main",
+        paint=DARK_STEEL,
+        kg=0.05,
+    )
 
 
 def _switch(body: Part, x: float, z: float, root: float) -> None:
@@ -70,8 +82,17 @@ def _switch(body: Part, x: float, z: float, root: float) -> None:
 def _lid_button(body: Part, x: float, z: float) -> None:
     button = body.child("button_lid")
     button.slide(
-        "button_lid_joint", (0.0, 0.0, -1.0), (0.0, 0.002), damping=1.0, friction=0.05,
+        "button_lid_joint",
+        (0.0, 0.0, -1.0),
+        (0.0, 0.002),
+        damping=1.0,
+        friction=0.05,
         stiffness=400,
-    )  # fmt: skip
-    button.box((x, 0.0, z + CLEARANCE + 0.004), (0.008, 0.008, 0.004), name="button_lid_main",
-               paint=DARK_STEEL, kg=0.01)  # fmt: skip
+    )
+    button.box(
+        (x, 0.0, z + CLEARANCE + 0.004),
+        (0.008, 0.008, 0.004),
+        name="button_lid_main",
+        paint=DARK_STEEL,
+        kg=0.01,
+    )

@@ -74,8 +74,17 @@ def _controls(model: Model, side_x: float, y: float) -> None:
     knob.box(place, (0.012, 0.006, 0.015), name="knob_speed_main", paint=BLACK, kg=0.02)
     lock: Part = model.child("button_head_lock")
     lock.slide(
-        "button_head_lock_joint", (-1.0, 0.0, 0.0), (0.0, 0.002), damping=1.0, friction=0.05,
+        "button_head_lock_joint",
+        (-1.0, 0.0, 0.0),
+        (0.0, 0.002),
+        damping=1.0,
+        friction=0.05,
         stiffness=400,
-    )  # fmt: skip
-    lock.box((side_x + CLEARANCE + 0.004, y, 0.0), (0.004, 0.01, 0.01),
-             name="button_head_lock_main", paint=BLACK, kg=0.01)  # fmt: skip
+    )
+    lock.box(
+        (side_x + CLEARANCE + 0.004, y, 0.0),
+        (0.004, 0.01, 0.01),
+        name="button_head_lock_main",
+        paint=BLACK,
+        kg=0.01,
+    )

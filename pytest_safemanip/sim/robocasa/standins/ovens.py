@@ -73,9 +73,13 @@ def stovetop(size: Vec3) -> Model:
         part = model.child(f"knob_{place}")
         centre = (share * hx, -hy + 0.035, hz + CLEARANCE + 0.012)
         part.hinge(
-            f"knob_{place}_joint", (0.0, 0.0, 1.0), centre, (0.0, KNOB_TURN),
-            damping=0.05, friction=0.05,
-        )  # fmt: skip
+            f"knob_{place}_joint",
+            (0.0, 0.0, 1.0),
+            centre,
+            (0.0, KNOB_TURN),
+            damping=0.05,
+            friction=0.05,
+        )
         part.box(centre, (short, long, 0.012), name=f"knob_{place}_main", paint=STEEL, kg=0.05)
     model.region("main", (0.0, 0.0, 0.0), (hx, hy, hz))
     return model
@@ -144,9 +148,12 @@ def _burners(model: Model, hx: float, hy: float, hz: float, forward: float = 0.0
         radius = min(0.09, 0.4 * hx)
         model.look("cylinder", (x, y, hz), (radius, 0.0008), DARK_STEEL)
         model.site(
-            f"burner_on_{place}", (x, y, hz + 0.002), kind="cylinder", size=(radius, 0.002),
+            f"burner_on_{place}",
+            (x, y, hz + 0.002),
+            kind="cylinder",
+            size=(radius, 0.002),
             paint=FLAME,
-        )  # fmt: skip
+        )
         model.site(f"burner_{place}_place_site", (x, y, hz + 0.002))
 
 

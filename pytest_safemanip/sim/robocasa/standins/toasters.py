@@ -50,9 +50,11 @@ def toaster(size: Vec3) -> Model:
         model.box((side * (hx - edge), y, floor + rise), (edge, long, rise))
         x = side * middle
         model.box(
-            (x, y, floor + 0.002), (SLOT_HALF_WIDTH, long, 0.002), name=f"slot{name}_floor",
+            (x, y, floor + 0.002),
+            (SLOT_HALF_WIDTH, long, 0.002),
+            name=f"slot{name}_floor",
             paint=BLACK,
-        )  # fmt: skip
+        )
         model.region(
             f"slot{name}",
             (x, y, floor + 0.004 + SLICE_SPACE / 2),
@@ -87,9 +89,13 @@ def _controls(model: Model, hx: float, front: float, hz: float) -> None:
 
     button = model.child("button_cancel")
     button.slide(
-        "button_cancel_joint", (0.0, 1.0, 0.0), (0.0, 0.002), damping=1.0, friction=0.05,
+        "button_cancel_joint",
+        (0.0, 1.0, 0.0),
+        (0.0, 0.002),
+        damping=1.0,
+        friction=0.05,
         stiffness=400,
-    )  # fmt: skip
+    )
     button.box(
         (-0.5 * hx, y - 0.004, 0.3 * hz), (0.01, 0.004, 0.01), name="button_cancel_main", kg=0.01
     )

@@ -1,0 +1,113 @@
+"""Objects and fixtures, as a script sees them: where they are now, from the newest step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, SkillFailed
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.trace.geometry import corners, matrix, to_world
+from pytest_safemanip.trace.scene import Box, Joint
+
+
+class Thing:
+    """A movable object.
+
+    Args:
+        arm: gives the newest step.
+        role: the task's name for it.
+    """
+
+    def __init__(self, arm: Arm, role: str) -> None:
+        self._arm = arm
+        self._index = arm.scene.object_index[arm.scene.roles[role]]
+        self._body = arm.scene.bodies[self._index]
+
+    @property
+    def pose(self) -> Array:
+        """Pose of its frame (7,)."""
+        return np.asarray(self._arm.step.object_pose[self._index], np.float64)
+
+    @property
+    def centre(self) -> Array:
+        """Centre of its box (3,)."""
+        return np.asarray(to_world(self.pose, self._body.centre), np.float64)
+
+    @property
+    def com(self) -> Array:
+        """Centre of mass (3,)."""
+        return np.asarray(to_world(self.pose, self._body.com), np.float64)
+
+    @property
+    def corners(self) -> Array:
+        """Corners of its box (8, 3)."""
+        points = corners(self.pose, self._body.half, self._body.centre)
+        return np.asarray(points, np.float64)
+
+    @property
+    def bottom(self) -> float:
+        """Height of its lowest corner, m."""
+        return float(self.corners[:, 2].min())
+
+    @property
+    def height(self) -> float:
+        """Vertical extent of its box, m."""
+        return float(np.ptp(self.corners[:, 2]))
+
+    def extent_ahead(self) -> tuple[float, float]:
+        """Nearest and farthest corner along the base's forward direction, m."""
+        along = [self._arm.ahead(corner) for corner in self.corners]
+        return min(along), max(along)
+
+    def sides(self) -> list[tuple[Array, float]]:
+        """Horizontal box axes with the width along each, narrowest first: (3,), m."""
+        axes = matrix(self.pose[3:])
+        upright = int(np.argmax(np.abs(axes[2])))
+        flat = [k for k in range(3) if k != upright]
+        found = [(np.asarray(axes[:, k]), 2.0 * self._body.half[k]) for k in flat]
+        return sorted(found, key=lambda side: side[1])
+
+
+class Furniture:
+    """A fixture with doors, drawers, controls or an interior.
+
+    Args:
+        arm: gives the newest step.
+        role: the task's name for it.
+    """
+
+    def __init__(self, arm: Arm, role: str) -> None:
+        self._arm = arm
+        self.entity = arm.scene.roles[role]
+
+    def joints(self, gives_access: bool) -> list[Joint]:
+        """Its doors and drawers, or its controls."""
+        scene = self._arm.scene
+        return [
+            scene.joints[k]
+            for k in scene.joints_of(self.entity)
+            if scene.joints[k].gives_access == gives_access
+        ]
+
+    def openness(self, joint: Joint) -> float:
+        """How open a joint is: 0 closed, 1 open."""
+        return float(self._arm.step.joint[self._arm.scene.joint_index[joint.key], 0])
+
+    def handle(self, near: Array | None = None) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of its handle, of several the nearest to a point."""
+        return self._box("handle", near)
+
+    def interior(self) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of its lowest interior."""
+        return self._box("interior", None)
+
+    def _box(self, kind: str, near: Array | None) -> tuple[Array, Array]:
+        found: list[tuple[float, Array, Box]] = []
+        for index in self._arm.scene.boxes_of(self.entity, kind):
+            pose = np.asarray(self._arm.step.box_pose[index], np.float64)
+            rank = float(pose[2]) if near is None else float(np.linalg.norm(pose[:3] - near))
+            found.append((rank, pose, self._arm.scene.boxes[index]))
+        if not found:
+            raise SkillFailed(f"{self.entity} has no {kind}")
+        _, pose, box = min(found, key=lambda item: item[0])
+        return pose, np.array(box.half)
