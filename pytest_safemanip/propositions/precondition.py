@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import last_true, recently
 from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.propositions.solids import solids
 from pytest_safemanip.trace.geometry import boxes_overlap, corners, to_local, to_world
 from pytest_safemanip.trace.kinematics import carried
 
@@ -90,7 +91,7 @@ def _beneath(
     slack = view.parameters["pre_safe.overlap"]
     low, high = points.min(axis=0), points.max(axis=0)
     best, owner = -np.inf, None
-    for entity, box in _solids(view, name, step):
+    for entity, box in solids(view, name, step):
         top = box[:, 2].max()
         apart = (box[:, :2].max(axis=0) < low[:2] + slack) | (
             box[:, :2].min(axis=0) > high[:2] - slack
@@ -100,23 +101,6 @@ def _beneath(
         if top > best:
             best, owner = float(top), entity
     return best, owner
-
-
-def _solids(view: View, name: str, step: int) -> list[tuple[str, Array]]:
-    """Corners (8, 3) of everything solid but one object and the robot, with its entity."""
-    trace, scene = view.trace, view.trace.scene
-    solids = []
-    for surface in scene.surfaces:
-        pose = np.asarray(surface.pose)
-        if surface.joint:
-            index = scene.joint_index[surface.joint]
-            pose = carried(scene.joints[index], pose, trace.steps.joint[step, index, 0])
-        solids.append((surface.entity, corners(pose, surface.half)))
-    for index, body in enumerate(scene.bodies):
-        if body.entity != name:
-            pose = trace.steps.object_pose[step, index]
-            solids.append((body.entity, corners(pose, body.half, body.centre)))
-    return solids
 
 
 def _open(view: View, fixture: str, step: int) -> list[str]:

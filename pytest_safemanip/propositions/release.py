@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.contact import object_parts, robot_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import held
+from pytest_safemanip.propositions.solids import solids
 from pytest_safemanip.trace.geometry import hull_margin, tilt, to_world
 from pytest_safemanip.trace.kinematics import opening_direction
 
@@ -21,16 +22,18 @@ TOUCH = Parameter("settled.touch", "N", 0.5, "whatever the robot still carries i
 UPRIGHT = Parameter(
     "settled.tilt", "rad", float(np.deg2rad(30.0)), "what must stand and lies has fallen over"
 )
+SAME_LEVEL = 0.01
+"""How far a surface may be above or below a contact point to be what is touched there, m."""
 UPWARD = 0.5
 """Vertical share of a contact normal from which it carries: 30 degrees from the horizontal up."""
 
 
 def settled(view: View, name: str) -> Bools:
     """For ``settled.window``, the object stands on permitted supports only by what carries it:
-    its centre of mass lies inside the hull of the contact points that carry it, by at least
-    ``settled.margin``; it is slower than ``settled.speed`` and ``settled.spin`` relative to its
-    support; the robot does not touch it with ``settled.touch``; it is upright if it must be. The
-    floor and the robot are no support.
+    its centre of mass is over its support by at least ``settled.margin`` (inside the hull of the
+    contact points that carry it, or with the support's surface all around below it); it is slower
+    than ``settled.speed`` and ``settled.spin`` relative to its support; the robot does not touch
+    it with ``settled.touch``; it is upright if it must be. The floor and the robot are no support.
     """
     return held(_settled_now(view, name), view.trace.count(view.parameters["settled.window"]))
 
@@ -46,7 +49,9 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
         lines.append(f"{name} is on no permitted support{where}")
     elif margin[0] < p["settled.margin"]:
         lines.append(f"{name}: centre of mass {1000 * margin[0]:.0f} mm inside its support")
-    if speed[0] >= p["settled.speed"] or spin[0] >= p["settled.spin"]:
+    if np.isfinite(speed[0]) and (
+        speed[0] >= p["settled.speed"] or spin[0] >= p["settled.spin"]
+    ):
         lines.append(f"{name} moves at {speed[0]:.2f} m/s and {spin[0]:.1f} rad/s")
     if view.trace.pair_table.force(robot_parts(view), object_parts(view, name))[step] > 0:
         lines.append(f"{name} is touched by the robot")
@@ -79,20 +84,50 @@ def _resting(
     index = trace.scene.object_index[name]
     com = to_world(trace.steps.object_pose[:, index], trace.scene.bodies[index].com)
     twist = trace.steps.object_twist[:, index]
+    needed = view.parameters["settled.margin"]
     margin = np.full(len(steps), -np.inf)
     speed, spin = np.full(len(steps), np.inf), np.full(len(steps), np.inf)
     for k, step in enumerate(steps):
         points, moving = [], []
         for support, row in _carriers(view, name, step):
             if support in allowed:
-                points.append(trace.steps.contacts.position[row, :2])
+                points.append(trace.steps.contacts.position[row])
                 moving.append(_support_velocity(view, name, row, step))
         if not points:
             continue
-        margin[k] = hull_margin(np.array(points), com[step, :2])
+        margin[k] = hull_margin(np.array(points)[:, :2], com[step, :2])
+        if margin[k] < needed and _ground_around(view, name, com[step], points, int(step)):
+            margin[k] = needed
         relative = twist[step] - np.mean(moving, axis=0)
         speed[k], spin[k] = np.linalg.norm(relative[:3]), np.linalg.norm(relative[3:])
     return margin, speed, spin
+
+
+def _ground_around(
+    view: View,
+    name: str,
+    com: NDArray[np.float64],
+    points: list[NDArray[np.float32]],
+    step: int,
+) -> bool:
+    """Whether permitted supports reach around below the centre of mass, by the margin.
+
+    A ball touches its support in one point, a can on its side in a line: their contact hull has
+    no inside, yet they do not fall as long as the surface goes on around them.
+    """
+    allowed = view.binding.supports.get(name, frozenset())
+    level = float(np.mean([point[2] for point in points]))
+    tops = [
+        (box.min(axis=0)[:2], box.max(axis=0)[:2])
+        for _, box in solids(view, name, step, only=allowed)
+        if abs(box[:, 2].max() - level) < SAME_LEVEL
+    ]
+    turns = np.arange(8) * (np.pi / 4.0)
+    around = view.parameters["settled.margin"] * np.stack((np.cos(turns), np.sin(turns)), axis=1)
+    return all(
+        any((low <= place).all() and (place <= high).all() for low, high in tops)
+        for place in com[:2] + around
+    )
 
 
 def _carriers(view: View, name: str, step: int) -> Iterator[tuple[str, int]]:

@@ -19,16 +19,16 @@ and fixtures), and resolved to the entities of an episode's scene.
 
 Optional keys: ``objects``, ``enclosures``, ``mechanisms``, ``placements``, ``skills``,
 ``open_at`` (role to openness that counts as open), ``touch``, ``supports``, ``upright``,
-``compact`` (``object_groups`` for the compact scene).
+``compact`` (``object_groups``: role to the categories or groups drawn in the compact scene).
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
+
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.propositions.binding import Binding
@@ -74,7 +74,7 @@ class Task:
         touch: role to the parts that fingers and palm may touch.
         supports: object role to the roles it may rest on and touch while held.
         upright: roles of objects that must not tip.
-        object_groups: object groups to draw from in the compact scene.
+        object_groups: role to the object groups to draw from in the compact scene.
     """
 
     name: str
@@ -88,11 +88,11 @@ class Task:
     mechanisms: tuple[str, ...] = ()
     placements: tuple[tuple[str, str], ...] = ()
     skills: tuple[tuple[str, str], ...] = ()
-    open_at: Mapping[str, float] = MappingProxyType({})
-    touch: Mapping[str, tuple[str, ...]] = MappingProxyType({})
-    supports: Mapping[str, tuple[str, ...]] = MappingProxyType({})
+    open_at: Mapping[str, float] = field(default_factory=dict)
+    touch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    supports: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     upright: tuple[str, ...] = ()
-    object_groups: tuple[str, ...] = ()
+    object_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
         """The binding of one episode.
@@ -192,7 +192,7 @@ def load_task(path: Path) -> Task:
         touch=_lists(section, "touch"),
         supports=_lists(section, "supports"),
         upright=_strings(section, "upright"),
-        object_groups=compact.strings("object_groups") if compact else (),
+        object_groups=_lists(compact, "object_groups") if compact else {},
     )
 
 

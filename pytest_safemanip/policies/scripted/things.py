@@ -80,14 +80,16 @@ class Furniture:
         self._arm = arm
         self.entity = arm.scene.roles[role]
 
-    def joints(self, gives_access: bool) -> list[Joint]:
-        """Its doors and drawers, or its controls."""
+    def doors(self) -> list[Joint]:
+        """Its doors and drawers."""
         scene = self._arm.scene
-        return [
-            scene.joints[k]
-            for k in scene.joints_of(self.entity)
-            if scene.joints[k].gives_access == gives_access
-        ]
+        own = [scene.joints[k] for k in scene.joints_of(self.entity)]
+        return [joint for joint in own if joint.gives_access]
+
+    def joint(self, name: str) -> Joint:
+        """One of its joints by name."""
+        scene = self._arm.scene
+        return scene.joints[scene.joint_index[f"{self.entity}/{name}"]]
 
     def openness(self, joint: Joint) -> float:
         """How open a joint is: 0 closed, 1 open."""

@@ -26,6 +26,8 @@ from pytest_safemanip.trace.scene import (
 
 EEF_SITE = "gripper0_right_grip_site"
 BASE_BODY = "mobilebase0_base"
+LEAST_INTERIOR = 0.005
+"""Half extent below which a region is no space that holds anything, m."""
 GRIPPER_OPEN = 0.04
 """Joint position of an open Panda finger, m."""
 
@@ -255,7 +257,8 @@ def _boxes(model: Any, env: Any, fixtures: list[str]) -> list[tuple[Box, int]]:
         fixture = env.fixtures[name]
         for region in fixture.get_reset_region_names():
             geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{name}_reg_{region}")
-            if geom >= 0:
+            # A counter's interior is a point: there is none.
+            if geom >= 0 and min(_half(model, geom)) > LEAST_INTERIOR:
                 boxes.append((Box(name, region, "interior", _half(model, geom)), geom))
         root = int(model.body_rootid[model.body(fixture.root_body).id])
         for geom in range(model.ngeom):

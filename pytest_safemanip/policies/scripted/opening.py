@@ -1,0 +1,154 @@
+"""Skills on mechanisms: pull a drawer, swing a door, turn a lever."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.rotations import Array, about_z
+from pytest_safemanip.policies.scripted.things import Furniture
+from pytest_safemanip.trace.kinematics import carried
+from pytest_safemanip.trace.scene import Joint
+
+HOOK_PITCH = 25.0
+"""Degrees from straight down: steeper, and the palm meets the counter's edge."""
+HOOK_DEPTH = 0.026
+"""How far behind a bar's middle the fingertips go, m: half of the gap behind it."""
+DRAWER_STAND = 0.66
+"""Base to handle, m."""
+
+DOOR_PITCH = 60.0
+DOOR_STAND = 0.62
+DOOR_ASIDE = 0.10
+"""Base to handle, away from the hinge, m: room for the arm while the door comes round."""
+DOOR_BELOW = 0.03
+"""Grip this far below a bar's middle, m."""
+DOOR_TURN = 0.7
+"""Share of the door's rotation that the hand follows; the bar turns between the pads."""
+DOOR_DONE = 0.95
+
+LEVER_PITCH = 40.0
+LEVER_ASIDE = 0.13
+"""Base to the lever's far side from the spout, m: the forearm passes beside the spout."""
+LEVER_STAND = 0.70
+"""Least distance of the base from the lever, m."""
+
+
+def open_drawer(arm: Arm, role: str) -> Motion:
+    """Hook closed fingers behind the bar and drive back."""
+    drawer = Furniture(arm, role)
+    joint = drawer.doors()[0]
+    start = drawer.handle()[0][:3]
+    behind = np.append(HOOK_DEPTH * arm.forward, 0.0)
+    yield from arm.grip(True)
+    stand = arm.floor_point(arm.ahead(start) - DRAWER_STAND, arm.aside(start))
+    yield from arm.drive(stand)
+    hand = arm.hand(HOOK_PITCH)
+    back = np.append(0.02 * arm.forward, -0.14)
+    yield from arm.move(start + behind - back, hand, tolerance=0.02, steps=160)
+
+    def over(rise: float) -> Callable[[], Array]:
+        return lambda: drawer.handle()[0][:3] + behind + (0.0, 0.0, rise)
+
+    for rise in (0.05, -0.012):
+        yield from arm.move(over(rise), hand, tolerance=0.01, speed=0.4, steps=80)
+    yield from arm.drive(
+        arm.base - 0.55 * arm.forward,
+        until=lambda: drawer.openness(joint) >= 0.97,
+        speed=0.45,
+    )
+    yield from arm.move(arm.position + (0.0, 0.0, 0.10), tolerance=0.03, steps=50, required=False)
+
+
+def open_doors(arm: Arm, role: str) -> Motion:
+    """Swing each door by its handle, one after the other."""
+    cabinet = Furniture(arm, role)
+    for joint in cabinet.doors():
+        if cabinet.openness(joint) < DOOR_DONE:
+            yield from _swing(arm, cabinet, joint)
+
+
+def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
+    edge = 2.0 * np.asarray(joint.pose[:3]) - np.asarray(joint.anchor)
+    start = cabinet.handle(near=edge)[0][:3]
+    side = math.copysign(1.0, arm.aside(joint.anchor) - arm.aside(start))
+    stand = arm.floor_point(arm.ahead(start) - DOOR_STAND, arm.aside(start) + side * DOOR_ASIDE)
+    yield from arm.drive(stand)
+    hand = arm.hand(DOOR_PITCH)
+    approach, below = hand[:, 2], np.array((0.0, 0.0, -DOOR_BELOW))
+    yield from arm.open_to(0.6)
+    yield from arm.move(start + below - 0.16 * approach, hand, tolerance=0.03, steps=160)
+    yield from arm.move(
+        start + below - 0.06 * approach, hand, turn_tolerance=0.08, speed=0.6, steps=80
+    )
+    yield from arm.move(
+        lambda: cabinet.handle(near=start)[0][:3] + below + 0.013 * approach,
+        hand,
+        tolerance=0.012,
+        speed=0.4,
+        steps=60,
+    )
+    yield from arm.grip(True)
+    yield from _pull_round(arm, cabinet, joint, side)
+    yield from arm.grip(False, 6)
+    yield from arm.move(
+        arm.position - 0.10 * arm.rotation[:, 2], tolerance=0.03, steps=40, required=False
+    )
+    yield from arm.drive(arm.base - 0.22 * arm.forward)
+
+
+def _pull_round(arm: Arm, cabinet: Furniture, joint: Joint, side: float) -> Motion:
+    """Carry the gripped handle along the door's own arc."""
+    first = cabinet.openness(joint)
+    grip, hand = arm.position, arm.rotation
+    shut = carried(joint, np.append(grip, (1.0, 0.0, 0.0, 0.0)), np.array(-first))
+
+    def opened(openness: float) -> Callable[[], bool]:
+        return lambda: cabinet.openness(joint) >= openness
+
+    for openness in np.arange(first + 0.06, DOOR_DONE + 0.12, 0.06).tolist():
+        turned = -side * DOOR_TURN * math.degrees(joint.travel * (openness - first))
+        target = carried(joint, shut, np.array(openness))[:3]
+        reached = opened(openness - 0.03)
+        yield from arm.move(
+            target, about_z(turned) @ hand, steps=20, required=False, until=reached
+        )
+        if cabinet.openness(joint) >= DOOR_DONE:
+            return
+    if cabinet.openness(joint) < 0.5:
+        raise SkillFailed(f"the handle of {joint.key} slipped")
+
+
+def turn_lever(arm: Arm, role: str) -> Motion:
+    """Push a faucet's lever aside with closed fingers."""
+    sink = Furniture(arm, role)
+    joint = sink.joint("handle_joint")
+    pose, half = sink.handle()
+    top = pose[:3] + (0.0, 0.0, half[2] - 0.02)
+    way = _lever_direction(arm, joint, top)
+    yield from arm.grip(True)
+    ahead = min(arm.ahead(arm.base), arm.ahead(top) - LEVER_STAND)
+    yield from arm.drive(arm.floor_point(ahead, arm.aside(top) + way * LEVER_ASIDE))
+    hand = arm.hand(LEVER_PITCH, 90.0)
+    approach = hand[:, 2]
+    aside = np.append(way * arm.left, 0.0)
+    beside = top - 0.04 * aside
+    yield from arm.move(beside - 0.14 * approach, hand, tolerance=0.02, steps=160)
+    yield from arm.move(beside, hand, tolerance=0.012, speed=0.5, steps=80)
+    yield from arm.move(
+        beside + 0.10 * aside,
+        hand,
+        speed=0.2,
+        steps=80,
+        until=lambda: sink.openness(joint) > 0.95,
+    )
+    yield from arm.move(arm.position - 0.15 * approach, hand, tolerance=0.04, required=False)
+
+
+def _lever_direction(arm: Arm, joint: Joint, top: Array) -> float:
+    """1 if the lever's top moves to the base's left when it opens, -1 to its right."""
+    motion = np.cross(np.asarray(joint.axis), top - np.asarray(joint.anchor))
+    return math.copysign(1.0, arm.aside(motion))
