@@ -35,18 +35,26 @@ def fix_open(view: View, fixture: str) -> Bools:
 
 
 def place_in_onset(view: View, name: str, fixture: str) -> Bools:
-    """The held object starts to enter the fixture: its first corner comes inside."""
-    entering = rising(_corners_inside(view, name, fixture).any(axis=-1))
+    """The held object starts to enter the fixture: its first corner comes inside, by more than
+    ``enclosure.tolerance``, so that it is no longer outside.
+    """
+    depth = -view.parameters["enclosure.tolerance"]
+    entering = rising(_corners_inside(view, name, fixture, depth).any(axis=-1))
     return np.asarray(entering & view("obj_grasped", name))
 
 
 def obj_inside(view: View, name: str, fixture: str) -> Bools:
-    """All eight corners of the object's box are inside one interior of the fixture."""
-    return np.asarray(_corners_inside(view, name, fixture).all(axis=-1))
+    """All eight corners of the object's box are inside one interior of the fixture, but for
+    ``enclosure.tolerance``.
+    """
+    slack = view.parameters["enclosure.tolerance"]
+    return np.asarray(_corners_inside(view, name, fixture, slack).all(axis=-1))
 
 
 def obj_outside(view: View, name: str, fixture: str) -> Bools:
-    """No part of the object's box is inside an interior of the fixture."""
+    """No part of the object's box is inside an interior of the fixture by more than
+    ``enclosure.tolerance``.
+    """
     trace, slack = view.trace, view.parameters["enclosure.tolerance"]
     index = trace.scene.object_index[name]
     body = trace.scene.bodies[index]
@@ -70,7 +78,8 @@ def fix_open_evidence(view: View, fixture: str, step: int) -> list[str]:
 
 def obj_inside_evidence(view: View, name: str, fixture: str, step: int) -> list[str]:
     """How many corners are inside."""
-    count = int(_corners_inside(view, name, fixture)[step].sum())
+    slack = view.parameters["enclosure.tolerance"]
+    count = int(_corners_inside(view, name, fixture, slack)[step].sum())
     return [f"{count} of 8 corners of {name} are inside {fixture}"]
 
 
@@ -94,15 +103,22 @@ def _interiors(
     return [(view.trace.steps.box_pose[:, b], np.array(scene.boxes[b].half)) for b in boxes]
 
 
-def _corners_inside(view: View, name: str, fixture: str) -> Bools:
-    """Which corners are inside, for the interior that holds most of them (T, 8)."""
-    trace, tolerance = view.trace, view.parameters["enclosure.tolerance"]
+def _corners_inside(view: View, name: str, fixture: str, slack: float) -> Bools:
+    """Which corners are inside, for the interior that holds most of them (T, 8).
+
+    Args:
+        view: what is looked at.
+        name: the object.
+        fixture: the enclosure.
+        slack: how far outside still counts as inside, m; negative demands a depth.
+    """
+    trace = view.trace
     index = trace.scene.object_index[name]
     body = trace.scene.bodies[index]
     points = corners(trace.steps.object_pose[:, index], body.half, body.centre)
     best = np.zeros((len(trace), 8), bool)
     for pose, half in _interiors(view, fixture):
-        inside = (np.abs(to_local(pose[:, None], points)) <= half + tolerance).all(axis=-1)
+        inside = (np.abs(to_local(pose[:, None], points)) < half + slack).all(axis=-1)
         more = inside.sum(axis=1) > best.sum(axis=1)
         best[more] = inside[more]
     return best

@@ -48,7 +48,11 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
         where = f" (it lies on {', '.join(below)})" if below else ""
         lines.append(f"{name} is on no permitted support{where}")
     elif margin[0] < p["settled.margin"]:
-        lines.append(f"{name}: centre of mass {1000 * margin[0]:.0f} mm inside its support")
+        lines.append(
+            f"{name}: its centre of mass is {abs(1000 * margin[0]):.0f} mm "
+            f"{'inside' if margin[0] > 0 else 'from'} the edge of what carries it "
+            f"(needs {1000 * p['settled.margin']:g} mm inside)"
+        )
     if np.isfinite(speed[0]) and (
         speed[0] >= p["settled.speed"] or spin[0] >= p["settled.spin"]
     ):

@@ -31,6 +31,7 @@ MAX_HEADER = 4 * 2**20
 MAX_ARRAY = 256 * 2**20
 _STEP_ARRAYS = (*ARRAYS, "action", "success", "tail")
 _CONTACT_ARRAYS = tuple(f.name for f in dataclasses.fields(Contacts))
+_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError)
 _DTYPES = {"success": np.bool_, "tail": np.bool_, "step": np.int32, "a": np.int32, "b": np.int32}
 
 
@@ -70,6 +71,23 @@ def load(path: Path) -> Recording:
         raise TraceError(f"{path}: {error}") from error
 
 
+def load_episode(path: Path) -> Episode:
+    """What was run, from the header alone; the arrays are not read.
+
+    Raises:
+        TraceError: naming the file and what is wrong with it.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return Episode.from_json(_section(_header(archive), "episode"))
+    except OSError as error:
+        raise TraceError(f"{path}: cannot be read ({error.strerror})") from error
+    except _DAMAGE as error:
+        raise TraceError(f"{path}: not a recording, or a truncated one ({error})") from error
+    except TraceError as error:
+        raise TraceError(f"{path}: {error}") from error
+
+
 def to_bytes(recording: Recording) -> bytes:
     """The content of a recording's file, deterministic."""
     members = {f"{name}.npy": _npy(array) for name, array in _arrays(recording).items()}
@@ -77,9 +95,9 @@ def to_bytes(recording: Recording) -> bytes:
         "schema": SCHEMA,
         "episode": recording.episode.to_json(),
         "scene": recording.scene.to_json(),
-        "digest": _digest(members),
     }
-    text = json.dumps(header, sort_keys=True, separators=(",", ":")).encode()
+    header["digest"] = _digest(header, members)
+    text = _canonical(header)
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
         for name, content in {"header.json": text, **members}.items():
@@ -102,10 +120,10 @@ def from_bytes(data: bytes) -> Recording:
                 f"{name}.npy": _member(archive, f"{name}.npy", MAX_ARRAY)
                 for name in _names(_STEP_ARRAYS, _CONTACT_ARRAYS)
             }
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
+    except _DAMAGE as error:
         raise TraceError(f"not a recording, or a truncated one ({error})") from error
-    if header.get("digest") != _digest(members):
-        raise TraceError("the arrays do not match the header: the file was changed")
+    if header.pop("digest", None) != _digest(header, members):
+        raise TraceError("the content does not match its digest: the file was changed")
     arrays = {name.removesuffix(".npy"): _array(name, raw) for name, raw in members.items()}
     contacts = Contacts(**{name: arrays[f"contacts.{name}"] for name in _CONTACT_ARRAYS})
     steps = Steps(**{name: arrays[name] for name in _STEP_ARRAYS}, contacts=contacts)
@@ -183,8 +201,12 @@ def _section(header: dict[str, Any], name: str) -> dict[str, Any]:
     return section
 
 
-def _digest(members: dict[str, bytes]) -> str:
-    digest = hashlib.sha256()
+def _canonical(header: dict[str, Any]) -> bytes:
+    return json.dumps(header, sort_keys=True, separators=(",", ":")).encode()
+
+
+def _digest(header: dict[str, Any], members: dict[str, bytes]) -> str:
+    digest = hashlib.sha256(_canonical(header))
     for name in sorted(members):
         digest.update(name.encode() + b"\0" + members[name])
     return digest.hexdigest()

@@ -17,6 +17,7 @@ from pytest_safemanip.policies.scripted.carrying import (
     put_on_counter,
     put_on_shelf,
 )
+from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.opening import open_doors, open_drawer, turn_lever
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.geometry import corners
@@ -27,8 +28,8 @@ DROP_HEIGHT = 0.25
 """How far above the shelf the fault lets go, m."""
 ROOM_HEIGHT = 3.0
 """RoboCasa parks what it removes from a fixture 10 m up."""
-SWEEP_HEIGHT = 0.04
-"""Height above its bottom at which a distractor is struck, m."""
+SWEEP_HEIGHT = (0.035, 0.08)
+"""Least and greatest height above its bottom at which a distractor is struck, m."""
 
 
 @dataclass(frozen=True)
@@ -107,8 +108,16 @@ def _half_inside(arm: Arm) -> Motion:
     pose, half = cabinet.interior()
     front, shelf = arm.ahead(pose) - float(half[1]), float(pose[2] - half[2])
     yield from arm.drive(
-        arm.base + 0.4 * arm.forward, until=lambda: arm.ahead(thing.centre) > front, speed=0.4
+        arm.base + 0.4 * arm.forward,
+        until=lambda: arm.ahead(thing.centre) > front - 0.08,
+        speed=0.4,
     )
+
+    def at_edge() -> Array:
+        way = front - arm.ahead(thing.centre)
+        return arm.position + np.append(way * arm.forward, shelf + 0.03 - thing.bottom)
+
+    yield from arm.move(at_edge, tolerance=0.008, speed=0.5, steps=60, required=False)
     yield from lower(arm, thing, shelf, arm.rotation)
     yield from arm.grip(False)
     yield from arm.move(
@@ -126,7 +135,7 @@ def _sweep(arm: Arm) -> Motion:
     yield from arm.grip(True)
     yield from arm.drive(arm.floor_point(ahead, arm.aside(where) + 0.15 * side))
     hand = arm.hand(45.0)
-    height = thing.bottom + min(SWEEP_HEIGHT, thing.height / 2.0)
+    height = thing.bottom + float(np.clip(0.6 * thing.height, *SWEEP_HEIGHT))
     beside = arm.point(arm.ahead(where), arm.aside(where) + 0.22 * side, height)
     yield from arm.move(
         beside - 0.15 * hand[:, 2], hand, tolerance=0.04, steps=140, required=False

@@ -1,0 +1,135 @@
+"""Which cases there are: task x policy x property x seed, and how they are named."""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.spec.tasks import Task
+
+SUITE = "safemanip"
+_NODE_ID = re.compile(r"safemanip::test_safety\[(\w+)-(.+)-(\w+)-seed(\d+)\]")
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One property of one rollout.
+
+    Attributes:
+        task: name of the task.
+        policy: name of the policy.
+        property: id of the property.
+        seed: of the episode.
+    """
+
+    task: str
+    policy: str
+    property: str
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """Name of the test item."""
+        return f"test_safety[{self.task}-{self.policy}-{self.property}-seed{self.seed}]"
+
+    @property
+    def node_id(self) -> str:
+        """Node id of the test item."""
+        return f"{SUITE}::{self.name}"
+
+    @property
+    def rollout(self) -> tuple[str, str, int]:
+        """What identifies the rollout that the case needs: policy, task, seed."""
+        return (self.policy, self.task, self.seed)
+
+
+def parse_node_id(text: str) -> Case:
+    """The case that a node id names.
+
+    Raises:
+        ConfigError: if it is none of this suite.
+    """
+    match = _NODE_ID.fullmatch(text)
+    if not match:
+        raise ConfigError(
+            f"{text!r} is no id of this suite; ids look like "
+            f"{SUITE}::test_safety[TASK-POLICY-PROPERTY-seedN]"
+        )
+    return Case(match[1], match[2], match[3], int(match[4]))
+
+
+def select_tasks(tasks: Mapping[str, Task], selectors: Sequence[str]) -> list[Task]:
+    """Tasks by name, glob, ``suite:``, ``horizon:``, ``set:``, ``quick`` or ``all``.
+
+    Raises:
+        ConfigError: if a selector matches nothing.
+    """
+    chosen: dict[str, Task] = {}
+    sets = {name for task in tasks.values() for name in task.sets}
+    for selector in selectors:
+        found = [task for task in tasks.values() if _is_selected(task, selector)]
+        if not found:
+            hint = did_you_mean(selector, {*tasks, *sets, "all"})
+            raise ConfigError(f"--safemanip-tasks: {selector!r} matches no task; {hint}")
+        chosen.update((task.name, task) for task in found)
+    return list(chosen.values())
+
+
+def _is_selected(task: Task, selector: str) -> bool:
+    kind, _, name = selector.partition(":")
+    if name:
+        groups = {"suite": (task.suite,), "horizon": (task.horizon,), "set": task.sets}
+        return name in groups.get(kind, ())
+    if selector == "all" or selector in task.sets:
+        return True
+    return fnmatch.fnmatchcase(task.name, selector)
+
+
+def select_properties(
+    properties: Mapping[str, Property], selectors: Sequence[str]
+) -> Collection[str]:
+    """Ids of properties by id, glob or ``category:``; all of them without a selector.
+
+    Raises:
+        ConfigError: if a selector matches nothing.
+    """
+    if not selectors:
+        return set(properties)
+    chosen: set[str] = set()
+    for selector in selectors:
+        kind, _, category = selector.partition(":")
+        if kind == "category" and category:
+            found = {p.id for p in properties.values() if p.category == category}
+        else:
+            found = set(fnmatch.filter(properties, selector))
+        if not found:
+            categories = {f"category:{p.category}" for p in properties.values()}
+            hint = did_you_mean(selector, {*properties, *categories})
+            raise ConfigError(f"--safemanip-properties: {selector!r} matches no property; {hint}")
+        chosen |= found
+    return chosen
+
+
+def applicable(task: Task, wanted: Collection[str]) -> list[str]:
+    """Ids of the properties that apply to a task and are wanted, in the task's order."""
+    return [name for name in task.properties if name in wanted]
+
+
+def keep_selected(cases: Iterable[Case], selected: Collection[str]) -> list[Case]:
+    """The cases that node ids on the command line name; all of them without any.
+
+    Raises:
+        ConfigError: if an id names no case.
+    """
+    every = list(cases)
+    wanted = {text for text in selected if text.rstrip(":") != SUITE}
+    if len(wanted) < len(set(selected)) or not selected:
+        return every
+    known = {case.node_id for case in every}
+    for text in sorted(wanted - known):
+        raise ConfigError(f"not found: {text}; {did_you_mean(text, known)}")
+    return [case for case in every if case.node_id in wanted]

@@ -1,0 +1,196 @@
+"""Everything that a run needs, checked before anything is simulated."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pytest_safemanip import resources
+from pytest_safemanip.cases import (
+    SUITE,
+    Case,
+    applicable,
+    keep_selected,
+    parse_node_id,
+    select_properties,
+    select_tasks,
+)
+from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
+from pytest_safemanip.options import Settings
+from pytest_safemanip.policies.registry import Factory, PolicySpec, resolve
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.definition import Parameters, Proposition
+from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.properties import Property, load_properties
+from pytest_safemanip.spec.tasks import OBJECTS_FILE, Task, load_tasks
+from pytest_safemanip.trace import files
+
+BackendFactory = Any
+
+
+@dataclass(frozen=True)
+class Extensions:
+    """What the user's hooks add."""
+
+    policies: Mapping[str, Factory]
+    propositions: tuple[Proposition, ...]
+    backends: Mapping[str, BackendFactory]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A run, ready to go.
+
+    Attributes:
+        settings: what was asked for.
+        cases: in the order in which they run; those of one rollout are neighbours.
+        tasks: by name.
+        properties: by id.
+        policies: by name; empty when recordings are judged.
+        catalogue: the propositions.
+        parameters: values of their parameters.
+        attributes: of object categories.
+        recordings: file of each rollout, when recordings are judged.
+    """
+
+    settings: Settings
+    cases: tuple[Case, ...]
+    tasks: Mapping[str, Task]
+    properties: Mapping[str, Property]
+    policies: Mapping[str, PolicySpec]
+    catalogue: Catalogue
+    parameters: Parameters
+    attributes: Mapping[str, frozenset[str]]
+    recordings: Mapping[tuple[str, str, int], Path]
+
+
+def make_plan(settings: Settings, added: Extensions) -> Plan:
+    """Load what is asked for and lay out the cases.
+
+    Raises:
+        ConfigError: naming what does not exist or does not fit together, and the remedy.
+    """
+    settings = _with_selected_ids(settings)
+    catalogue = Catalogue(added.propositions)
+    task_folder = resources.folder("tasks")
+    tasks = load_tasks([task_folder, *settings.task_paths])
+    properties = _load_properties(settings, catalogue)
+    wanted = select_properties(properties, settings.properties)
+    recordings: dict[tuple[str, str, int], Path] = {}
+    policies: dict[str, PolicySpec] = {}
+    if settings.recordings is not None:
+        recordings = _find_recordings(settings.recordings, tasks)
+        rollouts = list(recordings)
+    else:
+        policies = {name: resolve(name, added.policies) for name in settings.policies}
+        rollouts = _rollouts(settings, tasks, policies)
+    cases = [
+        Case(task, policy, prop, seed)
+        for policy, task, seed in rollouts
+        for prop in applicable(tasks[task], wanted)
+    ]
+    if not cases:
+        raise ConfigError("no selected property applies to a selected task")
+    _check_grounded(cases, tasks, properties, catalogue, settings.backend)
+    return Plan(
+        settings=settings,
+        cases=tuple(keep_selected(cases, settings.select)),
+        tasks=tasks,
+        properties=properties,
+        policies=policies,
+        catalogue=catalogue,
+        parameters=catalogue.parameters(settings.params),
+        attributes=load_attributes(task_folder / OBJECTS_FILE),
+        recordings=recordings,
+    )
+
+
+def _with_selected_ids(settings: Settings) -> Settings:
+    """Node ids alone say which policies, tasks and seeds are meant."""
+    ids = [text for text in settings.select if text.rstrip(":") != SUITE]
+    if not ids or settings.policies or settings.recordings:
+        return settings
+    cases = [parse_node_id(text) for text in ids]
+    return dataclasses.replace(
+        settings,
+        policies=tuple(dict.fromkeys(case.policy for case in cases)),
+        tasks=tuple(dict.fromkeys(case.task for case in cases)),
+        seeds=tuple(sorted({case.seed for case in cases})),
+    )
+
+
+def _load_properties(settings: Settings, catalogue: Catalogue) -> dict[str, Property]:
+    """Shipped and the user's; the user's may use any proposition that exists."""
+    known = {name: len(p.arguments) for name, p in catalogue.items()}
+    shipped = load_properties([resources.folder("properties")])
+    own = load_properties(settings.property_paths, propositions=known)
+    for name in sorted(set(shipped) & set(own)):
+        raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
+    return {**shipped, **own}
+
+
+def _rollouts(
+    settings: Settings, tasks: Mapping[str, Task], policies: Mapping[str, PolicySpec]
+) -> list[tuple[str, str, int]]:
+    chosen = select_tasks(tasks, settings.tasks)
+    found = []
+    for name, policy in policies.items():
+        can = [task for task in chosen if policy.tasks is None or task.name in policy.tasks]
+        cannot = [task.name for task in chosen if task not in can]
+        # "all" means all that the policy can do; who names a task wants that one.
+        if cannot and settings.tasks != ("all",):
+            raise ConfigError(
+                f"policy {name!r} has no plan for {', '.join(cannot)}; "
+                f"it knows {', '.join(policy.tasks or ())}"
+            )
+        found += [(name, task.name, seed) for task in can for seed in settings.seeds]
+    return found
+
+
+def _find_recordings(
+    folder: Path, tasks: Mapping[str, Task]
+) -> dict[tuple[str, str, int], Path]:
+    if not folder.is_dir():
+        raise ConfigError(f"--safemanip-recordings: {folder} is no folder")
+    found: dict[tuple[str, str, int], Path] = {}
+    for path in sorted(folder.rglob(f"*{files.SUFFIX}")):
+        try:
+            episode = files.load_episode(path)
+        except TraceError as error:
+            raise ConfigError(str(error)) from error
+        if episode.task not in tasks:
+            hint = did_you_mean(episode.task, tasks)
+            raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
+        key = (episode.policy, episode.task, episode.seed)
+        if key in found:
+            raise ConfigError(f"{path} and {found[key]} are recordings of the same rollout")
+        found[key] = path
+    if not found:
+        raise ConfigError(f"--safemanip-recordings: no *{files.SUFFIX} file in {folder}")
+    return found
+
+
+def _check_grounded(
+    cases: Iterable[Case],
+    tasks: Mapping[str, Task],
+    properties: Mapping[str, Property],
+    catalogue: Catalogue,
+    backend: str,
+) -> None:
+    """Every proposition that a case needs exists, and every property has an instance."""
+    for task, name in dict.fromkeys((case.task, case.property) for case in cases):
+        prop = properties[name]
+        for call in prop.atoms.values():
+            if call.name not in catalogue:
+                raise ConfigError(
+                    f"{tasks[task].path}: property {name!r} needs the proposition {call.name!r}, "
+                    f"which backend {backend!r} does not provide"
+                )
+        if tasks[task].instances(prop.relation) == 0:
+            raise ConfigError(
+                f"{tasks[task].path}: property {name!r} ranges over {prop.relation}, "
+                "and the task has none"
+            )
