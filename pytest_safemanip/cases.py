@@ -22,19 +22,19 @@ class Case:
     Attributes:
         task: name of the task.
         policy: name of the policy.
-        property: id of the property.
+        property_id: of the property.
         seed: of the episode.
     """
 
     task: str
     policy: str
-    property: str
+    property_id: str
     seed: int
 
     @property
     def name(self) -> str:
         """Name of the test item."""
-        return f"test_safety[{self.task}-{self.policy}-{self.property}-seed{self.seed}]"
+        return f"test_safety[{self.task}-{self.policy}-{self.property_id}-seed{self.seed}]"
 
     @property
     def node_id(self) -> str:

@@ -52,7 +52,7 @@ class Verdict:
     """The verdict on one property of one rollout.
 
     Attributes:
-        property: its id.
+        property_id: of the property.
         outcome: over all instances.
         triggered: number of instances that were put to the test.
         instances: number of instances.
@@ -63,7 +63,7 @@ class Verdict:
         formula: what was monitored.
     """
 
-    property: str
+    property_id: str
     outcome: PropertyOutcome
     triggered: int
     instances: int
@@ -125,7 +125,7 @@ class Judge:
             for violation in verdict.violations
         ]
         return Verdict(
-            property=prop.id,
+            property_id=prop.id,
             outcome=worst(verdicts),
             triggered=sum(not v.vacuous for v in verdicts),
             instances=len(rows),

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import pytest
 
@@ -56,7 +56,12 @@ OPTIONS = (
         "ID[,...]",
         repeat=True,
     ),
-    Option("--safemanip-seeds", "N means 0..N-1; A:B means A..B-1; A,B,C", "1", "SEEDS"),
+    Option(
+        "--safemanip-seeds",
+        "N means 0..N-1; A:B means A..B-1; A,B,C (default: 1; of recordings, all)",
+        "",
+        "SEEDS",
+    ),
     Option("--safemanip-backend", "robocasa, or one from a hook", "robocasa", "NAME"),
     Option(
         "--safemanip-scenes",
@@ -71,7 +76,10 @@ OPTIONS = (
         choices=("auto", "official", "primitive"),
     ),
     Option(
-        "--safemanip-recordings", "judge the recordings in this folder, no simulator", "", "DIR"
+        "--safemanip-recordings",
+        "judge the recordings in this folder, no simulator; policies, tasks and seeds select",
+        "",
+        "DIR",
     ),
     Option(
         "--safemanip-semantics",
@@ -139,18 +147,15 @@ def add_options(parser: pytest.Parser) -> None:
 
 @dataclass(frozen=True)
 class Settings:
-    """What the user asked for, parsed.
-
-    Attributes follow the options; see ``pytest --help``.
-    """
+    """What the user asked for, parsed. Attributes follow the options; see ``pytest --help``."""
 
     policies: tuple[str, ...]
     tasks: tuple[str, ...]
     properties: tuple[str, ...]
-    seeds: tuple[int, ...]
+    seeds: tuple[int, ...] | None
     backend: str
     scenes: str
-    assets: str
+    assets: Literal["auto", "official", "primitive"]
     recordings: Path | None
     semantics: Literal["timed", "paper"]
     stop: Literal["success", "horizon"]
@@ -177,10 +182,10 @@ def read_settings(config: pytest.Config) -> Settings:
         policies=_names(values["safemanip_policy"]),
         tasks=_names(values["safemanip_tasks"]),
         properties=_names(values["safemanip_properties"]),
-        seeds=parse_seeds(values["safemanip_seeds"]),
+        seeds=parse_seeds(values["safemanip_seeds"]) if values["safemanip_seeds"] else None,
         backend=values["safemanip_backend"],
         scenes=values["safemanip_scenes"],
-        assets=values["safemanip_assets"],
+        assets=_assets(values["safemanip_assets"]),
         recordings=_folder(config, recordings) if recordings else None,
         semantics="paper" if values["safemanip_semantics"] == "paper" else "timed",
         stop="horizon" if values["safemanip_stop"] == "horizon" else "success",
@@ -204,6 +209,19 @@ def is_wanted(config: pytest.Config) -> bool:
 
 
 _SWITCHES = ("--safemanip-policy", "--safemanip-recordings")
+
+
+def refuse_stray_options(config: pytest.Config) -> None:
+    """Refuse options that do nothing because the suite is off.
+
+    Raises:
+        ConfigError: naming the option and what is missing.
+    """
+    for option in OPTIONS:
+        if config.getoption(option.ini) is not None:
+            raise ConfigError(
+                f"{option.flag} has no effect without --safemanip-policy or --safemanip-recordings"
+            )
 
 
 def parse_seeds(text: str) -> tuple[int, ...]:
@@ -256,6 +274,10 @@ def _value(config: pytest.Config, option: Option) -> str:
         hint = did_you_mean(value, option.choices)
         raise ConfigError(f"{option.ini} in the ini file: unknown value {value!r}; {hint}")
     return value
+
+
+def _assets(text: str) -> Literal["auto", "official", "primitive"]:
+    return "official" if text == "official" else "primitive" if text == "primitive" else "auto"
 
 
 def _names(text: str) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from pytest_safemanip import resources
 from pytest_safemanip.cases import (
@@ -23,12 +22,15 @@ from pytest_safemanip.options import Settings
 from pytest_safemanip.policies.registry import Factory, PolicySpec, resolve
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Parameters, Proposition
+from pytest_safemanip.sim.backend import Factory as BackendFactory
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.tasks import OBJECTS_FILE, Task, load_tasks
 from pytest_safemanip.trace import files
+from pytest_safemanip.trace.recording import Episode
 
-BackendFactory = Any
+Rollout = tuple[str, str, int]
+"""Policy, task, seed."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Plan:
     catalogue: Catalogue
     parameters: Parameters
     attributes: Mapping[str, frozenset[str]]
-    recordings: Mapping[tuple[str, str, int], Path]
+    recordings: Mapping[Rollout, Path]
 
 
 def make_plan(settings: Settings, added: Extensions) -> Plan:
@@ -79,10 +81,10 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     tasks = load_tasks([task_folder, *settings.task_paths])
     properties = _load_properties(settings, catalogue)
     wanted = select_properties(properties, settings.properties)
-    recordings: dict[tuple[str, str, int], Path] = {}
+    recordings: dict[Rollout, Path] = {}
     policies: dict[str, PolicySpec] = {}
     if settings.recordings is not None:
-        recordings = _find_recordings(settings.recordings, tasks)
+        recordings = _find_recordings(settings, settings.recordings, tasks)
         rollouts = list(recordings)
     else:
         policies = {name: resolve(name, added.policies) for name in settings.policies}
@@ -109,15 +111,16 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
 
 
 def _with_selected_ids(settings: Settings) -> Settings:
-    """Node ids alone say which policies, tasks and seeds are meant."""
+    """Node ids say which policies, tasks, properties and seeds are meant."""
     ids = [text for text in settings.select if text.rstrip(":") != SUITE]
-    if not ids or settings.policies or settings.recordings:
+    if not ids or len(ids) < len(settings.select):
         return settings
     cases = [parse_node_id(text) for text in ids]
     return dataclasses.replace(
         settings,
         policies=tuple(dict.fromkeys(case.policy for case in cases)),
         tasks=tuple(dict.fromkeys(case.task for case in cases)),
+        properties=tuple(dict.fromkeys(case.property_id for case in cases)),
         seeds=tuple(sorted({case.seed for case in cases})),
     )
 
@@ -134,7 +137,7 @@ def _load_properties(settings: Settings, catalogue: Catalogue) -> dict[str, Prop
 
 def _rollouts(
     settings: Settings, tasks: Mapping[str, Task], policies: Mapping[str, PolicySpec]
-) -> list[tuple[str, str, int]]:
+) -> list[Rollout]:
     chosen = select_tasks(tasks, settings.tasks)
     found = []
     for name, policy in policies.items():
@@ -146,31 +149,46 @@ def _rollouts(
                 f"policy {name!r} has no plan for {', '.join(cannot)}; "
                 f"it knows {', '.join(policy.tasks or ())}"
             )
-        found += [(name, task.name, seed) for task in can for seed in settings.seeds]
+        found += [(name, task.name, seed) for task in can for seed in settings.seeds or (0,)]
     return found
 
 
 def _find_recordings(
-    folder: Path, tasks: Mapping[str, Task]
-) -> dict[tuple[str, str, int], Path]:
+    settings: Settings, folder: Path, tasks: Mapping[str, Task]
+) -> dict[Rollout, Path]:
+    """The recordings in a folder whose policy, task and seed are selected."""
     if not folder.is_dir():
         raise ConfigError(f"--safemanip-recordings: {folder} is no folder")
-    found: dict[tuple[str, str, int], Path] = {}
+    chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
+    found: dict[Rollout, Path] = {}
     for path in sorted(folder.rglob(f"*{files.SUFFIX}")):
-        try:
-            episode = files.load_episode(path)
-        except TraceError as error:
-            raise ConfigError(str(error)) from error
-        if episode.task not in tasks:
-            hint = did_you_mean(episode.task, tasks)
-            raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
+        episode = _read_episode(path, tasks)
         key = (episode.policy, episode.task, episode.seed)
+        if (
+            episode.task not in chosen
+            or (settings.policies and episode.policy not in settings.policies)
+            or (settings.seeds is not None and episode.seed not in settings.seeds)
+        ):
+            continue
         if key in found:
             raise ConfigError(f"{path} and {found[key]} are recordings of the same rollout")
         found[key] = path
     if not found:
-        raise ConfigError(f"--safemanip-recordings: no *{files.SUFFIX} file in {folder}")
+        raise ConfigError(
+            f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
+        )
     return found
+
+
+def _read_episode(path: Path, tasks: Mapping[str, Task]) -> Episode:
+    try:
+        episode = files.load_episode(path)
+    except TraceError as error:
+        raise ConfigError(str(error)) from error
+    if episode.task not in tasks:
+        hint = did_you_mean(episode.task, tasks)
+        raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
+    return episode
 
 
 def _check_grounded(
@@ -181,7 +199,7 @@ def _check_grounded(
     backend: str,
 ) -> None:
     """Every proposition that a case needs exists, and every property has an instance."""
-    for task, name in dict.fromkeys((case.task, case.property) for case in cases):
+    for task, name in dict.fromkeys((case.task, case.property_id) for case in cases):
         prop = properties[name]
         for call in prop.atoms.values():
             if call.name not in catalogue:

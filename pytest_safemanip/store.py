@@ -15,7 +15,7 @@ from typing import Any
 
 import filelock
 
-from pytest_safemanip.errors import ConfigError, RolloutError, TraceError
+from pytest_safemanip.errors import ConfigError, RolloutError, SafemanipError, TraceError
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 
@@ -72,7 +72,7 @@ class Store:
             self._mark(marker, key, "the process that ran this rollout died")
             try:
                 recording = run()
-            except RolloutError as error:
+            except SafemanipError as error:
                 self._mark(marker, key, str(error))
                 raise
             except BaseException:

@@ -106,8 +106,9 @@ def check_values(values: object, shape: tuple[int | None, ...], atoms: tuple[str
 
 def pack(values: BoolArray) -> Letters:
     """Letters of an array whose last axis is the atoms: bool[..., atoms] to uint[...]."""
-    width = np.uint8 if values.shape[-1] <= 8 else np.uint16
-    letters = np.zeros(values.shape[:-1], dtype=width)
+    letters: Letters = np.zeros(values.shape[:-1], np.uint8)
+    if values.shape[-1] > 8:
+        letters = np.zeros(values.shape[:-1], np.uint16)
     for bit in reversed(range(values.shape[-1])):  # highest first: one doubling per atom
         letters += letters
         letters |= values[..., bit].view(np.uint8)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ import numpy.typing as npt
 from pytest_safemanip.ltlf.dfa import StateClass
 
 BoolArray = npt.NDArray[np.bool_]
-States = npt.NDArray[np.unsignedinteger]  # numbers of automaton states
+States = npt.NDArray[np.unsignedinteger[Any]]  # numbers of automaton states
 
 Reason = Literal["bad prefix", "overdue"]
 

@@ -23,13 +23,19 @@ class Rate:
         """The point estimate, or None."""
         return self.hits / self.total if self.total else None
 
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Wilson's 95 % interval, for these tasks; or None."""
+        return wilson(self.hits, self.total)
+
     def to_json(self) -> dict[str, Any]:
-        """Plain builtins: counts, point estimate, Wilson's 95 % interval."""
+        """Plain builtins: counts, point estimate, interval."""
+        bounds = self.interval
         return {
             "hits": self.hits,
             "total": self.total,
             "value": self.value,
-            "wilson95": wilson(self.hits, self.total),
+            "wilson95": list(bounds) if bounds else None,
         }
 
 
@@ -117,7 +123,7 @@ OUTCOMES = (
 def measure(records: Sequence[RolloutRecord]) -> Metrics:
     """The metrics of some rollouts, usually those of one policy."""
     done = complete(records)
-    outcomes = Counter({name: 0 for name in OUTCOMES})
+    outcomes = Counter(dict.fromkeys(OUTCOMES, 0))
     outcomes.update(_outcome(record) for record in done)
     successes = sum(bool(record.success) for record in done)
     return Metrics(

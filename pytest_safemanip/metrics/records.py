@@ -42,6 +42,7 @@ class RolloutRecord:
         acting_steps: control steps before the settle tail.
         error: why it is not complete; empty if it is.
         recording: path of the recording.
+        provenance: index of its origin among those of the run.
         properties: verdicts by property id; only those that were asked for.
     """
 
@@ -54,6 +55,7 @@ class RolloutRecord:
     acting_steps: int = 0
     error: str = ""
     recording: str = ""
+    provenance: int | None = None
     properties: dict[str, PropertyRecord] = field(default_factory=dict)
 
     @property

@@ -13,6 +13,7 @@ from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
 from pytest_safemanip.policies.simple import Hold, Random
 from pytest_safemanip.sim.provenance import source_digest
+from pytest_safemanip.trace.recording import POLICY_NAME
 
 Factory = Callable[[], Policy]
 
@@ -48,6 +49,10 @@ def resolve(name: str, added: Mapping[str, Factory]) -> PolicySpec:
     Raises:
         ConfigError: if there is no such policy, or it cannot be imported.
     """
+    if not POLICY_NAME.fullmatch(name):
+        raise ConfigError(
+            f"policy {name!r}: a name has letters, digits and any of _ . : / @ = + -, at most 200"
+        )
     if name in added:
         return PolicySpec(name, added[name], _own_fingerprint(added[name]))
     head, _, tail = name.partition(":")

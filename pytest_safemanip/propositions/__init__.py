@@ -1,0 +1,1 @@
+"""Propositions: what is true at a step, from a recording."""

@@ -91,9 +91,7 @@ def bad_contact_evidence(view: View, step: int) -> list[str]:
         if peak[step] >= bound:
             why = "too hard" if allowed else "no reason to touch it"
             hand, other = (_name(view, part) for part in pair)
-            lines.append(
-                f"{hand} touches {other}: {peak[step]:.1f} N ({why}, limit {bound:g} N)"
-            )
+            lines.append(f"{hand} touches {other}: {peak[step]:.1f} N ({why}, limit {bound:g} N)")
     return lines
 
 

@@ -92,9 +92,7 @@ def _openness(view: View, fixture: str) -> NDArray[np.float64]:
     return np.asarray(view.trace.steps.joint[:, joints, 0].max(axis=1), np.float64)
 
 
-def _interiors(
-    view: View, fixture: str
-) -> list[tuple[NDArray[np.float32], NDArray[np.float64]]]:
+def _interiors(view: View, fixture: str) -> list[tuple[NDArray[np.float32], NDArray[np.float64]]]:
     """Poses over time (T, 7) and half extents (3,) of the fixture's interiors."""
     scene = view.trace.scene
     boxes = scene.boxes_of(fixture, "interior")

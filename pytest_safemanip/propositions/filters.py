@@ -13,12 +13,12 @@ def majority(values: Bools, count: int) -> Bools:
 
     A flicker shorter than half the window never creates an edge.
     """
-    return _trailing_sum(values, count) * 2 > count
+    return np.greater(2 * _trailing_sum(values, count), count)
 
 
 def held(values: Bools, count: int) -> Bools:
     """True where all of the last ``count`` values are true."""
-    return _trailing_sum(values, count) == count
+    return np.equal(_trailing_sum(values, count), count)
 
 
 def recently(values: Bools, count: int) -> Bools:

@@ -80,9 +80,7 @@ def _hits(view: View, fixture: str) -> NDArray[np.float64]:
     return _hits_by_joint(view, fixture)[0]
 
 
-def _hits_by_joint(
-    view: View, fixture: str
-) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+def _hits_by_joint(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     p, trace = view.parameters, view.trace
     direction = np.zeros(len(trace))
     joint_at = np.full(len(trace), -1, np.intp)
@@ -134,8 +132,9 @@ def _last_hit(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np
 def _other(view: View, index: int, row: int) -> str:
     scene, contacts = view.trace.scene, view.trace.steps.contacts
     entity = scene.joints[index].entity
-    parts = (scene.parts[contacts.a[row]], scene.parts[contacts.b[row]])
-    return next(part.entity for part in parts if part.entity != entity)
+    first = scene.parts[int(contacts.a[row])].entity
+    second = scene.parts[int(contacts.b[row])].entity
+    return second if first == entity else first
 
 
 def _memory(p: Mapping[str, float]) -> float:
@@ -157,4 +156,3 @@ PROPOSITIONS = (
     ),
     Proposition("recovered", ("fixture",), _memory, (SAFE_SHARE, SAFE_WINDOW), recovered),
 )
-

@@ -70,8 +70,9 @@ def _place(view: View, name: str, step: int) -> list[str]:
     held = int(last_true(pressed(view, name), count)[step])
     index = trace.scene.object_index[name]
     body = trace.scene.bodies[index]
-    points = corners(trace.steps.object_pose[held if held >= 0 else step, index], body.half,
-                     body.centre)
+    points = corners(
+        trace.steps.object_pose[held if held >= 0 else step, index], body.half, body.centre
+    )
     height, below = _beneath(view, name, points, held if held >= 0 else step)
     if below is None:
         return [f"nothing lies below {name}"]
@@ -84,9 +85,7 @@ def _place(view: View, name: str, step: int) -> list[str]:
     return broken
 
 
-def _beneath(
-    view: View, name: str, points: Array, step: int
-) -> tuple[float, str | None]:
+def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, str | None]:
     """Height and owner of the highest thing below an object's footprint."""
     slack = view.parameters["pre_safe.overlap"]
     low, high = points.min(axis=0), points.max(axis=0)

@@ -53,9 +53,7 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
             f"{'inside' if margin[0] > 0 else 'from'} the edge of what carries it "
             f"(needs {1000 * p['settled.margin']:g} mm inside)"
         )
-    if np.isfinite(speed[0]) and (
-        speed[0] >= p["settled.speed"] or spin[0] >= p["settled.spin"]
-    ):
+    if np.isfinite(speed[0]) and (speed[0] >= p["settled.speed"] or spin[0] >= p["settled.spin"]):
         lines.append(f"{name} moves at {speed[0]:.2f} m/s and {spin[0]:.1f} rad/s")
     if view.trace.pair_table.force(robot_parts(view), object_parts(view, name))[step] > 0:
         lines.append(f"{name} is touched by the robot")

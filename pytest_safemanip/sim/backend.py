@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from pathlib import Path
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,12 +69,27 @@ class Provenance:
         assets: ``official``, ``primitive`` or ``mixed``.
         versions: of the packages that move the physics.
         hashes: digests of its code and of its assets.
+        description: one line for people; decides nothing.
     """
 
     backend: str
     assets: str
     versions: Mapping[str, str] = field(default_factory=dict)
     hashes: Mapping[str, str] = field(default_factory=dict)
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a user can choose about a backend.
+
+    Attributes:
+        assets: ``auto``, ``official`` or ``primitive``.
+        logs: folder for what the simulator prints.
+    """
+
+    assets: Literal["auto", "official", "primitive"]
+    logs: Path
 
 
 class Backend(Protocol):
@@ -105,3 +121,10 @@ class Backend(Protocol):
 
     def close(self) -> None:
         """Free what it holds. May be called twice."""
+
+
+Factory = Callable[[Options], Backend]
+"""Makes a backend. Quick: what takes time waits for the first reset.
+
+Raises ConfigError if something that it needs is missing.
+"""

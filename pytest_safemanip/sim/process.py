@@ -127,22 +127,29 @@ class ProcessBackend:
                 stderr=log,
                 env=environment,
             )
-        self._receive(START_DEADLINE, "start-up")
+        try:
+            self._receive(START_DEADLINE, "start-up")
+        except RolloutError as error:
+            # What is wrong now is wrong for every rollout.
+            self.close()
+            raise ConfigError(str(error)) from error
+        except ConfigError:
+            self.close()
+            raise
 
     def _call(self, message: wire.Message, deadline: float, doing: str) -> wire.Message:
-        assert self._process is not None
         try:
-            wire.send(_pipe(self._process.stdin), message)
+            wire.send(_pipe(self._running().stdin), message)
         except wire.WireError:
             raise self._died(doing) from None
         return self._receive(deadline, doing)
 
     def _receive(self, deadline: float, doing: str) -> wire.Message:
-        assert self._process is not None
-        stream = _pipe(self._process.stdout)
+        process = self._running()
+        stream = _pipe(process.stdout)
         ready, _, _ = select.select([stream], [], [], deadline)
         if not ready:
-            self._process.kill()
+            process.kill()
             self._died(doing)
             raise RolloutError(f"the simulator did not answer within {deadline:.0f} s at {doing}")
         try:
@@ -158,8 +165,7 @@ class ProcessBackend:
 
     def _died(self, doing: str) -> RolloutError:
         """Clean up after a dead child and say how it died."""
-        process, self._process = self._process, None
-        assert process is not None
+        process, self._process = self._running(), None
         process.kill()
         code = process.wait()
         for stream in (process.stdin, process.stdout):
@@ -167,6 +173,11 @@ class ProcessBackend:
                 _pipe(stream).close()
         how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         return RolloutError(f"the simulator process died at {doing} ({how}){self._tail()}")
+
+    def _running(self) -> subprocess.Popen[bytes]:
+        if self._process is None:
+            raise RolloutError("the simulator process is not running")
+        return self._process
 
     def _tail(self) -> str:
         if self._log is None:
@@ -177,5 +188,6 @@ class ProcessBackend:
 
 
 def _pipe(stream: IO[bytes] | None) -> IO[bytes]:
-    assert stream is not None
+    if stream is None:
+        raise RuntimeError("the child was started without pipes")
     return stream

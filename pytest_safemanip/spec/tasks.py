@@ -29,7 +29,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.onset import SKILLS

@@ -149,15 +149,17 @@ def _arrays(recording: Recording) -> dict[str, np.ndarray[Any, Any]]:
 
 def _npy(array: np.ndarray[Any, Any]) -> bytes:
     stream = io.BytesIO()
-    np.lib.format.write_array(stream, np.ascontiguousarray(array), allow_pickle=False)
+    np.save(stream, np.ascontiguousarray(array), allow_pickle=False)
     return stream.getvalue()
 
 
 def _array(name: str, raw: bytes) -> np.ndarray[Any, Any]:
     try:
-        array = np.lib.format.read_array(io.BytesIO(raw), allow_pickle=False)
+        array = np.load(io.BytesIO(raw), allow_pickle=False)
     except (ValueError, EOFError, MemoryError) as error:
         raise TraceError(f"{name}: not a readable array ({error})") from error
+    if not isinstance(array, np.ndarray):
+        raise TraceError(f"{name}: not an array")
     wanted = _DTYPES.get(name.removesuffix(".npy").removeprefix("contacts."), np.float32)
     if array.dtype != wanted:
         raise TraceError(f"{name}: {array.dtype}, expected {np.dtype(wanted)}")

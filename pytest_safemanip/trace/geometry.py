@@ -17,7 +17,7 @@ CORNERS: Array = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 def conjugate(q: Array) -> Array:
     """Inverse of unit quaternions (..., 4)."""
-    return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
+    return np.multiply(q, (1.0, -1.0, -1.0, -1.0))
 
 
 def multiply(p: Array, q: Array) -> Array:
@@ -139,7 +139,7 @@ def hull_margin(points: Array, target: Array) -> float:
 
 def _convex_hull(points: Array) -> Array:
     """Counter-clockwise hull without collinear points (Andrew's monotone chain)."""
-    unique = np.unique(np.asarray(points, float), axis=0)
+    unique: Array = np.unique(np.asarray(points, float), axis=0)
     if len(unique) < 3:
         return unique
     chains = []

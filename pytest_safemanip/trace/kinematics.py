@@ -40,4 +40,4 @@ def opening_direction(joint: Joint, points: Array) -> Array:
         return np.broadcast_to(axis, points.shape)
     motion = np.cross(axis, points - np.asarray(joint.anchor))
     length = np.linalg.norm(motion, axis=-1, keepdims=True)
-    return motion / np.maximum(length, 1e-9)
+    return np.asarray(motion / np.maximum(length, 1e-9))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +14,9 @@ import numpy as np
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Steps, Trace, array_shapes
+
+POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
+"""What a policy may be called: its name is part of node ids and file names."""
 
 UNIT_TOLERANCE = 1e-3
 """How far a stored quaternion's norm may be from one (float32 keeps it within 1e-6)."""
@@ -69,6 +73,8 @@ class Episode:
         for field in ("seed", "horizon"):
             if not isinstance(getattr(episode, field), int):
                 raise TraceError(f"episode: {field} must be an integer")
+        if not POLICY_NAME.fullmatch(episode.policy):
+            raise TraceError(f"episode: {episode.policy!r} is no name of a policy")
         return episode
 
 

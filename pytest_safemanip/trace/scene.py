@@ -18,7 +18,7 @@ JointKind = Literal["hinge", "slide"]
 Vector = tuple[float, ...]
 
 ROBOT = "robot"
-"""The robot's entity name. Its parts: ``finger_left``, ``finger_right``, ``palm``, links, ``base``."""
+"""The robot's entity name. Parts: ``finger_left``, ``finger_right``, ``palm``, links, ``base``."""
 
 
 @dataclass(frozen=True)

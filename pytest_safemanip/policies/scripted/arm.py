@@ -40,6 +40,11 @@ class SkillFailed(SafemanipError):
     """A motion did not arrive; going on would only do damage."""
 
 
+def raised(point: Array, height: float) -> Array:
+    """A point higher up (3,)."""
+    return np.add(point, (0.0, 0.0, height))
+
+
 class Arm:
     """The robot's hand and base, as a script sees them.
 
@@ -66,7 +71,8 @@ class Arm:
     @property
     def rotation(self) -> Array:
         """Hand frame (3, 3): columns are the fingers' direction of travel, the normal of the hand,
-        and the approach direction out of the palm."""
+        and the approach direction out of the palm.
+        """
         return np.asarray(matrix(self.step.eef_pose[3:]), np.float64)
 
     @property
@@ -110,7 +116,8 @@ class Arm:
         """
         heading = about_z(math.degrees(math.atan2(self.forward[1], self.forward[0])))
         tipped = heading @ about_y(-pitch) @ heading.T @ about_z(roll) @ self._down
-        return about_z(yaw) @ tipped
+        turned: Array = about_z(yaw) @ tipped
+        return turned
 
     def move(
         self,

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -48,9 +48,9 @@ def pick_from_counter(arm: Arm, role: str) -> Motion:
     yield from arm.drive(arm.floor_point(arm.ahead(where) - FRONT_STAND, arm.aside(where)))
     where = thing.centre
     rise = max(thing.height / 2.0 - 0.025, FINGERTIP + 0.008 - thing.height / 2.0)
-    target = where + (0.0, 0.0, rise)
+    target = raised(where, rise)
     yield from arm.open_to(0.98)
-    yield from arm.move(target - 0.14 * approach + (0.0, 0.0, 0.03), hand, tolerance=0.03, steps=140)
+    yield from arm.move(raised(target - 0.14 * approach, 0.03), hand, tolerance=0.03, steps=140)
     yield from arm.move(
         target - 0.07 * approach, hand, tolerance=0.012, turn_tolerance=0.08, steps=60
     )
@@ -86,7 +86,7 @@ def pick_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
         np.append(where[:2], 1.05), hand, tolerance=0.02, turn_tolerance=0.08, steps=140
     )
     yield from arm.move(
-        target + (0.0, 0.0, 0.06), hand, tolerance=0.012, turn_tolerance=0.06, speed=0.7, steps=80
+        raised(target, 0.06), hand, tolerance=0.012, turn_tolerance=0.06, speed=0.7, steps=80
     )
     yield from arm.move(
         target, hand, tolerance=0.005, turn_tolerance=0.06, speed=0.3, steps=40, required=False
@@ -138,7 +138,7 @@ def put_on_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
 
     def over_shelf() -> Array:
         way = front + SHELF_DEPTH - thing.extent_ahead()[0]
-        return arm.position + np.append(way * arm.forward, shelf + 0.03 - thing.bottom)
+        return np.add(arm.position, (*(way * arm.forward), shelf + 0.03 - thing.bottom))
 
     yield from arm.move(
         over_shelf, hand, tolerance=0.02, turn_tolerance=0.2, speed=0.6, steps=60, required=False
@@ -173,7 +173,7 @@ def put_on_counter(arm: Arm, role: str, ahead: float, aside: float, top: float) 
     yield from arm.move(arm.point(ahead, aside, 1.05), hand, tolerance=0.03, speed=0.6, steps=80)
     yield from lower(arm, thing, top, hand)
     yield from arm.grip(False)
-    yield from arm.move(arm.position + (0.0, 0.0, 0.12), tolerance=0.03, steps=40, required=False)
+    yield from arm.move(raised(arm.position, 0.12), tolerance=0.03, steps=40, required=False)
     yield from arm.drive(arm.base - 0.3 * arm.forward)
 
 
@@ -195,7 +195,7 @@ def _lift(arm: Arm, thing: Thing, hand: Array, rise: float) -> Motion:
     before = thing.bottom
     yield from arm.grip(True, 14)
     yield from arm.move(
-        arm.position + (0.0, 0.0, rise), hand, tolerance=0.02, speed=0.35, steps=40, required=False
+        raised(arm.position, rise), hand, tolerance=0.02, speed=0.35, steps=40, required=False
     )
     if thing.bottom - before < LIFTED:
         raise SkillFailed("the object was not lifted")
@@ -209,9 +209,7 @@ def _opening(arm: Arm, cabinet: Furniture) -> tuple[float, float]:
 
 def _level_yaw(arm: Arm, thing: Thing) -> float:
     """Turn about the vertical, in degrees, that lays the fingers across a side that fits."""
-    fitting = [
-        _fold(_angle(arm, axis), 90.0) for axis, width in thing.sides() if width <= GAP
-    ]
+    fitting = [_fold(_angle(arm, axis), 90.0) for axis, width in thing.sides() if width <= GAP]
     if not fitting:
         raise SkillFailed("the object is too wide for the gripper")
     best = min(fitting, key=abs)

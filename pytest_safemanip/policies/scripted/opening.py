@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.things import Furniture
 from pytest_safemanip.trace.kinematics import carried
@@ -51,7 +51,7 @@ def open_drawer(arm: Arm, role: str) -> Motion:
     yield from arm.move(start + behind - back, hand, tolerance=0.02, steps=160)
 
     def over(rise: float) -> Callable[[], Array]:
-        return lambda: drawer.handle()[0][:3] + behind + (0.0, 0.0, rise)
+        return lambda: raised(drawer.handle()[0][:3] + behind, rise)
 
     for rise in (0.05, -0.012):
         yield from arm.move(over(rise), hand, tolerance=0.01, speed=0.4, steps=80)
@@ -60,7 +60,7 @@ def open_drawer(arm: Arm, role: str) -> Motion:
         until=lambda: drawer.openness(joint) >= 0.97,
         speed=0.45,
     )
-    yield from arm.move(arm.position + (0.0, 0.0, 0.10), tolerance=0.03, steps=50, required=False)
+    yield from arm.move(raised(arm.position, 0.1), tolerance=0.03, steps=50, required=False)
 
 
 def open_doors(arm: Arm, role: str) -> Motion:
@@ -74,7 +74,7 @@ def open_doors(arm: Arm, role: str) -> Motion:
 def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
     edge = 2.0 * np.asarray(joint.pose[:3]) - np.asarray(joint.anchor)
     start = cabinet.handle(near=edge)[0][:3]
-    side = math.copysign(1.0, arm.aside(joint.anchor) - arm.aside(start))
+    side = math.copysign(1.0, arm.aside(np.asarray(joint.anchor)) - arm.aside(start))
     stand = arm.floor_point(arm.ahead(start) - DOOR_STAND, arm.aside(start) + side * DOOR_ASIDE)
     yield from arm.drive(stand)
     hand = arm.hand(DOOR_PITCH)
@@ -113,9 +113,7 @@ def _pull_round(arm: Arm, cabinet: Furniture, joint: Joint, side: float) -> Moti
         turned = -side * DOOR_TURN * math.degrees(joint.travel * (openness - first))
         target = carried(joint, shut, np.array(openness))[:3]
         reached = opened(openness - 0.03)
-        yield from arm.move(
-            target, about_z(turned) @ hand, steps=20, required=False, until=reached
-        )
+        yield from arm.move(target, about_z(turned) @ hand, steps=20, required=False, until=reached)
         if cabinet.openness(joint) >= DOOR_DONE:
             return
     if cabinet.openness(joint) < 0.5:
@@ -127,7 +125,7 @@ def turn_lever(arm: Arm, role: str) -> Motion:
     sink = Furniture(arm, role)
     joint = sink.joint("handle_joint")
     pose, half = sink.handle()
-    top = pose[:3] + (0.0, 0.0, half[2] - 0.02)
+    top = raised(pose[:3], half[2] - 0.02)
     way = _lever_direction(arm, joint, top)
     yield from arm.grip(True)
     ahead = min(arm.ahead(arm.base), arm.ahead(top) - LEVER_STAND)

@@ -17,8 +17,8 @@ from pytest_safemanip.policies.scripted.carrying import (
     put_on_counter,
     put_on_shelf,
 )
-from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.opening import open_doors, open_drawer, turn_lever
+from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.geometry import corners
 
@@ -115,7 +115,7 @@ def _half_inside(arm: Arm) -> Motion:
 
     def at_edge() -> Array:
         way = front - arm.ahead(thing.centre)
-        return arm.position + np.append(way * arm.forward, shelf + 0.03 - thing.bottom)
+        return np.add(arm.position, (*(way * arm.forward), shelf + 0.03 - thing.bottom))
 
     yield from arm.move(at_edge, tolerance=0.008, speed=0.5, steps=60, required=False)
     yield from lower(arm, thing, shelf, arm.rotation)
@@ -137,9 +137,7 @@ def _sweep(arm: Arm) -> Motion:
     hand = arm.hand(45.0)
     height = thing.bottom + float(np.clip(0.6 * thing.height, *SWEEP_HEIGHT))
     beside = arm.point(arm.ahead(where), arm.aside(where) + 0.22 * side, height)
-    yield from arm.move(
-        beside - 0.15 * hand[:, 2], hand, tolerance=0.04, steps=140, required=False
-    )
+    yield from arm.move(beside - 0.15 * hand[:, 2], hand, tolerance=0.04, steps=140, required=False)
     yield from arm.move(beside, hand, tolerance=0.04, steps=60, required=False)
     through = arm.point(arm.ahead(where), arm.aside(where) - 0.15 * side, height)
     yield from arm.move(through, hand, tolerance=0.05, steps=60, required=False)

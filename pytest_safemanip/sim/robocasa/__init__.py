@@ -1,0 +1,1 @@
+"""RoboCasa365 as a backend."""

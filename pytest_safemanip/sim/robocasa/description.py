@@ -200,9 +200,7 @@ def _body(model: Any, data: Any, name: str, body: int) -> Body:
     )
 
 
-def _joint(
-    model: Any, data: Any, fixture: Any, entity: str, joint: int, opened: float
-) -> Joint:
+def _joint(model: Any, data: Any, fixture: Any, entity: str, joint: int, opened: float) -> Joint:
     hinge = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
     pose, half = _moving_box(model, data, int(model.jnt_bodyid[joint]))
     return Joint(

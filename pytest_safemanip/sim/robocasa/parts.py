@@ -75,9 +75,9 @@ def build(model: Any, entity_of_root: Mapping[int, tuple[str, bool]]) -> PartTab
             mobile.append(moves)
         of_geom[geom] = index[part]
     parts = tuple(index)
-    entity = np.array([p.entity for p in parts])
+    entities = np.array([p.entity for p in parts])
     moving = np.array(mobile, bool)
-    matters = (entity[:, None] != entity[None, :]) & (moving[:, None] | moving[None, :])
+    matters = (entities[:, None] != entities[None, :]) & (moving[:, None] | moving[None, :])
     return PartTable(parts, of_geom, matters)
 
 

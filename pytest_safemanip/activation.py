@@ -1,0 +1,101 @@
+"""From pytest's configuration to a run: everything is checked here, nothing is simulated."""
+
+from __future__ import annotations
+
+import shlex
+import uuid
+from pathlib import Path
+
+import pytest
+
+from pytest_safemanip.collecting import CollectAlone, CollectBeside
+from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.executing import Executing
+from pytest_safemanip.options import OPTIONS, Settings, read_settings
+from pytest_safemanip.plan import Extensions, make_plan
+from pytest_safemanip.progress import progress_on_terminal
+from pytest_safemanip.reporting import Reporting
+from pytest_safemanip.session import Run, SafetySession
+from pytest_safemanip.sim.backend import Backend, Options
+from pytest_safemanip.store import Store
+
+IMPLIED = (
+    "--safemanip-policy",
+    "--safemanip-tasks",
+    "--safemanip-properties",
+    "--safemanip-seeds",
+)
+"""Options that a node id stands for."""
+
+
+def activate(config: pytest.Config, worker: str | None) -> None:
+    """Check what is asked for, get everything ready and register the hooks that do it.
+
+    Args:
+        config: pytest's.
+        worker: the test run that this process is a worker of; None in the only or main process.
+
+    Raises:
+        ConfigError: if the run cannot be done as asked.
+    """
+    settings = read_settings(config)
+    added = _extensions(config)
+    plan = make_plan(settings, added)
+    backend = store = None
+    run = worker or uuid.uuid4().hex
+    if not (plan.recordings or config.option.collectonly):
+        backend = _backend(settings, added)
+        store = Store(settings.out / "recordings", run)
+        _keep_out_of_git(settings.out)
+    progress = None if worker else progress_on_terminal(config, plan)
+    session = SafetySession(plan, backend, store, run, progress)
+    suite = Run(plan, session, backend, _command(config))
+    plugins = config.pluginmanager
+    collecting = CollectAlone if config.option.safemanip_scope == "alone" else CollectBeside
+    plugins.register(collecting(suite), "safemanip-collect")
+    plugins.register(Executing(suite), "safemanip-execute")
+    if worker is None:
+        plugins.register(Reporting(suite), "safemanip-report")
+    if plugins.hasplugin("xdist") and worker is None:
+        from pytest_safemanip.xdist import Distribution
+
+        plugins.register(Distribution(), "safemanip-xdist")
+
+
+def _extensions(config: pytest.Config) -> Extensions:
+    policies, backends = {}, {}
+    for provided in config.hook.pytest_safemanip_policies():
+        policies.update(provided)
+    for provided in config.hook.pytest_safemanip_backends():
+        backends.update(provided)
+    propositions = [p for own in config.hook.pytest_safemanip_propositions() for p in own]
+    return Extensions(policies, tuple(propositions), backends)
+
+
+def _backend(settings: Settings, added: Extensions) -> Backend:
+    factories = dict(added.backends)
+    if settings.backend == "robocasa":
+        from pytest_safemanip.sim.robocasa.factory import create
+
+        factories.setdefault("robocasa", create)
+    if settings.backend not in factories:
+        hint = did_you_mean(settings.backend, {"robocasa", *factories})
+        raise ConfigError(f"--safemanip-backend: unknown backend {settings.backend!r}; {hint}")
+    return factories[settings.backend](Options(settings.assets, settings.out / "logs"))
+
+
+def _keep_out_of_git(folder: Path) -> None:
+    ignore = folder / ".gitignore"
+    if not ignore.exists():
+        ignore.write_text("*\n")
+
+
+def _command(config: pytest.Config) -> str:
+    words = ["pytest"]
+    for option in OPTIONS:
+        given = config.getoption(option.ini)
+        if given is None or option.flag in IMPLIED:
+            continue
+        values = given if isinstance(given, list) else [given]
+        words += [shlex.quote(f"{option.flag}={value}") for value in values]
+    return " ".join(words)

@@ -1,0 +1,42 @@
+"""What happens around the suite's items in the process that runs them."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import pytest
+
+from pytest_safemanip.errors import SafemanipError
+from pytest_safemanip.items import SafetyItem
+from pytest_safemanip.report import failure
+from pytest_safemanip.session import Run
+
+
+class Executing:
+    """Puts the suite's data into test reports, and ends the simulator."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Attach what is known about the case; say plainly what went wrong."""
+        report = yield
+        if not isinstance(item, SafetyItem):
+            return report
+        if call.when == "call" or (call.when == "setup" and report.failed):
+            vars(report)["safemanip"] = item.data
+        if call.when == "setup" and call.excinfo and isinstance(call.excinfo.value, SafemanipError):
+            error = call.excinfo.value
+            line = str(error).splitlines()[0]
+            report.longrepr = failure.shown(failure.error_text(error), line, item.place)
+        if report.skipped and isinstance(report.longrepr, tuple):
+            # There is no line of a file to point at.
+            report.longrepr = ("safemanip", None, report.longrepr[2])  # type: ignore[assignment]
+        return report
+
+    def pytest_unconfigure(self) -> None:
+        """End the simulator, also after Ctrl-C."""
+        self._run.session.close()

@@ -1,0 +1,38 @@
+"""Hooks that a conftest.py or another plugin can implement to extend the suite."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pytest_safemanip.policies.registry import Factory as PolicyFactory
+    from pytest_safemanip.propositions.definition import Proposition
+    from pytest_safemanip.sim.backend import Factory as BackendFactory
+
+
+def pytest_safemanip_policies() -> Mapping[str, PolicyFactory]:  # type: ignore[empty-body]
+    """Policies by the name that ``--safemanip-policy`` takes.
+
+    A factory is called without arguments once per rollout. Its attribute ``fingerprint``, if it
+    has one, identifies what decides the actions (a digest of the weights, say); with it,
+    recordings of earlier runs are used again::
+
+        def pytest_safemanip_policies():
+            return {"mine": lambda: MyPolicy("checkpoint.npz")}
+    """
+
+
+def pytest_safemanip_propositions() -> Sequence[Proposition]:  # type: ignore[empty-body]
+    """Propositions that your own properties use.
+
+    See :class:`pytest_safemanip.propositions.definition.Proposition`.
+    """
+
+
+def pytest_safemanip_backends() -> Mapping[str, BackendFactory]:  # type: ignore[empty-body]
+    """Simulators by the name that ``--safemanip-backend`` takes.
+
+    See :class:`pytest_safemanip.sim.backend.Backend`.
+    """

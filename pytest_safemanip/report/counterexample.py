@@ -1,0 +1,93 @@
+"""The text of a test failure: which rule was broken, by what, when, and what proves it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pytest_safemanip.judge import Finding, Verdict
+from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.trace.recording import Recording
+
+MAX_FINDINGS = 3
+"""Violations shown in full; the others are one line in all."""
+MAX_CHARACTERS = 4000
+"""Reports are read on screens and cut by CI servers."""
+
+
+def headline(verdict: Verdict, recording: Recording) -> str:
+    """One line for summaries: the first violation."""
+    first = verdict.findings[0]
+    seconds = first.first * recording.trace.dt
+    about = f" {_named(first.entities, recording)}:" if first.entities else ""
+    why = first.evidence[0] if first.evidence else first.reason
+    more = len(verdict.findings) - 1
+    also = f" (and {more} more)" if more else ""
+    return f"{verdict.property_id}:{about} {why} at step {first.first} ({seconds:.2f} s){also}"
+
+
+def counterexample(
+    prop: Property, verdict: Verdict, recording: Recording, path: Path, again: str
+) -> str:
+    """The whole text, at most :data:`MAX_CHARACTERS` long.
+
+    Args:
+        prop: the violated property.
+        verdict: the verdict on it.
+        recording: of the rollout.
+        path: where the recording is kept.
+        again: the command that runs this case again.
+    """
+    episode = recording.episode
+    success = "successful" if recording.success else "not successful"
+    head = [
+        f"{prop.id}: {prop.title} ({prop.source})",
+        f"  {verdict.formula}{_terms(prop)}",
+        "",
+        f"rollout  {episode.task}, policy {episode.policy}, seed {episode.seed}: {success} after "
+        f"{recording.acting} steps ({recording.acting * recording.trace.dt:.1f} s)",
+        f"  {episode.instruction!r}",
+    ]
+    foot = ["", f"recording  {path}", f"again      {again}"]
+    room = MAX_CHARACTERS - len("\n".join([*head, *foot]))
+    return "\n".join([*head, *_body(verdict.findings, recording, room), *foot])
+
+
+def _body(findings: Sequence[Finding], recording: Recording, room: int) -> list[str]:
+    """As many violations in full as there is room for, at least the first."""
+    lines: list[str] = []
+    for index, finding in enumerate(findings):
+        block = ["", *_finding(finding, recording)]
+        fits = len("\n".join([*lines, *block])) < room - 100
+        if index and (index >= MAX_FINDINGS or not fits):
+            steps = ", ".join(str(f.first) for f in findings[index : index + 8])
+            dots = ", ..." if len(findings) > index + 8 else ""
+            left = len(findings) - index
+            return [*lines, "", f"and {left} more, from step{'s' * (left > 1)} {steps}{dots}"]
+        lines += block
+    return lines
+
+
+def _finding(finding: Finding, recording: Recording) -> list[str]:
+    dt = recording.trace.dt
+    about = f" for {_named(finding.entities, recording)}" if finding.entities else ""
+    return [
+        f"VIOLATED{about} at step {finding.first} ({finding.first * dt:.2f} s), "
+        f"unsafe for {finding.duration_s:.2f} s",
+        *(f"  {line}" for line in finding.evidence),
+        *(f"  {line}".rstrip() for line in finding.proof.splitlines()),
+    ]
+
+
+def _named(entities: Sequence[str], recording: Recording) -> str:
+    """Entities with what they are: ``obj (onion), cab_2_main_group (cabinet)``."""
+    known = recording.scene.entity
+    return ", ".join(
+        f"{name} ({known[name].category})" if name in known else name for name in entities
+    )
+
+
+def _terms(prop: Property) -> str:
+    if prop.deadline_s is None:
+        return ""
+    return f"   within {prop.deadline_s:g} s, discharged by {prop.discharged_by}"

@@ -1,0 +1,98 @@
+"""`summary.json`: everything that a run found out, and everything that decided it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pytest_safemanip.metrics.rates import by_policy, measure
+from pytest_safemanip.plan import Plan
+from pytest_safemanip.report.results import Results
+from pytest_safemanip.sim.provenance import source_digest, versions
+from pytest_safemanip.spec.properties import Property
+
+SCHEMA = 1
+
+
+def summary(plan: Plan, results: Results) -> dict[str, Any]:
+    """The document, in plain builtins.
+
+    Keys: ``schema``, ``versions``, ``settings``, ``hashes`` (of what judges), ``provenance`` (of
+    the recordings; a rollout refers to it by index), ``cases``, ``rollouts``, ``metrics``.
+    """
+    records = results.records
+    return {
+        "schema": SCHEMA,
+        "versions": {
+            **versions(["pytest-safemanip", "pytest", "numpy"]),
+            "python": platform.python_version(),
+        },
+        "settings": _settings(plan),
+        "hashes": _hashes(plan),
+        "provenance": [dict(origin) for origin in results.provenance],
+        "cases": {
+            "expected": len(results.expected),
+            "missing": [case.node_id for case in results.missing],
+            "errors": {case.node_id: error for case, error in results.errors.items()},
+        },
+        "rollouts": [record.to_json() for record in records],
+        "metrics": {name: measure(own).to_json() for name, own in by_policy(records).items()},
+    }
+
+
+def write(document: Mapping[str, Any], path: Path) -> None:
+    """Write it whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    scratch = path.with_suffix(f".{os.getpid()}")
+    scratch.write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
+    scratch.replace(path)
+
+
+def _settings(plan: Plan) -> dict[str, Any]:
+    chosen = plan.settings
+    return {
+        "policies": {name: spec.fingerprint for name, spec in plan.policies.items()},
+        "seeds": sorted({case.seed for case in plan.cases}),
+        "backend": chosen.backend,
+        "scenes": chosen.scenes,
+        "assets": chosen.assets,
+        "semantics": chosen.semantics,
+        "stop": chosen.stop,
+        "horizon_scale": chosen.horizon_scale,
+        "recordings": str(chosen.recordings) if chosen.recordings else None,
+    }
+
+
+def _hashes(plan: Plan) -> dict[str, Any]:
+    used = dict.fromkeys(case.property_id for case in plan.cases)
+    tasks = dict.fromkeys(case.task for case in plan.cases)
+    return {
+        "monitors": source_digest("ltlf", "propositions", "trace", "judge.py"),
+        "parameters": dict(plan.parameters),
+        "properties": {name: _property_digest(plan.properties[name]) for name in used},
+        "tasks": {name: _digest(plan.tasks[name].path.read_bytes()) for name in tasks},
+    }
+
+
+def _property_digest(prop: Property) -> str:
+    """Of what decides a verdict; a title or a comment may change."""
+    decisive = (
+        str(prop.formula),
+        str(prop.paper_formula),
+        {atom: [call.name, *call.arguments] for atom, call in prop.atoms.items()},
+        prop.variables,
+        prop.relation,
+        str(prop.trigger) if prop.trigger else None,
+        prop.deadline_s,
+        prop.discharged_by,
+    )
+    return _digest(json.dumps(decisive, sort_keys=True).encode())
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]

@@ -1,0 +1,121 @@
+"""What is known about a run so far, collected from its cases in whatever order they end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pytest_safemanip.cases import Case
+from pytest_safemanip.judge import Verdict
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.spec.tasks import Task
+from pytest_safemanip.trace.recording import Recording
+
+CaseData = dict[str, Any]
+"""What a test report carries: plain builtins, since reports travel between processes."""
+
+
+def judged_data(
+    case: Case, prop: Property, verdict: Verdict, recording: Recording, path: Path
+) -> CaseData:
+    """A case with a verdict."""
+    episode = recording.episode
+    own = ("key", "start", "policy")
+    return {
+        "case": _case_data(case),
+        "success": recording.success,
+        "acting_steps": verdict.acting_steps,
+        "recording": str(path),
+        "category": prop.category,
+        "outcome": verdict.outcome.label,
+        "triggered": verdict.triggered > 0,
+        "violations": [
+            {
+                "entities": list(f.entities),
+                "first": f.first,
+                "last": f.last,
+                "duration_s": round(f.duration_s, 6),
+                "reason": f.reason,
+            }
+            for f in verdict.findings
+        ],
+        "provenance": {
+            "backend": episode.backend,
+            "scenes": episode.scenes,
+            "assets": episode.assets,
+            "versions": dict(episode.versions),
+            "hashes": {k: v for k, v in episode.hashes.items() if k not in own},
+        },
+    }
+
+
+def error_data(case: Case, error: str) -> CaseData:
+    """A case whose rollout did not complete."""
+    return {"case": _case_data(case), "error": error}
+
+
+def _case_data(case: Case) -> list[Any]:
+    return [case.task, case.policy, case.property_id, case.seed]
+
+
+@dataclass
+class Results:
+    """The rollouts of a run.
+
+    Attributes:
+        expected: the cases that were to be run.
+        errors: cases without a verdict, with the reason.
+        provenance: every distinct origin of recordings, in the order of appearance.
+    """
+
+    tasks: Mapping[str, Task]
+    expected: list[Case] = field(default_factory=list)
+    errors: dict[Case, str] = field(default_factory=dict)
+    provenance: list[Mapping[str, Any]] = field(default_factory=list)
+    _records: dict[tuple[str, str, int], RolloutRecord] = field(default_factory=dict)
+    _seen: set[Case] = field(default_factory=set)
+
+    def expect(self, cases: Iterable[Case]) -> None:
+        """Cases that are going to be run."""
+        self.expected = list(dict.fromkeys([*self.expected, *cases]))
+
+    def add(self, data: CaseData) -> None:
+        """What a test report says about a case."""
+        case = Case(*data["case"])
+        self._seen.add(case)
+        record = self._records.setdefault(case.rollout, self._new_record(case))
+        if "error" in data:
+            self.errors[case] = data["error"]
+            record.error = record.error or data["error"]
+            return
+        if data["provenance"] not in self.provenance:
+            self.provenance.append(data["provenance"])
+        record.provenance = self.provenance.index(data["provenance"])
+        record.success = data["success"]
+        record.acting_steps = data["acting_steps"]
+        record.recording = data["recording"]
+        record.properties[case.property_id] = PropertyRecord(
+            property=case.property_id,
+            category=data["category"],
+            outcome=data["outcome"],
+            triggered=data["triggered"],
+            violations=tuple(data["violations"]),
+        )
+
+    @property
+    def records(self) -> list[RolloutRecord]:
+        """One record per rollout that anything is known about, in the order of the plan."""
+        order = {case.rollout: n for n, case in reversed(list(enumerate(self.expected)))}
+        return sorted(self._records.values(), key=lambda r: order.get(r.key, len(order)))
+
+    @property
+    def missing(self) -> list[Case]:
+        """Cases that were to be run and were not."""
+        return [case for case in self.expected if case not in self._seen]
+
+    def _new_record(self, case: Case) -> RolloutRecord:
+        task = self.tasks[case.task]
+        return RolloutRecord(case.task, case.policy, case.seed, task.suite, task.horizon)

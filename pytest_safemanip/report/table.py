@@ -1,0 +1,105 @@
+"""The summary that a run ends with, as lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pytest_safemanip.metrics.rates import Group, Metrics, Rate, by_policy, measure
+from pytest_safemanip.plan import Plan
+from pytest_safemanip.report.results import Results
+from pytest_safemanip.sim.backend import Provenance
+
+_COLUMNS = ("applies", "triggered", "violated", "rate", "95 % interval", "exposure")
+
+
+def summary_lines(results: Results) -> list[str]:
+    """Metrics of each policy, then what is incomplete."""
+    lines: list[str] = []
+    for policy, records in by_policy(results.records).items():
+        lines += ["", *_policy_lines(policy, measure(records))]
+    missing = len(results.missing)
+    if missing:
+        lines += ["", f"{missing} of {len(results.expected)} cases were not run"]
+    return lines[1:]
+
+
+def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
+    """What is about to be done.
+
+    Args:
+        plan: the run.
+        source: of the backend; None when recordings are judged or cases only listed.
+    """
+    rollouts = {case.rollout for case in plan.cases}
+    tasks = {case.task for case in plan.cases}
+    policies = dict.fromkeys(case.policy for case in plan.cases)
+    first = (
+        f"safemanip: {_count(len(plan.cases), 'case')} on "
+        f"{_count(len(rollouts), 'recording' if plan.recordings else 'rollout')} of "
+        f"{_count(len(tasks), 'task')}, policy {', '.join(policies)}, {plan.settings.semantics}"
+    )
+    if source is None:
+        return [first]
+    scenes, details = plan.settings.scenes, source.description or f"{source.assets} assets"
+    return [first, f"safemanip: {source.backend}, {scenes} scenes, {details}"]
+
+
+def _policy_lines(policy: str, metrics: Metrics) -> list[str]:
+    complete = metrics.rollouts - metrics.errors
+    errors = f", {metrics.errors} with errors" if metrics.errors else ""
+    lines = [f"{policy}: {_count(complete, 'complete rollout')}{errors}"]
+    if not complete:
+        return lines
+    outcomes = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in metrics.outcomes.items())
+    return [
+        *lines,
+        f"  success    {_rate(metrics.success)}",
+        f"  violation  {_rate(metrics.violated)}",
+        f"  outcomes   {outcomes}",
+        f"  unsafe successes  {_rate(metrics.unsafe_successes)}",
+        "",
+        *_group_table(metrics.categories),
+    ]
+
+
+def _group_table(groups: Mapping[str, Group]) -> list[str]:
+    width = max(map(len, ("category", *groups)))
+    open_ends = any(group.unresolved for group in groups.values())
+    columns = (*_COLUMNS, "unresolved") if open_ends else _COLUMNS
+    lines = [f"  {'category':<{width}}" + "".join(f"  {c:>{_width(c)}}" for c in columns)]
+    for name, group in groups.items():
+        cells = [
+            str(group.violated.total),
+            str(group.triggered.hits),
+            str(group.violated.hits),
+            _percent(group.violated.value),
+            _interval(group.violated),
+            _percent(group.exposure),
+            *([str(group.unresolved)] if open_ends else []),
+        ]
+        row = zip(cells, columns, strict=True)
+        lines.append(f"  {name:<{width}}" + "".join(f"  {x:>{_width(c)}}" for x, c in row))
+    return lines
+
+
+def _width(column: str) -> int:
+    return max(len(column), len("100.0 %"))
+
+
+def _rate(rate: Rate) -> str:
+    if rate.value is None:
+        return "undefined (no case)"
+    return f"{rate.hits} of {rate.total} = {_percent(rate.value)} ({_interval(rate)})"
+
+
+def _interval(rate: Rate) -> str:
+    bounds = rate.interval
+    return "-" if bounds is None else f"{bounds[0] * 100:.0f} to {bounds[1] * 100:.0f} %"
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{value * 100:.1f} %"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
