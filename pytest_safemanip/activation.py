@@ -11,11 +11,12 @@ import pytest
 from pytest_safemanip.collecting import CollectAlone, CollectBeside
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.executing import Executing
-from pytest_safemanip.options import OPTIONS, Settings, read_settings
+from pytest_safemanip.options import OPTIONS
 from pytest_safemanip.plan import Extensions, make_plan
 from pytest_safemanip.progress import progress_on_terminal
 from pytest_safemanip.reporting import Reporting
 from pytest_safemanip.session import Run, SafetySession
+from pytest_safemanip.settings import Settings, read_settings
 from pytest_safemanip.sim.backend import Backend, Options
 from pytest_safemanip.store import Store
 
@@ -28,11 +29,12 @@ IMPLIED = (
 """Options that a node id stands for."""
 
 
-def activate(config: pytest.Config, worker: str | None) -> None:
+def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
     """Check what is asked for, get everything ready and register the hooks that do it.
 
     Args:
         config: pytest's.
+        alone: whether the suite is all that is collected.
         worker: the test run that this process is a worker of; None in the only or main process.
 
     Raises:
@@ -51,7 +53,7 @@ def activate(config: pytest.Config, worker: str | None) -> None:
     session = SafetySession(plan, backend, store, run, progress)
     suite = Run(plan, session, backend, _command(config))
     plugins = config.pluginmanager
-    collecting = CollectAlone if config.option.safemanip_scope == "alone" else CollectBeside
+    collecting = CollectAlone if alone else CollectBeside
     plugins.register(collecting(suite), "safemanip-collect")
     plugins.register(Executing(suite), "safemanip-execute")
     if worker is None:

@@ -18,10 +18,10 @@ from pytest_safemanip.cases import (
     select_tasks,
 )
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
-from pytest_safemanip.options import Settings
 from pytest_safemanip.policies.registry import Factory, PolicySpec, resolve
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Parameters, Proposition
+from pytest_safemanip.settings import Settings
 from pytest_safemanip.sim.backend import Factory as BackendFactory
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import Property, load_properties
@@ -75,10 +75,10 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     Raises:
         ConfigError: naming what does not exist or does not fit together, and the remedy.
     """
-    settings = _with_selected_ids(settings)
     catalogue = Catalogue(added.propositions)
     task_folder = resources.folder("tasks")
     tasks = load_tasks([task_folder, *settings.task_paths])
+    settings = _with_selected_ids(settings, tasks)
     properties = _load_properties(settings, catalogue)
     wanted = select_properties(properties, settings.properties)
     recordings: dict[Rollout, Path] = {}
@@ -87,8 +87,11 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         recordings = _find_recordings(settings, settings.recordings, tasks)
         rollouts = list(recordings)
     else:
+        if not settings.policies:
+            raise ConfigError("no policy is named; give --safemanip-policy")
         policies = {name: resolve(name, added.policies) for name in settings.policies}
         rollouts = _rollouts(settings, tasks, policies)
+    _check_properties([tasks[name] for name in {task for _, task, _ in rollouts}], properties)
     cases = [
         Case(task, policy, prop, seed)
         for policy, task, seed in rollouts
@@ -110,12 +113,16 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     )
 
 
-def _with_selected_ids(settings: Settings) -> Settings:
+def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Settings:
     """Node ids say which policies, tasks, properties and seeds are meant."""
     ids = [text for text in settings.select if text.rstrip(":") != SUITE]
     if not ids or len(ids) < len(settings.select):
         return settings
     cases = [parse_node_id(text) for text in ids]
+    for case in cases:
+        if case.task not in tasks:
+            hint = did_you_mean(case.task, tasks)
+            raise ConfigError(f"{case.node_id}: unknown task {case.task!r}; {hint}")
     return dataclasses.replace(
         settings,
         policies=tuple(dict.fromkeys(case.policy for case in cases)),
@@ -189,6 +196,14 @@ def _read_episode(path: Path, tasks: Mapping[str, Task]) -> Episode:
         hint = did_you_mean(episode.task, tasks)
         raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
     return episode
+
+
+def _check_properties(tasks: Iterable[Task], properties: Mapping[str, Property]) -> None:
+    for task in tasks:
+        for name in task.properties:
+            if name not in properties:
+                hint = did_you_mean(name, properties)
+                raise ConfigError(f"{task.path}: unknown property {name!r}; {hint}")
 
 
 def _check_grounded(

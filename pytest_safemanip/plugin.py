@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.options import SELECT, add_options, is_wanted
+from pytest_safemanip.options import SELECT, add_options, is_wanted, refuse_stray_options
 
 NODE_PREFIX = "safemanip::"
+_SCOPE: pytest.StashKey[str] = pytest.StashKey()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -35,28 +36,29 @@ def pytest_configure(config: pytest.Config) -> None:
     """Switch the suite on if it is asked for; refuse what cannot be done, before it is tried."""
     worker: dict[str, Any] | None = getattr(config, "workerinput", None)
     try:
-        if worker is None:
-            config.option.safemanip_scope = _scope(config)
-        if config.option.safemanip_scope == "off":
+        scope = config.stash[_SCOPE] = _scope(config)
+        if scope not in ("alone", "beside"):
             return
         from pytest_safemanip.activation import activate
 
-        activate(config, worker["testrunuid"] if worker else None)
+        activate(config, scope == "alone", worker["testrunuid"] if worker else None)
     except ConfigError as error:
         raise pytest.UsageError(str(error)) from None
 
 
 def _scope(config: pytest.Config) -> str:
-    """What the suite is to be: ``off``, ``alone``, or ``beside`` the tests of the given paths.
-
-    It is decided where the command line is known, and kept in the options: workers get those.
-    """
+    """What the suite is: ``alone``, ``beside`` the tests of given paths, ``left out``, ``off``."""
     has_paths = config.args_source is pytest.Config.ArgsSource.ARGS
     if not is_wanted(config):
-        from pytest_safemanip.options import refuse_stray_options
-
         refuse_stray_options(config)
         return "off"
     if not has_paths:
         return "alone"
-    return "beside" if config.getoption("safemanip_select") else "off"
+    return "beside" if config.getoption("safemanip_select") else "left out"
+
+
+def pytest_report_header(config: pytest.Config) -> str | None:
+    """Say why a suite that was asked for does not run."""
+    if config.stash.get(_SCOPE, "") != "left out":
+        return None
+    return f"safemanip: left out, because paths are given; add {NODE_PREFIX} to run it beside them"

@@ -65,7 +65,7 @@ def resolve(name: str, added: Mapping[str, Factory]) -> PolicySpec:
     if tail:
         return _imported(name, head, tail)
     hint = did_you_mean(name, {*BUILT_IN, *added})
-    raise ConfigError(f"unknown policy {name!r}; {hint}, or give MODULE:ATTRIBUTE")
+    raise ConfigError(f"unknown policy {name!r}; {hint} (your own: MODULE:ATTRIBUTE)")
 
 
 def _scripted(name: str, fault: str) -> PolicySpec:

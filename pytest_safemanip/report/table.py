@@ -9,7 +9,7 @@ from pytest_safemanip.plan import Plan
 from pytest_safemanip.report.results import Results
 from pytest_safemanip.sim.backend import Provenance
 
-_COLUMNS = ("applies", "triggered", "violated", "rate", "95 % interval", "exposure")
+_COLUMNS = ("category", "triggered", "violated", "rate (95 %)", "exposure", "unresolved")
 
 
 def summary_lines(results: Results) -> list[str]:
@@ -63,27 +63,26 @@ def _policy_lines(policy: str, metrics: Metrics) -> list[str]:
 
 
 def _group_table(groups: Mapping[str, Group]) -> list[str]:
-    width = max(map(len, ("category", *groups)))
-    open_ends = any(group.unresolved for group in groups.values())
-    columns = (*_COLUMNS, "unresolved") if open_ends else _COLUMNS
-    lines = [f"  {'category':<{width}}" + "".join(f"  {c:>{_width(c)}}" for c in columns)]
+    """One row per category; where it applies and is not triggered, it is vacuous."""
+    rows = [_COLUMNS]
     for name, group in groups.items():
-        cells = [
-            str(group.violated.total),
-            str(group.triggered.hits),
-            str(group.violated.hits),
-            _percent(group.violated.value),
-            _interval(group.violated),
-            _percent(group.exposure),
-            *([str(group.unresolved)] if open_ends else []),
-        ]
-        row = zip(cells, columns, strict=True)
-        lines.append(f"  {name:<{width}}" + "".join(f"  {x:>{_width(c)}}" for x, c in row))
-    return lines
-
-
-def _width(column: str) -> int:
-    return max(len(column), len("100.0 %"))
+        violated = group.violated
+        rows.append(
+            (
+                name,
+                f"{group.triggered.hits} of {group.triggered.total}",
+                f"{violated.hits} of {violated.total}",
+                f"{_percent(violated.value)} ({_interval(violated)})",
+                _percent(group.exposure),
+                str(group.unresolved),
+            )
+        )
+    widths = [max(len(row[n]) for row in rows) for n in range(len(_COLUMNS))]
+    return [
+        f"  {row[0]:<{widths[0]}}"
+        + "".join(f"  {cell:>{width}}" for cell, width in zip(row[1:], widths[1:], strict=True))
+        for row in rows
+    ]
 
 
 def _rate(rate: Rate) -> str:

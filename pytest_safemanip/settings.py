@@ -1,0 +1,133 @@
+"""What the user asked for, parsed from the command line and the ini file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.options import OPTIONS, value_of
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the user asked for, parsed. Attributes follow the options; see ``pytest --help``."""
+
+    policies: tuple[str, ...]
+    tasks: tuple[str, ...]
+    properties: tuple[str, ...]
+    seeds: tuple[int, ...] | None
+    backend: str
+    scenes: str
+    assets: Literal["auto", "official", "primitive"]
+    recordings: Path | None
+    semantics: Literal["timed", "paper"]
+    stop: Literal["success", "horizon"]
+    horizon_scale: float
+    violations: str
+    unresolved: str
+    vacuous: str
+    out: Path
+    params: Mapping[str, float]
+    property_paths: tuple[Path, ...]
+    task_paths: tuple[Path, ...]
+    select: tuple[str, ...]
+
+
+def read_settings(config: pytest.Config) -> Settings:
+    """Combine command line and ini.
+
+    Raises:
+        ConfigError: naming the option and what is wrong with its value.
+    """
+    values = {option.ini: value_of(config, option) for option in OPTIONS}
+    recordings = values["safemanip_recordings"]
+    return Settings(
+        policies=_names(values["safemanip_policy"]),
+        tasks=_names(values["safemanip_tasks"]),
+        properties=_names(values["safemanip_properties"]),
+        seeds=parse_seeds(values["safemanip_seeds"]) if values["safemanip_seeds"] else None,
+        backend=values["safemanip_backend"],
+        scenes=values["safemanip_scenes"],
+        assets=_assets(values["safemanip_assets"]),
+        recordings=_folder(config, recordings) if recordings else None,
+        semantics="paper" if values["safemanip_semantics"] == "paper" else "timed",
+        stop="horizon" if values["safemanip_stop"] == "horizon" else "success",
+        horizon_scale=_positive("--safemanip-horizon-scale", values["safemanip_horizon_scale"]),
+        violations=values["safemanip_violations"],
+        unresolved=values["safemanip_unresolved"],
+        vacuous=values["safemanip_vacuous"],
+        out=_folder(config, values["safemanip_out"]),
+        params=parse_params(_names(values["safemanip_params"])),
+        property_paths=tuple(config.getini("safemanip_property_paths")),
+        task_paths=tuple(config.getini("safemanip_task_paths")),
+        select=tuple(config.getoption("safemanip_select") or ()),
+    )
+
+
+def parse_seeds(text: str) -> tuple[int, ...]:
+    """Seeds from ``N``, ``A:B`` or ``A,B,C``.
+
+    Raises:
+        ConfigError: if the text is none of these, or means no seed.
+    """
+    try:
+        if ":" in text:
+            first, last = (int(part) for part in text.split(":"))
+            seeds = tuple(range(first, last))
+        elif "," in text:
+            seeds = tuple(dict.fromkeys(int(part) for part in text.split(",")))
+        else:
+            seeds = tuple(range(int(text)))
+    except ValueError:
+        seeds = ()
+    if not seeds or min(seeds) < 0:
+        raise ConfigError(
+            f"--safemanip-seeds: expected N, A:B or A,B,C with seeds from 0 up, found {text!r}"
+        )
+    return seeds
+
+
+def parse_params(items: Sequence[str]) -> dict[str, float]:
+    """Parameter values from ``NAME=VALUE``.
+
+    Raises:
+        ConfigError: if an item is not of that form.
+    """
+    found = {}
+    for item in items:
+        name, _, value = item.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            raise ConfigError(
+                f"--safemanip-params: expected NAME=VALUE with a number, found {item!r}"
+            ) from None
+    return found
+
+
+def _assets(text: str) -> Literal["auto", "official", "primitive"]:
+    return "official" if text == "official" else "primitive" if text == "primitive" else "auto"
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+
+
+def _positive(flag: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0.0 < value < float("inf"):
+        raise ConfigError(f"{flag}: expected a number above 0, found {text!r}")
+    return value
+
+
+def _folder(config: pytest.Config, text: str) -> Path:
+    return Path(config.invocation_params.dir) / os.path.expanduser(text)
