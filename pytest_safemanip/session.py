@@ -83,9 +83,10 @@ class SafetySession:
             ConfigError: if the simulator cannot be used at all; the same for all rollouts.
         """
         if self._unusable is not None:
-            raise self._unusable
+            raise ConfigError(str(self._unusable))
         if case.rollout in self._failed:
-            raise self._failed[case.rollout]
+            # The traceback was shown with the first case.
+            raise RolloutError(str(self._failed[case.rollout]))
         if case.rollout not in self._judged:
             try:
                 self._judged[case.rollout] = self._get(case)

@@ -49,7 +49,7 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
         lines.append(f"{name} is on no permitted support{where}")
     elif margin[0] < p["settled.margin"]:
         lines.append(
-            f"{name}: its centre of mass is {abs(1000 * margin[0]):.0f} mm "
+            f"the centre of mass of {name} is {abs(1000 * margin[0]):.0f} mm "
             f"{'inside' if margin[0] > 0 else 'from'} the edge of what carries it "
             f"(needs {1000 * p['settled.margin']:g} mm inside)"
         )

@@ -19,11 +19,11 @@ def headline(verdict: Verdict, recording: Recording) -> str:
     """One line for summaries: the first violation."""
     first = verdict.findings[0]
     seconds = first.first * recording.trace.dt
-    about = f" {_named(first.entities, recording)}:" if first.entities else ""
-    why = first.evidence[0] if first.evidence else first.reason
+    about = f"{first.reason} for {_named(first.entities, recording)}"
+    why = first.evidence[0] if first.evidence else about
     more = len(verdict.findings) - 1
     also = f" (and {more} more)" if more else ""
-    return f"{verdict.property_id}:{about} {why} at step {first.first} ({seconds:.2f} s){also}"
+    return f"{verdict.property_id}: {why}, at step {first.first} ({seconds:.2f} s){also}"
 
 
 def counterexample(

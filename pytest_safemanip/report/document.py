@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.metrics.rates import by_policy, measure
+from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.plan import Plan
 from pytest_safemanip.report.results import Results
 from pytest_safemanip.sim.provenance import source_digest, versions
@@ -20,7 +21,7 @@ SCHEMA = 1
 
 
 def summary(plan: Plan, results: Results) -> dict[str, Any]:
-    """The document, in plain builtins.
+    """The document, in plain builtins; paths of recordings are relative to the output folder.
 
     Keys: ``schema``, ``versions``, ``settings``, ``hashes`` (of what judges), ``provenance`` (of
     the recordings; a rollout refers to it by index), ``cases``, ``rollouts``, ``metrics``.
@@ -40,7 +41,7 @@ def summary(plan: Plan, results: Results) -> dict[str, Any]:
             "missing": [case.node_id for case in results.missing],
             "errors": {case.node_id: error for case, error in results.errors.items()},
         },
-        "rollouts": [record.to_json() for record in records],
+        "rollouts": [_rollout(record, plan.settings.out) for record in records],
         "metrics": {name: measure(own).to_json() for name, own in by_policy(records).items()},
     }
 
@@ -51,6 +52,14 @@ def write(document: Mapping[str, Any], path: Path) -> None:
     scratch = path.with_suffix(f".{os.getpid()}")
     scratch.write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
     scratch.replace(path)
+
+
+def _rollout(record: RolloutRecord, folder: Path) -> dict[str, Any]:
+    """With a path that stays true when the folder is moved or copied from another machine."""
+    path = Path(record.recording)
+    if path.is_relative_to(folder):
+        path = path.relative_to(folder)
+    return {**record.to_json(), "recording": str(path) if record.recording else None}
 
 
 def _settings(plan: Plan) -> dict[str, Any]:
