@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 import uuid
-from pathlib import Path
 
 import pytest
 
@@ -13,12 +12,12 @@ from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.executing import Executing
 from pytest_safemanip.options import OPTIONS
 from pytest_safemanip.plan import Extensions, make_plan
-from pytest_safemanip.progress import progress_on_terminal
+from pytest_safemanip.progress import ProgressLine
 from pytest_safemanip.reporting import Reporting
 from pytest_safemanip.session import Run, SafetySession
 from pytest_safemanip.settings import Settings, read_settings
 from pytest_safemanip.sim.backend import Backend, Options
-from pytest_safemanip.store import Store
+from pytest_safemanip.store import Store, prepare_output
 
 IMPLIED = (
     "--safemanip-policy",
@@ -45,11 +44,12 @@ def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
     plan = make_plan(settings, added)
     backend = store = None
     run = worker or uuid.uuid4().hex
-    if not (plan.recordings or config.option.collectonly):
-        backend = _backend(settings, added)
-        store = Store(settings.out / "recordings", run)
-        _keep_out_of_git(settings.out)
-    progress = None if worker else progress_on_terminal(config, plan)
+    if not config.option.collectonly:
+        prepare_output(settings.out)
+        if not plan.recordings:
+            backend = _backend(settings, added)
+            store = Store(settings.out / "recordings", run)
+    progress = None if worker else ProgressLine(config, plan)
     session = SafetySession(plan, backend, store, run, progress)
     suite = Run(plan, session, backend, _command(config))
     plugins = config.pluginmanager
@@ -84,12 +84,6 @@ def _backend(settings: Settings, added: Extensions) -> Backend:
         hint = did_you_mean(settings.backend, {"robocasa", *factories})
         raise ConfigError(f"--safemanip-backend: unknown backend {settings.backend!r}; {hint}")
     return factories[settings.backend](Options(settings.assets, settings.out / "logs"))
-
-
-def _keep_out_of_git(folder: Path) -> None:
-    ignore = folder / ".gitignore"
-    if not ignore.exists():
-        ignore.write_text("*\n")
 
 
 def _command(config: pytest.Config) -> str:

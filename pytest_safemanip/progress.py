@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 import time
 
 import pytest
 
 from pytest_safemanip.cases import Case
 from pytest_safemanip.plan import Plan
-from pytest_safemanip.session import Progress
 
 PERIOD = 0.25
 """Seconds between two updates."""
@@ -17,18 +15,11 @@ MARGIN = 10
 """Columns that pytest keeps for its own percentage."""
 
 
-def progress_on_terminal(config: pytest.Config, plan: Plan) -> Progress | None:
-    """Progress for a person at a terminal; None if the output goes elsewhere."""
-    if not config.pluginmanager.hasplugin("terminalreporter") or not sys.__stdout__:
-        return None
-    writer = config.get_terminal_writer()
-    if not (writer.hasmarkup and sys.__stdout__.isatty()):
-        return None
-    return _Line(config, plan)
+class ProgressLine:
+    """Text right of the cursor that is rewritten in place and leaves nothing behind.
 
-
-class _Line:
-    """Text right of the cursor that is rewritten in place and leaves nothing behind."""
+    Nothing is written where the output is no terminal.
+    """
 
     def __init__(self, config: pytest.Config, plan: Plan) -> None:
         self._config = config
@@ -38,13 +29,13 @@ class _Line:
     def show(self, case: Case, step: int, horizon: int) -> None:
         """See :class:`~pytest_safemanip.session.Progress`."""
         now = time.monotonic()
-        if step == 0:
+        if step <= 1:
             self._started = now
         elif now - self._shown < PERIOD:
             return
         self._shown = now
         elapsed = now - self._started
-        speed = f", {step / elapsed:.0f} steps/s" if elapsed > 1.0 and step else ""
+        speed = f", {step / elapsed:.0f} steps/s" if elapsed > 1.0 else ""
         where = f"step {step} of {horizon}{speed}" if step else "setting up"
         self._write(
             f" rollout {self._order[case.rollout]} of {len(self._order)}: {case.task}, "
@@ -56,7 +47,10 @@ class _Line:
         self._write("")
 
     def _write(self, text: str) -> None:
+        reporter = self._config.pluginmanager.getplugin("terminalreporter")
         writer = self._config.get_terminal_writer()
+        if reporter is None or not (reporter.isatty and writer.hasmarkup):
+            return
         room = writer.fullwidth - writer.width_of_current_line - MARGIN
         capture = self._config.pluginmanager.getplugin("capturemanager")
         line = f"\x1b7\x1b[K{text[: max(room, 0)]}\x1b8"

@@ -25,29 +25,34 @@ def key_of(parts: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
+def prepare_output(folder: Path) -> None:
+    """Make the output folder, which version control is not to see.
+
+    Raises:
+        ConfigError: if it cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / ".gitignore").write_text("*\n")
+    except OSError as error:
+        raise ConfigError(
+            f"--safemanip-out: cannot write to {folder} ({error.strerror}); name another folder"
+        ) from error
+
+
 class Store:
     """Recordings in a folder, shared by the processes of a run.
 
     Args:
         folder: where they are; made if missing.
         run: identifies this test run, the same in all of its processes.
-
-    Raises:
-        ConfigError: if the folder cannot be written.
     """
 
     def __init__(self, folder: Path, run: str) -> None:
         self.folder = folder
         self._run = run
         self._locks = folder / ".locks"
-        try:
-            self._locks.mkdir(parents=True, exist_ok=True)
-            (self._locks / "writable").touch()
-        except OSError as error:
-            raise ConfigError(
-                f"cannot write to {folder} ({error.strerror}); "
-                "name another folder with --safemanip-out"
-            ) from error
+        self._locks.mkdir(parents=True, exist_ok=True)
 
     def path(self, policy: str, task: str, seed: int) -> Path:
         """The file of a rollout."""
