@@ -1,5 +1,3 @@
-"""Fixtures for the whole suite."""
-
-from __future__ import annotations
+"""Pytest wants this declared at the top level."""
 
 pytest_plugins = ["pytester"]

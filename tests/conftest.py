@@ -1,0 +1,63 @@
+"""Real rollouts, run once and shared by all tests, also between workers."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pytest_safemanip.plan import Extensions, Plan, make_plan
+from pytest_safemanip.session import Judged, SafetySession
+from pytest_safemanip.settings import Settings, read_settings
+from pytest_safemanip.sim.backend import Backend, Options
+from pytest_safemanip.sim.robocasa.factory import create
+from pytest_safemanip.store import Store
+
+
+class Rollouts:
+    """Rollouts in the compact scene, on demand."""
+
+    def __init__(self, folder: Path, run: str, defaults: Settings, backend: Backend) -> None:
+        self._defaults, self._backend, self._run = defaults, backend, run
+        self._store = Store(folder, run)
+        self._judged: dict[tuple[str, str, int], Judged] = {}
+
+    def plan(self, task: str, policy: str = "scripted", seed: int = 0) -> Plan:
+        settings = dataclasses.replace(
+            self._defaults, policies=(policy,), tasks=(task,), seeds=(seed,)
+        )
+        return make_plan(settings, Extensions({}, (), {}))
+
+    def get(self, task: str, policy: str = "scripted", seed: int = 0) -> Judged:
+        key = (task, policy, seed)
+        if key not in self._judged:
+            plan = self.plan(task, policy, seed)
+            session = SafetySession(plan, self._backend, self._store, self._run)
+            self._judged[key] = session.judged(plan.cases[0])
+        return self._judged[key]
+
+    def put_into(self, out: Path, *wanted: tuple[str, str]) -> None:
+        """Make these recordings, task and policy each, those of an earlier run in ``out``."""
+        (out / "recordings").mkdir(parents=True, exist_ok=True)
+        for task, policy in wanted:
+            path = self.get(task, policy).path
+            target = out / "recordings" / path.name
+            if not target.exists():
+                os.link(path, target)
+
+
+@pytest.fixture(scope="session")
+def rollouts(
+    tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config
+) -> Iterator[Rollouts]:
+    worker = getattr(pytestconfig, "workerinput", None)
+    base = tmp_path_factory.getbasetemp()
+    # Workers have folders of their own below the one of the run.
+    shared = base.parent if worker else base
+    backend = create(Options("primitive", shared / "logs"))
+    run = worker["testrunuid"] if worker else "alone"
+    yield Rollouts(shared / "rollouts", run, read_settings(pytestconfig), backend)
+    backend.close()
