@@ -114,9 +114,16 @@ def select_properties(
     return chosen
 
 
-def applicable(task: Task, wanted: Collection[str]) -> list[str]:
-    """Ids of the properties that apply to a task and are wanted, in the task's order."""
-    return [name for name in task.properties if name in wanted]
+def applicable(task: Task, own: Mapping[str, Property], wanted: Collection[str]) -> list[str]:
+    """Ids of the properties that apply to a task and are wanted.
+
+    Args:
+        task: names the properties that apply to it.
+        own: the user's properties, which apply wherever they have an instance.
+        wanted: ids.
+    """
+    everywhere = [p.id for p in own.values() if task.instances(p.relation)]
+    return [name for name in dict.fromkeys([*task.properties, *everywhere]) if name in wanted]
 
 
 def keep_selected(cases: Iterable[Case], selected: Collection[str]) -> list[Case]:

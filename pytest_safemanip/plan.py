@@ -79,7 +79,8 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     task_folder = resources.folder("tasks")
     tasks = load_tasks([task_folder, *settings.task_paths])
     settings = _with_selected_ids(settings, tasks)
-    properties = _load_properties(settings, catalogue)
+    shipped, own = _load_properties(settings, catalogue)
+    properties = {**shipped, **own}
     wanted = select_properties(properties, settings.properties)
     recordings: dict[Rollout, Path] = {}
     policies: dict[str, PolicySpec] = {}
@@ -95,7 +96,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     cases = [
         Case(task, policy, prop, seed)
         for policy, task, seed in rollouts
-        for prop in applicable(tasks[task], wanted)
+        for prop in applicable(tasks[task], own, wanted)
     ]
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
@@ -132,14 +133,16 @@ def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Setting
     )
 
 
-def _load_properties(settings: Settings, catalogue: Catalogue) -> dict[str, Property]:
+def _load_properties(
+    settings: Settings, catalogue: Catalogue
+) -> tuple[dict[str, Property], dict[str, Property]]:
     """Shipped and the user's; the user's may use any proposition that exists."""
     known = {name: len(p.arguments) for name, p in catalogue.items()}
     shipped = load_properties([resources.folder("properties")])
     own = load_properties(settings.property_paths, propositions=known)
     for name in sorted(set(shipped) & set(own)):
         raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
-    return {**shipped, **own}
+    return shipped, own
 
 
 def _rollouts(
