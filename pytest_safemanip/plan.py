@@ -115,7 +115,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
 
 
 def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Settings:
-    """Node ids say which policies, tasks, properties and seeds are meant."""
+    """Node ids say which policies, tasks and seeds are meant."""
     ids = [text for text in settings.select if text.rstrip(":") != SUITE]
     if not ids or len(ids) < len(settings.select):
         return settings
@@ -128,7 +128,7 @@ def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Setting
         settings,
         policies=tuple(dict.fromkeys(case.policy for case in cases)),
         tasks=tuple(dict.fromkeys(case.task for case in cases)),
-        properties=tuple(dict.fromkeys(case.property_id for case in cases)),
+        properties=(),
         seeds=tuple(sorted({case.seed for case in cases})),
     )
 

@@ -12,6 +12,7 @@ import hashlib
 import io
 import json
 import os
+import struct
 import tempfile
 import zipfile
 import zlib
@@ -31,7 +32,8 @@ MAX_HEADER = 4 * 2**20
 MAX_ARRAY = 256 * 2**20
 _STEP_ARRAYS = (*ARRAYS, "action", "success", "tail")
 _CONTACT_ARRAYS = tuple(f.name for f in dataclasses.fields(Contacts))
-_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError)
+_DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, RuntimeError, ValueError)
+"""What ``zipfile`` raises on bytes that are no archive, or no archive any more."""
 _DTYPES = {"success": np.bool_, "tail": np.bool_, "step": np.int32, "a": np.int32, "b": np.int32}
 
 
@@ -156,7 +158,7 @@ def _npy(array: np.ndarray[Any, Any]) -> bytes:
 def _array(name: str, raw: bytes) -> np.ndarray[Any, Any]:
     try:
         array = np.load(io.BytesIO(raw), allow_pickle=False)
-    except (ValueError, EOFError, MemoryError) as error:
+    except Exception as error:  # numpy does not say what it raises on a header that lies
         raise TraceError(f"{name}: not a readable array ({error})") from error
     if not isinstance(array, np.ndarray):
         raise TraceError(f"{name}: not an array")
@@ -171,6 +173,8 @@ def _member(archive: zipfile.ZipFile, name: str, limit: int) -> bytes:
         info = archive.getinfo(name)
     except KeyError:
         raise TraceError(f"{name} is missing") from None
+    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise TraceError(f"{name}: compressed in another way than recordings are")
     if info.file_size > limit:
         raise TraceError(f"{name}: {info.file_size} bytes, more than the limit of {limit}")
     with archive.open(info) as stream:

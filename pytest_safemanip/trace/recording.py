@@ -71,8 +71,13 @@ class Episode:
             if not isinstance(getattr(episode, field), str):
                 raise TraceError(f"episode: {field} must be a string")
         for field in ("seed", "horizon"):
-            if not isinstance(getattr(episode, field), int):
-                raise TraceError(f"episode: {field} must be an integer")
+            value = getattr(episode, field)
+            if type(value) is not int or value < 0:
+                raise TraceError(f"episode: {field} must be an integer from 0 up")
+        for field in ("versions", "hashes"):
+            value = getattr(episode, field)
+            if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
+                raise TraceError(f"episode: {field} must be a mapping to strings")
         if not POLICY_NAME.fullmatch(episode.policy):
             raise TraceError(f"episode: {episode.policy!r} is no name of a policy")
         return episode
@@ -108,18 +113,13 @@ def check(recording: Recording) -> Recording:
     Raises:
         TraceError: naming the field, the step and the entity of the first impossible value.
     """
-    scene, steps = recording.scene, recording.steps
+    scene, steps = recording.scene.checked(), recording.steps
     length = len(steps)
     if length == 0:
         raise TraceError("recording: no step")
-    for name, shape in {**array_shapes(scene), "action": (-1,)}.items():
+    for name, shape in {**array_shapes(scene), "action": (12,), "success": (), "tail": ()}.items():
         array = getattr(steps, name)
-        wanted = (length, *shape)
-        fits = array.ndim == len(wanted) and all(
-            want in (-1, got) for want, got in zip(wanted, array.shape, strict=True)
-        )
-        if not fits:
-            raise TraceError(f"{name}: shape {array.shape}, expected {wanted}")
+        _check_shape(name, array, (length, *shape))
         bad = ~np.isfinite(array)
         if bad.any():
             raise TraceError(f"{name}: not finite at {_place(scene, name, np.argwhere(bad)[0])}")
@@ -131,6 +131,14 @@ def check(recording: Recording) -> Recording:
     return recording
 
 
+def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
+    fits = array.ndim == len(wanted) and all(
+        want in (-1, got) for want, got in zip(wanted, array.shape, strict=True)
+    )
+    if not fits:
+        raise TraceError(f"{name}: shape {array.shape}, expected {wanted}")
+
+
 def _check_unit(scene: Scene, name: str, quaternions: Any) -> None:
     bad = np.abs(np.linalg.norm(quaternions, axis=-1) - 1.0) > UNIT_TOLERANCE
     if bad.any():
@@ -140,19 +148,36 @@ def _check_unit(scene: Scene, name: str, quaternions: Any) -> None:
 
 def _check_contacts(recording: Recording) -> None:
     contacts, parts, length = recording.steps.contacts, recording.scene.parts, len(recording.steps)
+    for column in dataclasses.fields(contacts):
+        tail = (3,) if column.name in ("position", "normal") else ()
+        _check_shape(
+            f"contacts.{column.name}", getattr(contacts, column.name), (len(contacts), *tail)
+        )
     if len(contacts) == 0:
         return
-    for name in ("force", "peak", "position", "normal"):
-        bad = ~np.isfinite(getattr(contacts, name)).reshape(len(contacts), -1).all(axis=1)
-        if bad.any():
-            raise TraceError(f"contacts: {name} not finite at step {contacts.step[bad][0]}")
-    if (contacts.force < 0).any() or (contacts.peak < 0).any():
-        raise TraceError("contacts: a normal force is negative")
     if (np.diff(contacts.step) < 0).any() or contacts.step[0] < 0 or contacts.step[-1] >= length:
-        raise TraceError("contacts: steps must be sorted and lie within the recording")
-    for side in (contacts.a, contacts.b):
-        if side.min() < 0 or side.max() >= len(parts):
-            raise TraceError("contacts: a part is not in the scene's list of parts")
+        raise TraceError("contacts.step: must be sorted and lie within the recording")
+    for side in ("a", "b"):
+        part = getattr(contacts, side)
+        bad = (part < 0) | (part >= len(parts))
+        if bad.any():
+            raise TraceError(
+                f"contacts.{side}: {part[bad][0]} at step {contacts.step[bad][0]} is not in the "
+                "scene's list of parts"
+            )
+    for name in ("force", "peak", "position", "normal"):
+        values = getattr(contacts, name).reshape(len(contacts), -1)
+        wrong = {"not finite": ~np.isfinite(values).all(axis=1)}
+        if name in ("force", "peak"):
+            wrong["negative"] = (values < 0).any(axis=1)
+        for what, bad in wrong.items():
+            if bad.any():
+                row = int(np.argmax(bad))
+                a, b = (parts[side[row]] for side in (contacts.a, contacts.b))
+                raise TraceError(
+                    f"contacts.{name}: {what} at step {contacts.step[row]} between "
+                    f"{a.entity}/{a.name} and {b.entity}/{b.name}"
+                )
 
 
 def _place(scene: Scene, name: str, index: Any) -> str:

@@ -6,6 +6,7 @@ World frame, metres, kilograms, radians; quaternions are ``wxyz``, as in MuJoCo.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -237,10 +238,42 @@ class Scene:
             for item in getattr(self, field):
                 if item.entity not in self.entity:
                     raise TraceError(f"scene: {field} name an unknown entity {item.entity!r}")
+                joint = getattr(item, "joint", "")
+                if joint and joint not in self.joint_index:
+                    raise TraceError(f"scene: {field} name an unknown joint {joint!r}")
+                _check_numbers(f"scene: {field} of {item.entity!r}", item)
+        _check_numbers("scene", self)
         for role, name in self.roles.items():
             if name not in self.entity:
                 raise TraceError(f"scene: role {role!r} names an unknown entity {name!r}")
         return self
+
+
+_LENGTHS = {
+    "half": 3,
+    "centre": 3,
+    "com": 3,
+    "axis": 3,
+    "anchor": 3,
+    "pose": 7,
+    "gripper_half": 3,
+    "gripper_centre": 3,
+}
+
+
+def _check_numbers(owner: str, item: object) -> None:
+    """Vectors are as long as they must be, finite, and possible as what they are."""
+    for name, length in _LENGTHS.items():
+        value = getattr(item, name, None)
+        if value is None:
+            continue
+        if len(value) != length or not all(math.isfinite(number) for number in value):
+            raise TraceError(f"{owner}: {name} must be {length} finite numbers: {value}")
+        if name in ("half", "gripper_half") and min(value) < 0:
+            raise TraceError(f"{owner}: {name} is negative: {value}")
+        direction = {"axis": value, "pose": value[3:]}.get(name)
+        if direction is not None and abs(math.hypot(*direction) - 1.0) > 1e-3:
+            raise TraceError(f"{owner}: {name} is not of unit length: {direction}")
 
 
 def _vectors(item: Mapping[str, Any]) -> dict[str, Any]:

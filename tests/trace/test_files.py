@@ -1,0 +1,247 @@
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import pickle
+import struct
+import zipfile
+
+import numpy as np
+import pytest
+import toy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace import files
+
+RECORDING = toy.recording(
+    length=4,
+    tail=1,
+    contacts=toy.contacts((1, "counter/body", "mug/body", 2.5, (0, 0, 1))),
+)
+DATA = files.to_bytes(RECORDING)
+
+
+def members(data=DATA):
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def packed(content, method=zipfile.ZIP_DEFLATED):
+    """A recording's file whose digest fits its content: made by somebody who knows how."""
+    content = dict(content)
+    try:
+        header = json.loads(content["header.json"])
+        header.pop("digest", None)
+        arrays = {name: raw for name, raw in content.items() if name != "header.json"}
+        header["digest"] = files._digest(header, arrays)
+        content["header.json"] = json.dumps(header).encode()
+    except (KeyError, ValueError, AttributeError):
+        pass
+    return zipped(content, method)
+
+
+def zipped(content, method=zipfile.ZIP_DEFLATED):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", method) as archive:
+        for name, raw in content.items():
+            archive.writestr(name, raw)
+    return stream.getvalue()
+
+
+def npy(array, **options):
+    stream = io.BytesIO()
+    np.save(stream, array, **options)
+    return stream.getvalue()
+
+
+def lying_npy(shape):
+    """An array whose header promises more than there is."""
+    text = repr({"descr": "<f4", "fortran_order": False, "shape": shape}).encode()
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text
+
+
+def refusal(data):
+    with pytest.raises(TraceError) as caught:
+        files.from_bytes(data)
+    return str(caught.value)
+
+
+def same(one, other):
+    for name, array in files._arrays(one).items():
+        read = files._arrays(other)[name]
+        assert array.dtype == read.dtype, name
+        assert array.tobytes() == read.tobytes(), name
+        assert array.shape == read.shape, name
+    assert (one.episode, one.scene) == (other.episode, other.scene)
+
+
+def test_what_is_saved_is_read_again_bit_for_bit(tmp_path):
+    path = tmp_path / "deep" / "one.rollout"
+    files.save(RECORDING, path)
+    same(RECORDING, files.load(path))
+    assert files.load_episode(path) == RECORDING.episode
+    assert [p.name for p in path.parent.iterdir()] == ["one.rollout"]
+
+
+def test_extreme_floats_survive():
+    arrays = RECORDING.steps.qpos.copy()
+    arrays[0] = (-0.0, np.finfo(np.float32).tiny / 2, np.finfo(np.float32).max)
+    extreme = dataclasses.replace(RECORDING.steps, qpos=arrays)
+    one = dataclasses.replace(RECORDING, steps=extreme)
+    same(one, files.from_bytes(files.to_bytes(one)))
+
+
+def test_a_rollout_of_the_simulator_survives(rollouts):
+    judged = rollouts.get("TurnOnSinkFaucet")
+    data = judged.path.read_bytes()
+    assert files.to_bytes(files.from_bytes(data)) == data
+
+
+def test_the_same_content_gives_the_same_bytes():
+    again = files.from_bytes(DATA)
+    turned = dict(reversed(list(again.episode.hashes.items())))
+    again = dataclasses.replace(again, episode=dataclasses.replace(again.episode, hashes=turned))
+    assert files.to_bytes(again) == DATA
+
+
+def test_only_the_header_is_read_for_the_episode(tmp_path):
+    content = {name: b"rubbish" for name in members()}
+    content["header.json"] = members()["header.json"]
+    path = tmp_path / "one.rollout"
+    path.write_bytes(zipped(content))
+    assert files.load_episode(path) == RECORDING.episode
+    with pytest.raises(TraceError, match="digest"):
+        files.load(path)
+
+
+@pytest.mark.parametrize("read", [files.load, files.load_episode])
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (None, "cannot be read"),
+        (b"", "not a recording"),
+        (b"PK no zip at all", "not a recording"),
+        (DATA[: len(DATA) // 2], "truncated"),
+        (zipped({"other": b""}), "header.json is missing"),
+        (zipped({"header.json": b"[1"}), "header.json: not JSON"),
+        (zipped({"header.json": b"[" * 200_000}), "header.json: not JSON"),
+        (zipped({"header.json": b"[]"}), "header.json: not a mapping"),
+        (zipped({"header.json": b'{"schema": 2}'}), "schema 2, this version reads 1; record again"),
+        (zipped({"header.json": b"{}"}), "schema None"),
+        (zipped({"header.json": b'{"schema": 1}'}), " is missing"),
+        (zipped({"header.json": b" " * (files.MAX_HEADER + 1)}), "header.json: 4194305 bytes"),
+        (zipped({"header.json": b"{}"}, zipfile.ZIP_LZMA), "header.json: compressed in another"),
+    ],
+)
+def test_a_file_that_is_no_recording_is_refused_by_name(tmp_path, read, data, message):
+    path = tmp_path / "one.rollout"
+    if data is not None:
+        path.write_bytes(data)
+    with pytest.raises(TraceError) as caught:
+        read(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert message in str(caught.value)
+
+
+QPOS = RECORDING.steps.qpos
+
+
+@pytest.mark.parametrize(
+    ("name", "raw", "message"),
+    [
+        ("qpos", None, "qpos.npy is missing"),
+        ("qpos", b"", "qpos.npy: not a readable array"),
+        ("qpos", b"rubbish", "qpos.npy: not a readable array"),
+        ("qpos", npy(QPOS)[:-1], "qpos.npy: not a readable array"),
+        ("qpos", npy(np.array([{}, 1], object), allow_pickle=True), "qpos.npy: not a readable"),
+        ("qpos", pickle.dumps(QPOS), "qpos.npy: not a readable array"),
+        ("qpos", lying_npy((2**70,)), "qpos.npy: not a readable array"),
+        ("qpos", lying_npy((10**15,)), "qpos.npy: not a readable array"),
+        ("qpos", lying_npy((-1,)), "qpos.npy: not a readable array"),
+        ("qpos", zipped({"a.npy": npy(QPOS)}), "qpos.npy: not an array"),
+        ("qpos", npy(QPOS.astype(float)), "qpos.npy: float64, expected float32"),
+        ("qpos", npy(QPOS.astype(">f4")), "qpos.npy: >f4, expected float32"),
+        ("success", npy(np.zeros(4, np.int8)), "success.npy: int8, expected bool"),
+        ("contacts.a", npy(np.zeros(1, np.int64)), "contacts.a.npy: int64, expected int32"),
+        ("eef_pose", npy(np.zeros((4, 6), np.float32)), "eef_pose: shape (4, 6), expected (4, 7)"),
+        ("tail", npy(np.zeros(0, bool)), "tail: shape (0,), expected (4,)"),
+        ("joint", npy(np.full((4, 1, 2), np.nan, np.float32)), "joint: not finite at step 0 of"),
+    ],
+)
+def test_a_bad_array_is_refused_by_name(name, raw, message):
+    content = members()
+    if raw is None:
+        del content[f"{name}.npy"]
+    else:
+        content[f"{name}.npy"] = raw
+    assert message in refusal(packed(content))
+
+
+def test_nothing_in_a_file_is_executed(tmp_path):
+    class Trap:
+        def __reduce__(self):
+            return (open, (str(tmp_path / "trapped"), "w"))
+
+    content = members()
+    content["qpos.npy"] = npy(np.array([Trap()], object), allow_pickle=True)
+    assert "qpos.npy" in refusal(packed(content))
+    assert not (tmp_path / "trapped").exists()
+
+
+@pytest.mark.parametrize("name", ["qpos.npy", "header.json"])
+def test_a_changed_file_is_refused(name):
+    content = members()
+    if name == "header.json":
+        content[name] = content[name].replace(b"put the mug", b"put the cup")
+    else:
+        content[name] = npy(QPOS + 1)
+    assert refusal(zipped(content)) == (
+        "the content does not match its digest: the file was changed"
+    )
+
+
+def test_a_small_file_that_unpacks_to_a_huge_array_is_refused(monkeypatch):
+    monkeypatch.setattr(files, "MAX_ARRAY", 10_000)
+    bomb = packed({**members(), "qpos.npy": npy(np.zeros(3_000_000, np.float32))})
+    assert len(bomb) < 50_000
+    assert refusal(bomb) == "qpos.npy: 12000128 bytes, more than the limit of 10000"
+
+
+def test_an_archive_that_understates_a_size_is_refused():
+    data = packed(members())
+    size = len(members()["qpos.npy"])
+    content = data.replace(struct.pack("<I", size), struct.pack("<I", size - 4))
+    assert "not a recording, or a truncated one" in refusal(content)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.lists(st.tuples(st.integers(0, len(DATA) - 1), st.integers(0, 255)), min_size=1, max_size=3),
+    st.sampled_from([0, len(DATA) - 1200]),
+)
+def test_damage_anywhere_is_noticed_or_harmless(changes, start):
+    data = bytearray(DATA)
+    for place, byte in changes:
+        data[start + place % (len(DATA) - start)] = byte
+    try:
+        read = files.from_bytes(bytes(data))
+    except TraceError:
+        return
+    same(read, RECORDING)
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    path = tmp_path / "one.rollout"
+    files.save(RECORDING, path)
+
+    def full(*_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(files.os, "replace", full)
+    with pytest.raises(OSError, match="no space"):
+        files.save(toy.recording(length=2), path)
+    assert path.read_bytes() == DATA
+    assert list(tmp_path.iterdir()) == [path]
