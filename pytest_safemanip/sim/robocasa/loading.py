@@ -16,6 +16,7 @@ import logging
 import os
 import sys
 import types
+import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -89,11 +90,16 @@ def load(assets_root: Path) -> types.ModuleType:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """No output, no log lines of the imported packages, the environment restored."""
+    """No output, warnings or log lines of the imported packages, the environment restored."""
     before = dict(os.environ)
     logger = logging.getLogger("robosuite_logs")
     try:
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+            warnings.catch_warnings(),
+        ):
+            warnings.simplefilter("ignore")  # under "error" a deprecated call would end the import
             yield
     finally:
         logger.setLevel(logging.ERROR)
