@@ -1,0 +1,74 @@
+"""Runs of the plugin in a folder of their own: without xdist, with it switched off, and with it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+import pytest
+
+from tests.conftest import Rollouts
+
+CACHE = platformdirs.user_cache_dir()
+MODES = {"without xdist": ("-p", "no:xdist"), "-n 0": ("-n", "0"), "-n 2": ("-n", "2")}
+
+
+class Suite:
+    """A user's folder."""
+
+    def __init__(self, pytester: pytest.Pytester, rollouts: Rollouts, mode: tuple[str, ...]):
+        self.pytester, self.mode = pytester, mode
+        self.out = pytester.path / ".safemanip"
+        self._rollouts = rollouts
+
+    def has_recorded(self, *wanted: tuple[str, str]) -> None:
+        """There was a run before that left these recordings, task and policy each."""
+        self._rollouts.put_into(self.out, *wanted)
+
+    def run(self, *arguments: str) -> pytest.RunResult:
+        """Run pytest as the user does."""
+        chosen = [*arguments, *self.mode, "-p", "no:cacheprovider"]
+        if "--lf" in arguments:
+            chosen = chosen[:-2]
+        if not any(a.startswith("--safemanip-assets") for a in arguments):
+            chosen.append("--override-ini=safemanip_assets=primitive")
+        return self.pytester.runpytest(*chosen)
+
+    def seen_deselected(self, number: int) -> int:
+        """How many deselected items the summary line counts: workers do not tell."""
+        return 0 if self.mode == MODES["-n 2"] else number
+
+    def summary(self) -> dict[str, Any]:
+        """What the run wrote."""
+        found: dict[str, Any] = json.loads((self.out / "summary.json").read_text())
+        return found
+
+    def recordings(self) -> list[Path]:
+        """What is on disk."""
+        return sorted((self.out / "recordings").glob("*.rollout"))
+
+
+@pytest.fixture
+def make_suite(
+    pytester: pytest.Pytester, rollouts: Rollouts, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[tuple[str, ...]], Suite]:
+    # pytester moves HOME; the generated assets need not be generated again for every test.
+    monkeypatch.setenv("XDG_CACHE_HOME", CACHE)
+    for name in ("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER"):
+        monkeypatch.delenv(name, raising=False)
+    return lambda mode: Suite(pytester, rollouts, mode)
+
+
+@pytest.fixture(params=MODES)
+def suite(request: pytest.FixtureRequest, make_suite: Callable[..., Suite]) -> Suite:
+    """In each of the three modes."""
+    return make_suite(MODES[request.param])
+
+
+@pytest.fixture
+def one_suite(make_suite: Callable[..., Suite]) -> Suite:
+    """Without xdist, where the mode cannot matter."""
+    return make_suite(MODES["without xdist"])
