@@ -52,7 +52,8 @@ class Recorder:
     def touched(self) -> set[str]:
         """The entities that the robot touched."""
         parts = self.reader.description.scene.parts
-        pairs = [(parts[a].entity, parts[b].entity) for c in self.contacts for a, b in zip(c.a, c.b)]
+        touching = {pair for c in self.contacts for pair in zip(c.a, c.b, strict=True)}
+        pairs = [{parts[a].entity, parts[b].entity} for a, b in touching]
         return {name for pair in pairs if "robot" in pair for name in pair} - {"robot"}
 
 
