@@ -9,12 +9,12 @@ import zipfile
 
 import numpy as np
 import pytest
-import toy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace import files
+from tests import toy
 
 RECORDING = toy.recording(
     length=4,
@@ -108,7 +108,7 @@ def test_the_same_content_gives_the_same_bytes():
 
 
 def test_only_the_header_is_read_for_the_episode(tmp_path):
-    content = {name: b"rubbish" for name in members()}
+    content = dict.fromkeys(members(), b"rubbish")
     content["header.json"] = members()["header.json"]
     path = tmp_path / "one.rollout"
     path.write_bytes(zipped(content))
