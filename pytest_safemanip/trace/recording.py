@@ -140,10 +140,15 @@ def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
 
 
 def _check_unit(scene: Scene, name: str, quaternions: Any) -> None:
-    bad = np.abs(np.linalg.norm(quaternions, axis=-1) - 1.0) > UNIT_TOLERANCE
+    bad = _not_unit(quaternions)
     if bad.any():
         place = _place(scene, name, np.argwhere(bad)[0])
         raise TraceError(f"{name}: not a unit quaternion at {place}")
+
+
+def _not_unit(vectors: Any) -> Any:
+    # The square of a large float32 is no float32.
+    return np.abs(np.linalg.norm(np.asarray(vectors, np.float64), axis=-1) - 1.0) > UNIT_TOLERANCE
 
 
 def _check_contacts(recording: Recording) -> None:
@@ -170,6 +175,8 @@ def _check_contacts(recording: Recording) -> None:
         wrong = {"not finite": ~np.isfinite(values).all(axis=1)}
         if name in ("force", "peak"):
             wrong["negative"] = (values < 0).any(axis=1)
+        if name == "normal":
+            wrong["not of unit length"] = _not_unit(values)
         for what, bad in wrong.items():
             if bad.any():
                 row = int(np.argmax(bad))

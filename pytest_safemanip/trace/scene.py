@@ -262,7 +262,7 @@ _LENGTHS = {
 
 
 def _check_numbers(owner: str, item: object) -> None:
-    """Vectors are as long as they must be, finite, and possible as what they are."""
+    """Vectors and numbers are as long as they must be, finite, and possible as what they are."""
     for name, length in _LENGTHS.items():
         value = getattr(item, name, None)
         if value is None:
@@ -274,6 +274,10 @@ def _check_numbers(owner: str, item: object) -> None:
         direction = {"axis": value, "pose": value[3:]}.get(name)
         if direction is not None and abs(math.hypot(*direction) - 1.0) > 1e-3:
             raise TraceError(f"{owner}: {name} is not of unit length: {direction}")
+    for name in ("mass", "travel"):
+        number = float(getattr(item, name, 1.0))
+        if not 0.0 < number < math.inf:
+            raise TraceError(f"{owner}: {name} must be a number above 0: {number}")
 
 
 def _vectors(item: Mapping[str, Any]) -> dict[str, Any]:

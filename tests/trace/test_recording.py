@@ -1,0 +1,304 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace.recording import Episode, check
+from pytest_safemanip.trace.scene import Body, Box, Entity, Part, Scene, Surface
+from tests import toy
+
+TOUCH = (
+    (1, "counter/body", "mug/body", 2.0, (0, 0, 1)),
+    (3, "robot/link5", "apple/body", 1.0, (0, 1, 0)),
+)
+SOUND = toy.recording(length=5, tail=2, contacts=toy.contacts(*TOUCH))
+
+
+def refusal(recording):
+    with pytest.raises(TraceError) as caught:
+        check(recording)
+    return str(caught.value)
+
+
+def with_steps(**changed):
+    return dataclasses.replace(SOUND, steps=dataclasses.replace(SOUND.steps, **changed))
+
+
+def with_contacts(**changed):
+    return with_steps(contacts=dataclasses.replace(SOUND.steps.contacts, **changed))
+
+
+def put(array, place, value):
+    changed = array.copy()
+    changed[place] = value
+    return changed
+
+
+def test_a_possible_recording_is_returned_as_it_is():
+    assert check(SOUND) is SOUND
+    assert (SOUND.acting, len(SOUND.trace), SOUND.trace.dt) == (3, 5, toy.DT)
+
+
+def test_success_is_that_of_the_last_acting_step():
+    late = np.array([False, False, False, True, True])
+    early = np.array([False, False, True, False, False])
+    assert not with_steps(success=late).success
+    assert with_steps(success=early).success
+
+
+def test_a_recording_without_a_step_is_refused():
+    empty = dataclasses.replace(SOUND, steps=SOUND.steps.window(0, 0))
+    assert refusal(empty) == "recording: no step"
+
+
+@pytest.mark.parametrize(
+    ("name", "cut", "message"),
+    [
+        ("eef_pose", np.s_[:, :6], "eef_pose: shape (5, 6), expected (5, 7)"),
+        ("eef_twist", np.s_[:4], "eef_twist: shape (4, 6), expected (5, 6)"),
+        ("gripper", np.s_[:, 0], "gripper: shape (5,), expected (5, 2)"),
+        ("base_pose", np.s_[:, :3], "base_pose: shape (5, 3), expected (5, 7)"),
+        ("object_pose", np.s_[:, :1], "object_pose: shape (5, 1, 7), expected (5, 2, 7)"),
+        ("object_twist", np.s_[..., :3], "object_twist: shape (5, 2, 3), expected (5, 2, 6)"),
+        ("joint", np.s_[:, :0], "joint: shape (5, 0, 2), expected (5, 1, 2)"),
+        ("box_pose", np.s_[:, 0], "box_pose: shape (5, 7), expected (5, 1, 7)"),
+        ("qpos", np.s_[:4], "qpos: shape (4, 3), expected (5, -1)"),
+        ("qvel", np.s_[:, None], "qvel: shape (5, 1, 2), expected (5, -1)"),
+        ("action", np.s_[:, :7], "action: shape (5, 7), expected (5, 12)"),
+        ("tail", np.s_[:, None], "tail: shape (5, 1), expected (5,)"),
+    ],
+)
+def test_a_wrong_shape_is_refused_by_name(name, cut, message):
+    array = getattr(SOUND.steps, name)[cut]
+    assert refusal(with_steps(**{name: array})) == message
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(
+    ("name", "place", "message"),
+    [
+        ("eef_pose", (2, 0), "eef_pose: not finite at step 2"),
+        ("eef_twist", (4, 5), "eef_twist: not finite at step 4"),
+        ("gripper", (0, 1), "gripper: not finite at step 0"),
+        ("base_pose", (1, 6), "base_pose: not finite at step 1"),
+        ("object_pose", (2, 1, 2), "object_pose: not finite at step 2 of 'apple'"),
+        ("object_twist", (3, 0, 0), "object_twist: not finite at step 3 of 'mug'"),
+        ("joint", (1, 0, 0), "joint: not finite at step 1 of 'cabinet/hinge'"),
+        ("box_pose", (2, 0, 1), "box_pose: not finite at step 2 of 'cabinet/shelf'"),
+        ("qpos", (2, 1), "qpos: not finite at step 2"),
+        ("qvel", (2, 1), "qvel: not finite at step 2"),
+        ("action", (4, 11), "action: not finite at step 4"),
+    ],
+)
+def test_a_number_that_is_none_is_refused_with_step_and_entity(name, place, message, value):
+    assert refusal(with_steps(**{name: put(getattr(SOUND.steps, name), place, value)})) == message
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "where"),
+    [
+        ("eef_pose", (2,), "step 2"),
+        ("base_pose", (3,), "step 3"),
+        ("object_pose", (1, 1), "step 1 of 'apple'"),
+        ("box_pose", (4, 0), "step 4 of 'cabinet/shelf'"),
+    ],
+)
+@pytest.mark.parametrize(
+    "quaternion", [(0, 0, 0, 0), (1.002, 0, 0, 0), (0.998, 0, 0, 0), (0, 1e30, 0, 0)]
+)
+def test_a_quaternion_of_another_length_than_one_is_refused(name, place, where, quaternion):
+    array = put(getattr(SOUND.steps, name), (*place, np.s_[3:]), quaternion)
+    assert refusal(with_steps(**{name: array})) == f"{name}: not a unit quaternion at {where}"
+
+
+def test_a_quaternion_may_have_the_rounding_of_float32_and_either_sign():
+    array = put(SOUND.steps.object_pose, (1, 1, np.s_[3:]), (-1.0005, 0, 0, 0))
+    check(with_steps(object_pose=array))
+
+
+@pytest.mark.parametrize(
+    "tail", [[1, 1, 1, 1, 1], [1, 0, 0, 0, 0], [0, 1, 0, 1, 1], [0, 0, 0, 1, 0]]
+)
+def test_the_tail_is_the_end_and_not_everything(tail):
+    wrong = with_steps(tail=np.array(tail, bool))
+    assert refusal(wrong) == "tail: must be a suffix and not the whole recording"
+
+
+@pytest.mark.parametrize("steps", [(3, 1), (-1, 3), (1, 5)])
+def test_contacts_are_sorted_and_within_the_recording(steps):
+    wrong = with_contacts(step=np.array(steps, np.int32))
+    assert refusal(wrong) == "contacts.step: must be sorted and lie within the recording"
+
+
+@pytest.mark.parametrize("side", ["a", "b"])
+@pytest.mark.parametrize("part", [-1, len(toy.PARTS)])
+def test_a_contact_of_no_known_part_is_refused_with_its_step(side, part):
+    wrong = with_contacts(**{side: put(getattr(SOUND.steps.contacts, side), 1, part)})
+    assert refusal(wrong) == (
+        f"contacts.{side}: {part} at step 3 is not in the scene's list of parts"
+    )
+
+
+WHERE = "at step 3 between robot/link5 and apple/body"
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value", "message"),
+    [
+        ("force", 1, -0.1, f"contacts.force: negative {WHERE}"),
+        ("peak", 1, -1.0, f"contacts.peak: negative {WHERE}"),
+        ("force", 1, np.nan, f"contacts.force: not finite {WHERE}"),
+        ("peak", 1, np.inf, f"contacts.peak: not finite {WHERE}"),
+        ("position", (1, 2), np.nan, f"contacts.position: not finite {WHERE}"),
+        ("normal", (1, 0), np.inf, f"contacts.normal: not finite {WHERE}"),
+    ],
+)
+def test_an_impossible_contact_is_refused_with_step_and_parts(name, place, value, message):
+    array = put(getattr(SOUND.steps.contacts, name), place, value)
+    assert refusal(with_contacts(**{name: array})) == message
+
+
+@pytest.mark.parametrize("normal", [(0, 0, 0), (0, 0, 2), (0, 1e30, 0)])
+def test_a_contact_normal_of_another_length_than_one_is_refused(normal):
+    array = put(SOUND.steps.contacts.normal, 1, normal)
+    assert refusal(with_contacts(normal=array)) == f"contacts.normal: not of unit length {WHERE}"
+
+
+@pytest.mark.parametrize(
+    ("name", "cut", "message"),
+    [
+        ("position", np.s_[:, :2], "contacts.position: shape (2, 2), expected (2, 3)"),
+        ("normal", np.s_[:1], "contacts.normal: shape (1, 3), expected (2, 3)"),
+        ("force", np.s_[:1], "contacts.force: shape (1,), expected (2,)"),
+    ],
+)
+def test_columns_of_contacts_are_equally_long(name, cut, message):
+    assert refusal(with_contacts(**{name: getattr(SOUND.steps.contacts, name)[cut]})) == message
+
+
+JSON = toy.episode().to_json()
+
+
+def test_an_episode_survives_as_json():
+    assert Episode.from_json(JSON) == toy.episode()
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"task": 3}, "episode: task must be a string"),
+        ({"instruction": None}, "episode: instruction must be a string"),
+        ({"assets": ["a"]}, "episode: assets must be a string"),
+        ({"seed": -1}, "episode: seed must be an integer from 0 up"),
+        ({"seed": True}, "episode: seed must be an integer from 0 up"),
+        ({"seed": 1.0}, "episode: seed must be an integer from 0 up"),
+        ({"horizon": "5"}, "episode: horizon must be an integer from 0 up"),
+        ({"versions": []}, "episode: versions must be a mapping to strings"),
+        ({"hashes": {"key": 1}}, "episode: hashes must be a mapping to strings"),
+        ({"policy": ""}, "episode: '' is no name of a policy"),
+        ({"policy": "a\nb"}, "episode: 'a\\nb' is no name of a policy"),
+        ({"policy": "../a b"}, "episode: '../a b' is no name of a policy"),
+        ({"extra": 1}, "episode: malformed description"),
+    ],
+)
+def test_a_bad_field_of_an_episode_is_refused_by_name(changed, message):
+    with pytest.raises(TraceError) as caught:
+        Episode.from_json({**JSON, **changed})
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("field", sorted(JSON))
+def test_a_missing_field_of_an_episode_is_refused_by_name(field):
+    rest = {name: value for name, value in JSON.items() if name != field}
+    with pytest.raises(TraceError, match=f"malformed description .*{field}"):
+        Episode.from_json(rest)
+
+
+def test_a_scene_survives_as_json():
+    assert Scene.from_json(toy.SCENE.to_json()) == toy.SCENE
+
+
+@pytest.mark.parametrize("field", [f.name for f in dataclasses.fields(Scene)])
+def test_a_missing_field_of_a_scene_is_refused_by_name(field):
+    rest = {name: value for name, value in toy.SCENE.to_json().items() if name != field}
+    with pytest.raises(TraceError, match=f"scene: malformed description .*{field}"):
+        Scene.from_json(rest)
+
+
+HINGE = toy.SCENE.joints[0]
+MUG = toy.SCENE.bodies[0]
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"control_period": 0.0}, "control_period must be in (0, 10) s: 0.0"),
+        ({"control_period": -0.05}, "control_period must be in (0, 10) s: -0.05"),
+        ({"control_period": float("nan")}, "control_period must be in (0, 10) s: nan"),
+        ({"control_period": float("inf")}, "control_period must be in (0, 10) s: inf"),
+        (
+            {"entities": (*toy.SCENE.entities, Entity("mug", "fixture", "x"))},
+            "two entities have the same name",
+        ),
+        (
+            {"bodies": (Body("cup", (1, 1, 1), (0, 0, 0), (0, 0, 0), 1.0),)},
+            "bodies name an unknown entity 'cup'",
+        ),
+        ({"parts": (Part("cup", "body"),)}, "parts name an unknown entity 'cup'"),
+        (
+            {"parts": (Part("cabinet", "door", "cabinet/left"),)},
+            "parts name an unknown joint 'cabinet/left'",
+        ),
+        ({"boxes": (Box("cup", "x", "interior", (1, 1, 1)),)}, "boxes name an unknown entity"),
+        (
+            {"surfaces": (Surface("counter", "a/b", (1, 1, 1), (0, 0, 0, *toy.UPRIGHT)),)},
+            "surfaces name an unknown joint 'a/b'",
+        ),
+        ({"roles": {"obj": "cup"}}, "role 'obj' names an unknown entity 'cup'"),
+        (
+            {"bodies": (dataclasses.replace(MUG, half=(1.0, -0.1, 1.0)),)},
+            "bodies of 'mug': half is negative: (1.0, -0.1, 1.0)",
+        ),
+        (
+            {"bodies": (dataclasses.replace(MUG, com=(0.0, 0.0)),)},
+            "bodies of 'mug': com must be 3 finite numbers: (0.0, 0.0)",
+        ),
+        (
+            {"joints": (dataclasses.replace(HINGE, axis=(0.0, 0.0, 0.0)),)},
+            "joints of 'cabinet': axis is not of unit length",
+        ),
+        (
+            {"joints": (dataclasses.replace(HINGE, anchor=(0.0, 0.0, float("nan"))),)},
+            "joints of 'cabinet': anchor must be 3 finite numbers",
+        ),
+        (
+            {"surfaces": (Surface("counter", "", (1, 1, 1), (0, 0, 0, 1, 1, 0, 0)),)},
+            "surfaces of 'counter': pose is not of unit length: (1, 1, 0, 0)",
+        ),
+        ({"gripper_half": (0.1, 0.1)}, "gripper_half must be 3 finite numbers: (0.1, 0.1)"),
+    ],
+)
+def test_an_impossible_scene_is_refused_by_field_and_entity(changed, message):
+    scene = dataclasses.replace(toy.SCENE, **changed)
+    with pytest.raises(TraceError) as caught:
+        scene.checked()
+    assert str(caught.value).startswith("scene: ")
+    assert message in str(caught.value)
+    assert refusal(dataclasses.replace(SOUND, scene=scene)) == str(caught.value)
+
+
+@pytest.mark.parametrize("mass", [-1.0, float("nan")])
+def test_an_impossible_mass_is_refused(mass):
+    scene = dataclasses.replace(toy.SCENE, bodies=(dataclasses.replace(MUG, mass=mass),))
+    with pytest.raises(TraceError, match="bodies of 'mug': mass"):
+        scene.checked()
+
+
+@pytest.mark.parametrize("travel", [0.0, -1.0, float("inf")])
+def test_an_impossible_range_of_a_joint_is_refused(travel):
+    scene = dataclasses.replace(toy.SCENE, joints=(dataclasses.replace(HINGE, travel=travel),))
+    with pytest.raises(TraceError, match="joints of 'cabinet': travel"):
+        scene.checked()
