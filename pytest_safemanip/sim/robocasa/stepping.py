@@ -3,11 +3,13 @@
 Stock stepping spends most of its time in Python: observables nobody reads, four controllers that
 each refill the whole mass matrix at every physics substep, limits rebuilt three times. Here the
 arm and the torso, which change within a control period, are evaluated at every substep with the
-same operations in the same order; the base and the gripper, which do not, once.
+same operations in the same order on arrays of the same layout (the layout decides which BLAS
+routine runs); the base and the gripper, which do not change, once.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -33,48 +35,74 @@ class Stepper:
         self._composite = robot.composite_controller
         controllers = self._composite.part_controllers
         index = robot._ref_actuators_indexes_dict
-        limits = self._model.actuator_ctrlrange
+        self._actuators = {
+            name: _Actuators(self._model, self._data, index[name]) for name in controllers
+        }
         self._arm = _Arm(env.sim, controllers["right"])
-        self._torso = controllers["torso"]
-        self._ctrl = {name: np.array(index[name]) for name in controllers}
-        self._low = {name: limits[i, 0].copy() for name, i in self._ctrl.items()}
-        self._high = {name: limits[i, 1].copy() for name, i in self._ctrl.items()}
+        self._torso = _Torso(env.sim, controllers["torso"])
         self._constant = [(n, c) for n, c in controllers.items() if n not in ("right", "torso")]
         self._substeps = int(env.control_timestep / env.model_timestep)
-        self._mass = np.zeros((self._model.nv, self._model.nv))
+        # The fixtures ask for their joints' addresses at every step, by name.
+        env.sim.model.get_joint_qpos_addr = functools.cache(env.sim.model.get_joint_qpos_addr)
 
     def step(self, action: Floats) -> None:
         """Run one control period, as ``env.step(action)`` does, without its observations."""
         env, model, data = self._env, self._model, self._data
+        arm, torso = self._actuators["right"], self._actuators["torso"]
         env.timestep += 1
         for substep in range(self._substeps):
             mujoco.mj_step1(model, data)
             if substep == 0:
-                # A copy: the base controller turns the command in place.
-                self._composite.set_goal(np.array(action, dtype=np.float64))
-            mujoco.mj_fullM(model, self._mass, data.qM)
-            self._composite.update_state()
-            self._apply("right", self._arm.torques(self._mass))
-            self._apply("torso", self._torso_torques())
-            if substep == 0:
-                for name, controller in self._constant:
-                    self._apply(name, controller.run_controller())
+                self._set_goals(action)
+            arm.apply(self._arm.torques())
+            torso.apply(self._torso.torques())
             mujoco.mj_step2(model, data)
             self._after(data)
         env.cur_time += env.control_timestep
         env._post_action(action)
 
-    def _apply(self, name: str, command: Floats) -> None:
-        self._data.ctrl[self._ctrl[name]] = np.clip(command, self._low[name], self._high[name])
+    def _set_goals(self, action: Floats) -> None:
+        self._arm.refresh()
+        self._torso.refresh()
+        # A copy: the base controller turns the command in place.
+        self._composite.set_goal(np.array(action, dtype=np.float64))
+        for name, controller in self._constant:
+            self._actuators[name].apply(controller.run_controller())
 
-    def _torso_torques(self) -> Floats:
-        torso = self._torso
-        torso.joint_pos = self._data.qpos[torso.qpos_index]
-        torso.joint_vel = self._data.qvel[torso.qvel_index]
-        torso.mass_matrix = self._mass[torso.qvel_index, :][:, torso.qvel_index]
-        torso.new_update = False
-        torques: Floats = torso.run_controller()
-        return torques
+
+class _Actuators:
+    """The actuators of one part, which take commands within their range."""
+
+    def __init__(self, model: Any, data: Any, index: Any) -> None:
+        self._index, self._ctrl = np.array(index), data.ctrl
+        self._low, self._high = model.actuator_ctrlrange[self._index].T.copy()
+
+    def apply(self, command: Floats) -> None:
+        self._ctrl[self._index] = np.minimum(np.maximum(command, self._low), self._high)
+
+
+class _Torso:
+    """The torso's position control, for its one joint."""
+
+    def __init__(self, sim: Any, controller: Any) -> None:
+        data = sim.data._data
+        self._controller = controller
+        (self._dof,), (self._address,) = controller.qvel_index, controller.qpos_index
+        self._qpos, self._qvel, self._bias = data.qpos, data.qvel, data.qfrc_bias
+        self._inertia, self._where = data.qM, _mass_index(sim.model._model, [self._dof]).item()
+
+    def refresh(self) -> None:
+        """Let the controller set its next goal from the current state, without its own reading."""
+        c = self._controller
+        c.joint_pos, c.joint_vel = self._qpos[[self._address]], self._qvel[[self._dof]]
+        c.new_update = False
+
+    def torques(self) -> Floats:
+        """Torque (1,)."""
+        c = self._controller
+        error = c.goal_qpos - self._qpos[self._address]
+        wanted = error * c.kp - self._qvel[self._dof] * c.kd
+        return np.asarray(self._inertia[self._where] * wanted + self._bias[self._dof])
 
 
 class _Arm:
@@ -82,83 +110,111 @@ class _Arm:
 
     def __init__(self, sim: Any, controller: Any) -> None:
         self._model, self._data = sim.model._model, sim.data._data
+        data = self._data
         self._controller = controller
-        self._dofs = controller.qvel_index
+        self._dofs, self._joints = np.array(controller.qvel_index), np.array(controller.qpos_index)
         self._site = self._model.site(controller.ref_name).id
         centre = f"{controller.naming_prefix}{controller.part_name}_center"
         self._centre = self._model.site(centre).id
+        self._position, self._frame = data.site_xpos[self._site], _frame(data, self._site)
+        self._origin = data.site_xpos[self._centre], _frame(data, self._centre)
+        self._qpos, self._qvel = data.qpos, data.qvel
+        self._inertia, self._where = data.qM, _mass_index(self._model, self._dofs)
         shape = (3, self._model.nv)
         self._jac = [np.zeros(shape) for _ in range(4)]
+        self._jacobian = np.zeros((6, len(self._dofs)))
         self._halves = np.zeros((2, 3, 3))
+        self._error, self._velocity, self._wrench = np.zeros(6), np.zeros(6), np.zeros(6)
+        self._eye = np.eye(len(self._dofs))
+        self._stiffness = 10
+        self._damping = np.sqrt(self._stiffness) * 2
 
-    def torques(self, mass: Floats) -> Floats:
-        """Joint torques (7,), given the full mass matrix (nv, nv)."""
-        c, data = self._controller, self._data
-        self._update(mass)
-        position_error = c.origin_pos + np.dot(c.origin_ori, c.goal_pos) - c.ref_pos
-        turn_error = _orientation_error(np.dot(c.origin_ori, c.goal_ori), c.ref_ori_mat)
-        jac_p, jac_r = self._jac[2:]
-        mujoco.mj_jacSite(self._model, data, jac_p, jac_r, self._centre)
-        velocity_error = -(c.ref_pos_vel - np.dot(jac_p, data.qvel))
-        spin_error = -(c.ref_ori_vel - np.dot(jac_r, data.qvel))
-        force = np.multiply(position_error, c.kp[0:3]) + np.multiply(velocity_error, c.kd[0:3])
-        torque = np.multiply(turn_error, c.kp[3:6]) + np.multiply(spin_error, c.kd[3:6])
-        full, position, orientation, mass_inv = self._inertias()
-        wrench = np.concatenate([np.dot(position, force), np.dot(orientation, torque)])
-        result = np.dot(c.J_full.T, wrench) + data.qfrc_bias[self._dofs]
-        result += self._posture(full, mass_inv)
-        # The next goal is set from a fresh reading, as after the controller's own run.
-        c.new_update = True
-        return np.asarray(result, np.float64)
-
-    def _update(self, mass: Floats) -> None:
-        c, data = self._controller, self._data
-        jac_p, jac_r = self._jac[:2]
-        mujoco.mj_jacSite(self._model, data, jac_p, jac_r, self._site)
-        c.ref_pos[:] = data.site_xpos[self._site]
-        c.ref_ori_mat[:, :] = data.site_xmat[self._site].reshape(3, 3)
-        c.ref_pos_vel[:] = np.dot(jac_p, data.qvel)
-        c.ref_ori_vel[:] = np.dot(jac_r, data.qvel)
-        c.J_pos[:, :] = jac_p[:, self._dofs]
-        c.J_ori[:, :] = jac_r[:, self._dofs]
-        c.J_full[:3, :], c.J_full[3:, :] = c.J_pos, c.J_ori
-        c.joint_pos = data.qpos[c.qpos_index]
-        c.joint_vel = data.qvel[self._dofs]
-        c.mass_matrix = mass[self._dofs, :][:, self._dofs]
-
-    def _inertias(self) -> tuple[Floats, Floats, Floats, Floats]:
+    def refresh(self) -> None:
+        """Let the controller set its next goal from the current state, without its own reading."""
         c = self._controller
-        mass_inv = np.linalg.inv(c.mass_matrix)
-        full = np.dot(np.dot(c.J_full, mass_inv), c.J_full.transpose())
-        np.dot(np.dot(c.J_pos, mass_inv), c.J_pos.transpose(), out=self._halves[0])
-        np.dot(np.dot(c.J_ori, mass_inv), c.J_ori.transpose(), out=self._halves[1])
-        position, orientation = _pinv(self._halves)
-        return _pinv(full), position, orientation, mass_inv
+        c.ref_pos[:], c.ref_ori_mat[:] = self._position, self._frame
+        c.new_update = False
 
-    def _posture(self, full: Floats, mass_inv: Floats) -> Floats:
-        """Torques that pull the redundant joint home without moving the end effector."""
+    def torques(self) -> Floats:
+        """Joint torques (7,)."""
         c = self._controller
-        weighted = np.dot(mass_inv, c.J_full.transpose()).dot(full)
-        null = np.eye(len(self._dofs)) - np.dot(weighted, c.J_full)
-        stiffness = 10
-        damping = np.sqrt(stiffness) * 2
-        pull = stiffness * (c.initial_joint - c.joint_pos) - damping * c.joint_vel
-        return np.asarray(np.dot(null.transpose(), np.dot(c.mass_matrix, pull)))
+        origin, turn = self._origin[0].copy(), self._origin[1].copy()
+        # The next goal is set relative to where the arm's base was at the last substep.
+        c.update_origin(origin, turn)
+        error = self._error
+        np.subtract(origin + np.dot(turn, c.goal_pos), self._position, out=error[:3])
+        error[3:] = _orientation_error(np.dot(turn, c.goal_ori), self._frame)
+        force = error * c.kp - self._relative_velocity() * c.kd
+        jac, wrench = self._jacobian, self._wrench
+        # Fortran's order, as robosuite's indexing leaves it: the matrix is symmetric.
+        mass = self._inertia[self._where].T
+        full, halves, mass_inv = self._inertias(mass)
+        np.dot(halves[0], force[:3], out=wrench[:3])
+        np.dot(halves[1], force[3:], out=wrench[3:])
+        result: Floats = np.dot(jac.T, wrench) + self._data.qfrc_bias[self._dofs]
+        # Pull the redundant joint home without moving the end effector.
+        weighted = np.dot(mass_inv, jac.T).dot(full)
+        null = self._eye - np.dot(weighted, jac)
+        away = c.initial_joint - self._qpos[self._joints]
+        pull = self._stiffness * away - self._damping * self._qvel[self._dofs]
+        result += np.dot(null.T, np.dot(mass, pull))
+        return result
+
+    def _relative_velocity(self) -> Floats:
+        """Twist of the end effector relative to the arm's base (6,); fills the Jacobian."""
+        model, data, qvel, twist = self._model, self._data, self._qvel, self._velocity
+        jac_p, jac_r, base_p, base_r = self._jac
+        mujoco.mj_jacSite(model, data, jac_p, jac_r, self._site)
+        mujoco.mj_jacSite(model, data, base_p, base_r, self._centre)
+        self._jacobian[:3], self._jacobian[3:] = jac_p[:, self._dofs], jac_r[:, self._dofs]
+        np.subtract(np.dot(jac_p, qvel), np.dot(base_p, qvel), out=twist[:3])
+        np.subtract(np.dot(jac_r, qvel), np.dot(base_r, qvel), out=twist[3:])
+        return twist
+
+    def _inertias(self, mass: Floats) -> tuple[Floats, Floats, Floats]:
+        """Of the end effector: in full (6, 6), of position and orientation (2, 3, 3)."""
+        jac, halves = self._jacobian, self._halves
+        mass_inv = np.linalg.inv(mass)
+        full = np.dot(np.dot(jac, mass_inv), jac.T)
+        for half, rows in zip(halves, (jac[:3], jac[3:]), strict=True):
+            np.dot(np.dot(rows, mass_inv), rows.T, out=half)
+        return _pinv(full), _pinv(halves), mass_inv
+
+
+def _frame(data: Any, site: int) -> Floats:
+    """A live view of a site's rotation matrix (3, 3)."""
+    view: Floats = data.site_xmat[site].reshape(3, 3)
+    return view
+
+
+def _mass_index(model: Any, dofs: Any) -> NDArray[np.intp]:
+    """Where in MuJoCo's sparse mass matrix the entries of some connected dofs are (K, K)."""
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, full, np.arange(1.0, model.nM + 1.0))
+    return full[np.ix_(dofs, dofs)].astype(np.intp) - 1
 
 
 def _pinv(matrices: Floats) -> Floats:
     """What ``np.linalg.pinv`` computes for real matrices (..., K, K), without its wrappers."""
     u, s, vt = np.linalg.svd(matrices, full_matrices=False)
-    large = s > 1e-15 * s.max(axis=-1, keepdims=True)
-    s = np.divide(1, s, where=large, out=s)
-    s[~large] = 0
-    scaled = np.multiply(s[..., np.newaxis], u.swapaxes(-1, -2))
+    # The first singular value is the largest.
+    large = s > 1e-15 * s[..., :1]
+    if large.all():
+        s = 1 / s
+    else:
+        s = np.divide(1, s, where=large, out=s)
+        s[~large] = 0
+    scaled = s[..., np.newaxis] * u.swapaxes(-1, -2)
     return np.asarray(np.matmul(vt.swapaxes(-1, -2), scaled))
 
 
-def _orientation_error(desired: Floats, current: Floats) -> Floats:
-    """Half the sum of the cross products of the frames' axes (3,)."""
-    (rx, ry, rz), (dx, dy, dz) = current[:, :3], desired[:, :3]
+def _orientation_error(desired: Floats, current: Floats) -> tuple[float, float, float]:
+    """Half the sum of the cross products of the frames' axes."""
     # Row k of a rotation matrix holds coordinate k of its three axes.
-    x, y, z = ry * dz - rz * dy, rz * dx - rx * dz, rx * dy - ry * dx
-    return 0.5 * np.array((x[0] + x[1] + x[2], y[0] + y[1] + y[2], z[0] + z[1] + z[2]))
+    (rx, sx, tx), (ry, sy, ty), (rz, sz, tz) = current.tolist()
+    (dx, ex, fx), (dy, ey, fy), (dz, ez, fz) = desired.tolist()
+    return (
+        0.5 * ((ry * dz - rz * dy) + (sy * ez - sz * ey) + (ty * fz - tz * fy)),
+        0.5 * ((rz * dx - rx * dz) + (sz * ex - sx * ez) + (tz * fx - tx * fz)),
+        0.5 * ((rx * dy - ry * dx) + (sx * ey - sy * ex) + (tx * fy - ty * fx)),
+    )
