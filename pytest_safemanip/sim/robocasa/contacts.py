@@ -34,32 +34,26 @@ class ContactSampler:
 
     def sample(self, data: Any) -> None:
         """Read the contacts of the substep that just ran."""
-        if data.ncon == 0:
-            self._samples.append(())
-            return
         contact = data.contact
-        pair = self._part[contact.geom]
-        keep = (pair >= 0).all(axis=1) & self._matters[pair[:, 0], pair[:, 1]]
-        address = contact.efc_address
-        keep &= address >= 0
-        rows = np.flatnonzero(keep)
-        if len(rows) == 0:
-            self._samples.append(())
-            return
-        # With elliptic cones the first constraint row of a contact is its normal force.
-        force = data.efc_force[address[rows]]
-        self._samples.append((pair[rows], force, contact.pos[rows], contact.frame[rows, :3]))
+        # Copies: the next substep overwrites them. What they mean waits until the step's end.
+        self._samples.append(
+            (
+                contact.geom.copy(),
+                contact.efc_address.copy(),
+                data.efc_force.copy(),
+                contact.pos.copy(),
+                contact.frame[:, :3].copy(),
+            )
+        )
 
     def take(self) -> Contacts:
         """The contacts of the control period; starts the next one."""
         samples, self._samples = self._samples, []
-        filled = [(i, s) for i, s in enumerate(samples) if s]
-        if not filled:
+        if not samples:
             return Contacts.empty()
-        sub = np.concatenate([np.full(len(s[0]), i) for i, s in filled])
-        pair, force, position, normal = (
-            np.concatenate(columns) for columns in zip(*(s for _, s in filled), strict=True)
-        )
+        sub, pair, force, position, normal = self._joined(samples)
+        if len(sub) == 0:
+            return Contacts.empty()
         order = pair[:, 0] <= pair[:, 1]
         low, high = np.where(order[:, None], pair, pair[:, ::-1]).T
         normal = np.where(order[:, None], normal, -normal)
@@ -82,6 +76,20 @@ class ContactSampler:
             position=position[rows].astype(np.float32),
             normal=normal[rows].astype(np.float32),
         )
+
+    def _joined(self, samples: list[tuple[NDArray[Any], ...]]) -> tuple[NDArray[Any], ...]:
+        """Substep, pair of parts, force, place and normal of each contact that matters."""
+        sub = np.repeat(np.arange(len(samples)), [len(s[0]) for s in samples])
+        geom, address, position, normal = (
+            np.concatenate([s[k] for s in samples]) for k in (0, 1, 3, 4)
+        )
+        pair = self._part[geom]
+        keep = (address >= 0) & (pair >= 0).all(axis=1) & self._matters[pair[:, 0], pair[:, 1]]
+        # With elliptic cones the first constraint row of a contact is its normal force.
+        offset = np.cumsum([0, *(len(s[2]) for s in samples[:-1])])
+        force = np.concatenate([s[2] for s in samples])
+        row = (address + offset[sub])[keep]
+        return sub[keep], pair[keep], force[row], position[keep], normal[keep]
 
 
 def _strongest(
