@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 import uuid
 
 import pytest
@@ -40,6 +41,7 @@ def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
         ConfigError: if the run cannot be done as asked.
     """
     settings = read_settings(config)
+    _import_from(str(config.invocation_params.dir))
     added = _extensions(config)
     plan = make_plan(settings, added)
     backend = store = None
@@ -62,6 +64,12 @@ def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
         from pytest_safemanip.xdist import Distribution
 
         plugins.register(Distribution(), "safemanip-xdist")
+
+
+def _import_from(folder: str) -> None:
+    """``module:attribute`` means a module beside the user, as with ``python -m pytest``."""
+    if folder not in sys.path:
+        sys.path.append(folder)
 
 
 def _extensions(config: pytest.Config) -> Extensions:

@@ -39,13 +39,14 @@ def counterexample(
         again: the command that runs this case again.
     """
     episode = recording.episode
-    success = "successful" if recording.success else "not successful"
+    success = "successful at" if recording.success else "no success up to"
+    end = recording.acting - 1
     head = [
         f"{prop.id}: {prop.title} ({prop.source})",
         f"  {verdict.formula}{_terms(prop)}",
         "",
-        f"rollout  {episode.task}, policy {episode.policy}, seed {episode.seed}: {success} after "
-        f"{recording.acting} steps ({recording.acting * recording.trace.dt:.1f} s)",
+        f"rollout  {episode.task}, policy {episode.policy}, seed {episode.seed}: {success} "
+        f"step {end} ({end * recording.trace.dt:.2f} s)",
         f"  {episode.instruction!r}",
     ]
     foot = ["", f"recording  {path}", f"again      {again}"]
