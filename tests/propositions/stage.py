@@ -1,0 +1,89 @@
+"""Small recordings on which propositions are looked at."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.definition import View
+from tests import toy
+
+CATALOGUE = Catalogue()
+BINDING = Binding(
+    objects=("mug", "apple"),
+    enclosures=("cabinet",),
+    mechanisms=("cabinet",),
+    placements=(("mug", "cabinet"), ("apple", "cabinet")),
+    touch=frozenset({("mug", "body"), ("apple", "body"), ("cabinet", "door")}),
+    supports={
+        "mug": frozenset({"counter", "cabinet"}),
+        "apple": frozenset({"counter", "cabinet"}),
+    },
+)
+UP = (0.0, 0.0, 1.0)
+
+
+def touch(steps, a, b, force=2.0, normal=UP):
+    """A contact at some steps."""
+    return [(step, a, b, force, normal) for step in steps]
+
+
+def grip(steps, name="mug", left=10.0, right=10.0):
+    """Both finger groups press on an object."""
+    return [
+        *touch(steps, "robot/finger_left", f"{name}/body", left, (1, 0, 0)),
+        *touch(steps, "robot/finger_right", f"{name}/body", right, (-1, 0, 0)),
+    ]
+
+
+def rest(steps, name="mug", on="counter/body"):
+    """An object lies on something."""
+    return touch(steps, on, f"{name}/body", 3.0)
+
+
+def film(length, *rows, scene=toy.SCENE, dt=toy.DT, tail=0, **changed):
+    """A recording with these contacts and arrays."""
+    found = sorted((row for group in rows for row in group), key=lambda row: row[0])
+    scene = dataclasses.replace(scene, control_period=dt)
+    return toy.recording(length, tail, scene, contacts=toy.contacts(*found), **changed)
+
+
+def look(recording, parameters=None, **binding):
+    """The recording as propositions see it."""
+    values = CATALOGUE.parameters(parameters or {})
+    return View(recording.trace, dataclasses.replace(BINDING, **binding), values, CATALOGUE)
+
+
+def true_at(values):
+    """The steps at which a proposition is true."""
+    return np.flatnonzero(values).tolist()
+
+
+def moved(name, places, length=None):
+    """Object poses: one object at these places (T, 3), the other one where it was."""
+    places = np.atleast_2d(np.asarray(places, float))
+    if length is not None:
+        places = np.repeat(places, length, axis=0)
+    poses = np.repeat(toy.at_rest().object_pose[None], len(places), axis=0)
+    poses[:, toy.SCENE.object_index[name], :3] = places
+    return poses
+
+
+def along(array, steps, column, value):
+    """A copy with one column changed at some steps."""
+    changed = array.copy()
+    changed[(np.asarray(steps, int), *np.atleast_1d(column))] = value
+    return changed
+
+
+def arrays(length):
+    """The steps of a recording in which nothing happens."""
+    return toy.recording(length).steps
+
+
+def turned(radians, axis=(1.0, 0.0, 0.0)):
+    """A quaternion."""
+    return (np.cos(radians / 2), *(np.sin(radians / 2) * np.asarray(axis)))

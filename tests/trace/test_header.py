@@ -1,0 +1,136 @@
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace.recording import Episode, check
+from pytest_safemanip.trace.scene import Body, Box, Entity, Part, Scene, Surface
+from tests import toy
+
+JSON = toy.episode().to_json()
+
+
+def test_an_episode_survives_as_json():
+    assert Episode.from_json(JSON) == toy.episode()
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"task": 3}, "episode: task must be a string"),
+        ({"instruction": None}, "episode: instruction must be a string"),
+        ({"assets": ["a"]}, "episode: assets must be a string"),
+        ({"seed": -1}, "episode: seed must be an integer from 0 up"),
+        ({"seed": True}, "episode: seed must be an integer from 0 up"),
+        ({"seed": 1.0}, "episode: seed must be an integer from 0 up"),
+        ({"horizon": "5"}, "episode: horizon must be an integer from 0 up"),
+        ({"versions": []}, "episode: versions must be a mapping to strings"),
+        ({"hashes": {"key": 1}}, "episode: hashes must be a mapping to strings"),
+        ({"policy": ""}, "episode: '' is no name of a policy"),
+        ({"policy": "a\nb"}, "episode: 'a\\nb' is no name of a policy"),
+        ({"policy": "../a b"}, "episode: '../a b' is no name of a policy"),
+        ({"extra": 1}, "episode: malformed description"),
+    ],
+)
+def test_a_bad_field_of_an_episode_is_refused_by_name(changed, message):
+    with pytest.raises(TraceError) as caught:
+        Episode.from_json({**JSON, **changed})
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("field", sorted(JSON))
+def test_a_missing_field_of_an_episode_is_refused_by_name(field):
+    rest = {name: value for name, value in JSON.items() if name != field}
+    with pytest.raises(TraceError, match=f"malformed description .*{field}"):
+        Episode.from_json(rest)
+
+
+def test_a_scene_survives_as_json():
+    assert Scene.from_json(toy.SCENE.to_json()) == toy.SCENE
+
+
+@pytest.mark.parametrize("field", [f.name for f in dataclasses.fields(Scene)])
+def test_a_missing_field_of_a_scene_is_refused_by_name(field):
+    rest = {name: value for name, value in toy.SCENE.to_json().items() if name != field}
+    with pytest.raises(TraceError, match=f"scene: malformed description .*{field}"):
+        Scene.from_json(rest)
+
+
+HINGE = toy.SCENE.joints[0]
+MUG = toy.SCENE.bodies[0]
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"control_period": 0.0}, "control_period must be in (0, 10) s: 0.0"),
+        ({"control_period": -0.05}, "control_period must be in (0, 10) s: -0.05"),
+        ({"control_period": float("nan")}, "control_period must be in (0, 10) s: nan"),
+        ({"control_period": float("inf")}, "control_period must be in (0, 10) s: inf"),
+        (
+            {"entities": (*toy.SCENE.entities, Entity("mug", "fixture", "x"))},
+            "two entities have the same name",
+        ),
+        (
+            {"bodies": (Body("cup", (1, 1, 1), (0, 0, 0), (0, 0, 0), 1.0),)},
+            "bodies name an unknown entity 'cup'",
+        ),
+        ({"parts": (Part("cup", "body"),)}, "parts name an unknown entity 'cup'"),
+        (
+            {"parts": (Part("cabinet", "door", "cabinet/left"),)},
+            "parts name an unknown joint 'cabinet/left'",
+        ),
+        ({"boxes": (Box("cup", "x", "interior", (1, 1, 1)),)}, "boxes name an unknown entity"),
+        (
+            {"surfaces": (Surface("counter", "a/b", (1, 1, 1), (0, 0, 0, *toy.UPRIGHT)),)},
+            "surfaces name an unknown joint 'a/b'",
+        ),
+        ({"roles": {"obj": "cup"}}, "role 'obj' names an unknown entity 'cup'"),
+        (
+            {"bodies": (dataclasses.replace(MUG, half=(1.0, -0.1, 1.0)),)},
+            "bodies of 'mug': half is negative: (1.0, -0.1, 1.0)",
+        ),
+        (
+            {"bodies": (dataclasses.replace(MUG, com=(0.0, 0.0)),)},
+            "bodies of 'mug': com must be 3 finite numbers: (0.0, 0.0)",
+        ),
+        (
+            {"joints": (dataclasses.replace(HINGE, axis=(0.0, 0.0, 0.0)),)},
+            "joints of 'cabinet': axis is not of unit length",
+        ),
+        (
+            {"joints": (dataclasses.replace(HINGE, anchor=(0.0, 0.0, float("nan"))),)},
+            "joints of 'cabinet': anchor must be 3 finite numbers",
+        ),
+        (
+            {"surfaces": (Surface("counter", "", (1, 1, 1), (0, 0, 0, 1, 1, 0, 0)),)},
+            "surfaces of 'counter': pose is not of unit length: (1, 1, 0, 0)",
+        ),
+        ({"gripper_half": (0.1, 0.1)}, "gripper_half must be 3 finite numbers: (0.1, 0.1)"),
+    ],
+)
+def test_an_impossible_scene_is_refused_by_field_and_entity(changed, message):
+    scene = dataclasses.replace(toy.SCENE, **changed)
+    with pytest.raises(TraceError) as caught:
+        scene.checked()
+    assert str(caught.value).startswith("scene: ")
+    assert message in str(caught.value)
+    with pytest.raises(TraceError) as again:
+        check(toy.recording(scene=scene))
+    assert str(again.value) == str(caught.value)
+
+
+@pytest.mark.parametrize("mass", [-1.0, float("nan")])
+def test_an_impossible_mass_is_refused(mass):
+    scene = dataclasses.replace(toy.SCENE, bodies=(dataclasses.replace(MUG, mass=mass),))
+    with pytest.raises(TraceError, match="bodies of 'mug': mass"):
+        scene.checked()
+
+
+@pytest.mark.parametrize("travel", [0.0, -1.0, float("inf")])
+def test_an_impossible_range_of_a_joint_is_refused(travel):
+    scene = dataclasses.replace(toy.SCENE, joints=(dataclasses.replace(HINGE, travel=travel),))
+    with pytest.raises(TraceError, match="joints of 'cabinet': travel"):
+        scene.checked()
