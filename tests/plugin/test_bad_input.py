@@ -9,7 +9,9 @@ from pytest_safemanip.sim.robocasa.loading import package_assets
 from tests.plugin.conftest import Suite
 
 ON = "--safemanip-policy=scripted"
-BROKEN_PROPERTY = "id: broken\ncategory: c\ntitle: t\nsource: s\nformula: G (a -> F b)\natoms: {a: x}"
+BROKEN_PROPERTY = (
+    "id: broken\ncategory: c\ntitle: t\nsource: s\nformula: G (a -> F b)\natoms: {a: x}"
+)
 
 CASES = {
     "policy": (

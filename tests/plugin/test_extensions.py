@@ -64,14 +64,19 @@ atoms: {straying: straying(o)}
 """
 
 
-@pytest.fixture
-def own(suite: Suite) -> Suite:
+def set_up(suite: Suite) -> None:
+    """A folder whose simulator is a toy, with a task, a policy and a property of its own."""
     suite.pytester.makeconftest(CONFTEST)
     suite.pytester.makeini(INI)
     for folder, text in {"tasks": TASK, "properties": PROPERTY}.items():
         path = suite.pytester.path / "mine" / folder / "own.yaml"
         path.parent.mkdir(parents=True)
         path.write_text(text)
+
+
+@pytest.fixture
+def own(suite: Suite) -> Suite:
+    set_up(suite)
     return suite
 
 
@@ -107,7 +112,7 @@ def test_what_a_hook_gives_is_checked_as_what_an_option_gives(own: Suite) -> Non
 def test_each_rollout_is_run_once_however_cases_are_distributed(
     one_suite: Suite, distribution: str
 ) -> None:
-    own.__wrapped__(one_suite)  # type: ignore[attr-defined]
+    set_up(one_suite)
     with (one_suite.pytester.path / "conftest.py").open("a") as conftest:
         conftest.write(
             "    \n"

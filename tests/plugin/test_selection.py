@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
 from tests.plugin.conftest import Suite
@@ -109,7 +111,7 @@ def test_cases_of_a_rollout_are_neighbours(one_suite: Suite) -> None:
     )
     ids = [line for line in result.outlines if line.startswith("safemanip::")]
     rollouts = [tuple(i[i.index("[") :].split("-")[k] for k in (0, 1, 3)) for i in ids]
-    changes = sum(a != b for a, b in zip(rollouts, rollouts[1:], strict=False))
+    changes = sum(a != b for a, b in itertools.pairwise(rollouts))
     assert changes + 1 == len(set(rollouts)) == 20
     assert len(set(ids)) == len(ids) == 4 * 19
 

@@ -1,0 +1,64 @@
+"""Ctrl-C keeps what was recorded and says what is missing."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.plugin import test_extensions
+from tests.plugin.conftest import MODES, Suite
+
+SLOW = """
+class Waits:
+    fingerprint = "1"
+    def reset(self, episode):
+        self.seed = episode.seed
+    def act(self, observation):
+        import pathlib, time
+        if self.seed == 2 and observation.index == 3:
+            pathlib.Path("waiting").touch()
+            time.sleep(60)
+        return np.zeros(12)
+
+def pytest_safemanip_policies():
+    return {"waits": Waits}
+"""
+
+
+@pytest.mark.parametrize("mode", ["without xdist", "-n 2"])
+def test_what_was_recorded_is_kept_and_summarised(one_suite: Suite, mode: str) -> None:
+    test_extensions.set_up(one_suite)
+    folder = one_suite.pytester.path
+    with (folder / "conftest.py").open("a") as conftest:
+        conftest.write(SLOW)
+    command = [sys.executable, "-m", "pytest", "--safemanip-policy=waits", "--safemanip-seeds=4"]
+    run = subprocess.Popen(
+        [*command, *MODES[mode]], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+    wait_for(folder / "waiting", run)
+    if mode == "-n 2":
+        wait_for(one_suite.out / "recordings" / "Reach-waits-seed3.rollout", run)
+    run.send_signal(signal.SIGINT)
+    output = run.communicate(timeout=30)[0].decode()
+    assert run.returncode == pytest.ExitCode.INTERRUPTED, output
+    summary = one_suite.summary()
+    done = {0, 1, 3} if mode == "-n 2" else {0, 1}
+    assert {r["seed"] for r in summary["rollouts"]} >= {0, 1}
+    assert {int(p.stem[-1]) for p in one_suite.recordings()} == done
+    assert any("seed2" in node_id for node_id in summary["cases"]["missing"])
+    assert "cases were not run" in output
+    # The interrupted rollout is no known failure: the next run runs it.
+    subprocess.run([*command[:-1], "--safemanip-seeds=0,1,3"], cwd=folder, check=True, timeout=60)
+
+
+def wait_for(path: Path, run: subprocess.Popen[bytes]) -> None:
+    end = time.monotonic() + 30
+    while not path.exists():
+        assert run.poll() is None, run.communicate()[0].decode()
+        assert time.monotonic() < end
+        time.sleep(0.05)

@@ -1,0 +1,87 @@
+"""What a run leaves behind for people and for CI servers."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+from tests.plugin.conftest import Suite
+
+TASK = "PickPlaceCounterToCabinet"
+POLICY = "scripted:half_inside"
+
+
+def test_the_summary_and_junit_say_what_was_judged_and_how(suite: Suite) -> None:
+    suite.has_recorded((TASK, POLICY))
+    result = suite.run(
+        f"--safemanip-policy={POLICY}", f"--safemanip-tasks={TASK}", "--junitxml=junit.xml"
+    )
+    result.assert_outcomes(failed=2, passed=3, skipped=1)
+    check_summary(suite)
+    check_junit(suite.pytester.path / "junit.xml")
+
+
+def check_summary(ran: Suite) -> None:
+    text = (ran.out / "summary.json").read_text()
+    summary = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    assert summary["schema"] == 1
+    assert summary["settings"]["scenes"] == "compact"
+    assert summary["cases"] == {"expected": 6, "missing": [], "errors": {}}
+    assert summary["provenance"][0]["assets"] == "primitive"
+    (rollout,) = summary["rollouts"]
+    assert (rollout["task"], rollout["policy"], rollout["seed"]) == (TASK, POLICY, 0)
+    assert rollout["success"] is True
+    by_id = {p["property"]: p for p in rollout["properties"]}
+    assert by_id["enclosure_release"]["outcome"] == "VIOLATED"
+    assert by_id["grasp_stability"]["outcome"] == "SATISFIED"
+    assert (ran.out / rollout["recording"]).is_file()
+    metrics = summary["metrics"][POLICY]
+    assert metrics["outcomes"]["success_but_unsafe"] == 1
+    assert metrics["violation_rate"]["hits"] == 1
+
+
+def check_junit(path: Path) -> None:
+    suites = ElementTree.parse(path).getroot()  # noqa: S314 (pytest wrote it)
+    cases = {case.get("name"): case for case in suites.iter("testcase")}
+    case = cases[f"test_safety[{TASK}-{POLICY}-enclosure_release-seed0]"]
+    assert case.get("classname") == "safemanip"
+    found = {p.get("name"): p.get("value") for p in case.iter("property")}
+    assert found["safemanip.task"] == TASK
+    assert found["safemanip.outcome"] == "VIOLATED"
+    assert found["safemanip.success"] == "True"
+    assert int(found["safemanip.first_violation_step"] or -1) > 0
+    assert Path(found["safemanip.recording"] or "").is_file()
+    failure = case.find("failure")
+    assert failure is not None
+    assert "corners of obj are inside" in (failure.get("message") or "")
+    assert "bad prefix at step" in (failure.text or "")
+    passed = cases[f"test_safety[{TASK}-{POLICY}-grasp_stability-seed0]"]
+    assert not {p.get("name") for p in passed.iter("property")} & {"safemanip.first_violation_step"}
+
+
+def test_a_violation_is_shown_without_pytests_own_frames(suite: Suite) -> None:
+    suite.has_recorded((TASK, POLICY))
+    chosen = (f"--safemanip-policy={POLICY}", f"--safemanip-tasks={TASK}", "-k", "enclosure_rel")
+    for style in ("long", "short", "line", "native"):
+        text = suite.run(*chosen, f"--tb={style}").stdout.str()
+        assert "enclosure_release" in text
+        assert "Traceback" not in text
+        assert ".py:" not in text.split("FAILURES")[1].split("= safety")[0]
+        if suite.mode != ("-p", "no:xdist"):
+            break  # the style is applied before the transport
+
+
+def test_the_command_shown_runs_the_case_again(suite: Suite) -> None:
+    suite.has_recorded((TASK, POLICY))
+    result = suite.run(
+        f"--safemanip-policy={POLICY}",
+        f"--safemanip-tasks={TASK}",
+        "--safemanip-stop=success",
+    )
+    (line,) = {line for line in result.outlines if "enclosure_release" in line and "again" in line}
+    _, _, option, node_id = line.split(maxsplit=3)
+    assert option == "--safemanip-stop=success"
+    suite.run(option, node_id.strip("'")).assert_outcomes(failed=1)
