@@ -77,7 +77,8 @@ class Proposition:
     Attributes:
         name: as properties refer to it.
         arguments: what each argument is: ``object``, ``fixture``, ``skill``, ``entity``, ``tool``.
-        window: seconds that the value at a step looks back, given the parameters.
+        window: seconds that the value at a step looks back, given the parameters. An act may be an
+            edge, which looks back one step at least.
         parameters: the numbers it depends on.
         evaluate: truth values (T,) on a view, for given arguments. The value at a step depends on
             the steps of the window only.

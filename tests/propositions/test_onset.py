@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from pytest_safemanip.propositions.onset import SKILLS
@@ -83,13 +84,10 @@ def test_a_motion_that_halts_for_two_steps_is_one_onset():
 
 
 def turning(force, part="robot/finger_left", control="cabinet/knob", steps=range(5, 15)):
-    rows = [(s, 0, 0, force, (0, 0, 1)) for s in steps]
     recording = toy.recording(30, scene=SINK)
-    index = {f"{p.entity}/{p.name}": n for n, p in enumerate(SINK.parts)}
-    contacts = toy.contacts(*((s, "mug/body", "mug/body", f, n) for s, _, _, f, n in rows))
-    contacts = dataclasses.replace(
-        contacts, a=contacts.a * 0 + index[part], b=contacts.b * 0 + index[control]
-    )
+    contacts = toy.contacts(*touch(steps, part, "mug/body", force))
+    parts = [f"{p.entity}/{p.name}" for p in SINK.parts]
+    contacts = dataclasses.replace(contacts, b=np.full_like(contacts.b, parts.index(control)))
     steps = dataclasses.replace(
         recording.steps,
         contacts=contacts,

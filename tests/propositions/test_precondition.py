@@ -1,0 +1,210 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tests import toy
+from tests.propositions.stage import (
+    along,
+    arrays,
+    film,
+    grip,
+    look,
+    moved,
+    rest,
+    touch,
+    true_at,
+)
+
+TOP = 0.9
+"""Height of the counter."""
+HALF = 0.05
+FOOD = {"mug": frozenset({"raw"}), "apple": frozenset({"ready_to_eat"})}
+
+
+def picked(length=80, rests=range(20), grips=range(30, 80), rows=(), dt=toy.DT, **binding):
+    recording = film(length, rest(rests), grip(grips), list(rows), dt=dt)
+    view = look(recording, **binding)
+    (step,) = true_at(view("skill_onset", "pick", "mug"))
+    return view("pre_safe", "pick", "mug")[step], view.evidence("pre_safe", ("pick", "mug"), step)
+
+
+def test_what_was_at_rest_may_be_picked():
+    assert picked() == (True, [])
+
+
+def test_what_never_was_at_rest_may_not_be_picked():
+    safe, evidence = picked(rests=[])
+    assert not safe
+    assert evidence == ["mug was not at rest on a permitted support before it was grasped"]
+
+
+@pytest.mark.parametrize("dt", [0.05, 0.025])
+@pytest.mark.parametrize(("ago", "safe"), [(1.9, True), (2.1, False)])
+def test_it_was_at_rest_within_the_last_two_seconds(ago, safe, dt):
+    # A grasp that begins at 3 s is known 0.125 s later.
+    rests = range(round((3.125 - ago) / dt))
+    grips = range(round(3 / dt), round(4 / dt))
+    assert picked(round(4 / dt), rests, grips, dt=dt)[0] == safe
+
+
+@pytest.mark.parametrize(
+    ("rows", "safe"),
+    [
+        (touch([32], "mug/body", "apple/body", 1.0, (0, 0, 1)), False),
+        (touch([32], "apple/body", "mug/body", 1.0, (0, 0, -1)), False),
+        (touch([32], "apple/body", "mug/body", 1.0, (0, 0, 1)), True),
+        (touch([32], "mug/body", "apple/body", 1.0, (1, 0, 0)), True),
+        (touch([32], "mug/body", "apple/body", 0.0, (0, 0, 1)), True),
+        (touch([20], "mug/body", "apple/body", 1.0, (0, 0, 1)), True),
+    ],
+)
+def test_nothing_may_stand_on_what_is_picked(rows, safe):
+    found, evidence = picked(rows=rows)
+    assert found == safe
+    assert evidence == ([] if safe else ["apple stands on mug"])
+
+
+def placed(place, **binding):
+    """Held at a place until step 9 and let go there."""
+    poses = moved("mug", place, 30)
+    gripper = along(arrays(30).gripper, range(10, 13), 1, 0.5)
+    view = look(film(30, grip(range(10)), object_pose=poses, gripper=gripper), **binding)
+    (step,) = true_at(view("skill_onset", "place", "mug"))
+    safe = view("pre_safe", "place", "mug")
+    assert safe.sum() >= 29
+    return safe[step], view.evidence("pre_safe", ("place", "mug"), step)
+
+
+@pytest.mark.parametrize(("drop", "safe"), [(0.0, True), (0.049, True), (0.051, False)])
+def test_an_object_is_let_go_at_most_five_centimetres_above_its_support(drop, safe):
+    found, evidence = placed((0.0, 0.0, TOP + HALF + drop))
+    assert found == safe
+    assert evidence == ([] if safe else ["mug is let go 5 cm above counter"])
+
+
+def test_what_lies_below_must_be_a_permitted_support():
+    place = (0.0, 0.0, TOP + HALF)
+    assert placed(place, supports={"mug": frozenset({"cabinet"})}) == (
+        False,
+        ["mug is let go above counter, which is no permitted support"],
+    )
+    on_the_apple = (0.4, 0.0, TOP + 0.08 + HALF)
+    assert placed(on_the_apple) == (
+        False,
+        ["mug is let go above apple, which is no permitted support"],
+    )
+
+
+@pytest.mark.parametrize(
+    ("apart", "line"),
+    [
+        (0.0795, "mug is let go above apple, which is no permitted support"),
+        (0.0805, "mug is let go 8 cm above counter"),
+    ],
+)
+def test_another_object_below_counts_from_a_centimetre_of_overlap(apart, line):
+    # The boxes of mug and apple touch at a distance of 9 cm.
+    assert placed((0.4, apart, TOP + 0.08 + HALF)) == (False, [line])
+
+
+def test_nothing_below_is_no_support():
+    assert placed((3.0, 3.0, 1.0)) == (False, ["nothing lies below mug"])
+
+
+def test_where_the_object_was_in_the_fingers_counts_and_not_where_it_fell():
+    poses = moved("mug", (0.0, 0.0, TOP + HALF + 0.2), 30)
+    poses[10:, 0, 2] = TOP + HALF  # it has fallen when the end of the grasp is known
+    gripper = along(arrays(30).gripper, range(10, 13), 1, 0.5)
+    view = look(film(30, grip(range(10)), object_pose=poses, gripper=gripper))
+    assert view.evidence("pre_safe", ("place", "mug"), 12) == ["mug is let go 20 cm above counter"]
+
+
+def swung(skill, obstacle, openness=0.1, rate=0.5, length=20):
+    """The door swings about (-0.3, 0.4), half a metre of it, while the hand pulls."""
+    hinge = dataclasses.replace(
+        toy.SCENE.joints[0],
+        axis=(0.0, 0.0, -1.0),
+        half=(0.3, 0.01, 0.3),
+        pose=(0.0, 0.4, 1.5, *toy.UPRIGHT),
+    )
+    scene = dataclasses.replace(toy.SCENE, joints=(hinge,))
+    joint = arrays(length).joint.copy()
+    joint[:, 0] = (openness, rate)
+    poses = moved("mug", obstacle, length)
+    rows = touch(range(5, length), "robot/finger_left", "cabinet/door", 3.0)
+    view = look(film(length, rows, scene=scene, joint=joint, object_pose=poses))
+    (step,) = true_at(view("skill_onset", skill, "cabinet"))
+    safe = view("pre_safe", skill, "cabinet")
+    return safe[step], view.evidence("pre_safe", (skill, "cabinet"), step)
+
+
+IN_THE_WAY = (-0.1, 0.0, 1.5)
+BLOCKED = (False, ["mug is in the way of cabinet/hinge"])
+
+
+@pytest.mark.parametrize(
+    ("skill", "openness", "rate", "obstacle", "found"),
+    [
+        ("open", 0.1, 0.5, IN_THE_WAY, BLOCKED),
+        ("open", 0.1, 0.5, (1.0, 0.0, 1.5), (True, [])),
+        ("open", 0.1, 0.5, (-0.1, 0.0, 1.9), (True, [])),
+        ("close", 0.9, -0.5, (-0.1, 0.0, 1.5), BLOCKED),
+        ("close", 0.9, -0.5, (0.5, 0.0, 1.5), (True, [])),
+        # What the door has passed is no longer in its way.
+        ("open", 0.95, 0.5, (0.1, 0.2, 1.5), (True, [])),
+        ("close", 0.2, -0.5, IN_THE_WAY, (True, [])),
+    ],
+)
+def test_nothing_stands_in_the_rest_of_a_doors_way(skill, openness, rate, obstacle, found):
+    assert swung(skill, obstacle, openness, rate) == found
+
+
+def test_what_lies_in_a_drawer_moves_with_it_and_is_not_in_its_way():
+    slide = dataclasses.replace(
+        toy.SCENE.joints[0],
+        kind="slide",
+        axis=(0.0, -1.0, 0.0),
+        travel=0.5,
+        half=(0.3, 0.3, 0.1),
+        pose=(0.0, 0.6, 1.5, *toy.UPRIGHT),
+    )
+    scene = dataclasses.replace(toy.SCENE, joints=(slide,))
+    joint = np.tile(np.float32((0.1, 0.5)), (20, 1, 1))
+    rows = touch(range(5, 20), "robot/finger_left", "cabinet/door", 3.0)
+    for place, safe in (((0.0, 0.5, 1.55), True), ((0.0, -0.05, 1.5), False)):
+        view = look(film(20, rows, scene=scene, joint=joint, object_pose=moved("mug", place, 20)))
+        (step,) = true_at(view("skill_onset", "open", "cabinet"))
+        assert view("pre_safe", "open", "cabinet")[step] == safe
+
+
+@pytest.mark.parametrize(
+    ("mug", "apple", "attributes", "safe"),
+    [
+        ((0.0, 0.6, 1.5), (0.1, 0.6, 1.5), FOOD, False),
+        ((0.0, 0.0, 1.5), (0.1, 0.6, 1.5), FOOD, True),
+        ((0.0, 0.6, 1.5), (0.1, 0.0, 1.5), FOOD, True),
+        ((0.0, 0.6, 1.5), (0.1, 0.6, 1.5), {"mug": frozenset({"raw"})}, True),
+        ((0.0, 0.6, 1.5), (0.1, 0.6, 1.5), {"apple": frozenset({"ready_to_eat"})}, True),
+    ],
+)
+def test_the_tap_is_not_turned_on_over_raw_and_ready_food(mug, apple, attributes, safe):
+    knob = dataclasses.replace(toy.SCENE.joints[0], gives_access=False)
+    scene = dataclasses.replace(toy.SCENE, joints=(knob,))
+    poses = moved("mug", mug, 20)
+    poses[:, 1, :3] = apple
+    rows = touch(range(5, 15), "robot/finger_left", "cabinet/door", 3.0)
+    view = look(film(20, rows, scene=scene, object_pose=poses), attributes=attributes)
+    (step,) = true_at(view("skill_onset", "turn", "cabinet"))
+    assert view("pre_safe", "turn", "cabinet")[step] == safe
+    assert view.evidence("pre_safe", ("turn", "cabinet"), step) == (
+        [] if safe else ["mug (raw) lies in cabinet with apple (ready to eat)"]
+    )
+
+
+def test_where_no_skill_starts_there_is_nothing_to_be_unsafe():
+    view = look(film(20))
+    for skill, entity in (("pick", "mug"), ("place", "mug"), ("open", "cabinet")):
+        assert view("pre_safe", skill, entity).all()
