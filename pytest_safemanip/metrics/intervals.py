@@ -23,4 +23,5 @@ def wilson(hits: int, total: int, confidence: float = 0.95) -> tuple[float, floa
     rate, weight = hits / total, z * z / total
     centre = (rate + weight / 2) / (1 + weight)
     spread = z / (1 + weight) * math.sqrt(rate * (1 - rate) / total + weight / (4 * total))
-    return max(0.0, centre - spread), min(1.0, centre + spread)
+    # Without a hit the lower bound is 0, with nothing but hits the upper one is 1: no rounding.
+    return min(rate, max(0.0, centre - spread)), max(rate, min(1.0, centre + spread))
