@@ -73,13 +73,11 @@ def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = 
     info = EpisodeInfo(job.task, job.request.seed, start.instruction, horizon, start.scene)
     steps, actions = [start.step], [np.zeros(ACTION_SIZE)]
     for action in _actions(policy, info, steps):
-        if len(steps) > horizon:
-            break
         steps.append(backend.step(action))
         actions.append(action)
         if progress:
             progress(len(steps) - 1, horizon)
-        if steps[-1].success and job.protocol.stop == "success":
+        if len(steps) > horizon or (steps[-1].success and job.protocol.stop == "success"):
             break
     acting = len(steps)
     for action in _settling(actions, steps, start):
