@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.settings import parse_params, parse_seeds, read_settings
+
+
+@pytest.mark.parametrize(
+    ("text", "seeds"),
+    [
+        ("1", (0,)),
+        ("3", (0, 1, 2)),
+        ("5:8", (5, 6, 7)),
+        ("0:1", (0,)),
+        ("4,", None),
+        ("7,2,7,5", (7, 2, 5)),
+        (" 2 ", (0, 1)),
+        ("3, 1", (3, 1)),
+    ],
+)
+def test_seeds_are_a_number_a_range_or_a_list(text, seeds):
+    if seeds is None:
+        with pytest.raises(ConfigError):
+            parse_seeds(text)
+    else:
+        assert parse_seeds(text) == seeds
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "0", "-1", "a", "1.5", "3:3", "5:2", "-2:2", "1:2:3", ":", ":4", "1:", "0,-1", ",", "0-4"],
+)
+def test_what_means_no_seed_is_refused_with_what_was_expected(text):
+    with pytest.raises(ConfigError) as caught:
+        parse_seeds(text)
+    assert str(caught.value) == (
+        f"--safemanip-seeds: expected N, A:B or A,B,C with seeds from 0 up, found {text!r}"
+    )
+
+
+@given(st.lists(st.integers(0, 1000), min_size=2, unique=True))
+def test_a_list_of_seeds_keeps_its_order(seeds):
+    assert parse_seeds(",".join(map(str, seeds))) == tuple(seeds)
+
+
+def test_parameters_are_names_and_numbers():
+    assert parse_params(["settled.speed=0.05", " collision.force = 1e1"]) == {
+        "settled.speed": 0.05,
+        "collision.force": 10.0,
+    }
+    assert parse_params([]) == {}
+
+
+@pytest.mark.parametrize("item", ["settled.speed", "settled.speed=", "settled.speed=fast", "a=1=2"])
+def test_a_parameter_without_a_number_is_refused(item):
+    with pytest.raises(ConfigError) as caught:
+        parse_params([item])
+    assert str(caught.value) == (
+        f"--safemanip-params: expected NAME=VALUE with a number, found {item!r}"
+    )
+
+
+@pytest.fixture
+def read(pytester):
+    return lambda *arguments: read_settings(pytester.parseconfig(*arguments))
+
+
+def test_without_options_everything_is_as_documented(read, pytester):
+    found = read()
+    assert (found.policies, found.tasks, found.properties) == ((), ("all",), ())
+    assert (found.seeds, found.recordings) == (None, None)
+    assert (found.backend, found.scenes, found.assets) == ("robocasa", "compact", "auto")
+    assert (found.semantics, found.stop, found.horizon_scale) == ("timed", "success", 1.0)
+    assert (found.violations, found.unresolved, found.vacuous) == ("fail", "skip", "skip")
+    assert found.out == pytester.path / ".safemanip"
+
+
+def test_lists_may_be_repeated_and_separated_by_commas(read):
+    found = read(
+        "--safemanip-policy=hold, random",
+        "--safemanip-policy=hold",
+        "--safemanip-tasks=OpenDrawer,,quick",
+        "--safemanip-params=settled.speed=0.1,collision.force=2",
+        "--safemanip-seeds=2:4",
+    )
+    assert found.policies == ("hold", "random")
+    assert found.tasks == ("OpenDrawer", "quick")
+    assert found.params == {"settled.speed": 0.1, "collision.force": 2.0}
+    assert found.seeds == (2, 3)
+
+
+def test_the_command_line_wins_over_the_ini_file(read, pytester):
+    pytester.makeini(
+        "[pytest]\nsafemanip_stop = horizon\nsafemanip_seeds = 2\nsafemanip_semantics = paper\n"
+        "safemanip_property_paths = own more\n"
+    )
+    found = read("--safemanip-seeds=5:6")
+    assert (found.seeds, found.stop, found.semantics) == ((5,), "horizon", "paper")
+    assert found.property_paths == (pytester.path / "own", pytester.path / "more")
+
+
+def test_a_value_of_the_ini_file_that_is_no_choice_is_refused_with_a_near_miss(read, pytester):
+    pytester.makeini("[pytest]\nsafemanip_stop = sucess\n")
+    with pytest.raises(
+        ConfigError, match=r"safemanip_stop in the ini file: .*'sucess'; did you mean 'success'\?"
+    ):
+        read()
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "x"])
+def test_the_factor_on_the_horizon_is_a_number_above_zero(read, text):
+    with pytest.raises(ConfigError, match="--safemanip-horizon-scale: expected a number above 0"):
+        read(f"--safemanip-horizon-scale={text}")
+
+
+def test_folders_are_those_of_the_place_where_pytest_was_called(read, pytester, monkeypatch):
+    monkeypatch.setenv("HOME", "/somebody")
+    assert read("--safemanip-out=runs").out == pytester.path / "runs"
+    assert str(read("--safemanip-out=/tmp/x").out) == "/tmp/x"  # noqa: S108
+    assert str(read("--safemanip-recordings=~/runs").recordings) == "/somebody/runs"
