@@ -66,7 +66,7 @@ class Reporting:
         """Show the metrics."""
         if not self._results.records:
             return
-        terminalreporter.section("safety")
+        terminalreporter.write_sep("=", "safety")
         for line in summary_lines(self._results):
             terminalreporter.write_line(line)
         terminalreporter.write_line("")
