@@ -1,0 +1,182 @@
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from pytest_safemanip.errors import ConfigError, TraceError
+from pytest_safemanip.spec.calls import RELATIONS
+from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.properties import load_properties
+from pytest_safemanip.spec.tasks import OBJECTS_FILE, load_task, load_tasks
+from tests import toy
+
+ROOT = Path(__file__).resolve().parents[2]
+SHIPPED = load_tasks([ROOT / "tasks"])
+PROPERTIES = load_properties([ROOT / "properties"])
+
+TEXT = """\
+task: PutAway
+sets: [quick, own]
+suite: storing
+horizon: short
+objects: [obj, other]
+enclosures: [cab]
+mechanisms: [cab]
+placements: [obj in cab]
+skills: [pick obj, open cab]
+open_at:
+  cab: 0.5
+touch:
+  obj: [body]
+  cab: [door, handle]
+supports:
+  obj: [counter, cab]
+upright: [obj]
+properties: [release_stability]
+compact:
+  object_groups:
+    obj: [mug, cup]
+"""
+CATEGORIES = {"mug": frozenset({"container"}), "apple": frozenset({"ready_to_eat"})}
+SCENE = dataclasses.replace(
+    toy.SCENE,
+    roles={"obj": "mug", "other": "apple", "cab": "cabinet", "counter": "counter"},
+)
+
+
+@pytest.fixture
+def written(tmp_path):
+    def written(old="", new="", name="task.yaml"):
+        assert old in TEXT
+        path = tmp_path / name
+        path.write_text(TEXT.replace(old, new) if old else TEXT)
+        return path
+
+    return written
+
+
+def test_a_task_is_read_as_written(written):
+    task = load_task(written())
+    assert (task.name, task.suite, task.horizon) == ("PutAway", "storing", "short")
+    assert (task.sets, task.properties) == (("quick", "own"), ("release_stability",))
+    assert task.placements == (("obj", "cab"),)
+    assert task.skills == (("pick", "obj"), ("open", "cab"))
+    assert task.open_at == {"cab": 0.5}
+    assert task.object_groups == {"obj": ("mug", "cup")}
+
+
+def test_the_binding_names_the_entities_that_play_the_roles(written):
+    binding = load_task(written()).bind(SCENE, CATEGORIES)
+    assert binding.objects == ("mug", "apple")
+    assert binding.enclosures == binding.mechanisms == ("cabinet",)
+    assert binding.placements == (("mug", "cabinet"),)
+    assert binding.skills == (("pick", "mug"), ("open", "cabinet"))
+    assert binding.open_at == {"cabinet": 0.5}
+    assert binding.touch == {("mug", "body"), ("cabinet", "door"), ("cabinet", "handle")}
+    assert binding.supports == {"mug": {"counter", "cabinet"}}
+    assert binding.upright == {"mug"}
+    assert binding.attributes == CATEGORIES
+
+
+@pytest.mark.parametrize(
+    ("relation", "number"),
+    [(None, 1), ("objects", 2), ("enclosures", 1), ("placements", 1), ("skills", 2), ("tools", 0)],
+)
+def test_a_task_knows_how_many_instances_a_property_has_in_it(written, relation, number):
+    task = load_task(written())
+    assert task.instances(relation) == number
+    if relation:
+        assert len(task.bind(SCENE, CATEGORIES).relation(relation)) == number
+
+
+def test_a_role_that_nobody_plays_is_named_with_file_and_near_miss(written):
+    path = written("upright: [obj]", "upright: [obk]")
+    with pytest.raises(TraceError) as caught:
+        load_task(path).bind(SCENE, CATEGORIES)
+    assert str(caught.value) == f"{path}: the scene has no role 'obk'; did you mean 'obj'?"
+
+
+def test_a_category_without_attributes_is_an_error(written):
+    with pytest.raises(TraceError, match=r"category 'apple' has no row in objects\.yaml"):
+        load_task(written()).bind(SCENE, {"mug": frozenset()})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ("task: PutAway", "task: Put-Away", 1, "'task': expected letters, digits and '_'"),
+        ("task: PutAway", "task: ''", 1, "'task': expected text"),
+        ("suite: storing\n", "", 1, "key 'suite' is missing"),
+        ("horizon: short", "horizons: short", 4, "'horizons'; did you mean 'horizon'?"),
+        ("sets: [quick, own]", "sets: quick", 2, "'sets': expected a list, found 'quick'"),
+        ("obj in cab", "obj on cab", 8, "expected 'OBJECT in ENCLOSURE', found 'obj on cab'"),
+        ("obj in cab", "obk in cab", 8, "expected 'OBJECT in ENCLOSURE', found 'obk in cab'"),
+        ("obj in cab", "obj in box", 8, "expected 'OBJECT in ENCLOSURE', found 'obj in box'"),
+        ("pick obj", "pik obj", 9, "found 'pik obj'; did you mean 'pick'?"),
+        ("pick obj", "pick", 9, "expected 'SKILL ROLE', found 'pick'"),
+        ("cab: 0.5", "cab: -0.5", 11, "'open_at.cab': expected a positive number"),
+        ("cab: 0.5", "cab: wide", 11, "'open_at.cab': expected a positive number, found 'wide'"),
+        ("obj: [body]", "obj: body", 13, "'touch.obj': expected a list"),
+        ("  object_groups:", "  groups:", 20, "'compact.groups'; did you mean"),
+    ],
+)
+def test_a_mistake_is_named_with_file_line_and_remedy(written, old, new, line, message):
+    path = written(old, new)
+    with pytest.raises(ConfigError) as caught:
+        load_task(path)
+    assert str(caught.value).startswith(f"{path}:{line}: ")
+    assert message in str(caught.value)
+
+
+def test_tasks_of_all_folders_are_read_once_and_the_objects_are_no_task(written, tmp_path):
+    written()
+    (tmp_path / OBJECTS_FILE).write_text("categories: {}\n")
+    assert list(load_tasks([tmp_path])) == ["PutAway"]
+    assert list(load_tasks([ROOT / "tasks", tmp_path])) == [*SHIPPED, "PutAway"]
+
+
+def test_two_tasks_of_one_name_are_refused_with_both_files(written, tmp_path):
+    one, other = written(name="a.yaml"), written(name="b.yaml")
+    with pytest.raises(ConfigError) as caught:
+        load_tasks([tmp_path])
+    assert str(caught.value) == f"task 'PutAway' is in {one} and {other}"
+
+
+def test_a_folder_that_does_not_exist_is_named(tmp_path):
+    with pytest.raises(ConfigError, match="missing: no such folder of tasks"):
+        load_tasks([tmp_path / "missing"])
+
+
+@pytest.mark.parametrize("task", SHIPPED.values(), ids=lambda t: t.name)
+def test_a_shipped_task_names_only_what_exists(task):
+    assert task.path.stem == task.name
+    for name in task.properties:
+        relation = PROPERTIES[name].relation
+        assert relation is None or relation in RELATIONS
+        assert task.instances(relation) > 0
+    assert {role for pair in task.placements for role in pair} <= {
+        *task.objects,
+        *task.enclosures,
+    }
+    assert set(task.supports) <= set(task.objects)
+    attributes = load_attributes(ROOT / "tasks" / OBJECTS_FILE)
+    for names in task.object_groups.values():
+        assert set(names) <= set(attributes)
+
+
+@pytest.mark.parametrize("name", ["OpenDrawer", "PickPlaceCounterToCabinet"])
+def test_a_shipped_task_binds_to_the_scene_of_its_episode(rollouts, name):
+    scene = rollouts.get(name).recording.scene
+    attributes = load_attributes(ROOT / "tasks" / OBJECTS_FILE)
+    binding = SHIPPED[name].bind(scene, attributes)
+    parts = {(part.entity, part.name) for part in scene.parts}
+    assert binding.touch
+    for entity in binding.mechanisms:
+        assert any(scene.joints[j].gives_access for j in scene.joints_of(entity))
+    for entity in binding.enclosures:
+        assert scene.boxes_of(entity, "interior")
+    for role, allowed in SHIPPED[name].touch.items():
+        # Not every handle has a part of its own, but something of it may be touched.
+        assert any((scene.roles[role], part) in parts for part in allowed)
