@@ -30,6 +30,7 @@ START_DEADLINE = 120.0
 RESET_DEADLINE = 600.0
 """Seconds for a reset: failed placements rebuild the whole scene, up to 50 times."""
 STEP_DEADLINE = 60.0
+CLOSE_DEADLINE = 5.0
 
 _BOOT = (
     "import json, sys; job = json.loads(sys.argv[1]); sys.path[:] = job['path']; "
@@ -105,7 +106,7 @@ class ProcessBackend:
         with contextlib.suppress(OSError):
             _pipe(process.stdin).close()
         try:
-            process.wait(timeout=5.0)
+            process.wait(timeout=CLOSE_DEADLINE)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
@@ -151,7 +152,9 @@ class ProcessBackend:
         if not ready:
             process.kill()
             self._died(doing)
-            raise RolloutError(f"the simulator did not answer within {deadline:.0f} s at {doing}")
+            raise RolloutError(
+                f"the simulator did not answer within {deadline:g} s at {doing}{self._tail()}"
+            )
         try:
             reply = wire.receive(stream)
         except wire.WireError:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_safemanip.sim.backend import Request
+from pytest_safemanip.sim.backend import Backend, Options, Request
 from pytest_safemanip.sim.robocasa import loading
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
+from pytest_safemanip.sim.robocasa.factory import create
 from pytest_safemanip.spec.tasks import load_tasks
 
 QUICK = (
@@ -30,6 +31,14 @@ def assets_root() -> Path:
     root = prepare_assets(loading.package_assets(), "primitive").root
     loading.load(root)
     return root
+
+
+@pytest.fixture(scope="session")
+def backend(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Backend]:
+    """RoboCasa in its own process, as rollouts have it."""
+    made = create(Options("primitive", tmp_path_factory.mktemp("logs")))
+    yield made
+    made.close()
 
 
 @pytest.fixture(scope="session")

@@ -61,8 +61,13 @@ def _supply_task_flags() -> None:
 
 def _lacks_deferred_load() -> bool:
     from robosuite.environments.base import MujocoEnv
+    from robosuite.environments.manipulation.manipulation_env import ManipulationEnv
 
-    return "load_model_on_init" not in inspect.signature(MujocoEnv.__init__).parameters
+    # Where robosuite has it, and where it is supplied.
+    return not any(
+        "load_model_on_init" in inspect.signature(owner.__init__).parameters
+        for owner in (MujocoEnv, ManipulationEnv)
+    )
 
 
 def _supply_deferred_load() -> None:

@@ -1,0 +1,105 @@
+"""RoboCasa on PyPI's robosuite: what is missing is supplied, and nothing else."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.sim.robocasa import compat, loading
+
+PARTLY_UP_TO_DATE = """
+from robosuite.models.tasks.task import Task
+from pytest_safemanip.sim.robocasa import compat
+
+original = Task.__init__
+
+def newer(self, *args, enable_multiccd=False, enable_sleeping_islands=False, **kwargs):
+    original(self, *args, **kwargs)
+
+Task.__init__ = newer
+print("task_flags" in compat.install(), Task.__init__ is newer)
+print(compat.install())
+"""
+FROM_A_CHECKOUT = """
+import sys
+from pathlib import Path
+from pytest_safemanip.sim.robocasa import loading
+from pytest_safemanip.sim.robocasa.assets import prepare_assets
+
+checkout = Path(sys.argv[1])
+sys.path.insert(0, str(checkout))
+package = loading.package_assets()
+print(package.is_relative_to(checkout))
+root = prepare_assets(package, "primitive").root
+loading.load(root)
+import robocasa
+from robocasa.environments.kitchen.kitchen import REGISTERED_KITCHEN_ENVS
+print(Path(robocasa.__file__).is_relative_to(checkout), "OpenDrawer" in REGISTERED_KITCHEN_ENVS)
+"""
+
+
+def run(code: str, *arguments: str) -> str:
+    path = f"import sys; sys.path.insert(0, {str(Path(__file__).parents[2])!r})\n"
+    return subprocess.run(
+        [sys.executable, "-c", path + code, *arguments],
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=300,
+    ).stdout
+
+
+@pytest.mark.usefixtures("assets_root")
+def test_after_robocasa_was_loaded_nothing_is_missing() -> None:
+    from robosuite.models.tasks.task import Task
+
+    supplied = Task.__init__
+    assert compat.install() == []
+    assert Task.__init__ is supplied
+
+
+def test_what_robosuite_has_itself_is_left_alone() -> None:
+    first, second = run(PARTLY_UP_TO_DATE).splitlines()
+    assert first == "False True"
+    assert second == "[]"
+
+
+def test_a_checkout_of_robocasa_serves_as_well(tmp_path: Path) -> None:
+    installed = loading.package_assets().parents[1]
+    (tmp_path / "robocasa").mkdir()
+    for entry in installed.iterdir():
+        (tmp_path / "robocasa" / entry.name).symlink_to(entry)
+    assert run(FROM_A_CHECKOUT, str(tmp_path)).split() == ["True", "True", "True"]
+
+
+def test_loading_again_with_other_assets_is_refused(assets_root: Path, tmp_path: Path) -> None:
+    loading.load(assets_root)
+    with pytest.raises(loading.ConfigError, match="fresh process"):
+        loading.load(tmp_path)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 90.0, 180.0])
+def test_forward_is_where_the_base_looks(make_kitchen: Callable[..., Any], degrees: float) -> None:
+    """After a quarter turn, robosuite's released controller would drive it backward."""
+    env = make_kitchen("OpenDrawer")
+    data = env.sim.data
+    joint = "mobilebase0_joint_mobile_yaw"
+    data.set_joint_qpos(joint, data.get_joint_qpos(joint) + np.radians(degrees))
+    # Into the middle of the room, so that it meets nothing.
+    data.set_joint_qpos("mobilebase0_joint_mobile_side", -1.0)
+    env.sim.forward()
+    start = np.array(data.get_body_xpos("mobilebase0_base"))
+    heading = np.array(data.get_site_xmat("mobilebase0_center"))[:, 0]
+    action = np.zeros(12)
+    action[7], action[11] = 1.0, 1.0
+    for _ in range(6):
+        env.step(action)
+    moved = np.array(data.get_body_xpos("mobilebase0_base")) - start
+    assert moved @ heading > 0.05
+    assert moved @ heading == pytest.approx(np.linalg.norm(moved), rel=0.05)

@@ -1,0 +1,255 @@
+"""The simulator's own process: it dies, hangs, prints and misses things, and the run goes on."""
+
+from __future__ import annotations
+
+import ast
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.errors import ConfigError, RolloutError
+from pytest_safemanip.sim import process
+from pytest_safemanip.sim.backend import Options, Provenance, Request
+from pytest_safemanip.sim.process import ProcessBackend
+from pytest_safemanip.sim.robocasa.factory import create
+from tests.sim import children
+
+STILL = np.zeros(12)
+Start = Callable[..., ProcessBackend]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    made = []
+
+    def start(factory: str = "simulator", **arguments: Any) -> ProcessBackend:
+        name = f"{children.__name__}:{factory}"
+        made.append(ProcessBackend(name, arguments, Provenance("toy", "none"), tmp_path / "logs"))
+        return made[-1]
+
+    yield start
+    for backend in made:
+        backend.close()
+
+
+def episode(seed: int = 0, task: str = "Task") -> Request:
+    return Request(task, seed, "compact")
+
+
+def log_in(error: pytest.ExceptionInfo[Any]) -> str:
+    """The content of the log file that a message names."""
+    word = next(w for w in str(error.value).split() if ".log" in w)
+    return Path(word.rstrip(";")).read_text()
+
+
+def is_alive(pid: int) -> bool:
+    """Whether a process still runs, zombies left out."""
+    stat = Path(f"/proc/{pid}/stat")
+    return stat.exists() and stat.read_text().rsplit(")", 1)[1].split()[0] != "Z"
+
+
+def test_steps_come_back_as_the_simulator_made_them(start: Start) -> None:
+    backend, local = start(), children.Simulator()
+    here, there = local.reset(episode(3)), backend.reset(episode(3))
+    assert there.scene == here.scene
+    assert np.array_equal(there.step.eef_pose, here.step.eef_pose)
+    assert (there.instruction, there.horizon) == (here.instruction, here.horizon)
+    assert there.fingerprint == here.fingerprint
+
+
+def test_a_killed_simulator_ends_the_rollout_and_the_next_one_starts_anew(start: Start) -> None:
+    backend = start()
+    backend.reset(episode())
+    backend.step(STILL)
+    first = backend.pid
+    assert first is not None
+    os.kill(first, signal.SIGKILL)
+    with pytest.raises(RolloutError, match=r"died at step 2 \(killed by SIGKILL\)") as caught:
+        backend.step(STILL)
+    assert "noise on standard error" in log_in(caught)
+    backend.reset(episode())
+    assert backend.pid not in (first, None)
+    assert np.isfinite(backend.step(STILL).eef_pose).all()
+
+
+def test_a_simulator_killed_while_it_steps_is_noticed_at_once(start: Start) -> None:
+    backend = start()
+    backend.reset(episode(children.HANGS_AT))
+    killer = subprocess.Popen(["/bin/sh", "-c", f"sleep 0.2; kill -KILL {backend.pid}"])
+    began = time.monotonic()
+    with pytest.raises(RolloutError, match=r"died at step 1 \(killed by SIGKILL\)"):
+        backend.step(STILL)
+    assert time.monotonic() - began < process.STEP_DEADLINE / 2
+    killer.wait()
+
+
+def test_a_simulator_that_exits_says_its_code_and_its_last_words(start: Start) -> None:
+    backend = start()
+    backend.reset(episode(children.DIES_AT))
+    with pytest.raises(RolloutError, match=r"exit code 7") as caught:
+        backend.step(STILL)
+    assert "last words" in str(caught.value)
+
+
+def test_a_simulator_that_hangs_is_ended_at_the_deadline(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(process, "STEP_DEADLINE", 0.3)
+    backend = start()
+    backend.reset(episode(children.HANGS_AT))
+    pid = backend.pid
+    with pytest.raises(RolloutError, match=r"did not answer within 0\.3 s at step 1") as caught:
+        backend.step(STILL)
+    assert pid is not None
+    assert not is_alive(pid)
+    assert "noise" in log_in(caught)
+    backend.reset(episode())
+    backend.step(STILL)
+
+
+def test_an_error_of_the_simulator_names_the_step_and_the_log(start: Start) -> None:
+    backend = start()
+    backend.reset(episode(children.FAILS_AT))
+    with pytest.raises(RolloutError, match="failed at step 1: ZeroDivisionError") as caught:
+        backend.step(STILL)
+    assert "Traceback" in log_in(caught)
+
+
+def test_a_wrong_request_is_the_users_to_mend(start: Start) -> None:
+    backend = start()
+    with pytest.raises(ConfigError, match="no task 'Missing'"):
+        backend.reset(episode(task="Missing"))
+    backend.reset(episode())
+
+
+def test_a_step_before_a_reset_is_refused(start: Start) -> None:
+    with pytest.raises(RolloutError, match="before reset"):
+        start().step(STILL)
+
+
+def test_what_is_missing_at_start_up_is_told_as_the_simulator_tells_it(start: Start) -> None:
+    with pytest.raises(ConfigError, match="install it with: pip install it"):
+        start("unusable").reset(episode())
+
+
+def test_a_start_up_that_hangs_is_an_error_of_the_configuration(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(process, "START_DEADLINE", 0.3)
+    with pytest.raises(ConfigError, match=r"did not answer within 0\.3 s at start-up"):
+        start("slow").reset(episode())
+
+
+@pytest.mark.parametrize("package", ["robocasa", "robosuite", "mujoco"])
+def test_a_missing_package_is_told_with_the_install_command(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, package: str
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(ConfigError, match=rf"{package} is not installed.*pip install") as caught:
+        create(Options("primitive", tmp_path))
+    assert "pytest-safemanip[robocasa]" in str(caught.value)
+
+
+def test_a_package_that_cannot_be_imported_is_told_with_the_install_command(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """RoboCasa is there, but something that it needs is not."""
+    broken = tmp_path / "robosuite"
+    broken.mkdir()
+    (broken / "__init__.py").write_text("import something_that_nobody_has")
+    monkeypatch.syspath_prepend(tmp_path)
+    backend = create(Options("primitive", tmp_path))
+    message = r"something_that_nobody_has is not installed; install it with: pip install"
+    with pytest.raises(ConfigError, match=message):
+        backend.reset(Request("OpenDrawer", 0, "compact"))
+
+
+def test_the_simulator_ends_when_the_test_run_is_killed(tmp_path: Path) -> None:
+    code = (
+        "import sys, time; sys.path[:0] = [sys.argv[1]];"
+        "from pathlib import Path;"
+        "from pytest_safemanip.sim.backend import Provenance, Request;"
+        "from pytest_safemanip.sim.process import ProcessBackend;"
+        "from tests.sim import children;"
+        "where = Path(sys.argv[2]);"
+        "b = ProcessBackend('tests.sim.children:simulator', {}, Provenance('toy', ''), where);"
+        "b.reset(Request('Task', 0, 'compact'));"
+        "print(b.pid, flush=True); time.sleep(600)"
+    )
+    root = str(Path(__file__).parents[2])
+    parent = subprocess.Popen(
+        [sys.executable, "-c", code, root, str(tmp_path)], stdout=subprocess.PIPE
+    )
+    assert parent.stdout is not None
+    child = int(parent.stdout.readline())
+    assert is_alive(child)
+    parent.kill()
+    parent.wait()
+    parent.stdout.close()
+    deadline = time.monotonic() + 10.0
+    while is_alive(child) and time.monotonic() < deadline:
+        select.select([], [], [], 0.05)
+    assert not is_alive(child)
+
+
+def test_closing_ends_the_simulator_and_may_be_done_twice(start: Start, tmp_path: Path) -> None:
+    backend = start()
+    backend.reset(episode())
+    pid = backend.pid
+    assert pid is not None
+    backend.close()
+    backend.close()
+    assert not is_alive(pid)
+    assert backend.pid is None
+    assert list((tmp_path / "logs").iterdir()) == [], "the log of a run without failure is dropped"
+    backend.reset(episode())
+
+
+def test_a_simulator_that_does_not_end_by_itself_is_ended_by_force(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(process, "CLOSE_DEADLINE", 0.2)
+    backend = start()
+    backend.reset(episode())
+    pid = backend.pid
+    assert pid is not None
+    os.kill(pid, signal.SIGSTOP)
+    backend.close()
+    assert not is_alive(pid)
+
+
+def test_nothing_is_left_in_the_environment_and_on_the_screen(
+    start: Start, capfd: pytest.CaptureFixture[str]
+) -> None:
+    before = dict(os.environ)
+    backend = start()
+    backend.reset(episode())
+    backend.step(STILL)
+    backend.close()
+    assert dict(os.environ) == before
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_simulator_computes_on_one_thread_and_draws_nothing(
+    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "8")
+    note = tmp_path / "environment"
+    start("environment", path=str(note)).reset(episode())
+    assert ast.literal_eval(note.read_text()) == {
+        "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONHASHSEED": "0",
+        "MUJOCO_GL": None,
+        "PYOPENGL_PLATFORM": None,
+    }
+    assert os.environ["MUJOCO_GL"] == "egl"
