@@ -79,10 +79,12 @@ def _scripted(name: str, fault: str) -> PolicySpec:
 def _imported(name: str, module: str, attribute: str) -> PolicySpec:
     try:
         target: Any = importlib.import_module(module)
+    except Exception as error:  # the user's module may raise anything
+        what = f"{type(error).__name__}: {error}"
+        raise ConfigError(f"policy {name!r}: cannot import {module!r} ({what})") from error
+    try:
         for part in attribute.split("."):
             target = getattr(target, part)
-    except ImportError as error:
-        raise ConfigError(f"policy {name!r}: cannot import {module!r} ({error})") from error
     except AttributeError:
         raise ConfigError(f"policy {name!r}: {module!r} has no {attribute!r}") from None
     return PolicySpec(name, lambda: _as_policy(name, target), _own_fingerprint(target))

@@ -1,0 +1,188 @@
+from __future__ import annotations
+
+import itertools
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.policies.base import EpisodeInfo, Observation
+from pytest_safemanip.policies.registry import BUILT_IN, resolve
+from tests import toy
+
+INFO = EpisodeInfo("OpenDrawer", 5, "open it", 10, toy.SCENE)
+NOW = Observation(0, "open it", toy.at_rest())
+
+MODULE = """
+    import numpy as np
+
+    def act(observation):
+        return np.full(12, 0.1)
+
+    class Bare:
+        def act(self, observation):
+            return np.full(12, 0.2)
+
+    class Full:
+        fingerprint = "weights 1"
+
+        def __init__(self, seed=None):
+            self.seed = seed
+
+        def reset(self, episode):
+            self.seed = episode.seed
+
+        def act(self, observation):
+            return np.full(12, 0.01 * self.seed)
+
+    class Infers:
+        resets = 0
+
+        def reset(self):
+            self.resets += 1
+
+        def infer(self, observation):
+            return np.full(12, 0.3 * self.resets)
+
+    class Called:
+        def __call__(self, observation):
+            return np.full(12, 0.4)
+
+    def make():
+        return Full()
+
+    class Zoo:
+        bare = Bare()
+
+    ready = Bare()
+    called = Called()
+    number = 3
+    need = lambda weights, observation: None
+"""
+
+
+@pytest.fixture
+def module(tmp_path, monkeypatch):
+    """A user's module, under a name that no test has imported yet."""
+    name = f"mine{next(NUMBERS)}"
+    (tmp_path / f"{name}.py").write_text(textwrap.dedent(MODULE))
+    (tmp_path / f"{name}_broken.py").write_text("import no_such_package_at_all\n")
+    (tmp_path / f"{name}_typo.py").write_text("def act(observation:\n")
+    (tmp_path / f"{name}_attr.py").write_text("object().weights\n")
+    (tmp_path / f"{name}_gpu.py").write_text("raise RuntimeError('no GPU')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    yield name
+    for loaded in [n for n in sys.modules if n.startswith(name)]:
+        del sys.modules[loaded]
+
+
+NUMBERS = itertools.count()
+
+
+def first_action(spec):
+    policy = spec.make()
+    policy.reset(INFO)
+    return policy.act(NOW)
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value"),
+    [
+        ("act", 0.1),
+        ("Bare", 0.2),
+        ("ready", 0.2),
+        ("Zoo.bare", 0.2),
+        ("Full", 0.05),
+        ("make", 0.05),
+        ("Infers", 0.3),
+        ("called", 0.4),
+        ("Called", 0.4),
+    ],
+)
+def test_a_users_function_object_class_or_factory_is_a_policy(module, attribute, value):
+    spec = resolve(f"{module}:{attribute}", {})
+    assert first_action(spec) == pytest.approx(np.full(12, value))
+    assert (spec.name, spec.tasks) == (f"{module}:{attribute}", None)
+
+
+def test_every_rollout_gets_a_fresh_object_of_a_class(module):
+    spec = resolve(f"{module}:Infers", {})
+    assert first_action(spec)[0] == first_action(spec)[0] == pytest.approx(0.3)
+
+
+def test_a_policy_that_says_its_fingerprint_is_recognised(module):
+    told = resolve(f"{module}:Full", {}).fingerprint
+    assert told == resolve(f"{module}:Full", {}).fingerprint is not None
+    sys.modules[module].Full.fingerprint = "weights 2"
+    assert resolve(f"{module}:Full", {}).fingerprint not in (told, None)
+    assert resolve(f"{module}:Bare", {}).fingerprint is None
+
+
+@pytest.mark.parametrize(
+    ("form", "message"),
+    [
+        ("{0}:Nobody", "policy '{0}:Nobody': '{0}' has no 'Nobody'"),
+        ("{0}:Zoo.lion", "policy '{0}:Zoo.lion': '{0}' has no 'Zoo.lion'"),
+        ("no_such_module:Policy", "cannot import 'no_such_module'"),
+        ("{0}_broken:Policy", "cannot import '{0}_broken' (ModuleNotFoundError: No module named"),
+        ("{0}_typo:act", "cannot import '{0}_typo' (SyntaxError: '(' was never closed"),
+        ("{0}_attr:act", "cannot import '{0}_attr' (AttributeError: 'object' object has no"),
+        ("{0}_gpu:act", "cannot import '{0}_gpu' (RuntimeError: no GPU)"),
+        ("a..b:Policy", "cannot import 'a..b'"),
+        (":Policy", "policy ':Policy': "),
+        (".relative:Policy", "policy '.relative:Policy': "),
+    ],
+)
+def test_what_cannot_be_imported_is_refused_before_anything_runs(module, form, message):
+    with pytest.raises(ConfigError) as caught:
+        resolve(form.format(module), {})
+    assert message.format(module) in str(caught.value)
+
+
+def test_what_is_no_policy_is_refused_with_what_is_missing(module):
+    spec = resolve(f"{module}:number", {})
+    with pytest.raises(ConfigError, match=r"has no 'act\(observation\)' and cannot be called"):
+        spec.make()
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("scriptd", "did you mean 'scripted'?"),
+        ("my_own_polcy", "did you mean 'my_own_policy'?"),
+        ("xyz", "known: hold, my_own_policy, random, scripted"),
+    ],
+)
+def test_an_unknown_policy_is_refused_with_a_near_miss_and_the_way_to_ones_own(name, hint):
+    with pytest.raises(ConfigError) as caught:
+        resolve(name, {"my_own_policy": object})
+    assert str(caught.value) == f"unknown policy {name!r}; {hint} (your own: MODULE:ATTRIBUTE)"
+
+
+@pytest.mark.parametrize("name", ["", "a b", "a[b]", "a\nb", "a,b", "x" * 201])
+def test_a_name_that_cannot_be_part_of_an_id_is_refused(name):
+    with pytest.raises(ConfigError, match="a name has letters, digits and any of"):
+        resolve(name, {name: object})
+
+
+@pytest.mark.parametrize("name", [*BUILT_IN, "mine"])
+def test_a_policy_from_a_hook_comes_before_what_is_built_in(name):
+    made = object()
+    assert resolve(name, {name: lambda: made}).make() is made
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_what_is_built_in_is_recognised_in_a_later_run(name):
+    assert resolve(name, {}).fingerprint == resolve(name, {}).fingerprint is not None
+
+
+def test_the_script_knows_its_tasks_and_an_unknown_fault_is_refused():
+    expert, fault = resolve("scripted", {}), resolve("scripted:half_inside", {})
+    assert "PickPlaceCounterToCabinet" in fault.tasks
+    assert set(fault.tasks) < set(expert.tasks)
+    with pytest.raises(ConfigError, match="'scripted:half_insid'; did you mean 'half_inside'"):
+        resolve("scripted:half_insid", {})
+    with pytest.raises(ConfigError, match="'scripted' has no plan for Juggle; it knows OpenDrawer"):
+        expert.make().reset(EpisodeInfo("Juggle", 0, "", 1, toy.SCENE))
