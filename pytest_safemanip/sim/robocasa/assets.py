@@ -214,14 +214,8 @@ def _recall(memo: Path, cache: Path) -> Assets | None:
     """What was found at an earlier time, if it is still there."""
     try:
         content: dict[str, Any] = json.loads(memo.read_text(encoding="utf-8"))
-        assets = Assets(
-            Path(content["root"]),
-            content["kind"],
-            content["official"],
-            content["generated"],
-            tuple(content["generic"]),
-            content["key"],
-        )
+        plain = {"root": Path(content["root"]), "generic": tuple(content["generic"])}
+        assets = Assets(**{**content, **plain})
     except (OSError, ValueError, KeyError, TypeError):
         return None
     if assets.root.parent != cache:

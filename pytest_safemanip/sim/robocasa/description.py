@@ -9,25 +9,21 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.sim.robocasa import extents
 from pytest_safemanip.sim.robocasa import parts as part_names
 from pytest_safemanip.sim.robocasa.parts import PartTable
-from pytest_safemanip.trace.geometry import CORNERS, conjugate, rotate, to_local
+from pytest_safemanip.trace.geometry import conjugate, rotate, to_local
 from pytest_safemanip.trace.scene import (
     ROBOT,
     Body,
-    Box,
     Entity,
     EntityKind,
     Joint,
     Scene,
-    Surface,
-    Vector,
 )
 
 EEF_SITE = "gripper0_right_grip_site"
 BASE_BODY = "mobilebase0_base"
-LEAST_INTERIOR = 0.005
-"""Half extent below which a region is no space that holds anything, m."""
 GRIPPER_OPEN = 0.04
 """Joint position of an open Panda finger, m."""
 
@@ -82,8 +78,8 @@ def describe(env: Any, data: Any) -> Description:
     ]
     travel = [_travel(env.fixtures[name], model, joint) for name, joint in joints]
     closed = _closed(model, data, [joint for _, joint in joints])
-    boxes = _boxes(model, env, sorted(set(roles.values())))
-    half, centre = _gripper_box(model, data)
+    boxes = extents.boxes(model, env, sorted(set(roles.values())))
+    half, centre = extents.gripper_box(model, data, EEF_SITE)
     scene = Scene(
         control_period=float(env.control_timestep),
         entities=(
@@ -98,7 +94,7 @@ def describe(env: Any, data: Any) -> Description:
             for (name, joint), opened in zip(joints, travel, strict=True)
         ),
         boxes=tuple(box for box, _ in boxes),
-        surfaces=tuple(_surfaces(model, closed, table, set(fixtures))),
+        surfaces=tuple(extents.surfaces(model, closed, table, set(fixtures))),
         gripper_half=half,
         gripper_centre=centre,
         roles={**roles, **{name: name for name in objects}},
@@ -148,21 +144,6 @@ def _closed(model: Any, data: Any, joints: list[int]) -> Any:
     return closed
 
 
-def _surfaces(model: Any, data: Any, table: PartTable, owners: set[str]) -> list[Surface]:
-    surfaces = []
-    for geom in np.flatnonzero(table.of_geom >= 0):
-        part = table.parts[table.of_geom[geom]]
-        if part.entity not in owners:
-            continue
-        quat = np.empty(4)
-        mujoco.mju_mat2Quat(quat, data.geom_xmat[geom])
-        centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-        place = data.geom_xpos[geom] + rotate(quat, centre)
-        pose = np.concatenate((place, quat))
-        surfaces.append(Surface(part.entity, part.joint, _vector(half), _vector(pose)))
-    return surfaces
-
-
 def _joints_below(model: Any, root: int) -> list[int]:
     return [
         joint
@@ -193,104 +174,24 @@ def _body(model: Any, data: Any, name: str, body: int) -> Body:
     axes = np.stack([rotate(conjugate(pose[3:]), matrix[:, k]) for k in range(3)], axis=-1)
     return Body(
         entity=name,
-        half=_vector(np.abs(axes) @ model.geom_size[geom]),
-        centre=_vector(to_local(pose, data.geom_xpos[geom])),
-        com=_vector(to_local(pose, data.subtree_com[body])),
+        half=extents.vector(np.abs(axes) @ model.geom_size[geom]),
+        centre=extents.vector(to_local(pose, data.geom_xpos[geom])),
+        com=extents.vector(to_local(pose, data.subtree_com[body])),
         mass=float(model.body_subtreemass[body]),
     )
 
 
 def _joint(model: Any, data: Any, fixture: Any, entity: str, joint: int, opened: float) -> Joint:
     hinge = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
-    pose, half = _moving_box(model, data, int(model.jnt_bodyid[joint]))
+    pose, half = extents.moving_box(model, data, int(model.jnt_bodyid[joint]))
     return Joint(
         entity=entity,
         name=part_names.local_name(model, joint, entity),
         kind="hinge" if hinge else "slide",
         gives_access=model.joint(joint).name in fixture.door_joint_names,
-        axis=_vector(data.xaxis[joint] * np.sign(opened)),
-        anchor=_vector(data.xanchor[joint]),
+        axis=extents.vector(data.xaxis[joint] * np.sign(opened)),
+        anchor=extents.vector(data.xanchor[joint]),
         travel=abs(opened),
         half=half,
         pose=pose,
     )
-
-
-def _moving_box(model: Any, data: Any, body: int) -> tuple[Vector, Vector]:
-    """Oriented box around the colliding geoms of a body and its descendants, in its own axes."""
-    frame = np.concatenate((data.xpos[body], data.xquat[body]))
-    corners = []
-    for geom in range(model.ngeom):
-        if model.geom_contype[geom] == 0 and model.geom_conaffinity[geom] == 0:
-            continue
-        if _is_below(model, int(model.geom_bodyid[geom]), body):
-            corners.append(to_local(frame, _geom_corners(model, data, geom)))
-    if not corners:
-        return _vector(frame), (0.0, 0.0, 0.0)
-    points = np.concatenate(corners)
-    low, high = points.min(axis=0), points.max(axis=0)
-    centre = frame[:3] + rotate(frame[3:], (low + high) / 2)
-    return _vector(np.concatenate((centre, frame[3:]))), _vector((high - low) / 2)
-
-
-def _is_below(model: Any, body: int, ancestor: int) -> bool:
-    while body > 0:
-        if body == ancestor:
-            return True
-        body = int(model.body_parentid[body])
-    return False
-
-
-def _geom_corners(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
-    centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-    matrix = data.geom_xmat[geom].reshape(3, 3)
-    corners: NDArray[np.float64] = (centre + CORNERS * half) @ matrix.T + data.geom_xpos[geom]
-    return corners
-
-
-def _boxes(model: Any, env: Any, fixtures: list[str]) -> list[tuple[Box, int]]:
-    """Interiors, handles and controls of the fixtures that play a role in the task."""
-    boxes = []
-    for name in fixtures:
-        fixture = env.fixtures[name]
-        for region in fixture.get_reset_region_names():
-            geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{name}_reg_{region}")
-            # A counter's interior is a point: there is none.
-            if geom >= 0 and min(_half(model, geom)) > LEAST_INTERIOR:
-                boxes.append((Box(name, region, "interior", _half(model, geom)), geom))
-        root = int(model.body_rootid[model.body(fixture.root_body).id])
-        for geom in range(model.ngeom):
-            body = int(model.geom_bodyid[geom])
-            local = model.geom(geom).name.removeprefix(f"{name}_")
-            if model.body_rootid[body] != root or model.geom_contype[geom] == 0:
-                continue
-            if local.endswith(("handle_handle", "handle_main")):
-                boxes.append((Box(name, local, "handle", _half(model, geom)), geom))
-            elif local.endswith(("button", "knob_main", "lever_handle")):
-                boxes.append((Box(name, local, "control", _half(model, geom)), geom))
-    return boxes
-
-
-def _half(model: Any, geom: int) -> Vector:
-    size = model.geom_size[geom]
-    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        return _vector((size[0], size[0], size[1]))
-    return _vector(size)
-
-
-def _gripper_box(model: Any, data: Any) -> tuple[Vector, Vector]:
-    """Box around hand and fingers in the end effector's frame, whatever the fingers' opening."""
-    site = model.site(EEF_SITE).id
-    matrix = data.site_xmat[site].reshape(3, 3)
-    corners = [
-        (_geom_corners(model, data, geom) - data.site_xpos[site]) @ matrix
-        for geom in range(model.ngeom)
-        if model.geom(geom).name.startswith("gripper0_right_") and model.geom_contype[geom]
-    ]
-    points = np.concatenate(corners)
-    low, high = points.min(axis=0), points.max(axis=0)
-    return _vector((high - low) / 2), _vector((high + low) / 2)
-
-
-def _vector(values: Any) -> Vector:
-    return tuple(round(float(v), 9) for v in values)

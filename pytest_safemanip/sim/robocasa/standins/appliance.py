@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from pytest_safemanip.sim.robocasa.standins.elements import ACROSS, Surface, Vec3
-from pytest_safemanip.sim.robocasa.standins.mjcf import Model, Part
+from pytest_safemanip.sim.robocasa.standins.mjcf import Model
 from pytest_safemanip.sim.robocasa.standins.paint import (
     BLACK,
     DARK_GLASS,
@@ -18,6 +18,7 @@ from pytest_safemanip.sim.robocasa.standins.paint import (
     WHITE,
     Paint,
 )
+from pytest_safemanip.sim.robocasa.standins.part import Part
 
 GRAVITY = 9.81
 

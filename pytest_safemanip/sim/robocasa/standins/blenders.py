@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pytest_safemanip.sim.robocasa.standins.appliance import button
 from pytest_safemanip.sim.robocasa.standins.elements import Vec3
-from pytest_safemanip.sim.robocasa.standins.mjcf import Model, Part
+from pytest_safemanip.sim.robocasa.standins.mjcf import Model
 from pytest_safemanip.sim.robocasa.standins.paint import BLACK, DARK_STEEL, GLASS, GREEN, Paint
+from pytest_safemanip.sim.robocasa.standins.part import Part
 from pytest_safemanip.sim.robocasa.standins.shapes import cup, octagon
 
 WALL = 0.005

@@ -60,7 +60,7 @@ def joint(
     friction: float,
     stiffness: float,
 ) -> ET.Element:
-    """A limited joint; units and meaning as in :meth:`mjcf.Part.hinge` and ``slide``."""
+    """A limited joint; units and meaning as in :meth:`part.Part.hinge` and ``slide``."""
     # MuJoCo's usual friction in joints creeps (an open oven door sinks by 1 cm per second), and its
     # usual limits give way. These make the one hold and the other stop.
     element = ET.Element(

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 
 from pytest_safemanip.sim.robocasa.standins.appliance import CLEARANCE, handle, shell
 from pytest_safemanip.sim.robocasa.standins.elements import Vec3
-from pytest_safemanip.sim.robocasa.standins.mjcf import Model, Part
+from pytest_safemanip.sim.robocasa.standins.mjcf import Model
 from pytest_safemanip.sim.robocasa.standins.paint import BLACK, GLASS, WHITE
+from pytest_safemanip.sim.robocasa.standins.part import Part
 
 WALL = 0.03
 DOOR = 0.055

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pytest_safemanip.sim.robocasa.standins.appliance import CLEARANCE
 from pytest_safemanip.sim.robocasa.standins.elements import Vec3
-from pytest_safemanip.sim.robocasa.standins.mjcf import Model, Part
+from pytest_safemanip.sim.robocasa.standins.mjcf import Model
 from pytest_safemanip.sim.robocasa.standins.paint import BLACK, DARK_STEEL, RED, STEEL
+from pytest_safemanip.sim.robocasa.standins.part import Part
 from pytest_safemanip.sim.robocasa.standins.shapes import octagon
 
 GRIP = 0.012

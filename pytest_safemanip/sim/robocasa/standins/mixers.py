@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pytest_safemanip.sim.robocasa.standins.appliance import CLEARANCE, GRAVITY
 from pytest_safemanip.sim.robocasa.standins.elements import Vec3
-from pytest_safemanip.sim.robocasa.standins.mjcf import Model, Part
+from pytest_safemanip.sim.robocasa.standins.mjcf import Model
 from pytest_safemanip.sim.robocasa.standins.paint import BLACK, RED, STEEL
+from pytest_safemanip.sim.robocasa.standins.part import Part
 from pytest_safemanip.sim.robocasa.standins.shapes import cup
 
 FOOT = 0.03

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from pytest_safemanip.sim.robocasa.standins.elements import Vec3
-from pytest_safemanip.sim.robocasa.standins.mjcf import Part
 from pytest_safemanip.sim.robocasa.standins.paint import Paint
+from pytest_safemanip.sim.robocasa.standins.part import Part
 
 FLAT = math.tan(math.pi / 8)
 """Half the length of an octagon's side, for an octagon of half width one."""
