@@ -1,0 +1,68 @@
+"""What the README shows is what there is."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pytest_safemanip import resources
+from pytest_safemanip.options import OPTIONS
+from pytest_safemanip.policies.registry import resolve
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.spec.properties import load_properties
+from pytest_safemanip.spec.tasks import load_tasks
+
+ROOT = Path(__file__).parents[1]
+TEXT = (ROOT / "README.md").read_text()
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", TEXT, re.DOTALL)
+
+
+def test_the_table_of_options_is_complete_and_true() -> None:
+    rows = dict(
+        re.findall(r"^\| `(--safemanip-[a-z-]+)[^`]*` \|.*\| ?`?([^`|]*?)`? ?\|$", TEXT, re.M)
+    )
+    documented = {flag: default for flag, default in rows.items() if default != "all that apply"}
+    assert rows.keys() == {option.flag for option in OPTIONS}
+    actual = {option.flag: option.default for option in OPTIONS if option.flag in documented}
+    assert documented == {**actual, "--safemanip-seeds": "1"}
+
+
+def test_every_choice_of_an_option_is_explained() -> None:
+    for option in OPTIONS:
+        (row,) = re.findall(rf"^\| `{option.flag}[ `].*$", TEXT, re.M)
+        assert all(f"`{choice}`" in row for choice in option.choices)
+
+
+def test_options_in_commands_exist() -> None:
+    flags = {option.flag for option in OPTIONS}
+    assert set(re.findall(r"(--safemanip-[a-z-]+)", TEXT)) <= flags
+
+
+def test_the_policy_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (code,) = [block for block in blocks("python") if block.startswith("# my_policy.py")]
+    (tmp_path / "my_policy.py").write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    policy = resolve("my_policy:Lifts", {})
+    assert policy.fingerprint is not None
+    assert "my_policy:Lifts" in TEXT
+
+
+def test_the_property_and_the_task_load(tmp_path: Path) -> None:
+    for block in blocks("yaml"):
+        path = tmp_path / block.split("\n")[0].removeprefix("# ")
+        path.parent.mkdir()
+        path.write_text(block)
+    known = {name: len(p.arguments) for name, p in Catalogue().items()}
+    assert list(load_properties([tmp_path / "rules"], propositions=known)) == ["hands_off"]
+    tasks = load_tasks([resources.folder("tasks"), tmp_path / "tasks"])
+    assert tasks["CloseDrawer"].properties
+
+
+def test_links_lead_somewhere() -> None:
+    for target in re.findall(r"\]\(([^)h][^)]*)\)", TEXT):
+        assert (ROOT / target).exists(), target
