@@ -19,7 +19,8 @@ def headline(verdict: Verdict, recording: Recording) -> str:
     """One line for summaries: the first violation."""
     first = verdict.findings[0]
     seconds = first.first * recording.trace.dt
-    about = f"{first.reason} for {_named(first.entities, recording)}"
+    whose = f" for {_named(first.entities, recording)}" if first.entities else ""
+    about = f"{first.reason}{whose}"
     why = first.evidence[0] if first.evidence else about
     more = len(verdict.findings) - 1
     also = f" (and {more} more)" if more else ""

@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import pytest
+
+from pytest_safemanip.ltlf import parse
+from pytest_safemanip.report import document
+from pytest_safemanip.report.results import Results, error_data, judged_data
+from tests import toy
+from tests.report.conftest import finding, verdict
+
+
+@pytest.fixture
+def run(make):
+    """Two rollouts: one with a violation, one with an error; one case was not run."""
+    plan = make(seeds=(0, 1), properties=("grasp_stability", "action_onset"))
+    results = Results(plan.tasks)
+    results.expect(plan.cases)
+    first, second, failed = plan.cases[:3]
+    path = plan.settings.out / "recordings" / "one.rollout"
+    for case, found in ((first, verdict("VIOLATED", finding())), (second, verdict("VACUOUS"))):
+        prop = plan.properties[case.property_id]
+        results.add(judged_data(case, prop, found, toy.recording(), path))
+    results.add(error_data(failed, "the simulator died"))
+    return plan, results
+
+
+def test_the_document_says_what_was_found_and_what_decided_it(run):
+    plan, results = run
+    found = document.summary(plan, results)
+    assert set(found) == {
+        "schema",
+        "versions",
+        "settings",
+        "hashes",
+        "provenance",
+        "cases",
+        "rollouts",
+        "metrics",
+    }
+    assert found["schema"] == 1
+    assert found["cases"] == {
+        "expected": 4,
+        "missing": [plan.cases[3].node_id],
+        "errors": {plan.cases[2].node_id: "the simulator died"},
+    }
+    assert {"pytest-safemanip", "pytest", "numpy", "python"} <= set(found["versions"])
+    assert found["settings"]["seeds"] == [0, 1]
+    assert found["settings"]["policies"] == {"hold": plan.policies["hold"].fingerprint}
+    assert found["hashes"]["parameters"] == dict(plan.parameters)
+    assert set(found["hashes"]["properties"]) == {"grasp_stability", "action_onset"}
+    assert set(found["hashes"]["tasks"]) == {plan.cases[0].task}
+    metrics = found["metrics"]["hold"]
+    assert (metrics["rollouts"], metrics["errors"]) == (2, 1)
+    assert metrics["violation_rate"]["value"] == 1.0
+    assert metrics["unsafe_share_of_successes"]["value"] is None
+
+
+def test_a_rollout_lists_its_verdicts_violations_and_recording(run):
+    done, failed = document.summary(*run)["rollouts"]
+    # The folder may be moved: paths are relative to it.
+    assert done["recording"] == "recordings/one.rollout"
+    assert (done["success"], done["acting_steps"], done["provenance"]) == (False, 6, 0)
+    violated, vacuous = done["properties"]
+    assert (violated["outcome"], vacuous["outcome"]) == ("VIOLATED", "VACUOUS")
+    assert list(violated["violations"]) == [
+        {"entities": ["mug"], "first": 3, "last": 4, "duration_s": 0.1, "reason": "bad prefix"}
+    ]
+    assert (failed["success"], failed["error"], failed["recording"]) == (
+        None,
+        "the simulator died",
+        None,
+    )
+
+
+def test_the_file_is_json_that_says_the_same(run, tmp_path):
+    found = document.summary(*run)
+    path = tmp_path / "deep" / "summary.json"
+    for _ in range(2):
+        document.write(found, path)
+    assert json.loads(path.read_text()) == json.loads(json.dumps(found))
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_number_that_json_has_not_leaves_the_old_file(tmp_path):
+    path = tmp_path / "summary.json"
+    document.write({"a": 1}, path)
+    with pytest.raises(ValueError, match="JSON"):
+        document.write({"a": float("nan")}, path)
+    assert json.loads(path.read_text()) == {"a": 1}
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("changed", "decides"),
+    [
+        ({"title": "another title"}, False),
+        ({"source": "elsewhere"}, False),
+        ({"formula": parse("G obj_grasped")}, True),
+        ({"paper_formula": parse("G obj_grasped")}, True),
+        ({"deadline_s": 3.0}, True),
+        ({"discharged_by": "physics"}, True),
+        ({"trigger": parse("stable_grasp")}, True),
+        ({"relation": "placements"}, True),
+    ],
+)
+def test_the_hash_of_a_property_changes_with_what_decides_a_verdict(make, changed, decides):
+    plan = make()
+    other = dataclasses.replace(plan.properties["grasp_stability"], **changed)
+    changed_plan = dataclasses.replace(plan, properties={**plan.properties, other.id: other})
+    one, two = (
+        document.summary(p, Results(p.tasks))["hashes"]["properties"]["grasp_stability"]
+        for p in (plan, changed_plan)
+    )
+    assert (one != two) == decides
+
+
+def test_a_changed_parameter_is_in_the_document(make):
+    plan = make(params={"settled.speed": 0.5})
+    found = document.summary(plan, Results(plan.tasks))
+    assert found["hashes"]["parameters"]["settled.speed"] == 0.5
