@@ -14,8 +14,10 @@ import pytest
 from pytest_safemanip.sim.robocasa import compat, loading
 
 PARTLY_UP_TO_DATE = """
-from robosuite.models.tasks.task import Task
-from pytest_safemanip.sim.robocasa import compat
+from pytest_safemanip.sim.robocasa import compat, loading
+
+with loading._quiet(), loading._robosuite_settings(), loading._stand_in_cv2():
+    from robosuite.models.tasks.task import Task
 
 original = Task.__init__
 

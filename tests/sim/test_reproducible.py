@@ -1,4 +1,4 @@
-"""The same request gives the same recording, whatever ran before and in whichever process."""
+"""The same request gives the same episode, whatever ran before and in whichever process."""
 
 from __future__ import annotations
 
@@ -8,39 +8,32 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from pytest_safemanip import rollout
-from pytest_safemanip.policies.base import EpisodeInfo, Observation
-from pytest_safemanip.sim.backend import Backend, Options, Request
+from pytest_safemanip.sim.backend import Backend, Options, Request, Start
 from pytest_safemanip.sim.robocasa.factory import create
-from pytest_safemanip.trace.recording import Recording
+from pytest_safemanip.trace.steps import Steps
 
-SCALE = 0.04  # of the task's horizon: some 20 steps
+TASK, LENGTH = "PickPlaceCounterToCabinet", 20
 
 Groups = Callable[[str], dict[str, list[str]]]
+Episode = tuple[Start, Steps]
 
 
-class Random:
-    """Moves the arm and the base at random, the same way in every episode of a seed."""
-
-    def reset(self, info: EpisodeInfo) -> None:
-        self._random = np.random.default_rng(info.seed)
-
-    def act(self, _seen: Observation) -> NDArray[Any]:
-        return self._random.uniform(-1.0, 1.0, 12)
-
-
-def record(backend: Backend, task: str, groups: dict[str, list[str]], seed: int = 0) -> Recording:
-    request = Request(task, seed, "compact", groups)
-    job = rollout.Job(task, "random", request, rollout.Protocol("horizon", SCALE), {})
-    return rollout.run(job, backend, Random())
+def run(backend: Backend, task: str, groups: dict[str, list[str]], seed: int = 0) -> Episode:
+    """An episode with random actions, the same ones each time."""
+    start = backend.reset(Request(task, seed, "compact", groups))
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (LENGTH, 12))
+    steps = [start.step, *(backend.step(action) for action in actions)]
+    recorded = [np.zeros(12, np.float32), *actions.astype(np.float32)]
+    return start, Steps.stack(steps, recorded, len(steps))
 
 
-def assert_identical(left: Recording, right: Recording) -> None:
-    assert left.episode == right.episode
-    assert left.scene == right.scene
-    pairs = [(left.steps, right.steps), (left.steps.contacts, right.steps.contacts)]
+def assert_identical(left: Episode, right: Episode) -> None:
+    (start, steps), (other_start, other_steps) = left, right
+    assert start.scene == other_start.scene
+    assert start.instruction == other_start.instruction
+    assert start.fingerprint == other_start.fingerprint
+    pairs = [(steps, other_steps), (steps.contacts, other_steps.contacts)]
     for one, two in pairs:
         for field in dataclasses.fields(one):
             a, b = getattr(one, field.name), getattr(two, field.name)
@@ -50,43 +43,38 @@ def assert_identical(left: Recording, right: Recording) -> None:
 
 
 @pytest.fixture(scope="module")
-def first(backend: Backend, object_groups: Groups) -> Recording:
-    task = "PickPlaceCounterToCabinet"
-    return record(backend, task, object_groups(task))
+def first(backend: Backend, object_groups: Groups) -> Episode:
+    return run(backend, TASK, object_groups(TASK))
 
 
-def test_a_rollout_moves_and_touches_something(first: Recording) -> None:
-    moved = np.linalg.norm(np.ptp(first.steps.eef_pose[:, :3], axis=0))
-    assert len(first.steps) > first.episode.horizon >= 15
-    assert moved > 0.02
-    assert len(first.steps.contacts)
+def test_the_robot_moves_and_something_touches(first: Episode) -> None:
+    _, steps = first
+    assert np.linalg.norm(np.ptp(steps.eef_pose[:, :3], axis=0)) > 0.02
+    assert len(np.unique(steps.contacts.step)) == LENGTH + 1
 
 
-def test_the_recording_is_bit_identical_after_a_rollout_of_another_task(
-    backend: Backend, object_groups: Groups, first: Recording
+def test_an_episode_is_bit_identical_after_one_of_another_task(
+    backend: Backend, object_groups: Groups, first: Episode
 ) -> None:
-    other = record(backend, "OpenDrawer", {})
-    assert other.scene != first.scene
-    task = first.episode.task
-    assert_identical(record(backend, task, object_groups(task)), first)
+    other, _ = run(backend, "OpenDrawer", {})
+    assert other.scene != first[0].scene
+    assert_identical(run(backend, TASK, object_groups(TASK)), first)
 
 
-def test_the_recording_is_bit_identical_in_another_process(
-    tmp_path: Any, object_groups: Groups, first: Recording, monkeypatch: pytest.MonkeyPatch
+def test_an_episode_is_bit_identical_in_another_process(
+    tmp_path: Any, object_groups: Groups, first: Episode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PYTHONHASHSEED", "12345")
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
     another = create(Options("primitive", tmp_path))
-    task = first.episode.task
     try:
-        assert_identical(record(another, task, object_groups(task)), first)
+        assert_identical(run(another, TASK, object_groups(TASK)), first)
     finally:
         another.close()
 
 
 def test_another_seed_gives_another_episode(
-    backend: Backend, object_groups: Groups, first: Recording
+    backend: Backend, object_groups: Groups, first: Episode
 ) -> None:
-    task = first.episode.task
-    start = backend.reset(Request(task, 1, "compact", object_groups(task)))
-    assert start.fingerprint != first.episode.hashes["start"]
+    start = backend.reset(Request(TASK, 1, "compact", object_groups(TASK)))
+    assert start.fingerprint != first[0].fingerprint
