@@ -57,7 +57,7 @@ def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
     plugins = config.pluginmanager
     collecting = CollectAlone if alone else CollectBeside
     plugins.register(collecting(suite), "safemanip-collect")
-    plugins.register(Executing(suite), "safemanip-execute")
+    plugins.register(Executing(suite, alone), "safemanip-execute")
     if worker is None:
         plugins.register(Reporting(suite), "safemanip-report")
     if plugins.hasplugin("xdist") and worker is None:

@@ -6,17 +6,22 @@ from collections.abc import Generator
 
 import pytest
 
-from pytest_safemanip.errors import SafemanipError
+from pytest_safemanip.errors import ConfigError, SafemanipError
 from pytest_safemanip.items import SafetyItem
 from pytest_safemanip.report import failure
 from pytest_safemanip.session import Run
 
 
 class Executing:
-    """Puts the suite's data into test reports, and ends the simulator."""
+    """Puts the suite's data into test reports, and ends the simulator.
 
-    def __init__(self, run: Run) -> None:
-        self._run = run
+    Args:
+        run: the suite.
+        alone: whether nothing but the suite is run.
+    """
+
+    def __init__(self, run: Run, alone: bool) -> None:
+        self._run, self._alone = run, alone
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
@@ -32,6 +37,9 @@ class Executing:
             error = call.excinfo.value
             line = str(error).splitlines()[0]
             report.longrepr = failure.shown(failure.error_text(error), line, item.place)
+            if self._alone and isinstance(error, ConfigError):
+                # It holds for all cases; said once, it is read.
+                item.session.shouldfail = "the suite cannot be run like this"
         if report.skipped and isinstance(report.longrepr, tuple):
             # There is no line of a file to point at.
             report.longrepr = ("safemanip", None, report.longrepr[2])  # type: ignore[assignment]

@@ -133,7 +133,7 @@ class ProcessBackend:
         except RolloutError as error:
             # What is wrong now is wrong for every rollout.
             self.close()
-            raise ConfigError(str(error)) from error
+            raise ConfigError(str(error)) from None
         except ConfigError:
             self.close()
             raise

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from pytest_safemanip.sim.robocasa.loading import package_assets
 from tests.plugin.conftest import Suite
 
 TASKS = ("OpenDrawer", "OpenCabinet", "TurnOnSinkFaucet")
@@ -123,3 +124,27 @@ def test_a_worker_that_dies_takes_its_case_only(suite: Suite) -> None:
     assert len(cases["errors"]) + len(cases["missing"]) == 2
     assert all("bad:dies" in node_id for node_id in (*cases["errors"], *cases["missing"]))
     assert "bad:dies" not in str(suite.summary()["metrics"].get("hold"))
+
+
+def test_a_simulator_that_cannot_start_is_said_once(suite: Suite) -> None:
+    shadow = suite.pytester.mkdir("shadow") / "robocasa"
+    shadow.mkdir()
+    for path in package_assets().parents[1].iterdir():
+        if path.name != "__init__.py":
+            (shadow / path.name).symlink_to(path)
+    (shadow / "__init__.py").write_text("assert False, 'mujoco must be another one'")
+    suite.pytester.makeconftest(f"import sys\nsys.path.insert(0, {str(shadow.parent)!r})")
+    result = suite.run("--safemanip-policy=hold", "--safemanip-tasks=quick")
+    assert result.ret in (pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED)
+    # Each worker finds out for itself.
+    outcomes = result.parseoutcomes()
+    assert outcomes.keys() == {"errors"}
+    assert outcomes["errors"] <= 2
+    result.stdout.fnmatch_lines(
+        [
+            "the simulator failed at start-up: AssertionError: mujoco must be another one; log: *",
+            "1[78] of 19 cases were not run",
+            "!*the suite cannot be run like this !*",
+        ]
+    )
+    assert "Traceback" not in result.stdout.str()
