@@ -12,7 +12,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Backend, Options, Request, Start
 from pytest_safemanip.sim.robocasa.factory import create
 
-TASK = "TurnOnSinkFaucet"
+TASK = "OpenDrawer"
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +26,8 @@ def starts(backend: Backend) -> dict[str, Start]:
 @pytest.mark.parametrize("scenes", ["compact", "target", "pretrain"])
 def test_each_family_has_the_task(starts: dict[str, Start], scenes: str) -> None:
     start = starts[scenes]
-    assert "faucet" in start.instruction
-    assert start.scene.entity[start.scene.roles["sink"]].category == "Sink"
+    assert "drawer" in start.instruction
+    assert start.scene.entity[start.scene.roles["drawer"]].category == "Drawer"
     assert start.scene.control_period == 0.05
     assert np.isfinite(start.step.qpos).all()
     assert not start.step.success
@@ -40,7 +40,7 @@ def test_the_families_are_different_kitchens(starts: dict[str, Start]) -> None:
 
 
 def test_the_horizon_is_the_tasks_own_in_every_family(starts: dict[str, Start]) -> None:
-    assert {start.horizon for start in starts.values()} == {600}
+    assert {start.horizon for start in starts.values()} == {750}
 
 
 def test_a_compact_kitchen_is_decided_by_its_seed(
@@ -70,7 +70,7 @@ def test_a_scene_that_is_built_again_has_the_same_names(make_kitchen: Callable[.
 @pytest.mark.parametrize(
     ("task", "scenes", "message"),
     [
-        ("TurnOnSinkFaucets", "compact", "did you mean 'TurnOnSinkFaucet'"),
+        ("OpenDrawers", "compact", "did you mean 'OpenDrawer'"),
         (TASK, "compakt", "did you mean 'compact'"),
     ],
 )

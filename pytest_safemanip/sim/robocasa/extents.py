@@ -19,12 +19,9 @@ LEAST_INTERIOR = 0.005
 def moving_box(model: Any, data: Any, body: int) -> tuple[Vector, Vector]:
     """Oriented box around the colliding geoms of a body and its descendants, in its own axes."""
     frame = np.concatenate((data.xpos[body], data.xquat[body]))
-    corners = []
-    for geom in range(model.ngeom):
-        if model.geom_contype[geom] == 0 and model.geom_conaffinity[geom] == 0:
-            continue
-        if _is_below(model, int(model.geom_bodyid[geom]), body):
-            corners.append(to_local(frame, _geom_corners(model, data, geom)))
+    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    geoms = np.flatnonzero(collides & _below(model, body)[model.geom_bodyid])
+    corners = [to_local(frame, _geom_corners(model, data, geom)) for geom in geoms]
     if not corners:
         return vector(frame), (0.0, 0.0, 0.0)
     points = np.concatenate(corners)
@@ -33,12 +30,14 @@ def moving_box(model: Any, data: Any, body: int) -> tuple[Vector, Vector]:
     return vector(np.concatenate((centre, frame[3:]))), vector((high - low) / 2)
 
 
-def _is_below(model: Any, body: int, ancestor: int) -> bool:
-    while body > 0:
-        if body == ancestor:
-            return True
-        body = int(model.body_parentid[body])
-    return False
+def _below(model: Any, ancestor: int) -> NDArray[np.bool_]:
+    """Whether each body is this one or moves with it (nbody,)."""
+    below = [False] * model.nbody
+    below[ancestor] = True
+    parents = model.body_parentid.tolist()
+    for body in range(ancestor + 1, model.nbody):  # MuJoCo numbers parents before children
+        below[body] = below[parents[body]]
+    return np.array(below)
 
 
 def _geom_corners(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
