@@ -11,7 +11,13 @@ from pytest_safemanip.propositions.definition import Bools, Parameter, Propositi
 from pytest_safemanip.propositions.filters import last_true, recently
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.solids import solids
-from pytest_safemanip.trace.geometry import boxes_overlap, corners, to_local, to_world
+from pytest_safemanip.trace.geometry import (
+    boxes_overlap,
+    corners,
+    footprints_overlap,
+    to_local,
+    to_world,
+)
 from pytest_safemanip.trace.kinematics import carried
 
 DROP = Parameter("pre_safe.drop", "m", 0.05, "a fall of 5 cm ends at 1 m/s: cups break above it")
@@ -88,16 +94,11 @@ def _place(view: View, name: str, step: int) -> list[str]:
 def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, str | None]:
     """Height and owner of the highest thing below an object's footprint."""
     slack = view.parameters["pre_safe.overlap"]
-    low, high = points.min(axis=0), points.max(axis=0)
+    bottom = points[:, 2].min()
     best, owner = -np.inf, None
     for entity, box in solids(view, name, step):
         top = box[:, 2].max()
-        apart = (box[:, :2].max(axis=0) < low[:2] + slack) | (
-            box[:, :2].min(axis=0) > high[:2] - slack
-        )
-        if apart.any() or top > low[2] + slack:
-            continue
-        if top > best:
+        if best < top <= bottom + slack and footprints_overlap(points, box, slack):
             best, owner = float(top), entity
     return best, owner
 

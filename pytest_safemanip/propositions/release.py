@@ -120,16 +120,16 @@ def _ground_around(
     allowed = view.binding.supports.get(name, frozenset())
     level = float(np.mean([point[2] for point in points]))
     tops = [
-        (box.min(axis=0)[:2], box.max(axis=0)[:2])
+        box[:, :2]
         for _, box in solids(view, name, step, only=allowed)
         if abs(box[:, 2].max() - level) < SAME_LEVEL
     ]
+    margin = view.parameters["settled.margin"]
+    if any(hull_margin(top, com[:2]) >= margin for top in tops):
+        return True  # one surface alone reaches far enough
     turns = np.arange(8) * (np.pi / 4.0)
-    around = view.parameters["settled.margin"] * np.stack((np.cos(turns), np.sin(turns)), axis=1)
-    return all(
-        any((low <= place).all() and (place <= high).all() for low, high in tops)
-        for place in com[:2] + around
-    )
+    around = margin * np.stack((np.cos(turns), np.sin(turns)), axis=1)
+    return all(any(hull_margin(top, place) >= 0.0 for top in tops) for place in com[:2] + around)
 
 
 def _carriers(view: View, name: str, step: int) -> Iterator[tuple[str, int]]:

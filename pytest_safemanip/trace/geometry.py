@@ -113,6 +113,25 @@ def boxes_overlap(
     return bool(np.all(reach - np.abs(axes @ gap) > slack))
 
 
+def footprints_overlap(points: Array, others: Array, slack: float) -> bool:
+    """Whether the shadows on the ground of two convex bodies overlap by more than ``slack`` metres.
+
+    Args:
+        points: corners (K, 3).
+        others: of the other one.
+        slack: overlap that still counts as apart.
+    """
+    hulls = [_convex_hull(np.asarray(p, float)[:, :2]) for p in (points, others)]
+    edges = np.concatenate([np.roll(hull, -1, axis=0) - hull for hull in hulls])
+    edges = edges[np.linalg.norm(edges, axis=1) > 0.0]
+    # A shadow that is a line is also bounded along it.
+    axes = np.concatenate((edges, edges[:, ::-1] * (-1.0, 1.0))).T
+    axes = axes / np.linalg.norm(axes, axis=0)
+    one, other = hulls[0] @ axes, hulls[1] @ axes
+    depth = np.minimum(one.max(0), other.max(0)) - np.maximum(one.min(0), other.min(0))
+    return bool((depth > slack).all())
+
+
 def hull_margin(points: Array, target: Array) -> float:
     """Distance by which a point lies inside the convex hull of others, in the plane.
 

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from pytest_safemanip.propositions.catalogue import SHIPPED
 from pytest_safemanip.trace import Recording
+from pytest_safemanip.trace.geometry import multiply, rotate
 from tests import toy
-from tests.propositions.stage import BINDING, CATALOGUE, film, look
+from tests.propositions.stage import BINDING, CATALOGUE, film, look, turned
 
 LENGTH = 40
 QUICK = {
@@ -225,3 +226,49 @@ def test_names_and_order_of_entities_do_not_matter(proposition, seed):
         other = [NAMES.get(argument, argument) for argument in arguments]
         found = see(renamed(recording), **new)(proposition.name, *other)
         assert found.tolist() == values.tolist()
+
+
+def spun(recording, angle, shift):
+    """The whole scene turned about the vertical axis and put elsewhere."""
+    turn = np.array(turned(angle, (0, 0, 1)))
+
+    def place(points):
+        return rotate(turn, points) + shift
+
+    def pose(array):
+        array = np.asarray(array, float)
+        turns = multiply(np.broadcast_to(turn, array[..., 3:].shape), array[..., 3:])
+        return np.concatenate((place(array[..., :3]), turns), axis=-1).astype(np.float32)
+
+    def vector(array):
+        return rotate(turn, array).astype(np.float32)
+
+    scene, steps = recording.scene, recording.steps
+    joints = [
+        dataclasses.replace(
+            j,
+            axis=tuple(rotate(turn, j.axis)),
+            anchor=tuple(place(j.anchor)),
+            pose=(*pose(j.pose),),
+        )
+        for j in scene.joints
+    ]
+    surfaces = [dataclasses.replace(s, pose=tuple(pose(s.pose))) for s in scene.surfaces]
+    scene = dataclasses.replace(scene, joints=tuple(joints), surfaces=tuple(surfaces))
+    poses = {n: pose(getattr(steps, n)) for n in ("eef_pose", "object_pose", "box_pose")}
+    steps = dataclasses.replace(steps, **poses)
+    recording = dataclasses.replace(recording, scene=scene, steps=steps)
+    contacts = steps.contacts
+    position = place(contacts.position).astype(np.float32)
+    return with_contacts(recording, position=position, normal=vector(contacts.normal))
+
+
+@every
+@pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 4, np.pi / 2])
+def test_where_the_scene_stands_and_how_it_is_turned_does_not_matter(proposition, angle):
+    for seed in range(8):
+        recording = busy(seed)
+        other = spun(recording, angle, (0.3, -1.0, 0.2))
+        for arguments in ARGUMENTS[proposition.arguments]:
+            values = see(recording)(proposition.name, *arguments)
+            assert see(other)(proposition.name, *arguments).tolist() == values.tolist()
