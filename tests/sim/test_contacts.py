@@ -147,13 +147,29 @@ def test_forces_are_those_of_mujoco(push: float) -> None:
         assert contacts.peak[rows] == pytest.approx(np.full(len(rows), max(forces)), rel=1e-5)
 
 
-def test_the_normal_points_from_the_first_part_to_the_second() -> None:
-    world = World()
+@pytest.mark.parametrize("geom", ["block_g0", "ball_g0"])
+def test_the_normal_points_from_the_first_part_to_the_second(geom: str) -> None:
+    """MuJoCo puts a sphere before a box and boxes in their own order."""
+    world = bouncing_ball()
     contacts = world.step()
-    rows = world.rows(contacts, "block_g0", "table_top")
+    rows = world.rows(contacts, geom, "table_top")
     first = world.table.parts[contacts.a[rows[0]]].entity
     up = np.array((0.0, 0.0, 1.0 if first == "table" else -1.0))
     assert contacts.normal[rows] == pytest.approx(np.tile(up, (len(rows), 1)), abs=1e-6)
+
+
+def test_near_is_not_touching() -> None:
+    """MuJoCo also lists what is within a geom's gap, where no force acts."""
+    for margin in (0.0, 0.05):  # older versions count the gap as a part of the margin
+        world = World(height=0.07)
+        ball = world.model.geom("ball_g0").id
+        world.model.geom_margin[ball], world.model.geom_gap[ball] = margin, 0.05
+        contacts = world.step()
+        listed = [c.efc_address for c in world.data.contact if ball in c.geom]
+        if listed:
+            break
+    assert listed == [-1]
+    assert len(world.rows(contacts, "ball_g0", "table_top")) == 0
 
 
 def test_contacts_within_a_thing_and_between_things_that_never_move_are_left_out() -> None:
