@@ -14,6 +14,7 @@ from pytest_safemanip.cases import Case
 from pytest_safemanip.errors import ConfigError, RolloutError, SafemanipError
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.plan import Plan
+from pytest_safemanip.policies.base import Policy
 from pytest_safemanip.policies.registry import PolicySpec
 from pytest_safemanip.sim.backend import Backend, Request
 from pytest_safemanip.store import Store, key_of
@@ -139,7 +140,7 @@ class SafetySession:
         def run() -> Recording:
             show(0, 0)
             try:
-                return rollout.run(job, backend, policy.make(), show)
+                return rollout.run(job, backend, _made(policy), show)
             except SafemanipError:
                 raise
             except Exception as error:
@@ -181,6 +182,14 @@ class SafetySession:
         key = key_of(parts)
         hashes = {"policy": policy.fingerprint or "", "key": key}
         return key, rollout.Job(case.task, case.policy, request, protocol, hashes)
+
+
+def _made(policy: PolicySpec) -> Policy:
+    """A fresh policy; one that cannot be made fails its own rollouts and no others."""
+    try:
+        return policy.make()
+    except ConfigError as error:
+        raise RolloutError(str(error)) from error
 
 
 @dataclass(frozen=True)

@@ -184,6 +184,22 @@ def test_a_simulator_that_cannot_be_used_is_asked_once(suite):
     assert len(world.requests) == 1
 
 
+def test_a_policy_that_cannot_be_made_fails_its_own_rollouts_only(suite):
+    def make():
+        raise ConfigError("policy 'unknown': has no 'act(observation)'")
+
+    plan = suite.plan(("unknown", "steady"), (0,))
+    broken = dataclasses.replace(plan.policies["unknown"], make=make)
+    plan = dataclasses.replace(plan, policies={**plan.policies, "unknown": broken})
+    session = suite.session(plan, toy.World())
+    for case in plan.cases:
+        if case.policy == "steady":
+            assert session.verdict(case).instances
+        else:
+            with pytest.raises(RolloutError, match=r"has no 'act\(observation\)'"):
+                session.verdict(case)
+
+
 def test_an_interrupted_rollout_is_no_failure(suite):
     class Interrupted(toy.World):
         def step(self, action):
