@@ -204,7 +204,7 @@ def main() -> None:
     parser.add_argument(
         "--stock-reset",
         action="store_true",
-        help="also time resets that parse RoboCasa's registries as it does itself (minutes)",
+        help="also time resets that parse RoboCasa's registries as it does itself",
     )
     parser.add_argument("--reset-job", help=argparse.SUPPRESS)
     options = parser.parse_args()

@@ -1,7 +1,8 @@
 """RoboCasa's layout, style and fixture registries, parsed once.
 
-RoboCasa parses the same YAML files about 45 times for each scene, with the pure-Python parser:
-50 s of a reset. Parsed once, with libyaml where it is there, they take a second.
+RoboCasa parses the same YAML files again for every fixture of a scene, with the pure-Python
+parser: half of a reset of its own kitchens. Here each file is parsed once, with libyaml where it
+is there.
 """
 
 from __future__ import annotations
