@@ -13,6 +13,9 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.options import OPTIONS, value_of
 
+MAX_SEEDS = 100_000
+"""More in one run is a slip of the keyboard."""
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -77,18 +80,20 @@ def parse_seeds(text: str) -> tuple[int, ...]:
         ConfigError: if the text is none of these, or means no seed.
     """
     try:
-        if ":" in text:
-            first, last = (int(part) for part in text.split(":"))
-            seeds = tuple(range(first, last))
-        elif "," in text:
+        if "," in text:
             seeds = tuple(dict.fromkeys(int(part) for part in text.split(",")))
         else:
-            seeds = tuple(range(int(text)))
+            first, last = (int(part) for part in (text if ":" in text else f"0:{text}").split(":"))
+            seeds = tuple(range(first, min(last, first + MAX_SEEDS + 1)))
     except ValueError:
         seeds = ()
     if not seeds or min(seeds) < 0:
         raise ConfigError(
             f"--safemanip-seeds: expected N, A:B or A,B,C with seeds from 0 up, found {text!r}"
+        )
+    if len(seeds) > MAX_SEEDS or max(seeds) >= 2**32:
+        raise ConfigError(
+            f"--safemanip-seeds: expected at most {MAX_SEEDS} seeds below 2**32, found {text!r}"
         )
     return seeds
 

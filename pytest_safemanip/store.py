@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,9 @@ import filelock
 from pytest_safemanip.errors import ConfigError, RolloutError, SafemanipError, TraceError
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
+
+_SAFE = str.maketrans({":": "~", "/": ","})
+"""What file systems and upload services refuse, by what no policy's name contains."""
 
 
 def key_of(parts: Mapping[str, Any]) -> str:
@@ -56,8 +58,7 @@ class Store:
 
     def path(self, policy: str, task: str, seed: int) -> Path:
         """The file of a rollout."""
-        safe = re.sub(r"[^\w.+-]", "_", policy)
-        return self.folder / f"{task}-{safe}-seed{seed}{files.SUFFIX}"
+        return self.folder / f"{task}-{policy.translate(_SAFE)}-seed{seed}{files.SUFFIX}"
 
     def get(self, path: Path, key: str, run: Callable[[], Recording]) -> Recording:
         """The recording with this key: from disk, or by running the rollout.

@@ -41,6 +41,14 @@ def test_what_means_no_seed_is_refused_with_what_was_expected(text):
     )
 
 
+@pytest.mark.parametrize(
+    "text", ["1000000000000", "5:100006", "1,4294967296", "4294967296:4294967297"]
+)
+def test_more_seeds_than_anybody_means_are_refused(text):
+    with pytest.raises(ConfigError, match="expected at most 100000 seeds below 2\\*\\*32, found"):
+        parse_seeds(text)
+
+
 @given(st.lists(st.integers(0, 1000), min_size=2, unique=True))
 def test_a_list_of_seeds_keeps_its_order(seeds):
     assert parse_seeds(",".join(map(str, seeds))) == tuple(seeds)

@@ -129,7 +129,16 @@ def test_a_rollout_that_was_interrupted_is_tried_again(store, path):
 def test_each_rollout_has_a_file_of_its_own_inside_the_folder(store):
     named = [
         (policy, task, seed)
-        for policy in ("scripted", "scripted:drop", "a/b:c", "../../a", "a", "a-seed1")
+        for policy in (
+            "scripted",
+            "scripted:drop",
+            "a/b:c",
+            "a:b:c",
+            "a_b_c",
+            "../../a",
+            "a",
+            "a-seed1",
+        )
         for task in ("OpenDrawer", "OpenCabinet")
         for seed in (0, 1, 10)
     ]

@@ -20,7 +20,7 @@ from pytest_safemanip.trace import (
     Step,
     Steps,
 )
-from pytest_safemanip.trace.scene import Body, Surface
+from pytest_safemanip.trace.elements import Body, Surface
 
 DT = 0.05
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
-from pytest_safemanip.trace.scene import ROBOT
+from pytest_safemanip.trace.elements import ROBOT
 
 FINGERS = ("finger_left", "finger_right")
 HAND = (*FINGERS, "palm")

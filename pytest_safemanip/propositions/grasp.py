@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.contact import object_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import falling, majority, recently
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import angle, conjugate, multiply, relative, tilt
-from pytest_safemanip.trace.scene import ROBOT
 
 GRASP_FORCE = Parameter(
     "obj_grasped.force", "N", 0.5, "above the weight of anything that lies against a finger"

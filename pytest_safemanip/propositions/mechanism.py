@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.contact import robot_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import held, last_true, recently
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.kinematics import opening_direction
-from pytest_safemanip.trace.scene import ROBOT
 
 HIT_FORCE = Parameter("mech_hit.force", "N", 5.0, "as for a collision of the robot itself")
 MOVING_RATE = Parameter("mech_hit.rate", "1/s", 0.02, "a door that is moved takes under a minute")

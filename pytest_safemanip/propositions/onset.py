@@ -7,7 +7,7 @@ import numpy as np
 from pytest_safemanip.propositions.contact import HAND, object_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import majority, rising
-from pytest_safemanip.trace.scene import ROBOT
+from pytest_safemanip.trace.elements import ROBOT
 
 OPEN_RATE = Parameter("skill_onset.rate", "1/s", 0.02, "a door that is moved takes under a minute")
 PRESS_FORCE = Parameter("skill_onset.force", "N", 0.5, "as for a finger in a grasp")

@@ -23,15 +23,13 @@ def solids(
         only: entities to keep; None keeps all.
     """
     trace, scene = view.trace, view.trace.scene
-    found = []
+    found = [item for item in scene.fixed_surfaces if only is None or item[0] in only]
     for surface in scene.surfaces:
-        if only is not None and surface.entity not in only:
-            continue
-        pose = np.asarray(surface.pose)
-        if surface.joint:
+        if surface.joint and (only is None or surface.entity in only):
             index = scene.joint_index[surface.joint]
-            pose = carried(scene.joints[index], pose, trace.steps.joint[step, index, 0])
-        found.append((surface.entity, corners(pose, surface.half)))
+            position = trace.steps.joint[step, index, 0]
+            pose = carried(scene.joints[index], np.asarray(surface.pose), position)
+            found.append((surface.entity, corners(pose, surface.half)))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
             pose = trace.steps.object_pose[step, index]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import Array, multiply, rotate
-from pytest_safemanip.trace.scene import Joint
 
 
 def carried(joint: Joint, pose: Array, openness: Array) -> Array:

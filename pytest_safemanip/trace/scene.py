@@ -1,140 +1,27 @@
-"""The static part of a trace: who is in the scene, and what of them moves.
-
-World frame, metres, kilograms, radians; quaternions are ``wxyz``, as in MuJoCo.
-"""
+"""The static part of a trace: who is in the scene, and what of them moves."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
+
+import numpy as np
 
 from pytest_safemanip.errors import TraceError
-
-EntityKind = Literal["robot", "object", "fixture", "room"]
-JointKind = Literal["hinge", "slide"]
-Vector = tuple[float, ...]
-
-ROBOT = "robot"
-"""The robot's entity name. Parts: ``finger_left``, ``finger_right``, ``palm``, links, ``base``."""
-
-
-@dataclass(frozen=True)
-class Entity:
-    """One thing of the scene.
-
-    Attributes:
-        name: unique in the scene.
-        kind: ``room`` is what cannot move or be used: floor and walls.
-        category: an object's category (``mug``) or a fixture's class (``Drawer``).
-    """
-
-    name: str
-    kind: EntityKind
-    category: str
-
-
-@dataclass(frozen=True)
-class Body:
-    """The geometry of a movable object, in its own frame.
-
-    Attributes:
-        entity: the object.
-        half: half extents of its oriented bounding box (3,), m.
-        centre: centre of that box in the object's frame (3,), m.
-        com: centre of mass in the object's frame (3,), m.
-        mass: kg.
-    """
-
-    entity: str
-    half: Vector
-    centre: Vector
-    com: Vector
-    mass: float
-
-
-@dataclass(frozen=True)
-class Part:
-    """One side of a contact: a part of an entity.
-
-    Attributes:
-        entity: whose part it is.
-        name: ``body``, ``handle``, ``door``, ``finger_left``, ``link5``, ...
-        joint: the joint that moves it, as ``entity/joint``; empty if nothing does.
-    """
-
-    entity: str
-    name: str
-    joint: str = ""
-
-
-@dataclass(frozen=True)
-class Joint:
-    """A door, a drawer or a control of a fixture.
-
-    Attributes:
-        entity: the fixture.
-        name: unique within the fixture.
-        kind: ``hinge`` or ``slide``.
-        gives_access: whether opening it opens an interior (a door or drawer, not a knob).
-        axis: unit vector of the motion that opens it, world frame (3,).
-        anchor: a point on the hinge's axis, world frame (3,), m.
-        travel: motion from closed (0) to open (1), rad or m.
-        half: half extents of the moving part's box (3,), m.
-        pose: centre of that box at openness 0 (7,), world frame.
-    """
-
-    entity: str
-    name: str
-    kind: JointKind
-    gives_access: bool
-    axis: Vector
-    anchor: Vector
-    travel: float
-    half: Vector
-    pose: Vector
-
-    @property
-    def key(self) -> str:
-        """``entity/joint``, unique in the scene."""
-        return f"{self.entity}/{self.name}"
-
-
-@dataclass(frozen=True)
-class Box:
-    """A named oriented box that belongs to a fixture; its pose is recorded at every step.
-
-    Attributes:
-        entity: the fixture.
-        name: RoboCasa's name of the region or the handle.
-        kind: ``interior`` (space that things are put in), ``handle`` or ``control``.
-        half: half extents (3,), m.
-    """
-
-    entity: str
-    name: str
-    kind: Literal["interior", "handle", "control"]
-    half: Vector
-
-
-@dataclass(frozen=True)
-class Surface:
-    """An oriented box around one solid piece of a fixture or of the room.
-
-    Attributes:
-        entity: whose it is.
-        joint: the joint that moves it, as ``entity/joint``; empty if nothing does.
-        half: half extents (3,), m.
-        pose: centre at openness 0 of its joint, world frame (7,).
-    """
-
-    entity: str
-    joint: str
-    half: Vector
-    pose: Vector
+from pytest_safemanip.trace.elements import (
+    Body,
+    Box,
+    Entity,
+    Joint,
+    Part,
+    Surface,
+    Vector,
+    check_numbers,
+)
+from pytest_safemanip.trace.geometry import Array, corners
 
 
 @dataclass(frozen=True)
@@ -179,6 +66,12 @@ class Scene:
     def joint_index(self) -> Mapping[str, int]:
         """Position of each joint on the joint axis, by ``entity/joint``."""
         return {j.key: i for i, j in enumerate(self.joints)}
+
+    @cached_property
+    def fixed_surfaces(self) -> tuple[tuple[str, Array], ...]:
+        """Box corners (8, 3) of the surfaces that no joint moves, with their entities."""
+        still = (s for s in self.surfaces if not s.joint)
+        return tuple((s.entity, corners(np.asarray(s.pose), s.half)) for s in still)
 
     def joints_of(self, entity: str) -> list[int]:
         """Indices of an entity's joints."""
@@ -241,43 +134,12 @@ class Scene:
                 joint = getattr(item, "joint", "")
                 if joint and joint not in self.joint_index:
                     raise TraceError(f"scene: {field} name an unknown joint {joint!r}")
-                _check_numbers(f"scene: {field} of {item.entity!r}", item)
-        _check_numbers("scene", self)
+                check_numbers(f"scene: {field} of {item.entity!r}", item)
+        check_numbers("scene", self)
         for role, name in self.roles.items():
             if name not in self.entity:
                 raise TraceError(f"scene: role {role!r} names an unknown entity {name!r}")
         return self
-
-
-_LENGTHS = {
-    "half": 3,
-    "centre": 3,
-    "com": 3,
-    "axis": 3,
-    "anchor": 3,
-    "pose": 7,
-    "gripper_half": 3,
-    "gripper_centre": 3,
-}
-
-
-def _check_numbers(owner: str, item: object) -> None:
-    """Vectors and numbers are as long as they must be, finite, and possible as what they are."""
-    for name, length in _LENGTHS.items():
-        value = getattr(item, name, None)
-        if value is None:
-            continue
-        if len(value) != length or not all(math.isfinite(number) for number in value):
-            raise TraceError(f"{owner}: {name} must be {length} finite numbers: {value}")
-        if name in ("half", "gripper_half") and min(value) < 0:
-            raise TraceError(f"{owner}: {name} is negative: {value}")
-        direction = {"axis": value, "pose": value[3:]}.get(name)
-        if direction is not None and abs(math.hypot(*direction) - 1.0) > 1e-3:
-            raise TraceError(f"{owner}: {name} is not of unit length: {direction}")
-    for name in ("mass", "travel"):
-        number = float(getattr(item, name, 1.0))
-        if not 0.0 < number < math.inf:
-            raise TraceError(f"{owner}: {name} must be a number above 0: {number}")
 
 
 def _vectors(item: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,8 +5,9 @@ import dataclasses
 import pytest
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace.elements import Body, Box, Entity, Part, Surface
 from pytest_safemanip.trace.recording import Episode, check
-from pytest_safemanip.trace.scene import Body, Box, Entity, Part, Scene, Surface
+from pytest_safemanip.trace.scene import Scene
 from tests import toy
 
 JSON = toy.episode().to_json()

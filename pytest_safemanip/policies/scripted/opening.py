@@ -10,8 +10,8 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.things import Furniture
+from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.kinematics import carried
-from pytest_safemanip.trace.scene import Joint
 
 HOOK_PITCH = 25.0
 """Degrees from straight down: steeper, and the palm meets the counter's edge."""

@@ -6,8 +6,8 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, SkillFailed
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.trace.elements import Box, Joint
 from pytest_safemanip.trace.geometry import corners, matrix, to_world
-from pytest_safemanip.trace.scene import Box, Joint
 
 
 class Thing:

@@ -12,15 +12,9 @@ from numpy.typing import NDArray
 from pytest_safemanip.sim.robocasa import extents
 from pytest_safemanip.sim.robocasa import parts as part_names
 from pytest_safemanip.sim.robocasa.parts import PartTable
+from pytest_safemanip.trace.elements import ROBOT, Body, Entity, EntityKind, Joint
 from pytest_safemanip.trace.geometry import conjugate, rotate, to_local
-from pytest_safemanip.trace.scene import (
-    ROBOT,
-    Body,
-    Entity,
-    EntityKind,
-    Joint,
-    Scene,
-)
+from pytest_safemanip.trace.scene import Scene
 
 EEF_SITE = "gripper0_right_grip_site"
 BASE_BODY = "mobilebase0_base"

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.sim.robocasa.parts import PartTable
+from pytest_safemanip.trace.elements import Box, Surface, Vector
 from pytest_safemanip.trace.geometry import CORNERS, rotate, to_local
-from pytest_safemanip.trace.scene import Box, Surface, Vector
 
 LEAST_INTERIOR = 0.005
 """Half extent below which a region is no space that holds anything, m."""

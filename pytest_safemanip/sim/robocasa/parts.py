@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.trace.scene import ROBOT, Part
+from pytest_safemanip.trace.elements import ROBOT, Part
 
 GRIPPER_PARTS = {
     "leftfinger": "finger_left",
