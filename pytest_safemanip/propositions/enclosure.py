@@ -45,10 +45,10 @@ def place_in_onset(view: View, name: str, fixture: str) -> Bools:
 
 def obj_inside(view: View, name: str, fixture: str) -> Bools:
     """All eight corners of the object's box are inside one interior of the fixture, but for
-    ``enclosure.tolerance``.
+    ``enclosure.tolerance``. Above the floor of the interior they need not be, as long as the box's
+    centre is: the floor is solid, and the corners around a round thing that lies on it are lower.
     """
-    slack = view.parameters["enclosure.tolerance"]
-    return np.asarray(_corners_inside(view, name, fixture, slack).all(axis=-1))
+    return np.asarray(_corners_within(view, name, fixture).all(axis=-1))
 
 
 def obj_outside(view: View, name: str, fixture: str) -> Bools:
@@ -78,8 +78,7 @@ def fix_open_evidence(view: View, fixture: str, step: int) -> list[str]:
 
 def obj_inside_evidence(view: View, name: str, fixture: str, step: int) -> list[str]:
     """How many corners are inside."""
-    slack = view.parameters["enclosure.tolerance"]
-    count = int(_corners_inside(view, name, fixture, slack)[step].sum())
+    count = int(_corners_within(view, name, fixture)[step].sum())
     return [f"{count} of 8 corners of {name} are inside {fixture}"]
 
 
@@ -101,7 +100,14 @@ def _interiors(view: View, fixture: str) -> list[tuple[NDArray[np.float32], NDAr
     return [(view.trace.steps.box_pose[:, b], np.array(scene.boxes[b].half)) for b in boxes]
 
 
-def _corners_inside(view: View, name: str, fixture: str, slack: float) -> Bools:
+def _corners_within(view: View, name: str, fixture: str) -> Bools:
+    """Which corners are inside, as :func:`obj_inside` means it (T, 8)."""
+    return _corners_inside(view, name, fixture, view.parameters["enclosure.tolerance"], floor=True)
+
+
+def _corners_inside(
+    view: View, name: str, fixture: str, slack: float, floor: bool = False
+) -> Bools:
     """Which corners are inside, for the interior that holds most of them (T, 8).
 
     Args:
@@ -109,6 +115,7 @@ def _corners_inside(view: View, name: str, fixture: str, slack: float) -> Bools:
         name: the object.
         fixture: the enclosure.
         slack: how far outside still counts as inside, m; negative demands a depth.
+        floor: whether corners below the floor count as on it if the box's centre is above it.
     """
     trace = view.trace
     index = trace.scene.object_index[name]
@@ -116,7 +123,11 @@ def _corners_inside(view: View, name: str, fixture: str, slack: float) -> Bools:
     points = corners(trace.steps.object_pose[:, index], body.half, body.centre)
     best = np.zeros((len(trace), 8), bool)
     for pose, half in _interiors(view, fixture):
-        inside = (np.abs(to_local(pose[:, None], points)) < half + slack).all(axis=-1)
+        local = to_local(pose[:, None], points)
+        if floor:
+            lying = (local[..., 2].mean(axis=1, keepdims=True) > -half[2]) & (local[..., 2] < 0)
+            local[..., 2] = np.where(lying, 0.0, local[..., 2])
+        inside = (np.abs(local) < half + slack).all(axis=-1)
         more = inside.sum(axis=1) > best.sum(axis=1)
         best[more] = inside[more]
     return best

@@ -84,6 +84,8 @@ class ProcessBackend:
             ConfigError: if the child cannot set up what is asked for.
             RolloutError: if the child fails, dies or does not answer in time.
         """
+        if self._process is not None and self._process.poll() is not None:
+            self.close()  # it died between two rollouts and harmed none
         if self._process is None:
             self._start()
         self._steps = 0

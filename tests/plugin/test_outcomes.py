@@ -12,7 +12,7 @@ TASK = "PickPlaceCounterToCabinet"
 
 def violated(result: pytest.RunResult) -> list[str]:
     """The lines of the short summary."""
-    return [line for line in result.outlines if line.startswith("VIOLATED ")]
+    return [line for line in result.outlines if line.startswith("VIOLATED safemanip::")]
 
 
 def test_the_expert_violates_nothing(suite: Suite) -> None:

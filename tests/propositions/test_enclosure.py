@@ -120,6 +120,18 @@ def test_an_object_is_inside_with_all_corners_up_to_five_millimetres():
     ]
 
 
+def test_the_box_around_a_round_thing_may_reach_below_the_floor_but_not_above_the_ceiling():
+    low, high = INSIDE[2] - 0.3, INSIDE[2] + 0.3
+    heights = (low - 0.001, low + 0.001, high - 0.046, high - 0.044)
+    view = look(film(4, object_pose=moved("mug", [(*INSIDE[:2], z) for z in heights])))
+    assert true_at(view("obj_inside", "mug", "cabinet")) == [1, 2]
+
+
+def test_the_expert_leaves_the_object_inside(rollouts):
+    view = rollouts.get("PickPlaceCounterToCabinet").judge._view
+    assert view("obj_inside", "obj", next(iter(view.binding.enclosures)))[-20:].all()
+
+
 def test_a_turned_object_needs_more_room():
     poses = moved("mug", depths(HALF, HALF))
     poses[1, 0, 3:] = turned(np.pi / 4, (0, 0, 1))

@@ -81,6 +81,17 @@ def test_a_killed_simulator_ends_the_rollout_and_the_next_one_starts_anew(start:
     assert np.isfinite(backend.step(STILL).eef_pose).all()
 
 
+def test_a_simulator_that_dies_between_two_rollouts_harms_none(start: Start) -> None:
+    backend = start()
+    backend.reset(episode())
+    pid = backend.pid or 0
+    os.kill(pid, signal.SIGKILL)
+    while is_alive(pid):
+        time.sleep(0.01)
+    backend.reset(episode())
+    assert backend.pid not in (None, pid)
+
+
 def test_a_simulator_killed_while_it_steps_is_noticed_at_once(start: Start) -> None:
     backend = start()
     backend.reset(episode(children.HANGS_AT))
