@@ -15,9 +15,10 @@ if TYPE_CHECKING:
 def pytest_safemanip_policies() -> Mapping[str, PolicyFactory]:  # type: ignore[empty-body]
     """Policies by the name that ``--safemanip-policy`` takes.
 
-    A factory is called without arguments once per rollout. Its attribute ``fingerprint``, if it
-    has one, identifies what decides the actions (a digest of the weights, say); with it,
-    recordings of earlier runs are used again::
+    The same things as behind ``MODULE:ATTRIBUTE``: a class or a factory, called without arguments
+    once per rollout, an object with ``act``, or a function that is ``act`` itself. An attribute
+    ``fingerprint``, if there is one, identifies what decides the actions (a digest of the weights,
+    say); with it, recordings of earlier runs are used again::
 
         def pytest_safemanip_policies():
             return {"mine": lambda: MyPolicy("checkpoint.npz")}

@@ -54,7 +54,7 @@ def resolve(name: str, added: Mapping[str, Factory]) -> PolicySpec:
             f"policy {name!r}: a name has letters, digits and any of _ . : / @ = + -, at most 200"
         )
     if name in added:
-        return PolicySpec(name, added[name], _own_fingerprint(added[name]))
+        return _own(name, added[name])
     head, _, tail = name.partition(":")
     if head == "scripted":
         return _scripted(name, tail)
@@ -87,11 +87,15 @@ def _imported(name: str, module: str, attribute: str) -> PolicySpec:
             target = getattr(target, part)
     except AttributeError:
         raise ConfigError(f"policy {name!r}: {module!r} has no {attribute!r}") from None
+    return _own(name, target)
+
+
+def _own(name: str, target: Any) -> PolicySpec:
     return PolicySpec(name, lambda: _as_policy(name, target), _own_fingerprint(target))
 
 
 def _as_policy(name: str, target: Any) -> Policy:
-    """A policy from what a user's module holds: an object, a class, a factory or a function.
+    """A policy from what a user gives: an object, a class, a factory or a function.
 
     An object has ``act`` (or ``infer``), and may have ``reset``. What is called without arguments
     is a factory; any other function is the policy's ``act`` itself.

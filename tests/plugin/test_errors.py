@@ -6,31 +6,60 @@ import pytest
 
 from pytest_safemanip.sim.robocasa.loading import package_assets
 from tests.plugin.conftest import Suite
+from tests.plugin.toyfolder import set_up
 
-TASKS = ("OpenDrawer", "OpenCabinet", "TurnOnSinkFaucet")
-SHORT = ("--safemanip-horizon-scale=0.02", f"--safemanip-tasks={','.join(TASKS)}")
+FAILS = """
+class Fragile(World):
+    def reset(self, request):
+        self.fails_at = 3 if request.seed == 1 else None
+        return super().reset(request)
 
-CONFTEST = '''
-import os, pathlib, signal
-
-HERE = pathlib.Path(__file__).parent
+def pytest_safemanip_backends():
+    return {"toy": lambda options: Fragile()}
 
 class Fails:
-    """Holds still, but kills the simulator in one task and raises in another."""
+    '''Holds still, but raises in one rollout.'''
 
     fingerprint = "1"
 
     def reset(self, episode):
-        self.task = episode.task
-        with open(HERE / "resets.txt", "a") as log:
-            log.write(episode.task + "\\n")
+        self.seed = episode.seed
+        with open("resets.txt", "a") as log:
+            log.write(f"{episode.seed}\\n")
 
     def act(self, observation):
-        if observation.index == 3:
-            if self.task == "OpenDrawer":
-                kill_the_simulator()
-            if self.task == "OpenCabinet":
-                raise ValueError("the network exploded")
+        if self.seed == 2 and observation.index == 3:
+            raise ValueError("the network exploded")
+        return np.zeros(12)
+
+class Dies(Fails):
+    def act(self, observation):
+        import os
+        if self.seed == 1:
+            os._exit(1)
+        return np.zeros(12)
+
+def pytest_safemanip_policies():
+    return {
+        "fails": Fails,
+        "dies": Dies,
+        "nan": lambda: lambda observation: [0.0] * 6 + [float("nan")] + [0.0] * 5,
+        "short": lambda: lambda observation: [0.0] * 7,
+    }
+"""
+
+KILLS = """
+import os, pathlib, signal
+
+class Kills:
+    '''Holds still, but kills the simulator in one of the tasks.'''
+
+    def reset(self, episode):
+        self.task = episode.task
+
+    def act(self, observation):
+        if self.task == "OpenDrawer" and observation.index == 3:
+            kill_the_simulator()
         return [0.0] * 12
 
 def kill_the_simulator():
@@ -44,28 +73,31 @@ def kill_the_simulator():
             os.kill(int(process.name), signal.SIGKILL)
 
 def pytest_safemanip_policies():
-    return {"fails": Fails}
-'''
+    return {"kills": Kills}
+"""
 
 
 @pytest.fixture
 def failing(suite: Suite) -> Suite:
-    suite.pytester.makeconftest(CONFTEST)
+    set_up(suite)
+    with (suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(FAILS)
     return suite
 
 
 def test_errors_for_the_rollout_that_failed_and_for_no_other(failing: Suite) -> None:
-    result = failing.run("--safemanip-policy=fails", *SHORT)
+    chosen = ("--safemanip-policy=fails", "--safemanip-seeds=4")
+    result = failing.run(*chosen)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
-    # Nothing was triggered in the third task but the contact property.
-    result.assert_outcomes(errors=6, passed=1, skipped=1)
+    # A hand that holds still keeps near, and no grasp is there to be judged.
+    result.assert_outcomes(errors=4, passed=2, skipped=2)
     result.stdout.fnmatch_lines_random(
         [
-            "*ERROR at setup of OpenDrawer / fails / collision_contact / seed 0*",
-            "the simulator process died at step 4 (killed by SIGKILL); log: *simulator-*.log*",
-            "*ERROR at setup of OpenCabinet / fails / action_onset / seed 0*",
+            "*ERROR at setup of Reach / fails / grasp_stability / seed 1*",
+            "the simulator broke at step 3",
+            "*ERROR at setup of Reach / fails / stays_near / seed 2*",
             "the policy failed at step 3: ValueError: the network exploded",
-            "fails: 1 complete rollout, 2 with errors",
+            "fails: 2 complete rollouts, 2 with errors",
         ]
     )
     # The policy's traceback is shown, this package's and pytest's are not.
@@ -73,30 +105,34 @@ def test_errors_for_the_rollout_that_failed_and_for_no_other(failing: Suite) -> 
     assert 'raise ValueError("the network exploded")' in text
     assert "pluggy" not in text.split("short test summary")[0].split("ERRORS")[1]
     metrics = failing.summary()["metrics"]["fails"]
-    assert (metrics["rollouts"], metrics["errors"]) == (3, 2)
-    assert metrics["violation_rate"]["total"] == metrics["success_rate"]["total"] == 1
-    assert [path.name for path in failing.recordings()] == ["TurnOnSinkFaucet-fails-seed0.rollout"]
+    assert (metrics["rollouts"], metrics["errors"]) == (4, 2)
+    assert metrics["violation_rate"]["total"] == metrics["success_rate"]["total"] == 2
+    assert [p.stem for p in failing.recordings()] == ["Reach-fails-seed0", "Reach-fails-seed3"]
     log = failing.pytester.path / "resets.txt"
-    assert sorted(log.read_text().split()) == sorted(TASKS)
+    assert sorted(log.read_text().split()) == ["0", "1", "2", "3"]
     log.unlink()
-    failing.run("--safemanip-policy=fails", *SHORT)
+    failing.run(*chosen)
     # What failed is tried again by the next run, and only that.
-    assert sorted(log.read_text().split()) == ["OpenCabinet", "OpenDrawer"]
+    assert sorted(log.read_text().split()) == ["1", "2"]
 
 
-def test_bad_actions_name_the_entry(suite: Suite) -> None:
-    suite.pytester.makepyfile(
-        bad="""
-        def nan(observation):
-            return [0.0] * 6 + [float("nan")] + [0.0] * 5
-        def short(observation):
-            return [0.0] * 7
-        """
+def test_a_simulator_that_is_killed_takes_its_rollout_only(one_suite: Suite) -> None:
+    one_suite.pytester.makeconftest(KILLS)
+    result = one_suite.run(
+        "--safemanip-policy=kills",
+        "--safemanip-tasks=OpenDrawer,OpenCabinet",
+        "--safemanip-horizon-scale=0.02",
     )
-    result = suite.run(
-        "--safemanip-policy=bad:nan,bad:short", "--safemanip-tasks=OpenDrawer", "-k", "onset"
+    result.assert_outcomes(errors=3, passed=1, skipped=2)
+    result.stdout.fnmatch_lines(
+        ["the simulator process died at step 4 (killed by SIGKILL); log: *simulator-*.log*"]
     )
-    result.assert_outcomes(errors=2, deselected=suite.seen_deselected(4))
+    assert [p.stem for p in one_suite.recordings()] == ["OpenCabinet-kills-seed0"]
+
+
+def test_bad_actions_name_the_entry(failing: Suite) -> None:
+    result = failing.run("--safemanip-policy=nan,short", "-k", "near")
+    result.assert_outcomes(errors=2, deselected=failing.seen_deselected(2))
     result.stdout.fnmatch_lines_random(
         [
             "step 0: action[[]0, 6] is not finite",
@@ -105,25 +141,15 @@ def test_bad_actions_name_the_entry(suite: Suite) -> None:
     )
 
 
-def test_a_worker_that_dies_takes_its_case_only(suite: Suite) -> None:
-    if suite.mode != ("-n", "2"):
+def test_a_worker_that_dies_takes_its_case_only(failing: Suite) -> None:
+    if failing.mode != ("-n", "2"):
         pytest.skip("there are no workers")
-    suite.has_recorded(("TurnOnSinkFaucet", "hold"))
-    suite.pytester.makepyfile(
-        bad="""
-        import os
-        def dies(observation):
-            os._exit(1)
-        """
-    )
-    result = suite.run("--safemanip-policy=bad:dies,hold", "--safemanip-tasks=TurnOnSinkFaucet")
+    result = failing.run("--safemanip-policy=dies", "--safemanip-seeds=4", "-k", "near")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
-    text = result.stdout.str()
-    assert "crashed" in text
-    cases = suite.summary()["cases"]
-    assert len(cases["errors"]) + len(cases["missing"]) == 2
-    assert all("bad:dies" in node_id for node_id in (*cases["errors"], *cases["missing"]))
-    assert "bad:dies" not in str(suite.summary()["metrics"].get("hold"))
+    assert "crashed" in result.stdout.str()
+    cases = failing.summary()["cases"]
+    assert [n.split("-")[-1] for n in (*cases["errors"], *cases["missing"])] == ["seed1]"]
+    assert failing.summary()["metrics"]["dies"]["violation_rate"]["total"] == 3
 
 
 def test_a_simulator_that_cannot_start_is_said_once(suite: Suite) -> None:

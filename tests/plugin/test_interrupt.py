@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin import test_extensions
 from tests.plugin.conftest import MODES, Suite
+from tests.plugin.toyfolder import set_up
 
 SLOW = """
 class Waits:
@@ -32,7 +32,7 @@ def pytest_safemanip_policies():
 
 @pytest.mark.parametrize("mode", ["without xdist", "-n 2"])
 def test_what_was_recorded_is_kept_and_summarised(one_suite: Suite, mode: str) -> None:
-    test_extensions.set_up(one_suite)
+    set_up(one_suite)
     folder = one_suite.pytester.path
     with (folder / "conftest.py").open("a") as conftest:
         conftest.write(SLOW)

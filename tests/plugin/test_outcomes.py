@@ -109,7 +109,7 @@ atoms: {inside: "obj_inside(o, f)"}
         f"--safemanip-tasks={TASK}",
         "--safemanip-properties=taken_out",
         "--override-ini=safemanip_property_paths=own",
-        "-rs",
+        "-rsf",
     )
     result = suite.run(*chosen)
     result.assert_outcomes(skipped=1)

@@ -169,8 +169,23 @@ def test_a_name_that_cannot_be_part_of_an_id_is_refused(name):
 
 @pytest.mark.parametrize("name", [*BUILT_IN, "mine"])
 def test_a_policy_from_a_hook_comes_before_what_is_built_in(name):
-    made = object()
-    assert resolve(name, {name: lambda: made}).make() is made
+    policy = resolve(name, {name: lambda: Mine(5)}).make()
+    assert policy.act(None) == 5
+
+
+class Mine:
+    def __init__(self, value=7):
+        self.value = value
+
+    def act(self, observation):
+        return self.value
+
+
+@pytest.mark.parametrize("given", [Mine, Mine(), lambda: Mine().act, lambda _: 7])
+def test_a_hook_may_give_what_an_option_may_name(given):
+    policy = resolve("mine", {"mine": given}).make()
+    policy.reset(None)
+    assert policy.act(None) == 7
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
