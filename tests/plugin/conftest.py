@@ -30,9 +30,10 @@ class Suite:
 
     def run(self, *arguments: str) -> pytest.RunResult:
         """Run pytest as the user does."""
-        chosen = [*arguments, *self.mode, "-p", "no:cacheprovider"]
-        if "--lf" in arguments:
-            chosen = chosen[:-2]
+        # Hypothesis takes as long to import as all of this package, in each worker again.
+        chosen = [*arguments, *self.mode, "-p", "no:hypothesispytest"]
+        if "--lf" not in arguments:
+            chosen += ["-p", "no:cacheprovider"]
         if not any(a.startswith("--safemanip-assets") for a in arguments):
             chosen.append("--override-ini=safemanip_assets=primitive")
         return self.pytester.runpytest(*chosen)
