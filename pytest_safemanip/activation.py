@@ -41,7 +41,8 @@ def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
         ConfigError: if the run cannot be done as asked.
     """
     settings = read_settings(config)
-    _import_from(str(config.invocation_params.dir))
+    folder = config.invocation_params.dir
+    _import_from(str(folder))
     added = _extensions(config)
     plan = make_plan(settings, added)
     backend = store = None
@@ -53,7 +54,7 @@ def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
             store = Store(settings.out / "recordings", run)
     progress = None if worker else ProgressLine(config, plan)
     session = SafetySession(plan, backend, store, run, progress)
-    suite = Run(plan, session, backend, _command(config))
+    suite = Run(plan, session, backend, _command(config), folder)
     plugins = config.pluginmanager
     collecting = CollectAlone if alone else CollectBeside
     plugins.register(collecting(suite), "safemanip-collect")

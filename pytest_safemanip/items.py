@@ -105,10 +105,8 @@ class SafetyItem(pytest.Item):
         text = line
         if self._verdict.findings:
             again = self.run.again(self.case)
-            judged = self._judged
-            text = counterexample(
-                self._property, self._verdict, judged.recording, judged.path, again
-            )
+            recording, path = self._judged.recording, self.run.shown(self._judged.path)
+            text = counterexample(self._property, self._verdict, recording, path, again)
         return failure.shown(text, line, self._property.path)
 
     def reportinfo(self) -> tuple[Path, None, str]:

@@ -70,4 +70,4 @@ class Reporting:
         for line in summary_lines(self._results):
             terminalreporter.write_line(line)
         terminalreporter.write_line("")
-        terminalreporter.write_line(f"summary: {self._path}")
+        terminalreporter.write_line(f"summary: {self._run.shown(self._path)}")

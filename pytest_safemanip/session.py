@@ -201,12 +201,18 @@ class Run:
         session: does it.
         backend: None when recordings are judged or cases only listed.
         command: the beginning of the command that runs one case again.
+        folder: where pytest was started.
     """
 
     plan: Plan
     session: SafetySession
     backend: Backend | None
     command: str
+    folder: Path
+
+    def shown(self, path: Path) -> Path:
+        """A path as the user would type it."""
+        return path.relative_to(self.folder) if path.is_relative_to(self.folder) else path
 
     def again(self, case: Case) -> str:
         """The command that runs a case again."""

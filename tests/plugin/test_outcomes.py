@@ -49,7 +49,7 @@ def test_a_fault_is_found_and_proved(
             f"*{entity}*",
             "    step  *",
             "  decided by *",
-            f"recording  *{TASK}-scripted~{fault}-seed0.rollout",
+            f"recording  .safemanip/recordings/{TASK}-scripted~{fault}-seed0.rollout",
             f"again      pytest 'safemanip::test_safety*{property_id}*",
         ]
     )
