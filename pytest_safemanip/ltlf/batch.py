@@ -83,9 +83,12 @@ def _many_states(rules: Rules, letters: Letters) -> States:
     shifted = (rules.table << bits).astype(width).ravel()
     state = np.zeros(letters.shape[1], dtype=width)
     found = np.empty(letters.shape, dtype=width)
+    place = np.empty(letters.shape[1], dtype=np.intp)
     for step, letter in enumerate(letters):
-        state = shifted[state | letter]
-        found[step] = state
+        np.bitwise_or(state, letter, out=place)
+        state = found[step]
+        # Nothing is out of range; but only "clip" writes into `state` without a buffer.
+        shifted.take(place, out=state, mode="clip")
     found >>= width.type(bits)
     return found.astype(rules.state_type, copy=False)
 
