@@ -35,7 +35,7 @@ from pytest_safemanip.ltlf.formula import conjuncts
 from .bruteforce import formulas, holds, traces
 
 ATOMS = ("a", "b", "c")
-EXAMPLES = int(os.environ.get("SAFEMANIP_LTLF_EXAMPLES", "2500"))
+EXAMPLES = int(os.environ.get("SAFEMANIP_LTLF_EXAMPLES", "1500"))
 
 
 @settings(max_examples=EXAMPLES, deadline=None)

@@ -100,7 +100,7 @@ def as_mask(explanation):
     )
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(violations())
 def test_no_smaller_set_of_values_decides(found):
     dfa, values, verdict = found
@@ -113,7 +113,7 @@ def test_no_smaller_set_of_values_decides(found):
         assert all(v.value == values[v.step, ATOMS.index(v.atom)] for v in explanation.deciding)
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(violations())
 def test_when_the_search_is_too_large_no_value_can_be_left_out(found):
     dfa, values, verdict = found

@@ -69,7 +69,7 @@ def recordings(draw, max_instances=4):
     return array, np.arange(steps) < draw(st.integers(0, steps))
 
 
-@settings(max_examples=800, deadline=None)
+@settings(max_examples=400, deadline=None)
 @given(formulas(3), recordings(), monitors)
 def test_online_and_batch_agree(formula, recording, options):
     array, acting = recording
@@ -98,7 +98,7 @@ def test_one_instance_and_fifty_agree(formula, recording, options, position):
     same(alone, among[position])
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(formulas(3), recordings(max_instances=1))
 def test_the_paper_profile_is_acceptance_at_the_last_step(formula, recording):
     array, _ = recording
@@ -111,7 +111,7 @@ def test_the_paper_profile_is_acceptance_at_the_last_step(formula, recording):
     assert len(verdict.violations) == (not accepted)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(
     formulas(3),
     recordings(max_instances=1),

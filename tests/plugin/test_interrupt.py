@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -38,12 +39,16 @@ def test_what_was_recorded_is_kept_and_summarised(one_suite: Suite, mode: str) -
         conftest.write(SLOW)
     command = [sys.executable, "-m", "pytest", "--safemanip-policy=waits", "--safemanip-seeds=4"]
     run = subprocess.Popen(
-        [*command, *MODES[mode]], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        [*command, *MODES[mode]],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
     )
     wait_for(folder / "waiting", run)
     if mode == "-n 2":
         wait_for(one_suite.out / "recordings" / "Reach-waits-seed3.rollout", run)
-    run.send_signal(signal.SIGINT)
+    os.killpg(run.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
     output = run.communicate(timeout=30)[0].decode()
     assert run.returncode == pytest.ExitCode.INTERRUPTED, output
     summary = one_suite.summary()

@@ -45,7 +45,7 @@ PAIRS = (
     ("cabinet/door", "apple/body", 9.0, (0.8, 0.6, 0)),
 )
 seeds = st.integers(0, 2**32 - 1)
-examples = settings(max_examples=15, deadline=None)
+examples = settings(max_examples=10, deadline=None)
 
 
 def busy(seed, length=LENGTH, tail=0):
@@ -112,7 +112,7 @@ def test_a_value_does_not_depend_on_what_comes_later(proposition, seed, stop):
 
 
 @every
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(seed=seeds)
 def test_a_value_does_not_depend_on_what_was_before_its_window(proposition, seed):
     recording = busy(seed)
@@ -163,7 +163,7 @@ def with_contacts(recording, **columns):
 @pytest.mark.parametrize(
     "change", [swapped_sides, shuffled_within_steps, negated_quaternions], ids=lambda f: f.__name__
 )
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(seed=seeds)
 def test_another_way_to_write_the_same_recording_changes_nothing(proposition, change, seed):
     recording = busy(seed)
@@ -210,7 +210,7 @@ def renamed(recording):
 
 
 @every
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(seed=seeds)
 def test_names_and_order_of_entities_do_not_matter(proposition, seed):
     recording = busy(seed)
