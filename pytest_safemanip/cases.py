@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.spec.properties import Property
-from pytest_safemanip.spec.tasks import Task
+from pytest_safemanip.spec.task import Task
 
 SUITE = "safemanip"
 _NODE_ID = re.compile(r"safemanip::test_safety\[(\w+)-(.+)-(\w+)-seed(\d+)\]")

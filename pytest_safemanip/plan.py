@@ -25,7 +25,8 @@ from pytest_safemanip.settings import Settings
 from pytest_safemanip.sim.backend import Factory as BackendFactory
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import Property, load_properties
-from pytest_safemanip.spec.tasks import OBJECTS_FILE, Task, load_tasks
+from pytest_safemanip.spec.task import OBJECTS_FILE, Task
+from pytest_safemanip.spec.tasks import load_tasks
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Episode
 

@@ -18,7 +18,8 @@ from pytest_safemanip.cases import (
 )
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.spec.properties import load_properties
-from pytest_safemanip.spec.tasks import Task, load_tasks
+from pytest_safemanip.spec.task import Task
+from pytest_safemanip.spec.tasks import load_tasks
 
 ROOT = Path(__file__).resolve().parents[1]
 PROPERTIES = load_properties([ROOT / "properties"])

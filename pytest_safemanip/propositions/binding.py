@@ -13,6 +13,7 @@ class Binding:
     Attributes:
         objects: manipulated objects.
         enclosures: fixtures with an interior that the task reaches into.
+        exclusive_enclosures: enclosures that take one item at a time.
         mechanisms: fixtures whose doors or drawers the task moves.
         placements: (object, enclosure) pairs: what is put where.
         skills: (skill, entity) pairs that the task consists of.
@@ -25,6 +26,7 @@ class Binding:
 
     objects: tuple[str, ...] = ()
     enclosures: tuple[str, ...] = ()
+    exclusive_enclosures: tuple[str, ...] = ()
     mechanisms: tuple[str, ...] = ()
     placements: tuple[tuple[str, str], ...] = ()
     skills: tuple[tuple[str, str], ...] = ()
@@ -39,7 +41,7 @@ class Binding:
         rows: dict[str, tuple[tuple[str, ...], ...]] = {
             "objects": tuple((o,) for o in self.objects),
             "enclosures": tuple((f,) for f in self.enclosures),
-            "exclusive_enclosures": (),
+            "exclusive_enclosures": tuple((f,) for f in self.exclusive_enclosures),
             "mechanisms": tuple((f,) for f in self.mechanisms),
             "placements": self.placements,
             "skills": self.skills,

@@ -10,13 +10,14 @@ from pytest_safemanip.propositions import (
     enclosure,
     grasp,
     mechanism,
+    occupancy,
     onset,
     precondition,
     release,
 )
 from pytest_safemanip.propositions.definition import Parameters, Proposition
 
-_MODULES = (contact, grasp, release, onset, precondition, mechanism, enclosure)
+_MODULES = (contact, grasp, release, onset, precondition, mechanism, enclosure, occupancy)
 SHIPPED: tuple[Proposition, ...] = tuple(p for m in _MODULES for p in m.PROPOSITIONS)
 
 

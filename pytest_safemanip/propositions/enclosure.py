@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import rising
-from pytest_safemanip.trace.geometry import boxes_overlap, corners, to_local, to_world
+from pytest_safemanip.propositions.interiors import corners_inside, interiors
+from pytest_safemanip.trace.geometry import boxes_overlap, to_local, to_world
 
 TOLERANCE = Parameter(
     "enclosure.tolerance", "m", 0.005, "an interior's box is drawn by hand around the free space"
@@ -21,7 +22,7 @@ def reach_in(view: View, fixture: str) -> Bools:
     trace = view.trace
     centre = to_world(trace.steps.eef_pose, trace.scene.gripper_centre)
     inside = np.zeros(len(trace), bool)
-    for pose, half in _interiors(view, fixture):
+    for pose, half in interiors(view, fixture):
         inside |= (np.abs(to_local(pose, centre)) <= half).all(axis=-1)
     return rising(inside)
 
@@ -39,7 +40,7 @@ def place_in_onset(view: View, name: str, fixture: str) -> Bools:
     ``enclosure.tolerance``, so that it is no longer outside.
     """
     depth = -view.parameters["enclosure.tolerance"]
-    entering = rising(_corners_inside(view, name, fixture, depth).any(axis=-1))
+    entering = rising(corners_inside(view, name, fixture, depth).any(axis=-1))
     return np.asarray(entering & view("obj_grasped", name))
 
 
@@ -62,7 +63,7 @@ def obj_outside(view: View, name: str, fixture: str) -> Bools:
     centre = np.concatenate((to_world(pose, body.centre), pose[:, 3:]), axis=1)
     reach = float(np.linalg.norm(body.half))
     outside = np.ones(len(trace), bool)
-    for box, half in _interiors(view, fixture):
+    for box, half in interiors(view, fixture):
         gap = np.linalg.norm(np.maximum(np.abs(to_local(box, centre[:, :3])) - half, 0), axis=1)
         for step in np.flatnonzero(gap < reach):
             if boxes_overlap(centre[step], body.half, box[step], half, slack):
@@ -91,46 +92,9 @@ def _openness(view: View, fixture: str) -> NDArray[np.float64]:
     return np.asarray(view.trace.steps.joint[:, joints, 0].max(axis=1), np.float64)
 
 
-def _interiors(view: View, fixture: str) -> list[tuple[NDArray[np.float32], NDArray[np.float64]]]:
-    """Poses over time (T, 7) and half extents (3,) of the fixture's interiors."""
-    scene = view.trace.scene
-    boxes = scene.boxes_of(fixture, "interior")
-    if not boxes:
-        raise TraceError(f"{fixture!r} has no interior")
-    return [(view.trace.steps.box_pose[:, b], np.array(scene.boxes[b].half)) for b in boxes]
-
-
 def _corners_within(view: View, name: str, fixture: str) -> Bools:
     """Which corners are inside, as :func:`obj_inside` means it (T, 8)."""
-    return _corners_inside(view, name, fixture, view.parameters["enclosure.tolerance"], floor=True)
-
-
-def _corners_inside(
-    view: View, name: str, fixture: str, slack: float, floor: bool = False
-) -> Bools:
-    """Which corners are inside, for the interior that holds most of them (T, 8).
-
-    Args:
-        view: what is looked at.
-        name: the object.
-        fixture: the enclosure.
-        slack: how far outside still counts as inside, m; negative demands a depth.
-        floor: whether corners below the floor count as on it if the box's centre is above it.
-    """
-    trace = view.trace
-    index = trace.scene.object_index[name]
-    body = trace.scene.bodies[index]
-    points = corners(trace.steps.object_pose[:, index], body.half, body.centre)
-    best = np.zeros((len(trace), 8), bool)
-    for pose, half in _interiors(view, fixture):
-        local = to_local(pose[:, None], points)
-        if floor:
-            lying = (local[..., 2].mean(axis=1, keepdims=True) > -half[2]) & (local[..., 2] < 0)
-            local[..., 2] = np.where(lying, 0.0, local[..., 2])
-        inside = (np.abs(local) < half + slack).all(axis=-1)
-        more = inside.sum(axis=1) > best.sum(axis=1)
-        best[more] = inside[more]
-    return best
+    return corners_inside(view, name, fixture, view.parameters["enclosure.tolerance"], floor=True)
 
 
 _PLACE = ("object", "fixture")

@@ -7,7 +7,7 @@ from pathlib import Path
 from pytest_safemanip.cases import Case
 from pytest_safemanip.judge import Verdict
 from pytest_safemanip.spec.properties import Property
-from pytest_safemanip.spec.tasks import Task
+from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
 
 Pairs = list[tuple[str, str | int | float | bool]]

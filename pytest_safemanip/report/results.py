@@ -11,7 +11,7 @@ from pytest_safemanip.cases import Case
 from pytest_safemanip.judge import Verdict
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.spec.properties import Property
-from pytest_safemanip.spec.tasks import Task
+from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
 
 CaseData = dict[str, Any]

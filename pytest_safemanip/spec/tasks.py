@@ -17,29 +17,29 @@ and fixtures), and resolved to the entities of an episode's scene.
       obj: [counter, cab]
     properties: [collision_contact, grasp_stability, release_stability]
 
-Optional keys: ``objects``, ``enclosures``, ``mechanisms``, ``placements``, ``skills``,
-``open_at`` (role to openness that counts as open), ``touch``, ``supports``, ``upright``,
-``compact`` (``object_groups``: role to the categories or groups drawn in the compact scene).
+Optional keys: ``objects``, ``enclosures``, ``exclusive_enclosures`` (those of them that take one
+item at a time), ``mechanisms``, ``placements``, ``skills``, ``open_at`` (role to openness that
+counts as open), ``touch``, ``supports``, ``upright``, ``compact`` (``object_groups``: role to the
+categories or groups drawn in the compact scene).
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
-from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
-from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.propositions.onset import SKILLS
 from pytest_safemanip.spec import yamlfile
+from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.yamlfile import Section
-from pytest_safemanip.trace.scene import Scene
 
 _REQUIRED = ("task", "sets", "suite", "horizon", "properties")
 _OPTIONAL = (
     "objects",
     "enclosures",
+    "exclusive_enclosures",
     "mechanisms",
     "placements",
     "skills",
@@ -51,89 +51,6 @@ _OPTIONAL = (
 )
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _PLACEMENT = re.compile(r"(\w+) in (\w+)")
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """A task with its safety binding, in terms of roles.
-
-    Attributes:
-        name: the task's name, also the backend's name for it.
-        path: the file it was read from.
-        sets: selections that it belongs to.
-        suite: group of the benchmark.
-        horizon: horizon class: ``atomic``, ``short``, ``medium``, ``long``.
-        properties: ids of the properties that apply.
-        objects: roles of manipulated objects.
-        enclosures: roles of fixtures that the robot reaches into.
-        mechanisms: roles of fixtures whose doors or drawers it moves.
-        placements: (object role, enclosure role).
-        skills: (skill, role).
-        open_at: role to openness that counts as open.
-        touch: role to the parts that fingers and palm may touch.
-        supports: object role to the roles it may rest on and touch while held.
-        upright: roles of objects that must not tip.
-        object_groups: role to the object groups to draw from in the compact scene.
-    """
-
-    name: str
-    path: Path
-    sets: tuple[str, ...]
-    suite: str
-    horizon: str
-    properties: tuple[str, ...]
-    objects: tuple[str, ...] = ()
-    enclosures: tuple[str, ...] = ()
-    mechanisms: tuple[str, ...] = ()
-    placements: tuple[tuple[str, str], ...] = ()
-    skills: tuple[tuple[str, str], ...] = ()
-    open_at: Mapping[str, float] = field(default_factory=dict)
-    touch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    supports: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    upright: tuple[str, ...] = ()
-    object_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-
-    def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
-        """The binding of one episode.
-
-        Args:
-            scene: gives the entities that play the roles.
-            attributes: of each object category.
-
-        Raises:
-            TraceError: if a role or a category is unknown.
-        """
-
-        def entity(role: str) -> str:
-            if role not in scene.roles:
-                hint = did_you_mean(role, scene.roles)
-                raise TraceError(f"{self.path}: the scene has no role {role!r}; {hint}")
-            return scene.roles[role]
-
-        return Binding(
-            objects=tuple(map(entity, self.objects)),
-            enclosures=tuple(map(entity, self.enclosures)),
-            mechanisms=tuple(map(entity, self.mechanisms)),
-            placements=tuple((entity(o), entity(f)) for o, f in self.placements),
-            skills=tuple((skill, entity(x)) for skill, x in self.skills),
-            open_at={entity(role): value for role, value in self.open_at.items()},
-            touch=frozenset((entity(r), part) for r, parts in self.touch.items() for part in parts),
-            supports={
-                entity(role): frozenset(map(entity, below)) for role, below in self.supports.items()
-            },
-            upright=frozenset(map(entity, self.upright)),
-            attributes={
-                b.entity: _attributes(scene.entity[b.entity].category, attributes)
-                for b in scene.bodies
-            },
-        )
-
-    def instances(self, relation: str | None) -> int:
-        """How many instances a property that ranges over a relation has in this task."""
-        if relation is None:
-            return 1
-        members: Sequence[object] = getattr(self, relation, ())
-        return len(members)
 
 
 def load_tasks(folders: Sequence[Path]) -> dict[str, Task]:
@@ -154,9 +71,6 @@ def load_tasks(folders: Sequence[Path]) -> dict[str, Task]:
                 raise ConfigError(f"task {task.name!r} is in {found[task.name].path} and {path}")
             found[task.name] = task
     return found
-
-
-OBJECTS_FILE = "objects.yaml"
 
 
 def load_task(path: Path) -> Task:
@@ -184,6 +98,7 @@ def load_task(path: Path) -> Task:
         properties=section.strings("properties"),
         objects=objects,
         enclosures=enclosures,
+        exclusive_enclosures=_members(section, "exclusive_enclosures", enclosures, "enclosures"),
         mechanisms=_strings(section, "mechanisms"),
         placements=_placements(section, objects, enclosures),
         skills=_skills(section),
@@ -197,6 +112,14 @@ def load_task(path: Path) -> Task:
 
 def _strings(section: Section, key: str) -> tuple[str, ...]:
     return section.strings(key) if key in section else ()
+
+
+def _members(section: Section, key: str, known: Sequence[str], where: str) -> tuple[str, ...]:
+    roles = _strings(section, key)
+    for role in roles:
+        if role not in known:
+            raise section.error(key, f"{role!r} is not among the {where}")
+    return roles
 
 
 def _numbers(section: Section, key: str) -> Mapping[str, float]:
@@ -234,9 +157,3 @@ def _skills(section: Section) -> tuple[tuple[str, str], ...]:
             raise section.error("skills", f"expected 'SKILL ROLE', found {text!r}; {hint}")
         found.append((skill, role.strip()))
     return tuple(found)
-
-
-def _attributes(category: str, known: Mapping[str, frozenset[str]]) -> frozenset[str]:
-    if category not in known:
-        raise TraceError(f"object category {category!r} has no row in {OBJECTS_FILE}")
-    return known[category]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -38,18 +40,12 @@ def test_what_was_recorded_is_kept_and_summarised(one_suite: Suite, mode: str) -
     with (folder / "conftest.py").open("a") as conftest:
         conftest.write(SLOW)
     command = [sys.executable, "-m", "pytest", "--safemanip-policy=waits", "--safemanip-seeds=4"]
-    run = subprocess.Popen(
-        [*command, *MODES[mode]],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        start_new_session=True,
-    )
-    wait_for(folder / "waiting", run)
-    if mode == "-n 2":
-        wait_for(one_suite.out / "recordings" / "Reach-waits-seed3.rollout", run)
-    os.killpg(run.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
-    output = run.communicate(timeout=30)[0].decode()
+    with started([*command, *MODES[mode]], folder) as run:
+        wait_for(folder / "waiting", run)
+        if mode == "-n 2":
+            wait_for(one_suite.out / "recordings" / "Reach-waits-seed3.rollout", run)
+        os.killpg(run.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
+        output = run.communicate(timeout=30)[0].decode()
     assert run.returncode == pytest.ExitCode.INTERRUPTED, output
     summary = one_suite.summary()
     done = {0, 1, 3} if mode == "-n 2" else {0, 1}
@@ -59,6 +55,26 @@ def test_what_was_recorded_is_kept_and_summarised(one_suite: Suite, mode: str) -
     assert "cases were not run" in output
     # The interrupted rollout is no known failure: the next run runs it.
     subprocess.run([*command[:-1], "--safemanip-seeds=0,1,3"], cwd=folder, check=True, timeout=60)
+
+
+@contextlib.contextmanager
+def started(command: list[str], folder: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A run in a session of its own, that hears Ctrl-C even if this one was started deaf to it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    run = subprocess.Popen(
+        command,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
+    signal.signal(signal.SIGINT, before)
+    with run:
+        try:
+            yield run
+        finally:
+            if run.poll() is None:
+                os.killpg(run.pid, signal.SIGKILL)
 
 
 def wait_for(path: Path, run: subprocess.Popen[bytes]) -> None:

@@ -65,7 +65,7 @@ def busy(seed, length=LENGTH, tail=0):
     poses, eef = steps.object_pose.copy(), steps.eef_pose.copy()
     joint, gripper = steps.joint.copy(), steps.gripper.copy()
     walk = np.cumsum(random.normal(0.0, 0.15, (length, 3)) * (random.random((length, 1)) < 0.3), 0)
-    poses[:, 0, :3] = np.add(walk, (0.0, 0.4, 1.4))
+    poses[:, 0, :3] = np.add(walk, (0.0, 0.41, 1.4))
     eef[:, :3] = np.add(walk[::-1], (0.0, 0.35, 1.4))
     joint[:, 0, 0] = np.clip(0.5 + np.cumsum(random.normal(0.0, 0.1, length)), 0, 1)
     joint[:, 0, 1] = random.choice((-0.5, 0.0, 0.5), length)

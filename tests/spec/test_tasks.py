@@ -9,7 +9,8 @@ from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.spec.calls import RELATIONS
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_properties
-from pytest_safemanip.spec.tasks import OBJECTS_FILE, load_task, load_tasks
+from pytest_safemanip.spec.task import OBJECTS_FILE
+from pytest_safemanip.spec.tasks import load_task, load_tasks
 from tests import toy
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,6 +24,7 @@ suite: storing
 horizon: short
 objects: [obj, other]
 enclosures: [cab]
+exclusive_enclosures: [cab]
 mechanisms: [cab]
 placements: [obj in cab]
 skills: [pick obj, open cab]
@@ -82,7 +84,15 @@ def test_the_binding_names_the_entities_that_play_the_roles(written):
 
 @pytest.mark.parametrize(
     ("relation", "number"),
-    [(None, 1), ("objects", 2), ("enclosures", 1), ("placements", 1), ("skills", 2), ("tools", 0)],
+    [
+        (None, 1),
+        ("objects", 2),
+        ("enclosures", 1),
+        ("exclusive_enclosures", 1),
+        ("placements", 1),
+        ("skills", 2),
+        ("tools", 0),
+    ],
 )
 def test_a_task_knows_how_many_instances_a_property_has_in_it(written, relation, number):
     task = load_task(written())
@@ -111,15 +121,16 @@ def test_a_category_without_attributes_is_an_error(written):
         ("suite: storing\n", "", 1, "key 'suite' is missing"),
         ("horizon: short", "horizons: short", 4, "'horizons'; did you mean 'horizon'?"),
         ("sets: [quick, own]", "sets: quick", 2, "'sets': expected a list, found 'quick'"),
-        ("obj in cab", "obj on cab", 8, "expected 'OBJECT in ENCLOSURE', found 'obj on cab'"),
-        ("obj in cab", "obk in cab", 8, "expected 'OBJECT in ENCLOSURE', found 'obk in cab'"),
-        ("obj in cab", "obj in box", 8, "expected 'OBJECT in ENCLOSURE', found 'obj in box'"),
-        ("pick obj", "pik obj", 9, "found 'pik obj'; did you mean 'pick'?"),
-        ("pick obj", "pick", 9, "expected 'SKILL ROLE', found 'pick'"),
-        ("cab: 0.5", "cab: -0.5", 11, "'open_at.cab': expected a positive number"),
-        ("cab: 0.5", "cab: wide", 11, "'open_at.cab': expected a positive number, found 'wide'"),
-        ("obj: [body]", "obj: body", 13, "'touch.obj': expected a list"),
-        ("  object_groups:", "  groups:", 20, "'compact.groups'; did you mean"),
+        ("exclusive_enclosures: [cab]", "exclusive_enclosures: [obj]", 7, "'obj' is not among"),
+        ("obj in cab", "obj on cab", 9, "expected 'OBJECT in ENCLOSURE', found 'obj on cab'"),
+        ("obj in cab", "obk in cab", 9, "expected 'OBJECT in ENCLOSURE', found 'obk in cab'"),
+        ("obj in cab", "obj in box", 9, "expected 'OBJECT in ENCLOSURE', found 'obj in box'"),
+        ("pick obj", "pik obj", 10, "found 'pik obj'; did you mean 'pick'?"),
+        ("pick obj", "pick", 10, "expected 'SKILL ROLE', found 'pick'"),
+        ("cab: 0.5", "cab: -0.5", 12, "'open_at.cab': expected a positive number"),
+        ("cab: 0.5", "cab: wide", 12, "'open_at.cab': expected a positive number, found 'wide'"),
+        ("obj: [body]", "obj: body", 14, "'touch.obj': expected a list"),
+        ("  object_groups:", "  groups:", 21, "'compact.groups'; did you mean"),
     ],
 )
 def test_a_mistake_is_named_with_file_line_and_remedy(written, old, new, line, message):

@@ -1,0 +1,63 @@
+"""Where objects are relative to the interiors of a fixture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.propositions.definition import Bools, View
+from pytest_safemanip.trace.geometry import corners, to_local, to_world
+
+Interior = tuple[NDArray[np.float32], NDArray[np.float64]]
+
+
+def interiors(view: View, fixture: str) -> list[Interior]:
+    """Poses over time (T, 7) and half extents (3,) of the fixture's interiors.
+
+    Raises:
+        TraceError: if it has none.
+    """
+    scene = view.trace.scene
+    boxes = scene.boxes_of(fixture, "interior")
+    if not boxes:
+        raise TraceError(f"{fixture!r} has no interior")
+    return [(view.trace.steps.box_pose[:, b], np.array(scene.boxes[b].half)) for b in boxes]
+
+
+def centres(view: View, index: int) -> NDArray[np.float64]:
+    """Centre of an object's box over time (T, 3)."""
+    body = view.trace.scene.bodies[index]
+    return to_world(view.trace.steps.object_pose[:, index], body.centre)
+
+
+def centre_inside(view: View, index: int, interior: Interior) -> Bools:
+    """Whether the centre of an object's box is inside an interior (T,)."""
+    pose, half = interior
+    return np.asarray((np.abs(to_local(pose, centres(view, index))) <= half).all(axis=-1))
+
+
+def corners_inside(view: View, name: str, fixture: str, slack: float, floor: bool = False) -> Bools:
+    """Which corners are inside, for the interior that holds most of them (T, 8).
+
+    Args:
+        view: what is looked at.
+        name: the object.
+        fixture: the enclosure.
+        slack: how far outside still counts as inside, m; negative demands a depth.
+        floor: whether corners below the floor count as on it if the box's centre is above it.
+    """
+    trace = view.trace
+    index = trace.scene.object_index[name]
+    body = trace.scene.bodies[index]
+    points = corners(trace.steps.object_pose[:, index], body.half, body.centre)
+    best = np.zeros((len(trace), 8), bool)
+    for pose, half in interiors(view, fixture):
+        local = to_local(pose[:, None], points)
+        if floor:
+            lying = (local[..., 2].mean(axis=1, keepdims=True) > -half[2]) & (local[..., 2] < 0)
+            local[..., 2] = np.where(lying, 0.0, local[..., 2])
+        inside = (np.abs(local) < half + slack).all(axis=-1)
+        more = inside.sum(axis=1) > best.sum(axis=1)
+        best[more] = inside[more]
+    return best

@@ -1,0 +1,105 @@
+"""A task with its safety binding, in terms of roles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pytest_safemanip.errors import TraceError, did_you_mean
+from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.trace.scene import Scene
+
+OBJECTS_FILE = "objects.yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A task with its safety binding, in terms of roles.
+
+    Attributes:
+        name: the task's name, also the backend's name for it.
+        path: the file it was read from.
+        sets: selections that it belongs to.
+        suite: group of the benchmark.
+        horizon: horizon class: ``atomic``, ``short``, ``medium``, ``long``.
+        properties: ids of the properties that apply.
+        objects: roles of manipulated objects.
+        enclosures: roles of fixtures that the robot reaches into.
+        exclusive_enclosures: those enclosures that take one item at a time.
+        mechanisms: roles of fixtures whose doors or drawers it moves.
+        placements: (object role, enclosure role).
+        skills: (skill, role).
+        open_at: role to openness that counts as open.
+        touch: role to the parts that fingers and palm may touch.
+        supports: object role to the roles it may rest on and touch while held.
+        upright: roles of objects that must not tip.
+        object_groups: role to the object groups to draw from in the compact scene.
+    """
+
+    name: str
+    path: Path
+    sets: tuple[str, ...]
+    suite: str
+    horizon: str
+    properties: tuple[str, ...]
+    objects: tuple[str, ...] = ()
+    enclosures: tuple[str, ...] = ()
+    exclusive_enclosures: tuple[str, ...] = ()
+    mechanisms: tuple[str, ...] = ()
+    placements: tuple[tuple[str, str], ...] = ()
+    skills: tuple[tuple[str, str], ...] = ()
+    open_at: Mapping[str, float] = field(default_factory=dict)
+    touch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    supports: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    upright: tuple[str, ...] = ()
+    object_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
+        """The binding of one episode.
+
+        Args:
+            scene: gives the entities that play the roles.
+            attributes: of each object category.
+
+        Raises:
+            TraceError: if a role or a category is unknown.
+        """
+
+        def entity(role: str) -> str:
+            if role not in scene.roles:
+                hint = did_you_mean(role, scene.roles)
+                raise TraceError(f"{self.path}: the scene has no role {role!r}; {hint}")
+            return scene.roles[role]
+
+        return Binding(
+            objects=tuple(map(entity, self.objects)),
+            enclosures=tuple(map(entity, self.enclosures)),
+            exclusive_enclosures=tuple(map(entity, self.exclusive_enclosures)),
+            mechanisms=tuple(map(entity, self.mechanisms)),
+            placements=tuple((entity(o), entity(f)) for o, f in self.placements),
+            skills=tuple((skill, entity(x)) for skill, x in self.skills),
+            open_at={entity(role): value for role, value in self.open_at.items()},
+            touch=frozenset((entity(r), part) for r, parts in self.touch.items() for part in parts),
+            supports={
+                entity(role): frozenset(map(entity, below)) for role, below in self.supports.items()
+            },
+            upright=frozenset(map(entity, self.upright)),
+            attributes={
+                b.entity: _attributes(scene.entity[b.entity].category, attributes)
+                for b in scene.bodies
+            },
+        )
+
+    def instances(self, relation: str | None) -> int:
+        """How many instances a property that ranges over a relation has in this task."""
+        if relation is None:
+            return 1
+        members: Sequence[object] = getattr(self, relation, ())
+        return len(members)
+
+
+def _attributes(category: str, known: Mapping[str, frozenset[str]]) -> frozenset[str]:
+    if category not in known:
+        raise TraceError(f"object category {category!r} has no row in {OBJECTS_FILE}")
+    return known[category]
