@@ -61,6 +61,7 @@ SCENE = Scene(
         ),
     ),
     boxes=(Box("cabinet", "shelf", "interior", (0.3, 0.2, 0.3)),),
+    switches=(),
     surfaces=(Surface("counter", "", (1.0, 0.5, 0.45), (0.0, 0.0, 0.45, *UPRIGHT)),),
     gripper_half=(0.05, 0.1, 0.05),
     gripper_centre=(0.0, 0.0, 0.0),
@@ -103,6 +104,7 @@ def at_rest(**changed):
         "object_twist": np.zeros((2, 6)),
         "joint": ((0.0, 0.0),),
         "box_pose": ((0.0, 0.6, 1.5, *UPRIGHT),),
+        "switch": np.zeros(0),
         "qpos": np.arange(3.0),
         "qvel": np.zeros(2),
     }

@@ -20,6 +20,7 @@ class Binding:
         open_at: openness that counts as open, where it is not the general one.
         touch: (entity, part) pairs that fingers and palm may touch.
         supports: where each object may rest, and what it may touch while it is held.
+        tools: what may carry contamination: the robot (its hand), objects.
         upright: objects that must not tip.
         attributes: category attributes of each object.
     """
@@ -30,6 +31,7 @@ class Binding:
     mechanisms: tuple[str, ...] = ()
     placements: tuple[tuple[str, str], ...] = ()
     skills: tuple[tuple[str, str], ...] = ()
+    tools: tuple[str, ...] = ()
     open_at: Mapping[str, float] = field(default_factory=dict)
     touch: frozenset[tuple[str, str]] = frozenset()
     supports: Mapping[str, frozenset[str]] = field(default_factory=dict)
@@ -46,6 +48,6 @@ class Binding:
             "placements": self.placements,
             "skills": self.skills,
             "transfers": (),
-            "tools": (),
+            "tools": tuple((r,) for r in self.tools),
         }
         return rows[name]

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.propositions import (
     contact,
+    contamination,
     enclosure,
     grasp,
     mechanism,
@@ -17,7 +18,17 @@ from pytest_safemanip.propositions import (
 )
 from pytest_safemanip.propositions.definition import Parameters, Proposition
 
-_MODULES = (contact, grasp, release, onset, precondition, mechanism, enclosure, occupancy)
+_MODULES = (
+    contact,
+    grasp,
+    release,
+    onset,
+    precondition,
+    mechanism,
+    enclosure,
+    occupancy,
+    contamination,
+)
 SHIPPED: tuple[Proposition, ...] = tuple(p for m in _MODULES for p in m.PROPOSITIONS)
 
 

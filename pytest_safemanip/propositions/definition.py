@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.trace.steps import Trace
 
 Bools = NDArray[np.bool_]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -77,8 +79,8 @@ class Proposition:
     Attributes:
         name: as properties refer to it.
         arguments: what each argument is: ``object``, ``fixture``, ``skill``, ``entity``, ``tool``.
-        window: seconds that the value at a step looks back, given the parameters. An act may be an
-            edge, which looks back one step at least.
+        window: seconds that the value at a step looks back, given the parameters; infinite for
+            contamination, which lasts. An act may be an edge, which looks back one step at least.
         parameters: the numbers it depends on.
         evaluate: truth values (T,) on a view, for given arguments. The value at a step depends on
             the steps of the window only.
@@ -123,6 +125,7 @@ class View:
         self.parameters = parameters
         self._catalogue = catalogue
         self._values: dict[tuple[str, ...], Bools] = {}
+        self._shared: dict[Callable[[View], Any], Any] = {}
 
     def __call__(self, name: str, *arguments: str) -> Bools:
         """Truth values of a proposition (T,).
@@ -134,6 +137,13 @@ class View:
         if key not in self._values:
             self._values[key] = self._evaluate(self._catalogue[name], arguments)
         return self._values[key]
+
+    def shared(self, compute: Callable[[View], T]) -> T:
+        """What several propositions are made from, computed once."""
+        if compute not in self._shared:
+            self._shared[compute] = compute(self)
+        found: T = self._shared[compute]
+        return found
 
     def evidence(self, name: str, arguments: tuple[str, ...], step: int) -> list[str]:
         """What was measured for a proposition at a step, in words."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pytest_safemanip.errors import TraceError, did_you_mean
 from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.scene import Scene
 
 OBJECTS_FILE = "objects.yaml"
@@ -30,6 +31,7 @@ class Task:
         mechanisms: roles of fixtures whose doors or drawers it moves.
         placements: (object role, enclosure role).
         skills: (skill, role).
+        tools: what may carry contamination: ``robot`` (its hand), roles of objects.
         open_at: role to openness that counts as open.
         touch: role to the parts that fingers and palm may touch.
         supports: object role to the roles it may rest on and touch while held.
@@ -49,6 +51,7 @@ class Task:
     mechanisms: tuple[str, ...] = ()
     placements: tuple[tuple[str, str], ...] = ()
     skills: tuple[tuple[str, str], ...] = ()
+    tools: tuple[str, ...] = ()
     open_at: Mapping[str, float] = field(default_factory=dict)
     touch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     supports: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -79,6 +82,7 @@ class Task:
             mechanisms=tuple(map(entity, self.mechanisms)),
             placements=tuple((entity(o), entity(f)) for o, f in self.placements),
             skills=tuple((skill, entity(x)) for skill, x in self.skills),
+            tools=tuple(ROBOT if role == ROBOT else entity(role) for role in self.tools),
             open_at={entity(role): value for role, value in self.open_at.items()},
             touch=frozenset((entity(r), part) for r, parts in self.touch.items() for part in parts),
             supports={

@@ -18,9 +18,10 @@ and fixtures), and resolved to the entities of an episode's scene.
     properties: [collision_contact, grasp_stability, release_stability]
 
 Optional keys: ``objects``, ``enclosures``, ``exclusive_enclosures`` (those of them that take one
-item at a time), ``mechanisms``, ``placements``, ``skills``, ``open_at`` (role to openness that
-counts as open), ``touch``, ``supports``, ``upright``, ``compact`` (``object_groups``: role to the
-categories or groups drawn in the compact scene).
+item at a time), ``mechanisms``, ``placements``, ``skills``, ``tools`` (what may carry
+contamination: ``robot`` for its hand, and objects), ``open_at`` (role to openness that counts as
+open), ``touch``, ``supports``, ``upright``, ``compact`` (``object_groups``: role to the categories
+or groups drawn in the compact scene).
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from pytest_safemanip.propositions.onset import SKILLS
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.yamlfile import Section
+from pytest_safemanip.trace.elements import ROBOT
 
 _REQUIRED = ("task", "sets", "suite", "horizon", "properties")
 _OPTIONAL = (
@@ -43,6 +45,7 @@ _OPTIONAL = (
     "mechanisms",
     "placements",
     "skills",
+    "tools",
     "open_at",
     "touch",
     "supports",
@@ -102,6 +105,7 @@ def load_task(path: Path) -> Task:
         mechanisms=_strings(section, "mechanisms"),
         placements=_placements(section, objects, enclosures),
         skills=_skills(section),
+        tools=_members(section, "tools", (ROBOT, *objects), "objects, nor 'robot'"),
         open_at=_numbers(section, "open_at"),
         touch=_lists(section, "touch"),
         supports=_lists(section, "supports"),

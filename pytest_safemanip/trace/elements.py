@@ -107,14 +107,30 @@ class Box:
     Attributes:
         entity: the fixture.
         name: RoboCasa's name of the region or the handle.
-        kind: ``interior`` (space that things are put in), ``handle`` or ``control``.
+        kind: ``interior`` (space that things are put in), ``handle``, ``control``, or ``water``
+            (space that a tap's water falls through while it runs).
         half: half extents (3,), m.
     """
 
     entity: str
     name: str
-    kind: Literal["interior", "handle", "control"]
+    kind: Literal["interior", "handle", "control", "water"]
     half: Vector
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Something of a fixture that is on or off at every step.
+
+    Attributes:
+        entity: the fixture.
+        name: unique within the fixture.
+        kind: ``water`` (a tap runs), ``burner`` or ``appliance``.
+    """
+
+    entity: str
+    name: str
+    kind: Literal["water", "burner", "appliance"]
 
 
 @dataclass(frozen=True)

@@ -123,6 +123,10 @@ def check(recording: Recording) -> Recording:
         bad = ~np.isfinite(array)
         if bad.any():
             raise TraceError(f"{name}: not finite at {_place(scene, name, np.argwhere(bad)[0])}")
+    neither = (steps.switch != 0.0) & (steps.switch != 1.0)
+    if neither.any():
+        place = _place(scene, "switch", np.argwhere(neither)[0])
+        raise TraceError(f"switch: neither 0 nor 1 at {place}")
     for name in ("eef_pose", "base_pose", "object_pose", "box_pose"):
         _check_unit(scene, name, getattr(steps, name)[..., 3:])
     if steps.tail[0] or (np.diff(steps.tail.astype(int)) < 0).any():
@@ -196,6 +200,7 @@ def _place(scene: Scene, name: str, index: Any) -> str:
         "object_twist": [b.entity for b in scene.bodies],
         "joint": [j.key for j in scene.joints],
         "box_pose": [f"{b.entity}/{b.name}" for b in scene.boxes],
+        "switch": [f"{s.entity}/{s.name}" for s in scene.switches],
     }.get(name)
     return f"{step} of {owners[int(index[1])]!r}" if owners else step
 

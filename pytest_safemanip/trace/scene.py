@@ -18,6 +18,7 @@ from pytest_safemanip.trace.elements import (
     Joint,
     Part,
     Surface,
+    Switch,
     Vector,
     check_numbers,
 )
@@ -35,6 +36,7 @@ class Scene:
         parts: the vocabulary of contacts; contacts refer to it by index.
         joints: in the order of the joint axis of the step arrays.
         boxes: in the order of the box axis of the step arrays.
+        switches: in the order of the switch axis of the step arrays.
         surfaces: the solid pieces of fixtures and room, for what lies below or in the way.
         gripper_half: half extents of the gripper's box (3,), m.
         gripper_centre: its centre in the end effector's frame (3,), m.
@@ -47,6 +49,7 @@ class Scene:
     parts: tuple[Part, ...]
     joints: tuple[Joint, ...]
     boxes: tuple[Box, ...]
+    switches: tuple[Switch, ...]
     surfaces: tuple[Surface, ...]
     gripper_half: Vector
     gripper_centre: Vector
@@ -108,6 +111,7 @@ class Scene:
                 parts=tuple(Part(**p) for p in data["parts"]),
                 joints=tuple(Joint(**_vectors(j)) for j in data["joints"]),
                 boxes=tuple(Box(**_vectors(b)) for b in data["boxes"]),
+                switches=tuple(Switch(**s) for s in data["switches"]),
                 surfaces=tuple(Surface(**_vectors(b)) for b in data["surfaces"]),
                 gripper_half=tuple(data["gripper_half"]),
                 gripper_centre=tuple(data["gripper_centre"]),
@@ -127,7 +131,7 @@ class Scene:
         names = [e.name for e in self.entities]
         if len(set(names)) != len(names):
             raise TraceError("scene: two entities have the same name")
-        for field in ("bodies", "parts", "joints", "boxes", "surfaces"):
+        for field in ("bodies", "parts", "joints", "boxes", "switches", "surfaces"):
             for item in getattr(self, field):
                 if item.entity not in self.entity:
                     raise TraceError(f"scene: {field} name an unknown entity {item.entity!r}")

@@ -85,7 +85,8 @@ class Step:
         object_pose: movable objects (N, 7).
         object_twist: their twists (N, 6).
         joint: openness of each joint (0 closed, 1 open) and its rate in 1/s (J, 2).
-        box_pose: interiors, handles and controls of fixtures (B, 7).
+        box_pose: interiors, handles, controls and water of fixtures (B, 7).
+        switch: 1 where a switch is on, else 0 (S,).
         qpos: raw simulator positions (nq,), for replay and rendering.
         qvel: raw simulator velocities (nv,).
         success: whether the task's own check holds.
@@ -100,6 +101,7 @@ class Step:
     object_twist: Floats
     joint: Floats
     box_pose: Floats
+    switch: Floats
     qpos: Floats
     qvel: Floats
     success: bool
@@ -122,6 +124,7 @@ def array_shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
         "object_twist": (n, 6),
         "joint": (j, 2),
         "box_pose": (b, 7),
+        "switch": (len(scene.switches),),
         "qpos": (-1,),
         "qvel": (-1,),
     }
@@ -149,6 +152,7 @@ class Steps:
     object_twist: Floats
     joint: Floats
     box_pose: Floats
+    switch: Floats
     qpos: Floats
     qvel: Floats
     action: Floats

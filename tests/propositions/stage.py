@@ -9,6 +9,7 @@ import numpy as np
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import View
+from pytest_safemanip.trace.elements import Box, Entity, Switch
 from tests import toy
 
 CATALOGUE = Catalogue()
@@ -22,8 +23,25 @@ BINDING = Binding(
         "mug": frozenset({"counter", "cabinet"}),
         "apple": frozenset({"counter", "cabinet"}),
     },
+    attributes={"mug": frozenset({"raw"}), "apple": frozenset({"ready_to_eat"})},
 )
+KITCHEN = dataclasses.replace(
+    toy.SCENE,
+    entities=(*toy.SCENE.entities, Entity("sink", "fixture", "Sink")),
+    boxes=(*toy.SCENE.boxes, Box("sink", "water", "water", (0.02, 0.02, 0.2))),
+    switches=(Switch("sink", "water", "water"),),
+)
+"""The toy's world with a tap above the counter."""
+TAP = (0.4, 0.0, 1.0)
 UP = (0.0, 0.0, 1.0)
+
+
+def tap(runs, place=TAP):
+    """The tap of the kitchen over time: whether it runs, and where its water falls."""
+    boxes = np.repeat(toy.at_rest().box_pose[None], len(runs), axis=0)
+    water = np.tile(np.float32((*place, *toy.UPRIGHT)), (len(runs), 1, 1))
+    switch = np.asarray(runs, np.float32)[:, None]
+    return {"box_pose": np.concatenate((boxes, water), axis=1), "switch": switch}
 
 
 def touch(steps, a, b, force=2.0, normal=UP):

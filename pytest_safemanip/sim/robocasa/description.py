@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.sim.robocasa import extents
 from pytest_safemanip.sim.robocasa import parts as part_names
 from pytest_safemanip.sim.robocasa.parts import PartTable
+from pytest_safemanip.sim.robocasa.switches import Read, switches, water
 from pytest_safemanip.trace.elements import ROBOT, Body, Entity, EntityKind, Joint
 from pytest_safemanip.trace.geometry import conjugate, rotate, to_local
 from pytest_safemanip.trace.scene import Scene
@@ -33,7 +35,9 @@ class Description:
         joint_qpos: qpos address of each joint (J,).
         joint_dof: dof address of each joint (J,).
         joint_open: joint position at openness 1; closed is 0 (J,).
-        box_geom: geom id of each box (B,).
+        box_geom: geom id of each box but those of water, which come last.
+        box_site: site ids of the boxes of water.
+        read_switches: give the switches' states, fixture by fixture.
         finger_qpos: qpos addresses of the two fingers (2,).
         finger_dof: dof addresses of the two fingers (2,).
     """
@@ -45,6 +49,8 @@ class Description:
     joint_dof: NDArray[np.intp]
     joint_open: NDArray[np.float64]
     box_geom: NDArray[np.intp]
+    box_site: NDArray[np.intp]
+    read_switches: Sequence[Read]
     finger_qpos: NDArray[np.intp]
     finger_dof: NDArray[np.intp]
 
@@ -73,6 +79,8 @@ def describe(env: Any, data: Any) -> Description:
     travel = [_travel(env.fixtures[name], model, joint) for name, joint in joints]
     closed = _closed(model, data, [joint for _, joint in joints])
     boxes = extents.boxes(model, env, sorted(set(roles.values())))
+    falling = water(model, env)
+    found, readers = switches(env)
     half, centre = extents.gripper_box(model, data, EEF_SITE)
     scene = Scene(
         control_period=float(env.control_timestep),
@@ -87,7 +95,8 @@ def describe(env: Any, data: Any) -> Description:
             _joint(model, closed, env.fixtures[name], name, joint, opened)
             for (name, joint), opened in zip(joints, travel, strict=True)
         ),
-        boxes=tuple(box for box, _ in boxes),
+        boxes=tuple(box for box, _ in (*boxes, *falling)),
+        switches=tuple(found),
         surfaces=tuple(extents.surfaces(model, closed, table, set(fixtures))),
         gripper_half=half,
         gripper_centre=centre,
@@ -103,6 +112,8 @@ def describe(env: Any, data: Any) -> Description:
         joint_dof=model.jnt_dofadr[ids].astype(np.intp),
         joint_open=np.array(travel, np.float64),
         box_geom=np.array([geom for _, geom in boxes], np.intp),
+        box_site=np.array([site for _, site in falling], np.intp),
+        read_switches=readers,
         finger_qpos=model.jnt_qposadr[fingers].astype(np.intp),
         finger_dof=model.jnt_dofadr[fingers].astype(np.intp),
     )

@@ -70,20 +70,24 @@ class Reader:
             object_pose=_f32(np.concatenate((d.xpos[body], d.xquat[body]), axis=1)),
             object_twist=_f32(twist[:-1]),
             joint=_f32(np.stack((opening, d.qvel[info.joint_dof] / info.joint_open), axis=1)),
-            box_pose=_f32(
-                np.concatenate(
-                    (
-                        d.geom_xpos[info.box_geom],
-                        multiply(d.xquat[self._box_body], self._box_quat).reshape(-1, 4),
-                    ),
-                    axis=1,
-                )
-            ),
+            box_pose=_f32(np.concatenate((self._geom_boxes(), self._site_boxes()))),
+            switch=np.array([on for read in info.read_switches for on in read()], np.float32),
             qpos=_f32(d.qpos),
             qvel=_f32(d.qvel),
             success=success,
             contacts=contacts,
         )
+
+    def _geom_boxes(self) -> NDArray[np.float64]:
+        turns = multiply(self._scratch.xquat[self._box_body], self._box_quat).reshape(-1, 4)
+        return np.concatenate((self._scratch.geom_xpos[self.description.box_geom], turns), axis=1)
+
+    def _site_boxes(self) -> NDArray[np.float64]:
+        poses = np.empty((len(self.description.box_site), 7))
+        for pose, site in zip(poses, self.description.box_site, strict=True):
+            pose[:3] = self._scratch.site_xpos[site]
+            mujoco.mju_mat2Quat(pose[3:], self._scratch.site_xmat[site])
+        return poses
 
     def _refresh(self) -> None:
         live, m = self._env.sim.data._data, self._model
