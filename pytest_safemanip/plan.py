@@ -101,7 +101,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     ]
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
-    _check_grounded(cases, tasks, properties, catalogue, settings.backend)
+    _check_instances(cases, tasks, properties)
     return Plan(
         settings=settings,
         cases=tuple(keep_selected(cases, settings.select)),
@@ -137,9 +137,9 @@ def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Setting
 def _load_properties(
     settings: Settings, catalogue: Catalogue
 ) -> tuple[dict[str, Property], dict[str, Property]]:
-    """Shipped and the user's; the user's may use any proposition that exists."""
+    """Shipped and the user's; each may use any proposition that exists."""
     known = {name: len(p.arguments) for name, p in catalogue.items()}
-    shipped = load_properties([resources.folder("properties")])
+    shipped = load_properties([resources.folder("properties")], propositions=known)
     own = load_properties(settings.property_paths, propositions=known)
     for name in sorted(set(shipped) & set(own)):
         raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
@@ -210,22 +210,14 @@ def _check_properties(tasks: Iterable[Task], properties: Mapping[str, Property])
                 raise ConfigError(f"{task.path}: unknown property {name!r}; {hint}")
 
 
-def _check_grounded(
+def _check_instances(
     cases: Iterable[Case],
     tasks: Mapping[str, Task],
     properties: Mapping[str, Property],
-    catalogue: Catalogue,
-    backend: str,
 ) -> None:
-    """Every proposition that a case needs exists, and every property has an instance."""
+    """Every property has an instance."""
     for task, name in dict.fromkeys((case.task, case.property_id) for case in cases):
         prop = properties[name]
-        for call in prop.atoms.values():
-            if call.name not in catalogue:
-                raise ConfigError(
-                    f"{tasks[task].path}: property {name!r} needs the proposition {call.name!r}, "
-                    f"which backend {backend!r} does not provide"
-                )
         if tasks[task].instances(prop.relation) == 0:
             raise ConfigError(
                 f"{tasks[task].path}: property {name!r} ranges over {prop.relation}, "

@@ -182,8 +182,7 @@ def test_a_users_property_that_cannot_be_is_refused_with_its_file(refusal, folde
         ),
         (
             TASK.replace("release_stability", "cross_contamination"),
-            "property 'cross_contamination' needs the proposition 'contaminated', which backend "
-            "'robocasa' does not provide",
+            "juggle.yaml: property 'cross_contamination' ranges over tools, and the task has none",
         ),
     ],
 )

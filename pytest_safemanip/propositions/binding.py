@@ -20,6 +20,7 @@ class Binding:
         open_at: openness that counts as open, where it is not the general one.
         touch: (entity, part) pairs that fingers and palm may touch.
         supports: where each object may rest, and what it may touch while it is held.
+        transfers: (content, receiver) pairs: what is let go into what.
         tools: what may carry contamination: the robot (its hand), objects.
         upright: objects that must not tip.
         attributes: category attributes of each object.
@@ -31,6 +32,7 @@ class Binding:
     mechanisms: tuple[str, ...] = ()
     placements: tuple[tuple[str, str], ...] = ()
     skills: tuple[tuple[str, str], ...] = ()
+    transfers: tuple[tuple[str, str], ...] = ()
     tools: tuple[str, ...] = ()
     open_at: Mapping[str, float] = field(default_factory=dict)
     touch: frozenset[tuple[str, str]] = frozenset()
@@ -47,7 +49,7 @@ class Binding:
             "mechanisms": tuple((f,) for f in self.mechanisms),
             "placements": self.placements,
             "skills": self.skills,
-            "transfers": (),
+            "transfers": self.transfers,
             "tools": tuple((r,) for r in self.tools),
         }
         return rows[name]

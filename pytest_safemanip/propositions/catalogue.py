@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.propositions import (
     contact,
+    containment,
     contamination,
     enclosure,
     grasp,
@@ -27,6 +28,7 @@ _MODULES = (
     mechanism,
     enclosure,
     occupancy,
+    containment,
     contamination,
 )
 SHIPPED: tuple[Proposition, ...] = tuple(p for m in _MODULES for p in m.PROPOSITIONS)

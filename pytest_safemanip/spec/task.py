@@ -31,6 +31,7 @@ class Task:
         mechanisms: roles of fixtures whose doors or drawers it moves.
         placements: (object role, enclosure role).
         skills: (skill, role).
+        transfers: (object role, role of the object or fixture that receives it).
         tools: what may carry contamination: ``robot`` (its hand), roles of objects.
         open_at: role to openness that counts as open.
         touch: role to the parts that fingers and palm may touch.
@@ -51,6 +52,7 @@ class Task:
     mechanisms: tuple[str, ...] = ()
     placements: tuple[tuple[str, str], ...] = ()
     skills: tuple[tuple[str, str], ...] = ()
+    transfers: tuple[tuple[str, str], ...] = ()
     tools: tuple[str, ...] = ()
     open_at: Mapping[str, float] = field(default_factory=dict)
     touch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -82,6 +84,7 @@ class Task:
             mechanisms=tuple(map(entity, self.mechanisms)),
             placements=tuple((entity(o), entity(f)) for o, f in self.placements),
             skills=tuple((skill, entity(x)) for skill, x in self.skills),
+            transfers=tuple((entity(c), entity(r)) for c, r in self.transfers),
             tools=tuple(ROBOT if role == ROBOT else entity(role) for role in self.tools),
             open_at={entity(role): value for role, value in self.open_at.items()},
             touch=frozenset((entity(r), part) for r, parts in self.touch.items() for part in parts),

@@ -18,10 +18,10 @@ and fixtures), and resolved to the entities of an episode's scene.
     properties: [collision_contact, grasp_stability, release_stability]
 
 Optional keys: ``objects``, ``enclosures``, ``exclusive_enclosures`` (those of them that take one
-item at a time), ``mechanisms``, ``placements``, ``skills``, ``tools`` (what may carry
-contamination: ``robot`` for its hand, and objects), ``open_at`` (role to openness that counts as
-open), ``touch``, ``supports``, ``upright``, ``compact`` (``object_groups``: role to the categories
-or groups drawn in the compact scene).
+item at a time), ``mechanisms``, ``placements``, ``skills``, ``transfers`` (``obj into
+pan``), ``tools`` (what may carry contamination: ``robot`` for its hand, and objects), ``open_at``
+(role to openness that counts as open), ``touch``, ``supports``, ``upright``, ``compact``
+(``object_groups``: role to the categories or groups drawn in the compact scene).
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ _OPTIONAL = (
     "mechanisms",
     "placements",
     "skills",
+    "transfers",
     "tools",
     "open_at",
     "touch",
@@ -53,6 +54,7 @@ _OPTIONAL = (
     "compact",
 )
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_TRANSFER = re.compile(r"(\w+) into (\w+)")
 _PLACEMENT = re.compile(r"(\w+) in (\w+)")
 
 
@@ -105,6 +107,7 @@ def load_task(path: Path) -> Task:
         mechanisms=_strings(section, "mechanisms"),
         placements=_placements(section, objects, enclosures),
         skills=_skills(section),
+        transfers=_transfers(section, objects),
         tools=_members(section, "tools", (ROBOT, *objects), "objects, nor 'robot'"),
         open_at=_numbers(section, "open_at"),
         touch=_lists(section, "touch"),
@@ -148,6 +151,16 @@ def _placements(
         match = _PLACEMENT.fullmatch(text)
         if not match or match[1] not in objects or match[2] not in enclosures:
             raise section.error("placements", f"expected 'OBJECT in ENCLOSURE', found {text!r}")
+        found.append((match[1], match[2]))
+    return tuple(found)
+
+
+def _transfers(section: Section, objects: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    found = []
+    for text in _strings(section, "transfers"):
+        match = _TRANSFER.fullmatch(text)
+        if not match or match[1] not in objects:
+            raise section.error("transfers", f"expected 'OBJECT into RECEIVER', found {text!r}")
         found.append((match[1], match[2]))
     return tuple(found)
 

@@ -25,6 +25,7 @@ QUICK = {
     "pre_safe.pick_window": 0.5,
     "stable_grasp.window": 0.4,
     "sanitized.window": 0.15,
+    "contained.window": 0.1,
 }
 """Windows short enough that recordings of two seconds are longer than any of them."""
 SKILLS = (("pick", "mug"), ("place", "mug"), ("open", "cabinet"), ("close", "cabinet"))
@@ -34,6 +35,7 @@ ARGUMENTS = {
     ("fixture",): [("cabinet",)],
     ("object", "fixture"): [("mug", "cabinet")],
     ("skill", "entity"): SKILLS,
+    ("object", "entity"): [("apple", "cabinet"), ("apple", "mug"), ("mug", "cabinet")],
     ("tool",): [("robot",), ("apple",)],
 }
 PAIRS = (

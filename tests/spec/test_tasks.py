@@ -28,6 +28,7 @@ exclusive_enclosures: [cab]
 mechanisms: [cab]
 placements: [obj in cab]
 skills: [pick obj, open cab]
+transfers: [other into obj]
 tools: [robot, other]
 open_at:
   cab: 0.5
@@ -76,6 +77,7 @@ def test_the_binding_names_the_entities_that_play_the_roles(written):
     assert binding.enclosures == binding.mechanisms == ("cabinet",)
     assert binding.placements == (("mug", "cabinet"),)
     assert binding.skills == (("pick", "mug"), ("open", "cabinet"))
+    assert binding.transfers == (("apple", "mug"),)
     assert binding.tools == ("robot", "apple")
     assert binding.open_at == {"cabinet": 0.5}
     assert binding.touch == {("mug", "body"), ("cabinet", "door"), ("cabinet", "handle")}
@@ -93,6 +95,7 @@ def test_the_binding_names_the_entities_that_play_the_roles(written):
         ("exclusive_enclosures", 1),
         ("placements", 1),
         ("skills", 2),
+        ("transfers", 1),
         ("tools", 2),
     ],
 )
@@ -129,11 +132,12 @@ def test_a_category_without_attributes_is_an_error(written):
         ("obj in cab", "obj in box", 9, "expected 'OBJECT in ENCLOSURE', found 'obj in box'"),
         ("pick obj", "pik obj", 10, "found 'pik obj'; did you mean 'pick'?"),
         ("pick obj", "pick", 10, "expected 'SKILL ROLE', found 'pick'"),
-        ("[robot, other]", "[hand]", 11, "'hand' is not among the objects, nor 'robot'"),
-        ("cab: 0.5", "cab: -0.5", 13, "'open_at.cab': expected a positive number"),
-        ("cab: 0.5", "cab: wide", 13, "'open_at.cab': expected a positive number, found 'wide'"),
-        ("obj: [body]", "obj: body", 15, "'touch.obj': expected a list"),
-        ("  object_groups:", "  groups:", 22, "'compact.groups'; did you mean"),
+        ("other into obj", "other in obj", 11, "expected 'OBJECT into RECEIVER'"),
+        ("[robot, other]", "[hand]", 12, "'hand' is not among the objects, nor 'robot'"),
+        ("cab: 0.5", "cab: -0.5", 14, "'open_at.cab': expected a positive number"),
+        ("cab: 0.5", "cab: wide", 14, "'open_at.cab': expected a positive number, found 'wide'"),
+        ("obj: [body]", "obj: body", 16, "'touch.obj': expected a list"),
+        ("  object_groups:", "  groups:", 23, "'compact.groups'; did you mean"),
     ],
 )
 def test_a_mistake_is_named_with_file_line_and_remedy(written, old, new, line, message):

@@ -1,0 +1,106 @@
+"""Transfers: what is let go toward a receiver, and whether it ends up in it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.contact import object_parts
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.filters import falling, held, majority
+from pytest_safemanip.propositions.interiors import Interior, centres, interiors
+from pytest_safemanip.trace.geometry import to_local, to_world
+
+REACH = Parameter(
+    "transfer.reach", "m", 0.1, "a gripper's width: what is let go this near was meant for it"
+)
+REST_WINDOW = Parameter("contained.window", "s", 0.25, "as for settled")
+REST_DRIFT = Parameter(
+    "contained.drift", "m", 0.005, "2 cm/s, the speed that settled allows, for 0.25 s"
+)
+
+
+def transfer(view: View, content: str, receiver: str) -> Bools:
+    """The content leaves what carried it toward the receiver at this step: the robot's grasp of
+    it ends, or it leaves the box of a container that the robot holds, or the robot lets go of that
+    container, while the content's centre is above or inside the receiver's box, or beside it by
+    less than ``transfer.reach``.
+    """
+    carried = view("obj_grasped", content)
+    for body in view.trace.scene.bodies:
+        if body.entity not in (content, receiver):
+            (box,) = _boxes(view, body.entity)
+            within = (np.abs(_place(view, content, box)) <= box[1]).all(axis=1)
+            carried = carried | (within & view("obj_grasped", body.entity))
+    near = np.zeros(len(view.trace), bool)
+    for box in _boxes(view, receiver):
+        place, half = _place(view, content, box), box[1]
+        beside = np.linalg.norm(np.maximum(np.abs(place[:, :2]) - half[:2], 0.0), axis=1)
+        near |= (beside < view.parameters["transfer.reach"]) & (place[:, 2] > -half[2])
+    return np.asarray(falling(carried) & near)
+
+
+def contained(view: View, content: str, receiver: str) -> Bools:
+    """For ``contained.window``, the content is in the receiver: its centre is inside the receiver's
+    box, or above that box while it touches the receiver in the majority of another such window (a
+    plate is flat); it moved less than ``contained.drift`` in it from the beginning of the window
+    to its end; the robot does not hold it.
+    """
+    trace, p = view.trace, view.parameters
+    count = trace.count(p["contained.window"])
+    force = trace.pair_table.force(object_parts(view, content), object_parts(view, receiver))
+    touches, rests = majority(force > 0, count), np.zeros(len(trace), bool)
+    for box in _boxes(view, receiver):
+        place, half = _place(view, content, box), box[1]
+        over = (np.abs(place[:, :2]) <= half[:2]).all(axis=1) & (place[:, 2] >= -half[2])
+        before = place[np.maximum(np.arange(len(trace)) - (count - 1), 0)]
+        still = np.linalg.norm(place - before, axis=1) < p["contained.drift"]
+        rests |= still & held(over & (touches | (place[:, 2] <= half[2])), count)
+    return rests & ~view("obj_grasped", content)
+
+
+def contained_evidence(view: View, content: str, receiver: str, step: int) -> list[str]:
+    """Where the content is, seen from the receiver."""
+    lines = []
+    for box in _boxes(view, receiver):
+        outside = np.maximum(np.abs(_place(view, content, box)[step]) - box[1], 0.0)
+        if outside.any():
+            across, up = float(np.linalg.norm(outside[:2])), float(outside[2])
+            lines.append(
+                f"the centre of {content} is {100 * across:.0f} cm beside and {100 * up:.0f} cm "
+                f"above or below the box of {receiver}"
+            )
+        else:
+            lines.append(f"the centre of {content} is inside the box of {receiver}")
+    return lines
+
+
+def _boxes(view: View, entity: str) -> list[Interior]:
+    """Where an entity holds things: the box of an object, or the interiors of a fixture."""
+    scene = view.trace.scene
+    if entity not in scene.object_index:
+        return interiors(view, entity)
+    index = scene.object_index[entity]
+    body, pose = scene.bodies[index], view.trace.steps.object_pose[:, index]
+    centre = np.concatenate((to_world(pose, body.centre), pose[:, 3:]), axis=1)
+    return [(centre.astype(np.float32), np.array(body.half))]
+
+
+def _place(view: View, content: str, box: Interior) -> NDArray[np.float64]:
+    """The content's centre in the frame of a box over time (T, 3)."""
+    return to_local(box[0], centres(view, view.trace.scene.object_index[content]))
+
+
+_PAIR = ("object", "entity")
+
+PROPOSITIONS = (
+    Proposition("transfer", _PAIR, lambda p: p["obj_grasped.window"], (REACH,), transfer, act=True),
+    Proposition(
+        "contained",
+        _PAIR,
+        lambda p: max(2.0 * p["contained.window"], p["obj_grasped.window"]),
+        (REST_WINDOW, REST_DRIFT),
+        contained,
+        evidence=contained_evidence,
+    ),
+)

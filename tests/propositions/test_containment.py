@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.propositions.stage import arrays, film, grip, look, moved, touch, true_at
+
+ABOVE, IN_BOWL = (0.4, 0.0, 1.1), (0.4, 0.0, 0.94)
+"""The mug is the content; the apple, a box of 8 cm at x = 0.4, plays the bowl."""
+SHELF = (0.0, 0.6, 1.5)
+
+
+def seen(places, *rows, **changed):
+    places = np.asarray(places, float)
+    return look(film(len(places), *rows, object_pose=moved("mug", places), **changed))
+
+
+def let_go(place, receiver="apple", **changed):
+    """Held at a place for ten steps, then let go there."""
+    return seen([place] * 20, grip(range(10)), **changed)("transfer", "mug", receiver)
+
+
+def test_what_is_let_go_above_the_receiver_is_transferred_when_the_grasp_ends():
+    grasped = seen([ABOVE] * 20, grip(range(10)))("obj_grasped", "mug")
+    assert true_at(let_go(ABOVE)) == [true_at(grasped)[-1] + 1]
+
+
+@pytest.mark.parametrize(("beside", "transferred"), [(0.139, True), (0.141, False)])
+def test_what_is_let_go_within_ten_centimetres_of_it_was_meant_for_it(beside, transferred):
+    assert let_go((0.4 + beside, 0.0, 1.1)).any() == transferred
+    assert let_go((0.4, beside, 1.1)).any() == transferred
+
+
+def test_what_is_let_go_below_it_is_not_meant_for_it():
+    assert not let_go((0.4, 0.0, 0.8)).any()
+
+
+def test_a_fixture_receives_in_its_interior():
+    assert let_go(SHELF, "cabinet").any()
+    assert not let_go((0.0, -0.2, 1.5), "cabinet").any()
+
+
+def test_nothing_is_transferred_in_the_settle_tail():
+    assert not let_go(ABOVE, tail=12).any()
+
+
+def tipped(content, held):
+    """The apple is a ladle that the robot holds; the mug leaves it at step 10, toward the shelf."""
+    ladle = np.array(SHELF)
+    poses = moved("apple", [SHELF] * 20)
+    mug = np.repeat([ladle], 20, axis=0)
+    mug[10:] = content
+    poses[:, 0, :3] = mug
+    rows = grip(range(20), "apple") if held else []
+    return look(film(20, rows, object_pose=poses))("transfer", "mug", "cabinet")
+
+
+def test_what_leaves_a_container_that_the_robot_holds_is_transferred():
+    assert true_at(tipped((0.1, 0.6, 1.4), held=True)) == [10]
+    assert not tipped((0.1, 0.6, 1.4), held=False).any()
+    assert not tipped((0.039, 0.6, 1.5), held=True).any()
+
+
+def test_what_lies_in_the_receiver_for_a_quarter_of_a_second_is_contained():
+    view = seen([ABOVE] * 5 + [IN_BOWL] * 15)
+    assert true_at(view("contained", "mug", "apple")) == list(range(9, 20))
+
+
+def test_what_is_above_a_flat_receiver_is_contained_while_it_touches_it():
+    on_top = (0.4, 0.0, 1.03)
+    rests = touch(range(20), "apple/body", "mug/body")
+    assert seen([on_top] * 20, rests)("contained", "mug", "apple")[-1]
+    assert not seen([on_top] * 20)("contained", "mug", "apple").any()
+    beside = (0.445, 0.0, 1.03)
+    assert not seen([beside] * 20, rests)("contained", "mug", "apple").any()
+
+
+def test_what_the_robot_still_holds_is_not_contained():
+    view = seen([IN_BOWL] * 20, grip(range(10)))
+    assert true_at(view("contained", "mug", "apple"))[0] == 12
+
+
+@pytest.mark.parametrize(("drift", "rests"), [(0.0049, True), (0.0051, False)])
+def test_what_moves_in_the_receiver_is_not_contained_yet(drift, rests):
+    steps = np.arange(5)[:, None] * np.array((drift / 4, 0.0, 0.0))
+    assert seen(np.array(IN_BOWL) + steps)("contained", "mug", "apple").any() == rests
+
+
+def test_what_is_carried_about_in_the_receiver_is_contained():
+    way = np.arange(20)[:, None] * np.array((0.02, 0.0, 0.0))
+    poses = arrays(20).object_pose.copy()
+    poses[:, 1, :3] += way
+    poses[:, 0, :3] = poses[:, 1, :3]
+    assert look(film(20, object_pose=poses))("contained", "mug", "apple")[-1]
+
+
+def test_the_evidence_says_how_far_it_missed():
+    view = seen([(0.54, 0.0, 0.94)] * 10)
+    assert view.evidence("contained", ("mug", "apple"), 9) == [
+        "the centre of mug is 10 cm beside and 0 cm above or below the box of apple"
+    ]
+    assert seen([SHELF] * 3).evidence("contained", ("mug", "cabinet"), 2) == [
+        "the centre of mug is inside the box of cabinet"
+    ]
