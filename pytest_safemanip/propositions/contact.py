@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.interiors import centre_within
 from pytest_safemanip.trace.elements import ROBOT
 
 FINGERS = ("finger_left", "finger_right")
@@ -42,7 +43,7 @@ def object_parts(view: View, entity: str) -> set[int]:
 def collision(view: View) -> Bools:
     """A robot part other than fingers and palm touches something with at least
     ``collision.force``; or a held object touches, as hard, an entity that is neither an allowed
-    support or receiver of it nor the robot.
+    support or receiver of it, nor inside it, nor the robot.
     """
     limit = view.parameters["collision.force"]
     hit = np.zeros(len(view.trace), bool)
@@ -122,7 +123,15 @@ def _held_pairs(view: View) -> Iterator[tuple[str, int, NDArray[np.float32]]]:
         for (a, b), peak in view.trace.pair_table:
             for own, other in ((a, b), (b, a)):
                 if parts[own].entity == name and parts[other].entity not in fine:
-                    yield name, other, peak
+                    yield name, other, np.where(_contains(view, name, other), 0.0, peak)
+
+
+def _contains(view: View, name: str, part: int) -> Bools | bool:
+    """Whether the part is of an object that lies in another one: its own contents (T,)."""
+    other = view.trace.scene.parts[part].entity
+    if other not in view.trace.scene.object_index:
+        return False
+    return centre_within(view, other, name)
 
 
 def _allowed(view: View, pair: tuple[int, int]) -> bool:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.contact import object_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import falling, held, majority
-from pytest_safemanip.propositions.interiors import Interior, centres, interiors
-from pytest_safemanip.trace.geometry import to_local, to_world
+from pytest_safemanip.propositions.interiors import centre_within, holding_boxes, place_in
 
 REACH = Parameter(
     "transfer.reach", "m", 0.1, "a gripper's width: what is let go this near was meant for it"
@@ -29,12 +27,11 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     carried = view("obj_grasped", content)
     for body in view.trace.scene.bodies:
         if body.entity not in (content, receiver):
-            (box,) = _boxes(view, body.entity)
-            within = (np.abs(_place(view, content, box)) <= box[1]).all(axis=1)
-            carried = carried | (within & view("obj_grasped", body.entity))
+            held_inside = centre_within(view, content, body.entity)
+            carried = carried | (held_inside & view("obj_grasped", body.entity))
     near = np.zeros(len(view.trace), bool)
-    for box in _boxes(view, receiver):
-        place, half = _place(view, content, box), box[1]
+    for box in holding_boxes(view, receiver):
+        place, half = place_in(view, content, box), box[1]
         beside = np.linalg.norm(np.maximum(np.abs(place[:, :2]) - half[:2], 0.0), axis=1)
         near |= (beside < view.parameters["transfer.reach"]) & (place[:, 2] > -half[2])
     return np.asarray(falling(carried) & near)
@@ -50,8 +47,8 @@ def contained(view: View, content: str, receiver: str) -> Bools:
     count = trace.count(p["contained.window"])
     force = trace.pair_table.force(object_parts(view, content), object_parts(view, receiver))
     touches, rests = majority(force > 0, count), np.zeros(len(trace), bool)
-    for box in _boxes(view, receiver):
-        place, half = _place(view, content, box), box[1]
+    for box in holding_boxes(view, receiver):
+        place, half = place_in(view, content, box), box[1]
         over = (np.abs(place[:, :2]) <= half[:2]).all(axis=1) & (place[:, 2] >= -half[2])
         before = place[np.maximum(np.arange(len(trace)) - (count - 1), 0)]
         still = np.linalg.norm(place - before, axis=1) < p["contained.drift"]
@@ -62,8 +59,8 @@ def contained(view: View, content: str, receiver: str) -> Bools:
 def contained_evidence(view: View, content: str, receiver: str, step: int) -> list[str]:
     """Where the content is, seen from the receiver."""
     lines = []
-    for box in _boxes(view, receiver):
-        outside = np.maximum(np.abs(_place(view, content, box)[step]) - box[1], 0.0)
+    for box in holding_boxes(view, receiver):
+        outside = np.maximum(np.abs(place_in(view, content, box)[step]) - box[1], 0.0)
         if outside.any():
             across, up = float(np.linalg.norm(outside[:2])), float(outside[2])
             lines.append(
@@ -73,22 +70,6 @@ def contained_evidence(view: View, content: str, receiver: str, step: int) -> li
         else:
             lines.append(f"the centre of {content} is inside the box of {receiver}")
     return lines
-
-
-def _boxes(view: View, entity: str) -> list[Interior]:
-    """Where an entity holds things: the box of an object, or the interiors of a fixture."""
-    scene = view.trace.scene
-    if entity not in scene.object_index:
-        return interiors(view, entity)
-    index = scene.object_index[entity]
-    body, pose = scene.bodies[index], view.trace.steps.object_pose[:, index]
-    centre = np.concatenate((to_world(pose, body.centre), pose[:, 3:]), axis=1)
-    return [(centre.astype(np.float32), np.array(body.half))]
-
-
-def _place(view: View, content: str, box: Interior) -> NDArray[np.float64]:
-    """The content's centre in the frame of a box over time (T, 3)."""
-    return to_local(box[0], centres(view, view.trace.scene.object_index[content]))
 
 
 _PAIR = ("object", "entity")

@@ -37,6 +37,34 @@ def centre_inside(view: View, index: int, interior: Interior) -> Bools:
     return np.asarray((np.abs(to_local(pose, centres(view, index))) <= half).all(axis=-1))
 
 
+def holding_boxes(view: View, entity: str) -> list[Interior]:
+    """Where an entity holds things: the box of an object, or the interiors of a fixture.
+
+    Raises:
+        TraceError: if a fixture has no interior.
+    """
+    scene = view.trace.scene
+    if entity not in scene.object_index:
+        return interiors(view, entity)
+    index = scene.object_index[entity]
+    turn = view.trace.steps.object_pose[:, index, 3:]
+    pose = np.concatenate((centres(view, index), turn), axis=1)
+    return [(pose.astype(np.float32), np.array(scene.bodies[index].half))]
+
+
+def place_in(view: View, content: str, box: Interior) -> NDArray[np.float64]:
+    """Centre of an object's box in the frame of another box over time (T, 3)."""
+    return to_local(box[0], centres(view, view.trace.scene.object_index[content]))
+
+
+def centre_within(view: View, content: str, entity: str) -> Bools:
+    """Whether the centre of an object's box is where an entity holds things (T,)."""
+    within = np.zeros(len(view.trace), bool)
+    for box in holding_boxes(view, entity):
+        within |= (np.abs(place_in(view, content, box)) <= box[1]).all(axis=1)
+    return within
+
+
 def corners_inside(view: View, name: str, fixture: str, slack: float, floor: bool = False) -> Bools:
     """Which corners are inside, for the interior that holds most of them (T, 8).
 

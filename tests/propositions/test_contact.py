@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests import toy
-from tests.propositions.stage import film, grip, look, touch, true_at
+from tests.propositions.stage import film, grip, look, moved, touch, true_at
 
 
 def rows_of(contacts, **changed):
@@ -45,6 +45,14 @@ def test_a_held_object_may_touch_its_supports_and_nothing_else():
     ]
     view = look(film(10, hold, touch([6], "counter/body", "mug/body", 5.0)), supports={})
     assert true_at(view("collision")) == [6]
+
+
+@pytest.mark.parametrize(("inside", "collides"), [(0.049, False), (0.051, True)])
+def test_what_lies_in_the_held_object_may_touch_it(inside, collides):
+    where = np.add(toy.at_rest().object_pose[0, :3], (inside, 0.0, 0.0))
+    rows = grip(range(10)), touch([8], "apple/body", "mug/body", 50.0)
+    view = look(film(10, *rows, object_pose=moved("apple", where, 10)))
+    assert view("collision").any() == collides
 
 
 @pytest.mark.parametrize(
