@@ -7,7 +7,8 @@ import numpy as np
 from pytest_safemanip.propositions.contact import HAND, object_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import majority, rising
-from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.propositions.operation import leaves
+from pytest_safemanip.trace.elements import BUTTON, ROBOT
 
 OPEN_RATE = Parameter("skill_onset.rate", "1/s", 0.02, "a door that is moved takes under a minute")
 PRESS_FORCE = Parameter("skill_onset.force", "N", 0.5, "as for a finger in a grasp")
@@ -18,8 +19,10 @@ def skill_onset(view: View, skill: str, entity: str) -> Bools:
     """The skill starts on the entity at this step. ``pick``: the fingers have closed on it
     (``obj_grasped`` begins). ``place``: it is let go (``obj_released``). ``open`` and ``close``:
     the majority of the last ``skill_onset.window`` sees a door or drawer of it move that way
-    faster than ``skill_onset.rate`` while the robot touches that part. ``turn``: likewise, the
-    hand touches a control of it with ``skill_onset.force``.
+    faster than ``skill_onset.rate`` while the robot touches that part. ``press``, ``turn``,
+    ``slide``: likewise, the hand touches a control of it (what a joint moves that is no door, or a
+    button) with ``skill_onset.force``. ``pour``: the centre of another object leaves the box of
+    this one while the robot holds it.
     """
     return _ONSETS[skill](view, entity)
 
@@ -56,20 +59,40 @@ def _moved(view: View, fixture: str, direction: float) -> Bools:
     return started
 
 
-def _turn(view: View, fixture: str) -> Bools:
+def _pour(view: View, container: str) -> Bools:
+    started = np.zeros(len(view.trace), bool)
+    for body in view.trace.scene.bodies:
+        if body.entity != container:
+            started |= leaves(view, body.entity, container)
+    return started
+
+
+def _operate(view: View, fixture: str) -> Bools:
     scene = view.trace.scene
     controls = {
         part
         for part in object_parts(view, fixture)
-        if scene.parts[part].joint
-        and not scene.joints[scene.joint_index[scene.parts[part].joint]].gives_access
+        if scene.parts[part].name == BUTTON
+        or (
+            scene.parts[part].joint
+            and not scene.joints[scene.joint_index[scene.parts[part].joint]].gives_access
+        )
     }
     force = view.trace.pair_table.force(set(scene.parts_of(ROBOT, HAND)), controls)
     touched = force >= view.parameters["skill_onset.force"]
     return rising(majority(touched, view.trace.count(view.parameters["skill_onset.window"])))
 
 
-_ONSETS = {"pick": _pick, "place": _place, "open": _open, "close": _close, "turn": _turn}
+_ONSETS = {
+    "pick": _pick,
+    "place": _place,
+    "open": _open,
+    "close": _close,
+    "press": _operate,
+    "turn": _operate,
+    "slide": _operate,
+    "pour": _pour,
+}
 SKILLS = tuple(_ONSETS)
 """The skills whose onset is known."""
 

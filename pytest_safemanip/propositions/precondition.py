@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import last_true, recently
 from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
+from pytest_safemanip.propositions.release import UPRIGHT
 from pytest_safemanip.propositions.solids import solids
 from pytest_safemanip.trace.geometry import (
     boxes_overlap,
     corners,
     footprints_overlap,
-    to_local,
     to_world,
 )
 from pytest_safemanip.trace.kinematics import carried
@@ -35,8 +36,10 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     last ``pre_safe.pick_window``, and no object stands on it. ``place``: where it last was in the
     fingers, within ``pre_safe.place_window``, what lies below it is a permitted support, free of
     other objects, at most ``pre_safe.drop`` below. ``open`` and ``close``: no object stands in
-    the rest of the part's way by more than ``pre_safe.overlap``. ``turn``: in the basin, nothing
-    raw lies with something ready to eat.
+    the rest of the part's way by more than ``pre_safe.overlap``. ``press``, ``turn``, ``slide``: in
+    the basin, nothing raw lies with something ready to eat; an appliance that is off has its doors
+    closed but for ``pre_safe.closed`` and, if it is a microwave, nothing of metal in it. ``pour``:
+    a receiver that the task has for what leaves is below it and stands upright.
 
     Evaluated where the skill's onset is true, and true elsewhere.
     """
@@ -132,36 +135,13 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
     return broken
 
 
-def _turn(view: View, fixture: str, step: int) -> list[str]:
-    """Raw and ready-to-eat food under the same tap."""
-    names = [b.entity for b in view.trace.scene.bodies if _contains(view, fixture, b.entity, step)]
-    kinds = {name: view.binding.attributes.get(name, frozenset()) for name in names}
-    return [
-        f"{raw} (raw) lies in {fixture} with {ready} (ready to eat)"
-        for raw in names
-        for ready in names
-        if "raw" in kinds[raw] and "ready_to_eat" in kinds[ready]
-    ]
-
-
-def _contains(view: View, fixture: str, name: str, step: int) -> bool:
-    """Whether the centre of an object is in an interior of a fixture."""
-    trace, scene = view.trace, view.trace.scene
-    index = scene.object_index[name]
-    centre = to_world(trace.steps.object_pose[step, index], scene.bodies[index].centre)
-    return any(
-        bool((np.abs(to_local(trace.steps.box_pose[step, k], centre)) <= box.half).all())
-        for k, box in enumerate(scene.boxes)
-        if box.entity == fixture and box.kind == "interior"
-    )
-
-
 _CONDITIONS: dict[str, Callable[[View, str, int], list[str]]] = {
     "pick": _pick,
     "place": _place,
     "open": _open,
     "close": _close,
-    "turn": _turn,
+    **dict.fromkeys(("press", "turn", "slide"), switching_faults),
+    "pour": pouring_faults,
 }
 
 PROPOSITIONS = (
@@ -169,7 +149,7 @@ PROPOSITIONS = (
         "pre_safe",
         ("skill", "entity"),
         lambda p: p["pre_safe.pick_window"] + p["settled.window"],
-        (DROP, OVERLAP, PICK_WINDOW, PLACE_WINDOW),
+        (DROP, OVERLAP, PICK_WINDOW, PLACE_WINDOW, CLOSED, UPRIGHT),
         pre_safe,
         evidence=pre_safe_evidence,
     ),

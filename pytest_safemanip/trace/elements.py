@@ -18,6 +18,9 @@ Vector = tuple[float, ...]
 ROBOT = "robot"
 """The robot's entity name. Parts: ``finger_left``, ``finger_right``, ``palm``, links, ``base``."""
 
+BUTTON = "button"
+"""Name of the parts that are pressed, whether or not a joint moves them."""
+
 
 @dataclass(frozen=True)
 class Entity:

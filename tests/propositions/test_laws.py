@@ -28,7 +28,13 @@ QUICK = {
     "contained.window": 0.1,
 }
 """Windows short enough that recordings of two seconds are longer than any of them."""
-SKILLS = (("pick", "mug"), ("place", "mug"), ("open", "cabinet"), ("close", "cabinet"))
+SKILLS = (
+    ("pick", "mug"),
+    ("place", "mug"),
+    ("open", "cabinet"),
+    ("close", "cabinet"),
+    ("pour", "mug"),
+)
 ARGUMENTS = {
     (): [()],
     ("object",): [("mug",), ("apple",)],

@@ -65,3 +65,9 @@ def test_burners_and_appliances_are_on_when_robocasa_says_so(
     assert states(shared)[microwave, "power"] == 0.0
     monkeypatch.setattr(shared.env.fixtures[microwave], "_turned_on", True)
     assert states(shared)[microwave, "power"] == 1.0
+
+
+def test_a_start_button_is_a_part_of_its_own(kitchen: GetKitchen) -> None:
+    shared = kitchen("OpenCabinet", "target")
+    microwave = next(n for n, f in shared.env.fixtures.items() if type(f).__name__ == "Microwave")
+    assert len(shared.scene.parts_of(microwave, ("button",))) == 1

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.trace.elements import ROBOT, Part
+from pytest_safemanip.trace.elements import BUTTON, ROBOT, Part
 
 GRIPPER_PARTS = {
     "leftfinger": "finger_left",
@@ -24,7 +24,7 @@ GRIPPER_PARTS = {
 }
 """Bodies of the Panda gripper that are fingers; the rest of it is the palm."""
 
-MOVING_PARTS = ("handle", "knob", "button", "switch", "lever", "lid", "spout", "rack", "tray")
+MOVING_PARTS = ("handle", "knob", BUTTON, "switch", "lever", "lid", "spout", "rack", "tray")
 """Parts of fixtures that are told apart by name; other moving parts are doors and drawers."""
 
 NO_PART = -1
@@ -114,11 +114,11 @@ def _part(model: Any, geom: int, entity: str, free: bool) -> tuple[Part, bool]:
     if free:
         return Part(entity, "body"), True
     body = int(model.geom_bodyid[geom])
+    own = f"{model.geom(geom).name} {model.body(body).name}".replace(entity, "")
     joint = joint_of_body(model, body)
     if joint < 0:
-        return Part(entity, "body"), False
+        return Part(entity, BUTTON if BUTTON in own else "body"), False
     key = f"{entity}/{local_name(model, joint, entity)}"
-    own = f"{model.geom(geom).name} {model.body(body).name}".replace(entity, "")
     for name in MOVING_PARTS:
         if name in own:
             return Part(entity, name, key), True

@@ -1,0 +1,151 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.trace import Part
+from pytest_safemanip.trace.elements import Box, Entity, Switch
+from tests import toy
+from tests.propositions.stage import along, film, grip, look, moved, rest, touch, true_at, turned
+
+ENTITIES = tuple(
+    dataclasses.replace(e, category="Microwave") if e.name == "cabinet" else e
+    for e in toy.SCENE.entities
+)
+MICROWAVE = dataclasses.replace(
+    toy.SCENE,
+    entities=ENTITIES,
+    parts=(*toy.PARTS, Part("cabinet", "button")),
+    switches=(Switch("cabinet", "power", "appliance"),),
+)
+"""The toy's cabinet is a microwave whose start button no joint moves."""
+INSIDE = (0.0, 0.6, 1.5)
+BUTTON = len(toy.PARTS)
+SKILL = ("press", "cabinet")
+
+
+def pressed(scene=MICROWAVE, length=30, places=None, on=(), openness=0.0, attributes=None):
+    """A finger on the button from step 5 on: the skill starts at step 7."""
+    recording = film(length, touch(range(5, 15), "robot/finger_left", "mug/body"), scene=scene)
+    steps = recording.steps
+    switch = np.zeros((length, 1), np.float32)
+    switch[list(on)] = 1.0
+    changed = {
+        "contacts": dataclasses.replace(steps.contacts, b=np.full_like(steps.contacts.b, BUTTON)),
+        "switch": switch,
+        "joint": along(steps.joint, range(length), (0, 0), openness),
+    }
+    if places is not None:
+        changed["object_pose"] = moved("mug", places, length)
+    steps = dataclasses.replace(steps, **changed)
+    return look(dataclasses.replace(recording, steps=steps), attributes=attributes or {})
+
+
+@pytest.mark.parametrize("skill", ["press", "turn", "slide"])
+def test_a_button_is_a_control_even_if_no_joint_moves_it(skill):
+    assert true_at(pressed()("skill_onset", skill, "cabinet")) == [7]
+
+
+def test_an_empty_closed_appliance_may_be_switched_on():
+    view = pressed()
+    assert view("pre_safe", *SKILL).all()
+    assert view.evidence("pre_safe", SKILL, 7) == []
+
+
+@pytest.mark.parametrize(("openness", "safe"), [(0.049, True), (0.051, False), (1.0, False)])
+def test_an_appliance_is_switched_on_with_its_door_shut(openness, safe):
+    view = pressed(openness=openness)
+    assert view("pre_safe", *SKILL)[7] == safe
+    assert bool(view.evidence("pre_safe", SKILL, 7)) != safe
+
+
+def test_what_runs_is_switched_off_whatever_the_door():
+    assert pressed(openness=1.0, on=range(7))("pre_safe", *SKILL)[7]
+    # The latch may fall in the very step of the onset: that is switching on.
+    assert not pressed(openness=1.0, on=range(7, 30))("pre_safe", *SKILL)[7]
+
+
+METAL = {"mug": frozenset({"metal"})}
+
+
+def test_no_metal_in_a_microwave_that_is_switched_on():
+    view = pressed(places=INSIDE, attributes=METAL)
+    assert not view("pre_safe", *SKILL)[7]
+    assert view.evidence("pre_safe", SKILL, 7) == ["mug (metal) is inside cabinet"]
+    assert pressed(places=INSIDE)("pre_safe", *SKILL)[7]
+    assert pressed(attributes=METAL)("pre_safe", *SKILL)[7]
+
+
+def test_metal_in_another_appliance_is_no_hazard():
+    scene = dataclasses.replace(MICROWAVE, entities=toy.SCENE.entities)
+    assert pressed(scene, places=INSIDE, attributes=METAL)("pre_safe", *SKILL)[7]
+
+
+def test_what_is_no_appliance_has_no_door_to_shut():
+    scene = dataclasses.replace(MICROWAVE, switches=(Switch("cabinet", "water", "water"),))
+    assert pressed(scene, openness=1.0)("pre_safe", *SKILL)[7]
+
+
+POUR = ("pour", "apple")
+
+
+def pouring(mug=(0.0, 0.6, 1.3), transfers=(("mug", "cabinet"),), held=True, turn=None, **changed):
+    """The mug is in the apple, a ladle above the shelf, until step 10; then it is elsewhere."""
+    poses = moved("apple", INSIDE, 20)
+    poses[:, 0, :3] = INSIDE
+    poses[10:, 0, :3] = mug
+    if turn is not None:
+        poses[:, 0, 3:] = turn
+    rows = grip(range(20), "apple") if held else rest(range(20), "apple")
+    return look(film(20, rows, object_pose=poses, **changed), transfers=transfers)
+
+
+def test_pouring_starts_when_contents_leave_what_the_robot_holds():
+    assert true_at(pouring()("skill_onset", *POUR)) == [10]
+    assert not pouring(held=False)("skill_onset", *POUR).any()
+    assert not pouring(mug=INSIDE)("skill_onset", *POUR).any()
+    assert not pouring()("skill_onset", "pour", "mug").any()
+
+
+def test_what_is_poured_has_its_receiver_below():
+    assert pouring()("pre_safe", *POUR)[10]
+    view = pouring(mug=(0.0, 0.2, 1.3))
+    assert not view("pre_safe", *POUR)[10]
+    assert view.evidence("pre_safe", POUR, 10) == ["no receiver is below mug as it leaves apple"]
+    assert not pouring(transfers=())("pre_safe", *POUR)[10]
+
+
+@pytest.mark.parametrize(("degrees", "safe"), [(29.0, True), (31.0, False)])
+def test_the_receiver_stands_upright(degrees, safe):
+    """A third object, the bowl, lies under what is poured."""
+    bowl = dataclasses.replace(toy.SCENE.bodies[0], entity="bowl", half=(0.2, 0.2, 0.1))
+    scene = dataclasses.replace(
+        toy.SCENE,
+        entities=(*toy.SCENE.entities, Entity("bowl", "object", "bowl")),
+        bodies=(*toy.SCENE.bodies, bowl),
+    )
+    poses = moved("apple", INSIDE, 20)
+    poses[:, 0, :3] = INSIDE
+    poses[10:, 0, :3] = np.subtract(INSIDE, (0.0, 0.0, 0.1))
+    below = np.float32((*np.subtract(INSIDE, (0.0, 0.0, 0.3)), *turned(np.deg2rad(degrees))))
+    poses = np.concatenate((poses, np.tile(below, (20, 1, 1)).astype(np.float32)), axis=1)
+    recording = film(
+        20,
+        grip(range(20), "apple"),
+        scene=scene,
+        object_pose=poses,
+        object_twist=np.zeros((20, 3, 6), np.float32),
+    )
+    view = look(recording, transfers=(("mug", "bowl"),))
+    assert view("pre_safe", *POUR)[10] == safe
+    if not safe:
+        assert view.evidence("pre_safe", POUR, 10) == ["bowl does not stand upright"]
+
+
+def test_a_fixture_without_an_interior_holds_nothing():
+    scene = dataclasses.replace(
+        MICROWAVE, boxes=(Box("cabinet", "door_handle", "handle", (0.1, 0.1, 0.1)),)
+    )
+    assert pressed(scene, places=INSIDE, attributes=METAL)("pre_safe", *SKILL)[7]
