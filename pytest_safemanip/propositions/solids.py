@@ -22,16 +22,37 @@ def solids(
         step: when.
         only: entities to keep; None keeps all.
     """
-    trace, scene = view.trace, view.trace.scene
+    scene = view.trace.scene
     found = [item for item in scene.fixed_surfaces if only is None or item[0] in only]
-    for surface in scene.surfaces:
+    moving = view.shared(_Moving)
+    for index, surface in enumerate(scene.surfaces):
         if surface.joint and (only is None or surface.entity in only):
-            index = scene.joint_index[surface.joint]
-            position = trace.steps.joint[step, index, 0]
-            pose = carried(scene.joints[index], np.asarray(surface.pose), position)
-            found.append((surface.entity, corners(pose, surface.half)))
+            found.append((surface.entity, moving.surface(index)[step]))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
-            pose = trace.steps.object_pose[step, index]
-            found.append((body.entity, corners(pose, body.half, body.centre)))
+            found.append((body.entity, moving.body(index)[step]))
     return found
+
+
+class _Moving:
+    """Box corners (T, 8, 3) of what moves, each computed when it is first asked for."""
+
+    def __init__(self, view: View) -> None:
+        self._trace = view.trace
+        self._known: dict[tuple[str, int], Array] = {}
+
+    def surface(self, index: int) -> Array:
+        if ("surface", index) not in self._known:
+            scene = self._trace.scene
+            surface = scene.surfaces[index]
+            joint = scene.joint_index[surface.joint]
+            openness = self._trace.steps.joint[:, joint, 0]
+            pose = carried(scene.joints[joint], np.asarray(surface.pose), openness)
+            self._known["surface", index] = corners(pose, surface.half)
+        return self._known["surface", index]
+
+    def body(self, index: int) -> Array:
+        if ("body", index) not in self._known:
+            body, poses = self._trace.scene.bodies[index], self._trace.steps.object_pose[:, index]
+            self._known["body", index] = corners(poses, body.half, body.centre)
+        return self._known["body", index]

@@ -39,9 +39,16 @@ def rotate(q: Array, v: ArrayLike) -> Array:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
     q, v = np.asarray(q, float), np.asarray(v, float)
     u = q[..., 1:]
-    t = 2.0 * np.cross(u, v)
-    result: Array = v + q[..., :1] * t + np.cross(u, t)
+    t = 2.0 * cross(u, v)
+    result: Array = v + q[..., :1] * t + cross(u, t)
     return result
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Vector products (..., 3); ``numpy.cross`` takes several times as long for a few vectors."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=-1)
 
 
 def matrix(q: Array) -> Array:
@@ -104,7 +111,7 @@ def boxes_overlap(
     """
     axes_a, axes_b = matrix(np.asarray(pose_a)[3:]), matrix(np.asarray(pose_b)[3:])
     gap = np.asarray(pose_b, float)[:3] - np.asarray(pose_a, float)[:3]
-    crossed = np.cross(axes_a.T[:, None], axes_b.T[None]).reshape(9, 3)
+    crossed = cross(axes_a.T[:, None], axes_b.T[None]).reshape(9, 3)
     axes = np.concatenate((axes_a.T, axes_b.T, crossed))
     length = np.linalg.norm(axes, axis=1)
     axes = axes[length > 1e-6] / length[length > 1e-6, None]
