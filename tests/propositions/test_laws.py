@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pytest_safemanip.propositions.catalogue import SHIPPED
-from pytest_safemanip.trace import Recording
+from pytest_safemanip.trace import Contacts, Recording, Steps
 from pytest_safemanip.trace.geometry import multiply, rotate
 from tests import toy
 from tests.propositions.stage import BINDING, CATALOGUE, KITCHEN, film, look, tap, turned
@@ -184,6 +184,48 @@ def test_another_way_to_write_the_same_recording_changes_nothing(proposition, ch
     for arguments in ARGUMENTS[proposition.arguments]:
         values = see(recording)(proposition.name, *arguments)
         assert see(other)(proposition.name, *arguments).tolist() == values.tolist()
+
+
+def lasting(recording, times, period):
+    """The same states, each for so many steps, in a recording of another control period."""
+    steps = recording.steps
+    arrays = {
+        f.name: np.repeat(getattr(steps, f.name), times, axis=0)
+        for f in dataclasses.fields(steps)
+        if f.name != "contacts"
+    }
+    columns = {
+        f.name: np.repeat(getattr(steps.contacts, f.name), times, axis=0)
+        for f in dataclasses.fields(steps.contacts)
+    }
+    columns["step"] = times * columns["step"] + np.arange(len(columns["step"])) % times
+    order = np.argsort(columns["step"], kind="stable")
+    contacts = Contacts(**{name: np.asarray(c[order], c.dtype) for name, c in columns.items()})
+    contacts = dataclasses.replace(contacts, step=contacts.step.astype(np.int32))
+    scene = dataclasses.replace(recording.scene, control_period=period)
+    return Recording(recording.episode, scene, Steps(**arrays, contacts=contacts))
+
+
+def near(values):
+    """True where a value is true at the step or at one beside it."""
+    padded = np.concatenate(([False], values, [False]))
+    return padded[:-2] | padded[1:-1] | padded[2:]
+
+
+@every
+@pytest.mark.parametrize("seed", range(8))
+def test_twice_the_rate_says_the_same_within_a_control_period(proposition, seed):
+    # States last, and the seeds are chosen: what coincides for exactly as long as a window asks
+    # for may do so at one rate only.
+    recording = busy(seed)
+    coarser, finer = (see(lasting(recording, n, 4 * toy.DT / n)) for n in (4, 8))
+    for arguments in ARGUMENTS[proposition.arguments]:
+        values = coarser(proposition.name, *arguments)
+        pairs = finer(proposition.name, *arguments).reshape(-1, 2)
+        assert not (values & ~near(pairs.any(axis=1))).any()
+        assert not (pairs.any(axis=1) & ~near(values)).any()
+        if not proposition.act:
+            assert not (~values & ~near(~pairs.all(axis=1))).any()
 
 
 NAMES = {"mug": "zebra", "apple": "aa", "cabinet": "counter2", "counter": "worktop"}
