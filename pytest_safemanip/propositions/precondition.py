@@ -16,10 +16,10 @@ from pytest_safemanip.propositions.solids import solids
 from pytest_safemanip.trace.geometry import (
     boxes_overlap,
     corners,
-    footprints_overlap,
     to_world,
 )
 from pytest_safemanip.trace.kinematics import carried
+from pytest_safemanip.trace.planar import footprints_overlap
 
 DROP = Parameter("pre_safe.drop", "m", 0.05, "a fall of 5 cm ends at 1 m/s: cups break above it")
 OVERLAP = Parameter("pre_safe.overlap", "m", 0.01, "boxes are larger than what is in them")

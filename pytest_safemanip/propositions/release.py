@@ -11,8 +11,9 @@ from pytest_safemanip.propositions.contact import object_parts, robot_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import held
 from pytest_safemanip.propositions.solids import solids
-from pytest_safemanip.trace.geometry import hull_margin, tilt, to_world
+from pytest_safemanip.trace.geometry import tilt, to_world
 from pytest_safemanip.trace.kinematics import opening_direction
+from pytest_safemanip.trace.planar import hull_margin
 
 SPEED = Parameter("settled.speed", "m/s", 0.02, "above the solver's jitter, below any rolling")
 SPIN = Parameter("settled.spin", "rad/s", 0.2, "as the speed, at 10 cm")

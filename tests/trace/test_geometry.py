@@ -10,8 +10,6 @@ from pytest_safemanip.trace.geometry import (
     boxes_overlap,
     conjugate,
     corners,
-    footprints_overlap,
-    hull_margin,
     matrix,
     multiply,
     relative,
@@ -20,6 +18,7 @@ from pytest_safemanip.trace.geometry import (
     to_local,
     to_world,
 )
+from pytest_safemanip.trace.planar import footprints_overlap, hull_margin
 
 numbers = st.floats(-2.0, 2.0)
 vectors = st.tuples(numbers, numbers, numbers).map(np.array)
