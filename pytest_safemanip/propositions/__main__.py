@@ -20,12 +20,13 @@ Printed by `python -m pytest_safemanip.propositions`."""
 
 def document() -> str:
     """The page, as Markdown."""
-    return "\n".join((_HEAD, *(line for p in SHIPPED for line in _section(p)))) + "\n"
+    defaults = Catalogue().parameters({})
+    lines = (line for p in SHIPPED for line in _section(p, p.window(defaults)))
+    return "\n".join((_HEAD, *lines)) + "\n"
 
 
-def _section(proposition: Proposition) -> Iterator[str]:
+def _section(proposition: Proposition, window: float) -> Iterator[str]:
     arguments = f"({', '.join(proposition.arguments)})" if proposition.arguments else ""
-    window = proposition.window(Catalogue().parameters({}))
     memory = "remembers all" if math.isinf(window) else f"window {window:g} s"
     yield f"\n## `{proposition.name}{arguments}`\n"
     yield inspect.cleandoc(proposition.doc).replace("``", "`")

@@ -6,7 +6,7 @@ import numpy as np
 
 from pytest_safemanip.propositions.contact import object_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
-from pytest_safemanip.propositions.filters import falling, held, majority
+from pytest_safemanip.propositions.filters import falling, held, majority, still
 from pytest_safemanip.propositions.interiors import centre_within, holding_boxes, place_in
 
 REACH = Parameter(
@@ -50,9 +50,8 @@ def contained(view: View, content: str, receiver: str) -> Bools:
     for box in holding_boxes(view, receiver):
         place, half = place_in(view, content, box), box[1]
         over = (np.abs(place[:, :2]) <= half[:2]).all(axis=1) & (place[:, 2] >= -half[2])
-        before = place[np.maximum(np.arange(len(trace)) - (count - 1), 0)]
-        still = np.linalg.norm(place - before, axis=1) < p["contained.drift"]
-        rests |= still & held(over & (touches | (place[:, 2] <= half[2])), count)
+        within = over & (touches | (place[:, 2] <= half[2]))
+        rests |= still(place, count, p["contained.drift"]) & held(within, count)
     return rests & ~view("obj_grasped", content)
 
 

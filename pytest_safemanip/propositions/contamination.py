@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.contact import hand_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
-from pytest_safemanip.propositions.filters import held
+from pytest_safemanip.propositions.filters import held, rising
 from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.geometry import boxes_overlap, to_world
+from pytest_safemanip.trace.geometry import boxes_overlap, centred
 
 FORCE = Parameter("contaminated.force", "N", 0.5, "as for a finger in a grasp")
 WINDOW = Parameter("contaminated.window", "s", 0.1, "a graze of one control step leaves nothing")
@@ -53,7 +53,7 @@ def sanitized(view: View, carrier: str) -> Bools:
         index = trace.scene.object_index[carrier]
         body = trace.scene.bodies[index]
         half, centre, pose = body.half, body.centre, trace.steps.object_pose[:, index]
-    place = np.concatenate((to_world(pose, centre), pose[:, 3:]), axis=1)
+    place = centred(pose, centre)
     wet = np.zeros(len(trace), bool)
     for box, running in _water(view):
         reach = float(np.linalg.norm(half)) + float(np.linalg.norm(trace.scene.boxes[box].half))
@@ -95,8 +95,7 @@ def _clean_contacts(view: View, carrier: str) -> list[tuple[str, Bools]]:
 def _when_it_began(touch: Bools, state: Bools, at_first: bool) -> Bools:
     """Whether the state held before the present run of touching began (T,)."""
     before = np.concatenate(([at_first], state[:-1]))
-    starts = touch & ~np.concatenate(([False], touch[:-1]))
-    begin = np.maximum.accumulate(np.where(starts, np.arange(len(touch)), 0))
+    begin = np.maximum.accumulate(np.where(rising(touch), np.arange(len(touch)), 0))
     return np.asarray(before[begin])
 
 
@@ -129,7 +128,7 @@ def _names(view: View) -> tuple[str, ...]:
 
 def _touches(view: View) -> _Touches:
     """When each pair of carriers touches, by their names."""
-    names, carrier = _names(view), _carrier_of(view)
+    names, carrier = _names(view), view.shared(_carrier_of)
     forces: dict[tuple[int, int], NDArray[np.float32]] = {}
     for (a, b), peak in view.trace.pair_table:
         pair = tuple(sorted((int(carrier[a]), int(carrier[b]))))
@@ -151,7 +150,7 @@ def _spread(view: View) -> dict[str, Bools]:
     found = {name: np.zeros(length, bool) for name in names}
     if not raw:
         return found
-    washed = {name: sanitized(view, name) for name in names}
+    washed = {name: view("sanitized", name) for name in names}
     touches, spots, dirty = view.shared(_touches), _Spots(view), set(raw)
     for step in range(length):
         dirty = raw | {name for name in dirty if not washed[name][step]}
@@ -174,7 +173,8 @@ class _Spots:
     """
 
     def __init__(self, view: View) -> None:
-        scene, contacts, carrier = view.trace.scene, view.trace.steps.contacts, _carrier_of(view)
+        scene, contacts = view.trace.scene, view.trace.steps.contacts
+        carrier = view.shared(_carrier_of)
         lasts = np.zeros(len(contacts), bool)
         for pair, peak in view.trace.pair_table:
             rows = (np.minimum(contacts.a, contacts.b) == pair[0]) & (

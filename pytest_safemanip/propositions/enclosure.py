@@ -9,7 +9,7 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.filters import rising
 from pytest_safemanip.propositions.interiors import corners_inside, interiors
-from pytest_safemanip.trace.geometry import boxes_overlap, to_local, to_world
+from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
 TOLERANCE = Parameter(
     "enclosure.tolerance", "m", 0.005, "an interior's box is drawn by hand around the free space"
@@ -60,7 +60,7 @@ def obj_outside(view: View, name: str, fixture: str) -> Bools:
     index = trace.scene.object_index[name]
     body = trace.scene.bodies[index]
     pose = trace.steps.object_pose[:, index]
-    centre = np.concatenate((to_world(pose, body.centre), pose[:, 3:]), axis=1)
+    centre = centred(pose, body.centre)
     reach = float(np.linalg.norm(body.half))
     outside = np.ones(len(trace), bool)
     for box, half in interiors(view, fixture):

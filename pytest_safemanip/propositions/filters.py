@@ -36,6 +36,14 @@ def falling(values: Bools) -> Bools:
     return ~values & _shifted(values, fill=False)
 
 
+def still(places: NDArray[np.float64], count: int, limit: float) -> Bools:
+    """True where places (T, 3) moved less than ``limit`` metres from the first to the last of the
+    last ``count``; before there are that many, from the very first.
+    """
+    before = places[np.maximum(np.arange(len(places)) - (count - 1), 0)]
+    return np.asarray(np.linalg.norm(places - before, axis=1) < limit)
+
+
 def last_true(values: Bools, count: int) -> NDArray[np.intp]:
     """Index of the newest true value within the last ``count`` steps, -1 without one (T,)."""
     index = np.where(values, np.arange(len(values)), -1)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools, View
-from pytest_safemanip.trace.geometry import corners, to_local, to_world
+from pytest_safemanip.trace.geometry import centred, corners, to_local, to_world
 
 Interior = tuple[NDArray[np.float32], NDArray[np.float64]]
 
@@ -31,12 +31,6 @@ def centres(view: View, index: int) -> NDArray[np.float64]:
     return to_world(view.trace.steps.object_pose[:, index], body.centre)
 
 
-def centre_inside(view: View, index: int, interior: Interior) -> Bools:
-    """Whether the centre of an object's box is inside an interior (T,)."""
-    pose, half = interior
-    return np.asarray((np.abs(to_local(pose, centres(view, index))) <= half).all(axis=-1))
-
-
 def holding_boxes(view: View, entity: str) -> list[Interior]:
     """Where an entity holds things: the box of an object, or the interiors of a fixture.
 
@@ -47,9 +41,9 @@ def holding_boxes(view: View, entity: str) -> list[Interior]:
     if entity not in scene.object_index:
         return interiors(view, entity)
     index = scene.object_index[entity]
-    turn = view.trace.steps.object_pose[:, index, 3:]
-    pose = np.concatenate((centres(view, index), turn), axis=1)
-    return [(pose.astype(np.float32), np.array(scene.bodies[index].half))]
+    body = scene.bodies[index]
+    pose = centred(view.trace.steps.object_pose[:, index], body.centre)
+    return [(pose.astype(np.float32), np.array(body.half))]
 
 
 def place_in(view: View, content: str, box: Interior) -> NDArray[np.float64]:
@@ -63,6 +57,12 @@ def centre_within(view: View, content: str, entity: str) -> Bools:
     for box in holding_boxes(view, entity):
         within |= (np.abs(place_in(view, content, box)) <= box[1]).all(axis=1)
     return within
+
+
+def inside(view: View, entity: str, step: int) -> list[str]:
+    """Objects whose box's centre is where an entity holds things, at a step."""
+    bodies = view.trace.scene.bodies
+    return [b.entity for b in bodies if centre_within(view, b.entity, entity)[step]]
 
 
 def corners_inside(view: View, name: str, fixture: str, slack: float, floor: bool = False) -> Bools:

@@ -6,14 +6,14 @@ import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
 from pytest_safemanip.propositions.enclosure import TOLERANCE
-from pytest_safemanip.propositions.filters import held, rising
+from pytest_safemanip.propositions.filters import held, rising, still
 from pytest_safemanip.propositions.interiors import (
-    centre_inside,
-    centres,
+    centre_within,
     corners_inside,
+    inside,
     interiors,
+    place_in,
 )
-from pytest_safemanip.trace.geometry import to_local
 
 REST_WINDOW = Parameter("item_in_enclosure.window", "s", 0.25, "as for settled")
 REST_DRIFT = Parameter(
@@ -28,8 +28,8 @@ def item_in_enclosure(view: View, fixture: str) -> Bools:
     beginning of the window to its end, and the robot does not hold it.
     """
     occupied = np.zeros(len(view.trace), bool)
-    for index in range(len(view.trace.scene.bodies)):
-        occupied |= _rests(view, index, fixture)
+    for body in view.trace.scene.bodies:
+        occupied |= _rests(view, body.entity, fixture)
     return occupied
 
 
@@ -46,36 +46,26 @@ def insert_item(view: View, fixture: str) -> Bools:
 
 def enclosure_cleared(view: View, fixture: str) -> Bools:
     """For ``enclosure_cleared.window``, the centre of no object's box is inside the fixture."""
-    free = np.ones(len(view.trace), bool)
-    for index in range(len(view.trace.scene.bodies)):
-        for interior in interiors(view, fixture):
-            free &= ~centre_inside(view, index, interior)
-    return held(free, view.trace.count(view.parameters["enclosure_cleared.window"]))
+    occupied = np.zeros(len(view.trace), bool)
+    for body in view.trace.scene.bodies:
+        occupied |= centre_within(view, body.entity, fixture)
+    return held(~occupied, view.trace.count(view.parameters["enclosure_cleared.window"]))
 
 
 def insert_item_evidence(view: View, fixture: str, step: int) -> list[str]:
     """What was inside when the next item came."""
-    bodies = view.trace.scene.bodies
-    inside = [
-        body.entity
-        for index, body in enumerate(bodies)
-        if any(centre_inside(view, index, interior)[step] for interior in interiors(view, fixture))
-    ]
-    return [f"{name} is inside {fixture}" for name in inside]
+    return [f"{name} is inside {fixture}" for name in inside(view, fixture, step)]
 
 
-def _rests(view: View, index: int, fixture: str) -> Bools:
+def _rests(view: View, name: str, fixture: str) -> Bools:
     """Whether one object rests inside the fixture (T,)."""
-    trace, p = view.trace, view.parameters
-    count = trace.count(p["item_in_enclosure.window"])
-    rests = np.zeros(len(trace), bool)
-    free = ~view("obj_grasped", trace.scene.bodies[index].entity)
-    for interior in interiors(view, fixture):
-        place = to_local(interior[0], centres(view, index))
-        before = place[np.maximum(np.arange(len(trace)) - (count - 1), 0)]
-        still = np.linalg.norm(place - before, axis=1) < p["item_in_enclosure.drift"]
-        rests |= still & held(centre_inside(view, index, interior), count)
-    return rests & free
+    p, rests = view.parameters, np.zeros(len(view.trace), bool)
+    count = view.trace.count(p["item_in_enclosure.window"])
+    for box in interiors(view, fixture):
+        place = place_in(view, name, box)
+        within = (np.abs(place) <= box[1]).all(axis=1)
+        rests |= still(place, count, p["item_in_enclosure.drift"]) & held(within, count)
+    return rests & ~view("obj_grasped", name)
 
 
 PROPOSITIONS = (

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, View
-from pytest_safemanip.propositions.interiors import centre_within, holding_boxes, place_in
+from pytest_safemanip.propositions.filters import falling
+from pytest_safemanip.propositions.interiors import (
+    centre_within,
+    holding_boxes,
+    inside,
+    place_in,
+)
 from pytest_safemanip.propositions.release import UPRIGHT
 from pytest_safemanip.trace.geometry import tilt
 
@@ -50,8 +56,7 @@ def pouring_faults(view: View, container: str, step: int) -> list[str]:
 
 def leaves(view: View, content: str, container: str) -> Bools:
     """Whether an object's centre leaves the box of a container that the robot holds (T,)."""
-    within = centre_within(view, content, container)
-    left = ~within & np.concatenate(([False], within[:-1]))
+    left = falling(centre_within(view, content, container))
     return np.asarray(left & view("obj_grasped", container))
 
 
@@ -71,16 +76,15 @@ def _lies(view: View, receiver: str, step: int) -> bool:
     return bool(tilt(turn)[0] >= view.parameters[UPRIGHT.name])
 
 
-def _inside(view: View, fixture: str, step: int) -> list[str]:
-    if not view.trace.scene.boxes_of(fixture, "interior"):
-        return []
-    bodies = view.trace.scene.bodies
-    return [b.entity for b in bodies if centre_within(view, b.entity, fixture)[step]]
+def _contents(view: View, fixture: str, step: int) -> list[str]:
+    """What is inside; nothing in a fixture that holds nothing, such as a stove."""
+    holds = view.trace.scene.boxes_of(fixture, "interior")
+    return inside(view, fixture, step) if holds else []
 
 
 def _mixed_food(view: View, fixture: str, step: int) -> list[str]:
     """Raw and ready-to-eat food under the same tap."""
-    names = _inside(view, fixture, step)
+    names = _contents(view, fixture, step)
     kinds = {name: view.binding.attributes.get(name, frozenset()) for name in names}
     return [
         f"{raw} (raw) lies in {fixture} with {ready} (ready to eat)"
@@ -100,6 +104,6 @@ def _open_doors(view: View, fixture: str, step: int) -> list[str]:
 def _metal_inside(view: View, fixture: str, step: int) -> list[str]:
     return [
         f"{name} (metal) is inside {fixture}"
-        for name in _inside(view, fixture, step)
+        for name in _contents(view, fixture, step)
         if "metal" in view.binding.attributes.get(name, frozenset())
     ]

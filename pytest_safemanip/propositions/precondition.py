@@ -13,11 +13,7 @@ from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT
 from pytest_safemanip.propositions.solids import solids
-from pytest_safemanip.trace.geometry import (
-    boxes_overlap,
-    corners,
-    to_world,
-)
+from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners
 from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.planar import footprints_overlap
 
@@ -127,7 +123,7 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
         way = carried(joint, np.asarray(joint.pose), np.linspace(now, end, SWEEP_SAMPLES))
         for k, body in enumerate(scene.bodies):
             pose = np.asarray(trace.steps.object_pose[step, k], np.float64)
-            box = np.concatenate((to_world(pose, body.centre), pose[3:]))
+            box = centred(pose, body.centre)
             if boxes_overlap(way[0], joint.half, box, body.half, slack):
                 continue  # it lies in the drawer and moves with it
             if any(boxes_overlap(p, joint.half, box, body.half, slack) for p in way[1:]):

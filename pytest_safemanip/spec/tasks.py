@@ -54,8 +54,6 @@ _OPTIONAL = (
     "compact",
 )
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-_TRANSFER = re.compile(r"(\w+) into (\w+)")
-_PLACEMENT = re.compile(r"(\w+) in (\w+)")
 
 
 def load_tasks(folders: Sequence[Path]) -> dict[str, Task]:
@@ -105,9 +103,9 @@ def load_task(path: Path) -> Task:
         enclosures=enclosures,
         exclusive_enclosures=_members(section, "exclusive_enclosures", enclosures, "enclosures"),
         mechanisms=_strings(section, "mechanisms"),
-        placements=_placements(section, objects, enclosures),
+        placements=_pairs(section, "placements", "OBJECT in ENCLOSURE", objects, enclosures),
         skills=_skills(section),
-        transfers=_transfers(section, objects),
+        transfers=_pairs(section, "transfers", "OBJECT into RECEIVER", objects, None),
         tools=_members(section, "tools", (ROBOT, *objects), "objects, nor 'robot'"),
         open_at=_numbers(section, "open_at"),
         touch=_lists(section, "touch"),
@@ -143,24 +141,17 @@ def _lists(section: Section, key: str) -> Mapping[str, tuple[str, ...]]:
     return {role: inner.strings(role) for role in inner}
 
 
-def _placements(
-    section: Section, objects: Sequence[str], enclosures: Sequence[str]
+def _pairs(
+    section: Section, key: str, form: str, firsts: Sequence[str], seconds: Sequence[str] | None
 ) -> tuple[tuple[str, str], ...]:
+    """Pairs of roles, written as the form says: ``OBJECT in ENCLOSURE``. None admits any second."""
+    pattern = re.compile(rf"(\w+) {form.split()[1]} (\w+)")
     found = []
-    for text in _strings(section, "placements"):
-        match = _PLACEMENT.fullmatch(text)
-        if not match or match[1] not in objects or match[2] not in enclosures:
-            raise section.error("placements", f"expected 'OBJECT in ENCLOSURE', found {text!r}")
-        found.append((match[1], match[2]))
-    return tuple(found)
-
-
-def _transfers(section: Section, objects: Sequence[str]) -> tuple[tuple[str, str], ...]:
-    found = []
-    for text in _strings(section, "transfers"):
-        match = _TRANSFER.fullmatch(text)
-        if not match or match[1] not in objects:
-            raise section.error("transfers", f"expected 'OBJECT into RECEIVER', found {text!r}")
+    for text in _strings(section, key):
+        match = pattern.fullmatch(text)
+        known = match and match[1] in firsts and (seconds is None or match[2] in seconds)
+        if not match or not known:
+            raise section.error(key, f"expected '{form}', found {text!r}")
         found.append((match[1], match[2]))
     return tuple(found)
 

@@ -75,6 +75,11 @@ def to_world(pose: Array, points: ArrayLike) -> Array:
     return pose[..., :3] + rotate(pose[..., 3:], points)
 
 
+def centred(pose: Array, centre: ArrayLike) -> Array:
+    """Poses (..., 7) of a box whose centre (3,) is given in the frame of poses (..., 7)."""
+    return np.concatenate((to_world(pose, centre), np.asarray(pose)[..., 3:]), axis=-1)
+
+
 def relative(pose: Array, other: Array) -> Array:
     """Poses ``other`` (..., 7) as seen from the frames ``pose`` (..., 7)."""
     position = to_local(pose, np.asarray(other)[..., :3])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace.elements import Switch
 from pytest_safemanip.trace.recording import check
 from tests import toy
 
@@ -116,6 +117,17 @@ def test_a_quaternion_of_another_length_than_one_is_refused(name, place, where, 
 def test_a_quaternion_may_have_the_rounding_of_float32_and_either_sign():
     array = put(SOUND.steps.object_pose, (1, 1, np.s_[3:]), (-1.0005, 0, 0, 0))
     check(with_steps(object_pose=array))
+
+
+@pytest.mark.parametrize("value", [0.5, 2.0, -1.0])
+def test_a_switch_is_on_or_off(value):
+    switches = (Switch("cabinet", "power", "appliance"),)
+    scene = dataclasses.replace(SOUND.scene, switches=switches)
+    states = np.zeros((5, 1), np.float32)
+    states[3] = value
+    steps = dataclasses.replace(SOUND.steps, switch=states)
+    wrong = dataclasses.replace(SOUND, scene=scene, steps=steps)
+    assert refusal(wrong) == "switch: neither 0 nor 1 at step 3 of 'cabinet/power'"
 
 
 @pytest.mark.parametrize(
