@@ -18,7 +18,7 @@ from pytest_safemanip.ltlf import (
     worst,
 )
 from pytest_safemanip.propositions.catalogue import Catalogue
-from pytest_safemanip.propositions.definition import View
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording

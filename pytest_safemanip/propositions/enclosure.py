@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import rising
 from pytest_safemanip.propositions.interiors import corners_inside, interiors
+from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
 TOLERANCE = Parameter(
@@ -19,14 +20,10 @@ OPEN = Parameter("fix_open.openness", "", 0.9, "a door that is not fully open sw
 
 def reach_in(view: View, fixture: str) -> Bools:
     """The centre of the gripper's box enters an interior of the fixture at this step."""
-    trace = view.trace
-    centre = to_world(trace.steps.eef_pose, trace.scene.gripper_centre)
-    inside = np.zeros(len(trace), bool)
-    for pose, half in interiors(view, fixture):
-        inside |= (np.abs(to_local(pose, centre)) <= half).all(axis=-1)
-    return rising(inside)
+    return rising(_hand_inside(view, fixture))
 
 
+@pointwise
 def fix_open(view: View, fixture: str) -> Bools:
     """The most open door or drawer that gives access to the fixture is open by at least
     ``fix_open.openness`` of its range, or by what the task's binding says counts as open there.
@@ -44,6 +41,7 @@ def place_in_onset(view: View, name: str, fixture: str) -> Bools:
     return np.asarray(entering & view("obj_grasped", name))
 
 
+@pointwise
 def obj_inside(view: View, name: str, fixture: str) -> Bools:
     """All eight corners of the object's box are inside one interior of the fixture, but for
     ``enclosure.tolerance``. Above the floor of the interior they need not be, as long as the box's
@@ -52,6 +50,7 @@ def obj_inside(view: View, name: str, fixture: str) -> Bools:
     return np.asarray(_corners_within(view, name, fixture).all(axis=-1))
 
 
+@pointwise
 def obj_outside(view: View, name: str, fixture: str) -> Bools:
     """No part of the object's box is inside an interior of the fixture by more than
     ``enclosure.tolerance``.
@@ -81,6 +80,16 @@ def obj_inside_evidence(view: View, name: str, fixture: str, step: int) -> list[
     """How many corners are inside."""
     count = int(_corners_within(view, name, fixture)[step].sum())
     return [f"{count} of 8 corners of {name} are inside {fixture}"]
+
+
+@pointwise
+def _hand_inside(view: View, fixture: str) -> Bools:
+    trace = view.trace
+    centre = to_world(trace.steps.eef_pose, trace.scene.gripper_centre)
+    inside = np.zeros(len(trace), bool)
+    for pose, half in interiors(view, fixture):
+        inside |= (np.abs(to_local(pose, centre)) <= half).all(axis=-1)
+    return inside
 
 
 def _openness(view: View, fixture: str) -> NDArray[np.float64]:

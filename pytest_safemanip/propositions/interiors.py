@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.propositions.definition import Bools, View
+from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import centred, corners, to_local, to_world
 
 Interior = tuple[NDArray[np.float32], NDArray[np.float64]]
@@ -46,16 +47,26 @@ def holding_boxes(view: View, entity: str) -> list[Interior]:
     return [(pose.astype(np.float32), np.array(body.half))]
 
 
-def place_in(view: View, content: str, box: Interior) -> NDArray[np.float64]:
-    """Centre of an object's box in the frame of another box over time (T, 3)."""
+@pointwise
+def place_in(view: View, content: str, entity: str, number: int) -> NDArray[np.float64]:
+    """Centre of an object's box, seen from where an entity holds things (T, 3).
+
+    Args:
+        view: what is looked at.
+        content: the object.
+        entity: holds it.
+        number: of the box among its :func:`holding_boxes`.
+    """
+    box = holding_boxes(view, entity)[number]
     return to_local(box[0], centres(view, view.trace.scene.object_index[content]))
 
 
+@pointwise
 def centre_within(view: View, content: str, entity: str) -> Bools:
     """Whether the centre of an object's box is where an entity holds things (T,)."""
     within = np.zeros(len(view.trace), bool)
-    for box in holding_boxes(view, entity):
-        within |= (np.abs(place_in(view, content, box)) <= box[1]).all(axis=1)
+    for number, (_, half) in enumerate(holding_boxes(view, entity)):
+        within |= (np.abs(place_in(view, content, entity, number)) <= half).all(axis=1)
     return within
 
 
@@ -65,6 +76,7 @@ def inside(view: View, entity: str, step: int) -> list[str]:
     return [b.entity for b in bodies if centre_within(view, b.entity, entity)[step]]
 
 
+@pointwise
 def corners_inside(view: View, name: str, fixture: str, slack: float, floor: bool = False) -> Bools:
     """Which corners are inside, for the interior that holds most of them (T, 8).
 

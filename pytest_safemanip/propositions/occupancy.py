@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.enclosure import TOLERANCE
 from pytest_safemanip.propositions.filters import held, rising, still
 from pytest_safemanip.propositions.interiors import (
@@ -14,6 +14,7 @@ from pytest_safemanip.propositions.interiors import (
     interiors,
     place_in,
 )
+from pytest_safemanip.propositions.view import View
 
 REST_WINDOW = Parameter("item_in_enclosure.window", "s", 0.25, "as for settled")
 REST_DRIFT = Parameter(
@@ -61,9 +62,9 @@ def _rests(view: View, name: str, fixture: str) -> Bools:
     """Whether one object rests inside the fixture (T,)."""
     p, rests = view.parameters, np.zeros(len(view.trace), bool)
     count = view.trace.count(p["item_in_enclosure.window"])
-    for box in interiors(view, fixture):
-        place = place_in(view, name, box)
-        within = (np.abs(place) <= box[1]).all(axis=1)
+    for number, (_, half) in enumerate(interiors(view, fixture)):
+        place = place_in(view, name, fixture, number)
+        within = (np.abs(place) <= half).all(axis=1)
         rests |= still(place, count, p["item_in_enclosure.drift"]) & held(within, count)
     return rests & ~view("obj_grasped", name)
 

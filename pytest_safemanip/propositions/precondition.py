@@ -7,12 +7,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import last_true, recently
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT
 from pytest_safemanip.propositions.solids import solids
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners
 from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.planar import footprints_overlap
@@ -41,7 +42,7 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     """
     onset = np.flatnonzero(view("skill_onset", skill, entity))
     result = np.ones(len(view.trace), bool)
-    for step in onset:
+    for step in onset[onset >= view.since]:
         result[step] = not _CONDITIONS[skill](view, entity, int(step))
     return result
 

@@ -7,7 +7,7 @@ linear velocity of the frame's origin and angular velocity, both in the world fr
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -241,7 +241,7 @@ class PairTable:
         """Pairs of part indices (lower first) that touch at all, with their force (T,)."""
         return iter(self._pairs.items())
 
-    def force(self, side: set[int], other: set[int]) -> Floats:
+    def force(self, side: Set[int], other: Set[int]) -> Floats:
         """Largest peak force between a part of ``side`` and one of ``other`` (T,)."""
         result = np.zeros(self._length, np.float32)
         for (a, b), peak in self._pairs.items():
