@@ -7,7 +7,7 @@ import numpy as np
 from pytest_safemanip.propositions.contact import object_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import falling, held, majority, still
-from pytest_safemanip.propositions.interiors import centre_within, holding_boxes, place_in
+from pytest_safemanip.propositions.interiors import centre_within, holding_halves, place_in
 from pytest_safemanip.propositions.view import View, pointwise
 
 REACH = Parameter(
@@ -28,10 +28,11 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     carried = view("obj_grasped", content)
     for body in view.trace.scene.bodies:
         if body.entity not in (content, receiver):
-            held_inside = centre_within(view, content, body.entity)
-            carried = carried | (held_inside & view("obj_grasped", body.entity))
+            within = centre_within(view, content, body.entity)
+            if within.any():
+                carried = carried | (within & view("obj_grasped", body.entity))
     near = np.zeros(len(view.trace), bool)
-    for number, (_, half) in enumerate(holding_boxes(view, receiver)):
+    for number, half in enumerate(holding_halves(view, receiver)):
         place = place_in(view, content, receiver, number)
         beside = np.linalg.norm(np.maximum(np.abs(place[:, :2]) - half[:2], 0.0), axis=1)
         near |= (beside < view.parameters["transfer.reach"]) & (place[:, 2] > -half[2])
@@ -48,7 +49,7 @@ def contained(view: View, content: str, receiver: str) -> Bools:
     count = trace.count(p["contained.window"])
     touches = majority(_touch(view, content, receiver), count)
     rests = np.zeros(len(trace), bool)
-    for number, (_, half) in enumerate(holding_boxes(view, receiver)):
+    for number, half in enumerate(holding_halves(view, receiver)):
         place = place_in(view, content, receiver, number)
         over = (np.abs(place[:, :2]) <= half[:2]).all(axis=1) & (place[:, 2] >= -half[2])
         within = over & (touches | (place[:, 2] <= half[2]))
@@ -59,7 +60,7 @@ def contained(view: View, content: str, receiver: str) -> Bools:
 def contained_evidence(view: View, content: str, receiver: str, step: int) -> list[str]:
     """Where the content is, seen from the receiver."""
     lines = []
-    for number, (_, half) in enumerate(holding_boxes(view, receiver)):
+    for number, half in enumerate(holding_halves(view, receiver)):
         place = place_in(view, content, receiver, number)[step]
         outside = np.maximum(np.abs(place) - half, 0.0)
         if outside.any():

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import rising
-from pytest_safemanip.propositions.interiors import corners_inside, interiors
+from pytest_safemanip.propositions.interiors import corners_inside, interiors, near
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
@@ -37,7 +37,7 @@ def place_in_onset(view: View, name: str, fixture: str) -> Bools:
     ``enclosure.tolerance``, so that it is no longer outside.
     """
     depth = -view.parameters["enclosure.tolerance"]
-    entering = rising(corners_inside(view, name, fixture, depth).any(axis=-1))
+    entering = rising(_corners(view, name, fixture, depth).any(axis=-1))
     return np.asarray(entering & view("obj_grasped", name))
 
 
@@ -58,14 +58,11 @@ def obj_outside(view: View, name: str, fixture: str) -> Bools:
     trace, slack = view.trace, view.parameters["enclosure.tolerance"]
     index = trace.scene.object_index[name]
     body = trace.scene.bodies[index]
-    pose = trace.steps.object_pose[:, index]
-    centre = centred(pose, body.centre)
-    reach = float(np.linalg.norm(body.half))
     outside = np.ones(len(trace), bool)
-    for box, half in interiors(view, fixture):
-        gap = np.linalg.norm(np.maximum(np.abs(to_local(box, centre[:, :3])) - half, 0), axis=1)
-        for step in np.flatnonzero(gap < reach):
-            if boxes_overlap(centre[step], body.half, box[step], half, slack):
+    for number, (box, half) in enumerate(interiors(view, fixture)):
+        for step in np.flatnonzero(near(view, fixture, number, 0.0)[:, index]):
+            centre = centred(trace.steps.object_pose[step, index], body.centre)
+            if boxes_overlap(centre, body.half, box[step], half, slack):
                 outside[step] = False
     return outside
 
@@ -103,7 +100,13 @@ def _openness(view: View, fixture: str) -> NDArray[np.float64]:
 
 def _corners_within(view: View, name: str, fixture: str) -> Bools:
     """Which corners are inside, as :func:`obj_inside` means it (T, 8)."""
-    return corners_inside(view, name, fixture, view.parameters["enclosure.tolerance"], floor=True)
+    return _corners(view, name, fixture, view.parameters["enclosure.tolerance"], floor=True)
+
+
+def _corners(view: View, name: str, fixture: str, slack: float, floor: bool = False) -> Bools:
+    """Which corners of one object's box are inside (T, 8)."""
+    index = view.trace.scene.object_index[name]
+    return np.asarray(corners_inside(view, fixture, slack, floor)[:, index])
 
 
 _PLACE = ("object", "fixture")

@@ -36,8 +36,8 @@ OPENING_WINDOW = Parameter(
 def pressed(view: View, name: str) -> Bools:
     """Both finger groups press on the object at this very step (T,)."""
     parts, limit = object_parts(view, name), view.parameters["obj_grasped.force"]
-    scene, table = view.trace.scene, view.trace.pair_table
-    sides = [set(scene.parts_of(ROBOT, (side,))) for side in ("finger_left", "finger_right")]
+    table = view.trace.pair_table
+    sides = [view.shared(_finger, side) for side in ("finger_left", "finger_right")]
     forces = [table.force(side, parts) for side in sides]
     return np.asarray((forces[0] >= limit) & (forces[1] >= limit))
 
@@ -107,6 +107,11 @@ def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float6
     distance[steps] = np.where(same, moved, 0.0).max(axis=1)
     turn[steps] = np.where(same, turned, 0.0).max(axis=1)
     return distance, turn
+
+
+def _finger(view: View, side: str) -> frozenset[int]:
+    """Indices of the parts of one finger group."""
+    return frozenset(view.trace.scene.parts_of(ROBOT, (side,)))
 
 
 @pointwise

@@ -87,6 +87,8 @@ def _hits(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.int
     joint_at = np.full(len(trace), -1, np.intp)
     for index in trace.scene.doors_of(fixture):
         force = _pressing(view, index)
+        if not (np.abs(force) >= p["mech_hit.force"]).any():
+            continue
         moving = np.abs(trace.steps.joint[:, index, 1]) > p["mech_hit.rate"]
         pushed = (robot_on_joint(view, index) > 0) & recently(
             moving, trace.count(p["mech_hit.window"])
@@ -115,8 +117,7 @@ def _pressing_rows(view: View, index: int) -> tuple[NDArray[np.intp], NDArray[np
     """Contact rows in which the joint's part presses on others along its motion, and how hard."""
     scene, contacts = view.trace.scene, view.trace.steps.contacts
     joint = scene.joints[index]
-    own = np.array([part.joint == joint.key for part in scene.parts])
-    foreign = np.array([part.entity not in (joint.entity, ROBOT) for part in scene.parts])
+    own, foreign = view.shared(_sides, index)
     first = own[contacts.a] & foreign[contacts.b]
     second = own[contacts.b] & foreign[contacts.a]
     rows = np.flatnonzero(first | second)
@@ -124,6 +125,15 @@ def _pressing_rows(view: View, index: int) -> tuple[NDArray[np.intp], NDArray[np
     outward = np.where(first[rows, None], 1.0, -1.0) * contacts.normal[rows]
     along = opening_direction(joint, contacts.position[rows])
     return rows, contacts.peak[rows] * np.einsum("ij,ij->i", outward, along)
+
+
+def _sides(view: View, index: int) -> tuple[Bools, Bools]:
+    """Which parts a joint moves, and which are neither its fixture's nor the robot's (parts,)."""
+    scene = view.trace.scene
+    joint = scene.joints[index]
+    own = [part.joint == joint.key for part in scene.parts]
+    foreign = [part.entity not in (joint.entity, ROBOT) for part in scene.parts]
+    return np.array(own, bool), np.array(foreign, bool)
 
 
 def _last_hit(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:

@@ -130,11 +130,12 @@ class Online:
             series.upto = now
         return series.ring.last(length)
 
-    def once(self, compute: Callable[[View], T]) -> T:
+    def once(self, compute: Callable[..., T], arguments: tuple[Hashable, ...]) -> T:
         """What depends on scene, binding and parameters alone."""
-        if compute not in self._shared:
-            self._shared[compute] = compute(self.slice(1))
-        found: T = self._shared[compute]
+        key = (compute, arguments)
+        if key not in self._shared:
+            self._shared[key] = compute(self.slice(1), *arguments)
+        found: T = self._shared[key]
         return found
 
     def slice(self, length: int) -> _Slice:
@@ -183,5 +184,5 @@ class _Slice(View):
     def fold(self, start: Callable[[View], Fold]) -> Array:
         return self._online.folded(start, len(self.trace))
 
-    def shared(self, compute: Callable[[View], T]) -> T:
-        return self._online.once(compute)
+    def shared(self, compute: Callable[..., T], *arguments: Hashable) -> T:
+        return self._online.once(compute, arguments)

@@ -8,7 +8,7 @@ from pytest_safemanip.propositions.definition import Bools, Parameter
 from pytest_safemanip.propositions.filters import falling
 from pytest_safemanip.propositions.interiors import (
     centre_within,
-    holding_boxes,
+    holding_halves,
     inside,
     place_in,
 )
@@ -62,7 +62,7 @@ def leaves(view: View, content: str, container: str) -> Bools:
 
 
 def _below(view: View, content: str, receiver: str, step: int) -> bool:
-    for number, (_, half) in enumerate(holding_boxes(view, receiver)):
+    for number, half in enumerate(holding_halves(view, receiver)):
         x, y, z = place_in(view, content, receiver, number)[step]
         if abs(x) <= half[0] and abs(y) <= half[1] and z > -half[2]:
             return True

@@ -29,7 +29,7 @@ def solids(
             found.append((surface.entity, _surface(view, index)[step]))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
-            found.append((body.entity, _body(view, index)[step]))
+            found.append((body.entity, body_corners(view)[step, index]))
     return found
 
 
@@ -44,7 +44,11 @@ def _surface(view: View, index: int) -> Array:
 
 
 @pointwise
-def _body(view: View, index: int) -> Array:
-    """Box corners of an object (T, 8, 3)."""
-    body = view.trace.scene.bodies[index]
-    return corners(view.trace.steps.object_pose[:, index], body.half, body.centre)
+def body_corners(view: View) -> Array:
+    """Box corners of all objects (T, N, 8, 3)."""
+    bodies = view.trace.scene.bodies
+    half, centre = (
+        np.array([getattr(body, name) for body in bodies], float).reshape(-1, 1, 3)
+        for name in ("half", "centre")
+    )
+    return corners(view.trace.steps.object_pose, half, centre)

@@ -77,9 +77,9 @@ class View:
 
         return self._once(start, (), run)
 
-    def shared(self, compute: Callable[[View], T]) -> T:
+    def shared(self, compute: Callable[..., T], *arguments: Hashable) -> T:
         """What depends on scene, binding and parameters alone, computed once."""
-        return self._once(compute, ("shared",), lambda: compute(self))
+        return self._once(compute, ("shared", *arguments), lambda: compute(self, *arguments))
 
     def evidence(self, name: str, arguments: tuple[str, ...], step: int) -> list[str]:
         """What was measured for a proposition at a step, in words."""

@@ -79,6 +79,13 @@ class Scene:
         return {entity: frozenset(parts) for entity, parts in found.items()}
 
     @cached_property
+    def _moved(self) -> tuple[frozenset[int], ...]:
+        return tuple(
+            frozenset(i for i, part in enumerate(self.parts) if part.joint == joint.key)
+            for joint in self.joints
+        )
+
+    @cached_property
     def fixed_surfaces(self) -> tuple[tuple[str, Array], ...]:
         """Box corners (8, 3) of the surfaces that no joint moves, with their entities."""
         still = (s for s in self.surfaces if not s.joint)
@@ -94,8 +101,7 @@ class Scene:
 
     def moved_by(self, joint: int) -> frozenset[int]:
         """Indices of the contact parts that a joint moves."""
-        key = self.joints[joint].key
-        return frozenset(i for i, part in enumerate(self.parts) if part.joint == key)
+        return self._moved[joint]
 
     def boxes_of(self, entity: str, kind: str) -> list[int]:
         """Indices of an entity's boxes of one kind."""

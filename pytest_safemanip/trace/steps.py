@@ -163,6 +163,14 @@ class Steps:
     def __len__(self) -> int:
         return len(self.success)
 
+    def __iter__(self) -> Iterator[tuple[Step, Floats, bool]]:
+        """The steps one by one, as they were recorded: state, action that led to it, acting."""
+        for t in range(len(self)):
+            arrays = {name: getattr(self, name)[t] for name in ARRAYS}
+            contacts = self.contacts.window(t, t + 1)
+            step = Step(**arrays, success=bool(self.success[t]), contacts=contacts)
+            yield step, self.action[t], not self.tail[t]
+
     @classmethod
     def stack(cls, steps: Sequence[Step], actions: Sequence[Floats], acting: int) -> Steps:
         """Stack recorded steps.
