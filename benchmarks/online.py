@@ -61,7 +61,7 @@ def copies(recording: Recording) -> Recording:
     """The same rollout with as many objects and cabinets as wanted."""
     scene, steps = recording.scene, recording.steps
     cabinet = scene.roles["cab"]
-    more: dict[str, list[Any]] = {f: [*getattr(scene, f)] for f in LISTS}
+    more: dict[str, Any] = {f: [*getattr(scene, f)] for f in LISTS}
     arrays = {name: [getattr(steps, name)] for name in ("object_pose", "object_twist", "joint")}
     boxes = [steps.box_pose]
     for n in range(OBJECTS - len(scene.bodies)):
@@ -75,7 +75,8 @@ def copies(recording: Recording) -> Recording:
         arrays["joint"].append(steps.joint[:, scene.joints_of(cabinet)])
         own = [k for k, box in enumerate(scene.boxes) if box.entity == cabinet]
         boxes.append(moved(steps.box_pose[:, own], n + 1))
-    scene = dataclasses.replace(scene, **{f: tuple(items) for f, items in more.items()}).checked()
+    more |= {field: tuple(items) for field, items in more.items()}
+    scene = dataclasses.replace(scene, **more).checked()
     stacked = {name: np.concatenate(parts, axis=1) for name, parts in arrays.items()}
     stacked["box_pose"] = np.concatenate(boxes, axis=1)
     return Recording(recording.episode, scene, dataclasses.replace(steps, **stacked))
@@ -98,7 +99,8 @@ def add(scene: Scene, more: dict[str, list[Any]], of: str, name: str) -> None:
 
 def moved(poses: Any, number: int) -> Any:
     """Poses (T, K, 7) beside where they were."""
-    return poses + np.float32((APART * number, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    beside = (APART * number, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return poses + np.array(beside, np.float32)
 
 
 def bound(scene: Scene) -> Binding:

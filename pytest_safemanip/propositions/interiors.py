@@ -89,12 +89,20 @@ def inside(view: View, entity: str, step: int) -> list[str]:
     return [body.entity for body, is_inside in zip(bodies, within, strict=True) if is_inside]
 
 
-def near(view: View, fixture: str, number: int, slack: float) -> Bools:
-    """Where an object's box may reach into an interior: its bounding sphere does (T, N)."""
+@pointwise
+def near(view: View, fixture: str, number: int) -> Bools:
+    """Where an object's box may reach into an interior: its bounding sphere does, but for
+    ``enclosure.tolerance`` (T, N).
+    """
     half = holding_halves(view, fixture)[number]
-    reach = np.array([np.linalg.norm(body.half) for body in view.trace.scene.bodies])
     gap = np.maximum(np.abs(seen_from(view, fixture, number)) - half, 0.0)
-    return np.asarray(np.linalg.norm(gap, axis=-1) <= reach + max(slack, 0.0) + ROUNDING)
+    return np.asarray(np.linalg.norm(gap, axis=-1) <= view.shared(_reach))
+
+
+def _reach(view: View) -> Floats:
+    """How near an object must be to an interior to be worth a look, m (N,)."""
+    slack = view.parameters["enclosure.tolerance"] + ROUNDING
+    return np.array([np.linalg.norm(body.half) + slack for body in view.trace.scene.bodies])
 
 
 @pointwise
@@ -105,12 +113,13 @@ def corners_inside(view: View, fixture: str, slack: float, floor: bool = False) 
     Args:
         view: what is looked at.
         fixture: the enclosure.
-        slack: how far outside still counts as inside, m; negative demands a depth.
+        slack: how far outside still counts as inside, m, at most ``enclosure.tolerance``; negative
+            demands a depth.
         floor: whether corners below the floor count as on it if the box's centre is above it.
     """
     best = np.zeros((len(view.trace), len(view.trace.scene.bodies), 8), bool)
     for number, (pose, half) in enumerate(interiors(view, fixture)):
-        step, body = np.nonzero(near(view, fixture, number, slack))
+        step, body = np.nonzero(near(view, fixture, number))
         if len(step) == 0:
             continue
         local = to_local(pose[step, None], body_corners(view)[step, body])

@@ -5,8 +5,9 @@ It lasts until the body is washed: the one memory without a window, folded over 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.contact import hand_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter
@@ -19,6 +20,7 @@ SPOT = Parameter("contaminated.spot", "m", 0.05, "juice runs; a hand's width bes
 KEPT_CLEAN = frozenset({"utensil", "container"})
 
 _Pair = tuple[int, int]
+_Point = tuple[float, ...]
 
 
 def carriers(view: View) -> tuple[str, ...]:
@@ -53,7 +55,7 @@ class Spreading:
         self._lasting: dict[_Pair, int] = {}  # steps since when two parts press
         self._touching: dict[_Pair, int] = {}  # the same for two carriers
         self._dirty_before: dict[_Pair, frozenset[int]] = {}
-        self._spots: dict[int, list[NDArray[np.float32]]] = {}
+        self._spots: dict[int, set[_Point]] = {}
 
     def advance(self, view: View, step: int) -> Bools:
         """Take in a step.
@@ -97,22 +99,17 @@ class Spreading:
             reached = {n for pair in touching if self._dirty & set(pair) for n in pair}
             for carrier, surface, point in surfaces:
                 if carrier in self._dirty:
-                    self._mark(surface, point)
+                    self._spots.setdefault(surface, set()).add(point)
             reached |= {c for c, surface, point in surfaces if self._is_marked(surface, point)}
             if reached <= self._dirty:
                 return
             self._dirty |= reached
 
-    def _mark(self, surface: int, point: NDArray[np.float32]) -> None:
-        spots = self._spots.setdefault(surface, [])
-        if not any(np.array_equal(point, spot) for spot in spots):
-            spots.append(point)
-
-    def _is_marked(self, surface: int, point: NDArray[np.float32]) -> bool:
+    def _is_marked(self, surface: int, point: _Point) -> bool:
         spots = self._spots.get(surface, ())
-        return any(np.linalg.norm(point - spot) <= self._radius for spot in spots)
+        return any(math.dist(point, spot) <= self._radius for spot in spots)
 
-    def _on_surfaces(self, view: View, rows: range) -> list[tuple[int, int, NDArray[np.float32]]]:
+    def _on_surfaces(self, view: View, rows: range) -> list[tuple[int, int, _Point]]:
         """(carrier, surface part, place) of lasting touches between a carrier and a surface."""
         contacts, found = view.trace.steps.contacts, []
         for row in rows:
@@ -124,7 +121,8 @@ class Spreading:
             own, surface = (a, b) if self._carrier[a] >= 0 else (b, a)
             if surface not in self._robot:
                 # A part that a joint moves, such as a door's handle, is one spot.
-                point = contacts.position[row] * np.float32(not self._moves[surface])
+                place = contacts.position[row].tolist()
+                point = (0.0, 0.0, 0.0) if self._moves[surface] else tuple(place)
                 found.append((self._carrier[own], surface, point))
         return found
 
