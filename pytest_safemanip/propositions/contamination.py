@@ -107,6 +107,9 @@ PROPOSITIONS = (
         _FOLD,
         clean_contact,
         evidence=clean_contact_evidence,
+        exempt={
+            "force": "what touched nothing hard enough is clean, and touching it is clean contact"
+        },
     ),
     Proposition("sanitized", ("tool",), lambda p: p["sanitized.window"], (WASH,), sanitized),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +82,9 @@ class Proposition:
             the steps of the window only.
         act: whether it is an act of the robot, which cannot happen in the settle tail.
         evidence: what was measured at a step, in words; may be empty.
+        debounce: seconds of the vote that its contacts pass, given the parameters: what flickers
+            for less than half of it does not matter. None if it has no such filter.
+        exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
         doc: the exact condition.
     """
 
@@ -92,6 +95,8 @@ class Proposition:
     evaluate: Callable[..., Bools]
     act: bool = False
     evidence: Callable[..., list[str]] | None = None
+    debounce: Callable[[Mapping[str, float]], float] | None = None
+    exempt: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def doc(self) -> str:

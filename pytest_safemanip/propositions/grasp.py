@@ -127,7 +127,12 @@ def _grasp_window(p: Mapping[str, float]) -> float:
 
 PROPOSITIONS = (
     Proposition(
-        "obj_grasped", ("object",), _grasp_window, (GRASP_FORCE, GRASP_WINDOW), obj_grasped
+        "obj_grasped",
+        ("object",),
+        _grasp_window,
+        (GRASP_FORCE, GRASP_WINDOW),
+        obj_grasped,
+        debounce=_grasp_window,
     ),
     Proposition(
         "stable_grasp",
@@ -144,5 +149,6 @@ PROPOSITIONS = (
         (OPENING_RATE, OPENING_WINDOW),
         obj_released,
         act=True,
+        debounce=_grasp_window,
     ),
 )

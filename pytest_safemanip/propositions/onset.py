@@ -106,5 +106,6 @@ PROPOSITIONS = (
         (OPEN_RATE, PRESS_FORCE, WINDOW),
         skill_onset,
         act=True,
+        debounce=lambda p: min(p["skill_onset.window"], p["obj_grasped.window"]),
     ),
 )

@@ -103,7 +103,12 @@ class Recording:
 
     @cached_property
     def trace(self) -> Trace:
-        """What propositions are evaluated on."""
+        """What propositions are evaluated on.
+
+        Raises:
+            TraceError: if the recording is impossible; see :func:`check`.
+        """
+        check(self)
         return Trace(self.scene, self.steps)
 
 
