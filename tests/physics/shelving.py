@@ -46,7 +46,7 @@ def reaches_in(door: float) -> Scenario:
     """The hand stops at the cabinet's front, then goes in."""
     script = Script((0.53, -0.55, BAR_HEIGHT)).mark("peeks").to(0.6, y=0.03).wait(0.3)
     script.mark("enters").to(0.4, y=0.12).mark("inside").wait(0.2).to(0.5, y=-0.4)
-    return Scenario((), script, door)
+    return Scenario((can(0.2, 0.2, SHELF + 0.04),), script, door)
 
 
 def shelves(depth: float) -> Scenario:

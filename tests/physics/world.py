@@ -105,6 +105,7 @@ def _vector(values: Sequence[float]) -> str:
 # The fingers are coupled as a gripper's gears couple them: what they hold cannot drift sideways.
 _WORLD = """
 <mujoco>
+  <compiler angle="radian"/>
   <option timestep="{timestep}" integrator="implicitfast" cone="elliptic" impratio="10"/>
   <default>
     <geom condim="4" friction="1 .005 .0001"/>
