@@ -75,12 +75,12 @@ def pours(beside: float) -> Scenario:
 
 def brushes() -> Scenario:
     """The arm shoves a sponge, the fingers a bun, both gently; the palm presses on the counter."""
-    light = {"shape": "box", "half": (0.03, 0.03, 0.04), "mass": 0.03}
+    light = {"shape": "box", "half": (0.03, 0.03, 0.04), "mass": 0.02, "friction": 0.3}
     sponge = Thing("sponge", "sponge", place=(-0.3, -0.45, COUNTER + 0.04), **light)
     bun = Thing("bun", "hotdog_bun", place=(0.1, -0.1, COUNTER + 0.04), **light)
     script = Script((-0.4, -0.1, 0.95)).mark("shoves").to(1.0, x=-0.335).to(0.4, x=-0.36)
     script.mark("shoved").to(0.3, z=LIFTED).to(0.5, x=-0.05).to(0.4, z=0.95)
-    script.mark("nudges").to(1.0, x=0.03).to(0.4, x=0.0).mark("nudged").to(0.3, z=LIFTED)
+    script.mark("nudges").to(2.0, x=0.03).to(0.4, x=0.0).mark("nudged").to(0.3, z=LIFTED)
     script.to(0.4, x=0.3, y=-0.3).to(0.4, z=0.935).mark("presses").to(0.3, z=0.915)
     script.mark("pressed").to(0.3, z=1.0)
     return Scenario((sponge, bun), script, binding={"touch": {}})
@@ -88,7 +88,7 @@ def brushes() -> Scenario:
 
 def squeezes() -> Scenario:
     """The fingers close on a can for a moment only."""
-    script = Script(FRONT).approach((-0.2, -0.1, LOW)).mark("closes").close(0.2).open(0.5)
+    script = Script(FRONT).approach((-0.2, -0.1, LOW)).mark("closes").close(0.2, hold=0.0).open(0.5)
     return Scenario((can(-0.2, -0.1),), script.mark("end"))
 
 

@@ -65,13 +65,13 @@ class Script:
         """Stay."""
         return self._add(np.tile(self._target, (self._count(seconds), 1)))
 
-    def close(self, seconds: float = 0.4) -> Script:
+    def close(self, seconds: float = 0.4, hold: float = 0.1) -> Script:
         """Close the fingers, as firmly as they can and not all at once."""
         self._opens = False
         for finger in np.linspace(self._finger, 0.0, self._count(seconds)):
             self._finger = float(finger)
             self.wait(TIMESTEP)
-        return self.wait(0.1)
+        return self.wait(hold)
 
     def open(self, seconds: float = 0.4, to: float = FINGER_OPEN) -> Script:
         """Open the fingers."""

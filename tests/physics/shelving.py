@@ -18,15 +18,15 @@ AJAR, BLOCKED = 0.4, 0.95
 
 
 def opens_door(mass: float, then: str) -> Scenario:
-    """The door is opened against a pot: a heavy one blocks it, a light one is pushed along.
+    """The door is opened against a crate: a heavy one blocks it, a light one is pushed along.
 
     Args:
-        mass: of the pot, kg.
+        mass: of the crate, kg.
         then: ``recovers``: the door is closed again; ``pushes on``; ``leaves``: it is taken back
             slowly, and not all the way.
     """
     place = HINGE + 0.25 * _along(BLOCKED) + 0.075 * _front(BLOCKED)
-    pot = Thing("pot", "pot", "box", (0.06, 0.06, 0.05), (*place, COUNTER + 0.05), mass)
+    crate = Thing("crate", "boxed_food", "box", (0.06, 0.06, 0.05), (*place, COUNTER + 0.05), mass)
     x, y = bar_at(AJAR)
     script = Script((x, y - REACH, BAR_HEIGHT)).to(0.4, y=y).mark("grasps").close()
     script.swing(1.5, AJAR, BLOCKED + 0.02).mark("hit").wait(0.2)
@@ -39,7 +39,7 @@ def opens_door(mass: float, then: str) -> Scenario:
         back = BLOCKED - 0.1
         script.mark("creeps").swing(4.0, BLOCKED + 0.02, back).mark("crept")
         script.swing(1.0, back, AJAR).mark("half way").wait(0.8).mark("end").open()
-    return Scenario((pot,), script, AJAR / DOOR_TRAVEL)
+    return Scenario((crate,), script, AJAR / DOOR_TRAVEL)
 
 
 def reaches_in(door: float) -> Scenario:

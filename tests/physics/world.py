@@ -146,9 +146,9 @@ _WORLD = """
       <joint name="y" type="slide" axis="0 1 0"/>
       <joint name="z" type="slide" axis="0 0 1"/>
       <joint name="roll" axis="0 1 0" armature=".02"/>
-      <geom type="box" size=".03 .03 .03" pos="0 -.53 0" mass=".3"/>
+      <geom type="box" size=".02 .03 .02" pos="0 -.53 0" mass=".3"/>
       <body name="robot0_link7" gravcomp="1">
-        <geom type="box" size=".025 .19 .025" pos="0 -.31 0" mass=".5"/>
+        <geom type="box" size=".02 .19 .02" pos="0 -.31 0" mass=".5"/>
         <body name="gripper0_right_hand" gravcomp="1">
           <geom name="gripper0_right_palm" type="box" size=".05 .03 .025" pos="0 -.075 0"
                 mass=".3"/>
