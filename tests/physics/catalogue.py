@@ -25,6 +25,7 @@ SCENARIOS: Mapping[str, Callable[[], Scenario]] = {
     "door pushed on": partial(shelving.opens_door, mass=8.0, then="pushes on"),
     "door left ajar": partial(shelving.opens_door, mass=8.0, then="leaves"),
     "door pushes light crate": partial(shelving.opens_door, mass=0.02, then="recovers"),
+    "door opened": shelving.opens_fully,
     "poured into pan": partial(handling.pours, beside=0.0),
     "poured beside pan": partial(handling.pours, beside=0.17),
     "can added to empty shelf": partial(shelving.adds, clears=True),

@@ -13,7 +13,7 @@ import numpy as np
 
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.propositions.catalogue import Catalogue
-from pytest_safemanip.propositions.definition import View
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
@@ -74,8 +74,8 @@ class Rollout:
                 ("open", "cabinet"),
             ),
             "tools": ("robot",),
-            "touch": {"cabinet": ("handle",), **{name: ("body",) for name in names}},
-            "supports": {name: ("counter", "cabinet") for name in names},
+            "touch": {"cabinet": ("handle",), **dict.fromkeys(names, ("body",))},
+            "supports": dict.fromkeys(names, ("counter", "cabinet")),
         }
         fixed = {"name": "Physics", "path": Path("physics.yaml"), "sets": (), "suite": "tests"}
         return Task(

@@ -42,6 +42,14 @@ def opens_door(mass: float, then: str) -> Scenario:
     return Scenario((crate,), script, AJAR / DOOR_TRAVEL)
 
 
+def opens_fully() -> Scenario:
+    """The door is led all the way by its handle; a can stands out of its way."""
+    x, y = bar_at(AJAR)
+    script = Script((x, y - REACH, BAR_HEIGHT)).to(0.4, y=y).mark("grasps").close()
+    script.swing(2.0, AJAR, 0.98 * DOOR_TRAVEL).wait(0.1).mark("opened").open()
+    return Scenario((can(0.35, 0.2, SHELF + 0.04),), script, AJAR / DOOR_TRAVEL)
+
+
 def reaches_in(door: float) -> Scenario:
     """The hand stops at the cabinet's front, then goes in."""
     script = Script((0.53, -0.55, BAR_HEIGHT)).mark("peeks").to(0.6, y=0.03).wait(0.3)

@@ -58,6 +58,7 @@ TURNS = [
     Turn(("mech_hit", "cabinet"), "door pushed on", ("grasps", "hit")),
     Turn(("retract", "cabinet"), "door closed after hit", ("retracts", "closed")),
     Turn(("recovered", "cabinet"), "door closed after hit", ("closed", "end")),
+    Turn(("fix_open", "cabinet"), "door opened", ("grasps", "opened")),
     Turn(("reach_in", "cabinet"), "hand in open cabinet", ("enters", "inside")),
     Turn(("place_in_onset", "can", "cabinet"), "can let go inside", ("enters", "in place")),
     Turn(("insert_item", "cabinet"), "can let go inside", ("enters", "in place")),
@@ -77,17 +78,15 @@ HOLDS = [
     ("pick", "can", "can taken from below", False),
     ("place", "can", "can put on counter", True),
     ("place", "can", "can dropped", False),
-    ("place", "can", "can put over edge", False),
     ("pour", "cup", "poured into pan", True),
     ("pour", "cup", "poured beside pan", False),
     ("close", "cabinet", "door closed after hit", True),
+    ("open", "cabinet", "door opened", True),
     ("open", "cabinet", "door closed after hit", False),
 ]
 
 NEAR = [
-    Near(
-        ("collision",), "things touched gently", ("shoves", "shoved"), {"collision.force": 0.1}
-    ),
+    Near(("collision",), "things touched gently", ("shoves", "shoved"), {"collision.force": 0.1}),
     Near(
         ("bad_contact",), "things touched gently", ("nudges", "nudged"), {"bad_contact.force": 0.1}
     ),
@@ -119,9 +118,7 @@ NEAR = [
         {"mech_hit.force": 0.3},
     ),
     Near(("retract", "cabinet"), "door left ajar", ("creeps", "crept"), {"retract.share": 0.002}),
-    Near(
-        ("recovered", "cabinet"), "door left ajar", ("half way", "end"), {"recovered.share": 0.5}
-    ),
+    Near(("recovered", "cabinet"), "door left ajar", ("half way", "end"), {"recovered.share": 0.5}),
     Near(("fix_open", "cabinet"), "nothing happens", ("start", "end"), {"fix_open.openness": 0.8}),
     Near(
         ("place_in_onset", "can", "cabinet"),
@@ -156,7 +153,7 @@ NEAR = [
     Near(
         ("enclosure_cleared", "cabinet"),
         "can held at shelf",
-        ("half", "leaves"),
+        ("in", "leaves"),
         {"enclosure_cleared.window": 0.05},
     ),
     Near(("transfer", "cherry", "bowl"), "poured into pan", (0.0, 6.0), {"transfer.reach": 0.2}),
@@ -175,8 +172,8 @@ def identify(row):
 
 
 def test_every_proposition_has_a_rollout_in_which_it_turns_and_one_in_which_it_almost_does():
-    # The others have tests of their own below.
-    assert {row.call[0] for row in TURNS} | {"pre_safe", "fix_open"} == set(CATALOGUE)
+    # What is missing here has tests of its own below.
+    assert {row.call[0] for row in TURNS} | {"pre_safe"} == set(CATALOGUE)
     assert {row.call[0] for row in NEAR} | {"pre_safe", "reach_in", "obj_released"} == set(
         CATALOGUE
     )
@@ -198,6 +195,7 @@ def test_a_proposition_stays_false_where_one_thing_is_missing(play, row):
     assert rollout.seen(row.but_for, **changed)(*row.call)[steps].any()
 
 
+# It is true wherever no skill starts, so that it cannot be seen to become true.
 @pytest.mark.parametrize(("skill", "entity", "name", "safe"), HOLDS)
 def test_the_conditions_of_a_skill_hold_or_not_where_it_starts(play, skill, entity, name, safe):
     view = play(name).view
@@ -205,19 +203,10 @@ def test_the_conditions_of_a_skill_hold_or_not_where_it_starts(play, skill, enti
     assert view("pre_safe", skill, entity)[onset] == safe
 
 
-def test_a_drop_from_a_hand_width_would_be_safe_if_cups_were_tougher(play):
+def test_only_its_height_makes_a_drop_unsafe(play):
     rollout = play("can dropped")
-    tough = rollout.seen({"pre_safe.drop": 0.1})
-    assert tough("pre_safe", "place", "can").all()
-
-
-def test_a_door_is_open_when_the_hand_has_opened_it_so_far(play):
-    rollout = play("door closed after hit")
-    half = rollout.seen({"fix_open.openness": 0.5})("fix_open", "cabinet")
-    turns = np.flatnonzero(rising(half))
-    assert len(turns) == 1
-    assert turns[0] in rollout.steps("grasps", "hit")
-    assert not rollout.view("fix_open", "cabinet").any()
+    assert not rollout.view("pre_safe", "place", "can").all()
+    assert rollout.seen({"pre_safe.drop": 0.1})("pre_safe", "place", "can").all()
 
 
 def test_fingertips_in_an_enclosure_are_no_reach_as_long_as_the_hand_is_outside(play):
