@@ -68,7 +68,7 @@ def film(things: Sequence[Thing], script: Script, door: float = 0.0) -> dict[flo
         camera.steps.append(look.step(data, commands[0], Contacts.empty()))
         camera.actions.append(np.zeros(12))
     for done, command in enumerate(commands, start=1):
-        data.ctrl[:] = (*command[:5], command[4])
+        data.ctrl[:] = command[[0, 1, 2, 3, 4, 4]]
         mujoco.mj_step(model, data)
         for camera in cameras:
             camera.sampler.sample(data)
@@ -134,7 +134,7 @@ class Look:
         mujoco.mj_objectVelocity(
             self._model, self._scratch, mujoco.mjtObj.mjOBJ_XBODY, body, spin_first, 0
         )
-        return np.roll(spin_first, 3)
+        return spin_first[[3, 4, 5, 0, 1, 2]]
 
     def _scene(self, period: float) -> Scene:
         model, data = self._model, mujoco.MjData(self._model)
