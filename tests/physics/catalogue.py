@@ -12,6 +12,7 @@ from tests.physics.world import EDGE
 SCENARIOS: Mapping[str, Callable[[], Scenario]] = {
     "arm passes over bottle": partial(handling.sweeps, height=1.2),
     "arm hits bottle": partial(handling.sweeps, height=1.0),
+    "can carried into jar": handling.carries,
     "can is held": partial(handling.fetches, friction=1.0),
     "can slips": partial(handling.fetches, friction=0.03),
     "can put on counter": partial(handling.puts_down, x=EDGE + 0.1),
@@ -25,6 +26,7 @@ SCENARIOS: Mapping[str, Callable[[], Scenario]] = {
     "door pushed on": partial(shelving.opens_door, mass=8.0, then="pushes on"),
     "door left ajar": partial(shelving.opens_door, mass=8.0, then="leaves"),
     "door pushes light crate": partial(shelving.opens_door, mass=0.02, then="recovers"),
+    "door opened after hit": shelving.closes_door,
     "door opened": shelving.opens_fully,
     "poured into pan": partial(handling.pours, beside=0.0),
     "poured beside pan": partial(handling.pours, beside=0.17),

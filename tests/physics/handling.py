@@ -31,6 +31,14 @@ def sweeps(height: float) -> Scenario:
     return Scenario((bottle,), script)
 
 
+def carries() -> Scenario:
+    """A can is carried so low that it runs into a jar; the fingers pass over it."""
+    jar = Thing("jar", "jam", "box", (0.03, 0.03, 0.03), (0.05, -0.1, COUNTER + 0.03), 0.6)
+    script = Script((-0.3, -0.4, LIFTED)).approach((-0.3, -0.1, LOW)).close()
+    script.to(0.4, z=LOW + 0.05).mark("carries").to(1.0, x=0.05).mark("carried").wait(0.3)
+    return Scenario((can(-0.3, -0.1), jar), script)
+
+
 def puts_down(x: float, height: float = 0.0) -> Scenario:
     """A can is let go somewhere at the left end of the counter."""
     script = Script(FRONT).pick((-0.2, -0.1, LOW)).to(0.7, x, -0.1).to(0.5, z=LOW + height)

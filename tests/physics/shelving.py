@@ -13,8 +13,8 @@ BEFORE = (0.35, -0.55, LIFTED)
 """In front of the open cabinet."""
 ON_SHELF = SHELF + 0.045
 STANDING = (0.45, -0.3)
-AJAR, BLOCKED = 0.4, 0.95
-"""Angles of the door: where it stands, and where something is in its way."""
+AJAR, OPEN, BLOCKED = 0.4, 0.55, 0.95
+"""Angles of the door: where it stands to be opened or closed, and where something is in its way."""
 
 
 def opens_door(mass: float, then: str) -> Scenario:
@@ -40,6 +40,16 @@ def opens_door(mass: float, then: str) -> Scenario:
         script.mark("creeps").swing(4.0, BLOCKED + 0.02, back).mark("crept")
         script.swing(1.0, back, AJAR).mark("half way").wait(0.8).mark("end").open()
     return Scenario((crate,), script, AJAR / DOOR_TRAVEL)
+
+
+def closes_door() -> Scenario:
+    """The door is closed against a crate that juts out of the cabinet, and opened again."""
+    crate = Thing("crate", "boxed_food", "box", (0.06, 0.06, 0.05), (0.35, 0.02, SHELF + 0.05), 8.0)
+    x, y = bar_at(OPEN)
+    script = Script((x, y - REACH, BAR_HEIGHT)).to(0.4, y=y).mark("grasps").close()
+    script.swing(1.5, OPEN, 0.15).mark("hit").wait(0.2)
+    script.mark("retracts").swing(2.0, 0.15, 0.99 * DOOR_TRAVEL).mark("opened").wait(0.8)
+    return Scenario((crate,), script.mark("end"), OPEN / DOOR_TRAVEL)
 
 
 def opens_fully() -> Scenario:
