@@ -51,13 +51,14 @@ class Rollout:
 
     Args:
         scenario: what happens.
+        recordings: of it, by control period; None to play it.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(
+        self, scenario: Scenario, recordings: Mapping[float, Recording] | None = None
+    ) -> None:
         self.scenario = scenario
-        self.recordings: dict[float, Recording] = film(
-            scenario.things, scenario.script, scenario.door
-        )
+        self.recordings = recordings or film(scenario.things, scenario.script, scenario.door)
         self._judges: dict[float, Judge] = {}
 
     @cached_property

@@ -124,7 +124,8 @@ PAIRS = {
         "4 of 8 corners of can are inside cabinet",
     ),
 }
-each_pair = pytest.mark.parametrize("name", PAIRS)
+# Tests of a pair are neighbours, and so in the same worker.
+each_pair = pytest.mark.parametrize("name", PAIRS, scope="module")
 
 
 def outcomes(rollout, period=PERIOD):

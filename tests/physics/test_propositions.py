@@ -59,6 +59,13 @@ def test_fingertips_in_an_enclosure_are_no_reach_as_long_as_the_hand_is_outside(
     assert not rollout.view("reach_in", "cabinet")[peeks].any()
 
 
+def test_what_comes_in_without_being_held_was_not_put_in(play):
+    not_held = play("can let go inside").seen({"obj_grasped.force": 1000.0})
+    assert not not_held("insert_item", "cabinet").any()
+    assert not not_held("place_in_onset", "can", "cabinet").any()
+    assert not_held("obj_inside", "can", "cabinet").any()
+
+
 def test_an_object_that_slips_out_of_closed_fingers_was_not_released(play):
     rollout = play("can slips")
     (end,) = np.flatnonzero(rising(~rollout.view("obj_grasped", "can")))
