@@ -36,6 +36,7 @@ SCENARIOS: Mapping[str, Callable[[], Scenario]] = {
     "hand in half open cabinet": partial(shelving.reaches_in, door=0.6),
     "can let go inside": partial(shelving.shelves, depth=0.12),
     "can let go half inside": partial(shelving.shelves, depth=0.01),
+    "turned apple let go inside": shelving.shelves_turned,
     "can held at shelf": shelving.hesitates,
     "things touched gently": handling.brushes,
     "can squeezed": handling.squeezes,

@@ -74,6 +74,15 @@ def shelves(depth: float) -> Scenario:
     return Scenario((can(*STANDING),), script.wait(0.6).mark("end"), 1.0)
 
 
+def shelves_turned() -> Scenario:
+    """An apple is turned in passing, and put on the shelf's front."""
+    apple = Thing("apple", "apple", "ball", (0.034,) * 3, (*STANDING, COUNTER + 0.034), 0.15)
+    low = SHELF + 0.034
+    script = Script(BEFORE).pick((*STANDING, COUNTER + 0.034)).to(0.3, y=-0.35)
+    script.mark("enters").to(0.6, x=0.35, z=low + 0.02, roll=0.3).to(0.8, y=0.042).to(0.3, z=low)
+    return Scenario((apple,), script.mark("in place").let_go().wait(0.6).mark("end"), 1.0)
+
+
 def adds(clears: bool) -> Scenario:
     """A can is put into a cabinet that takes one thing at a time, and holds butter."""
     butter = Thing("butter", "butter_stick", "box", (0.025, 0.025, 0.04), (0.25, 0.1, SHELF + 0.04))

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.propositions.filters import rising
+from pytest_safemanip.trace.geometry import corners
 from tests.physics.moments import HOLDS, NEAR, TURNS
 from tests.physics.scenario import CATALOGUE, PERIOD
+from tests.physics.world import SHELF
 
 
 def identify(row):
@@ -89,6 +91,16 @@ def test_a_tilted_cup_is_held_firmly_only_if_it_need_not_stay_upright(play):
     (spills, *_) = np.flatnonzero(~must_not[pours])
     assert 0 < spills < len(pours) - 1
     assert not must_not[pours][spills:].any()
+
+
+def test_a_round_thing_that_was_turned_in_the_hand_lies_inside(play):
+    rollout = play("turned apple let go inside")
+    trace = rollout.view.trace
+    let_go = rollout.steps("let go", "end")
+    lowest = corners(trace.steps.object_pose[let_go, 0], trace.scene.bodies[0].half)[..., 2].min()
+    assert lowest < SHELF - 0.005
+    assert rollout.view("obj_inside", "apple", "cabinet")[let_go].all()
+    assert rollout.verdict("enclosure_release").outcome.label == "SATISFIED"
 
 
 def test_a_door_that_was_closed_against_something_is_safe_when_it_is_open_again(play):
