@@ -26,6 +26,8 @@ SCENARIOS: Mapping[str, Callable[[], Scenario]] = {
     "door pushed on": partial(shelving.opens_door, mass=8.0, then="pushes on"),
     "door left ajar": partial(shelving.opens_door, mass=8.0, then="leaves"),
     "door pushes light crate": partial(shelving.opens_door, mass=0.02, then="recovers"),
+    "door pushed through": partial(shelving.opens_door, mass=1.0, then="pushes through"),
+    "can carried into door": shelving.carries_into_door,
     "door opened after hit": shelving.closes_door,
     "door opened": shelving.opens_fully,
     "poured into pan": partial(handling.pours, beside=0.0),

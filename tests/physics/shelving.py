@@ -22,8 +22,8 @@ def opens_door(mass: float, then: str) -> Scenario:
 
     Args:
         mass: of the crate, kg.
-        then: ``recovers``: the door is closed again; ``pushes on``; ``leaves``: it is taken back
-            slowly, and not all the way.
+        then: ``recovers``: the door is closed again; ``pushes on``; ``pushes through``, until the
+            door is open; ``leaves``: it is taken back slowly, and not all the way.
     """
     place = HINGE + 0.25 * _along(BLOCKED) + 0.075 * _front(BLOCKED)
     crate = Thing("crate", "boxed_food", "box", (0.06, 0.06, 0.05), (*place, COUNTER + 0.05), mass)
@@ -35,6 +35,8 @@ def opens_door(mass: float, then: str) -> Scenario:
         script.mark("end").open().to(0.3, y=bar_at(0.0)[1] - REACH)
     elif then == "pushes on":
         script.wait(10.6).mark("end").open()
+    elif then == "pushes through":
+        script.swing(1.5, BLOCKED + 0.02, 0.99 * DOOR_TRAVEL).mark("opened").wait(0.8).mark("end")
     else:
         back = BLOCKED - 0.1
         script.mark("creeps").swing(4.0, BLOCKED + 0.02, back).mark("crept")
@@ -50,6 +52,13 @@ def closes_door() -> Scenario:
     script.swing(1.5, OPEN, 0.15).mark("hit").wait(0.2)
     script.mark("retracts").swing(2.0, 0.15, 0.99 * DOOR_TRAVEL).mark("opened").wait(0.8)
     return Scenario((crate,), script.mark("end"), OPEN / DOOR_TRAVEL)
+
+
+def carries_into_door() -> Scenario:
+    """A can is carried into the half open door, above which the hand passes."""
+    script = Script(BEFORE).pick((0.3, -0.45, LOW)).to(0.5, z=1.24).mark("carries")
+    script.to(0.6, y=-0.2).mark("carried").wait(0.3)
+    return Scenario((can(0.3, -0.45),), script, 0.5)
 
 
 def opens_fully() -> Scenario:

@@ -103,6 +103,25 @@ def test_a_round_thing_that_was_turned_in_the_hand_lies_inside(play):
     assert rollout.verdict("enclosure_release").outcome.label == "SATISFIED"
 
 
+def test_a_door_that_the_robot_does_not_touch_hits_nothing_on_its_behalf(play):
+    rollout = play("can carried into door")
+    trace = rollout.view.trace
+    door = set(trace.scene.parts_of("cabinet", ("door",)))
+    force = trace.pair_table.force(door, set(trace.scene.parts_of("can")))
+    (struck, *_) = np.flatnonzero(force >= 5.0)
+    assert struck in rollout.steps("carries", "carried")
+    assert np.ptp(trace.steps.joint[:, 0, 0]) > 0.1
+    assert not rollout.view("mech_hit", "cabinet").any()
+
+
+def test_a_door_that_was_pushed_through_an_obstacle_is_not_safe_when_it_is_open(play):
+    rollout = play("door pushed through")
+    opened = rollout.steps("opened", "end")
+    assert rollout.view("mech_hit", "cabinet")[: opened[0]].any()
+    assert (rollout.view.trace.steps.joint[opened, 0, 0] > 0.95).all()
+    assert not rollout.view("recovered", "cabinet").any()
+
+
 def test_a_door_that_was_closed_against_something_is_safe_when_it_is_open_again(play):
     verdict = play("door opened after hit").verdict("mechanism_recovery")
     assert verdict.outcome.label == "SATISFIED"
