@@ -52,10 +52,10 @@ def prepares_food(washes: bool) -> Scenario:
     apple = Thing("apple", "apple", "ball", (0.034,) * 3, (0.0, -0.1, COUNTER + 0.034), 0.15)
     script = Script(FRONT).approach((-0.25, -0.1, LOW)).mark("raw").close()
     script.to(0.2, z=LOW + 0.02).to(0.2, z=LOW).let_go()
-    script.to(0.6, TAP[0], TAP[1] - 0.2, TAP[2]).water(washes)
-    script.mark("dips").to(0.3, y=TAP[1]).wait(0.15).to(0.3, y=TAP[1] - 0.2)
+    script.to(0.6, TAP[0], TAP[1] - 0.16, TAP[2]).water(washes)
+    script.mark("dips").to(0.3, y=TAP[1]).wait(0.15).to(0.3, y=TAP[1] - 0.16)
     script.wait(0.4).mark("dipped")
-    script.to(0.3, y=TAP[1]).wait(1.3).mark("rinsed").water(False).to(0.3, y=TAP[1] - 0.2)
+    script.to(0.3, y=TAP[1]).wait(1.3).mark("rinsed").water(False).to(0.3, y=TAP[1] - 0.16)
     script.approach((0.0, -0.1, COUNTER + 0.034)).mark("clean").close().to(0.4, z=LIFTED)
     return Scenario((steak, apple), script.mark("end"))
 

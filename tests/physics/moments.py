@@ -108,7 +108,7 @@ NEAR = [
     Near(
         ("settled", "can"),
         "can put over edge",
-        ("end", 6.2),
+        ("end", 5.8),
         permitted={"can": frozenset({"counter", "floor"})},
     ),
     Near(
