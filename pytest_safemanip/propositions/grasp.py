@@ -65,15 +65,13 @@ def stable_grasp(view: View, name: str) -> Bools:
 
 
 def obj_released(view: View, name: str) -> Bools:
-    """The grasp ends at this step while the gripper opens or is commanded open: it opened faster
-    than ``obj_released.rate``, or was commanded to, within the last ``obj_released.window``. An
-    end without opening is a drop and no release.
+    """The grasp ends at this step while the gripper opens or is commanded open: within the last
+    ``obj_released.window`` it was commanded to, or opened faster than ``obj_released.rate`` and is
+    no less open now. An end without opening is a drop and no release.
     """
-    p, steps = view.parameters, view.trace.steps
-    opens = (steps.gripper[:, 1] > p["obj_released.rate"]) | (steps.action[:, 6] < 0.0)
-    return falling(view("obj_grasped", name)) & recently(
-        opens, view.trace.count(p["obj_released.window"])
-    )
+    count = view.trace.count(view.parameters["obj_released.window"])
+    commanded = recently(view.trace.steps.action[:, 6] < 0.0, count)
+    return falling(view("obj_grasped", name)) & (commanded | _opened(view, count))
 
 
 def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
@@ -85,6 +83,18 @@ def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
         f"{name} moved {1000 * distance[step]:.0f} mm and turned {np.rad2deg(turn[step]):.0f} "
         f"degrees in the gripper within {view.parameters['stable_grasp.window']:g} s"
     ]
+
+
+def _opened(view: View, count: int) -> Bools:
+    """Whether the gripper opened within the last steps and is no less open now (T,)."""
+    opening, rate = view.trace.steps.gripper.T
+    opens = rate > view.parameters["obj_released.rate"]
+    opened = np.zeros(len(opens), bool)
+    # Fingers yield a little while an object slips out of them, and then snap shut.
+    for lag in range(min(count, len(opens))):
+        then = slice(len(opens) - lag)
+        opened[lag:] |= opens[then] & (opening[lag:] >= opening[then])
+    return opened
 
 
 def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
