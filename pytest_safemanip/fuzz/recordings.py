@@ -33,16 +33,18 @@ MAX_STEPS = 30
 MAX_EVENTS = 8
 
 
-_when = st.builds(
-    lambda first, count: range(first, first + count),
-    st.integers(0, MAX_STEPS - 1),
-    st.integers(1, MAX_STEPS // 2),
-)
+def _stretches(longest: int) -> st.SearchStrategy[range]:
+    first, count = st.integers(0, MAX_STEPS - 1), st.integers(1, longest)
+    return st.builds(lambda first, count: range(first, first + count), first, count)
+
+
+_when = _stretches(MAX_STEPS // 2)
 _any = st.integers(0, 11)
 _shift = st.tuples(st.sampled_from(SHIFTS), st.sampled_from(SHIFTS))
 _places = st.sampled_from(sorted(PLACES))
-_presses = st.builds(Press, _when, _any, _any, st.sampled_from(FORCES), st.sampled_from(NORMALS))
+_forces = st.sampled_from(FORCES)
 _rates = st.sampled_from((0.53, -0.53))
+_presses = st.builds(Press, _when, _any, _any, _forces, st.sampled_from(NORMALS))
 _events: st.SearchStrategy[Event] = st.one_of(
     st.builds(Grip, _when, _any, st.sampled_from((5.3, 0.3)), st.booleans()),
     st.builds(Rest, _when, _any, st.sampled_from(("counter", "cab", "floor"))),
@@ -50,7 +52,12 @@ _events: st.SearchStrategy[Event] = st.one_of(
     st.builds(Reach, _when, _places, _shift),
     st.builds(Move, _when, st.sampled_from((DOOR, TAP)), st.sampled_from((0.97, 0.03)), _rates),
     st.builds(
-        Hit, _when, _any, st.sampled_from(FORCES), _rates, st.sampled_from((0.51, 0.97, 0.03))
+        Hit,
+        _stretches(4),
+        _any,
+        st.sampled_from(FORCES),
+        _rates,
+        st.sampled_from((0.51, 0.97, 0.03)),
     ),
     st.builds(Carry, _when, _any, _places, st.booleans()),
     st.builds(Pour, _when, _any, _places),

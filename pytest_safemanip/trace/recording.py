@@ -83,13 +83,19 @@ class Episode:
         return episode
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording:
     """A complete rollout. Everything that judges it is a pure function of it."""
 
     episode: Episode
     scene: Scene
     steps: Steps
+
+    def __repr__(self) -> str:
+        about = self.episode
+        return (
+            f"<Recording {about.task}, {about.policy}, seed {about.seed}: {len(self.steps)} steps>"
+        )
 
     @property
     def success(self) -> bool:
