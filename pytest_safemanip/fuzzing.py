@@ -73,10 +73,10 @@ class FuzzPlan:
         """What is about to be done, in one line."""
         names = {trial.proposition.name for trial in self.trials}
         many = "as many as the profile says" if self.examples is None else str(self.examples)
-        return (
-            f"safemanip: {len(self.trials)} laws of {len(names)} propositions, "
-            f"examples of each: {many}"
-        )
+        count = len(self.trials)
+        laws = "1 law" if count == 1 else f"{count} laws"
+        owners = "1 proposition" if len(names) == 1 else f"{len(names)} propositions"
+        return f"safemanip: {laws} of {owners}, examples of each: {many}"
 
 
 def make_fuzz_plan(

@@ -18,8 +18,8 @@ from pytest_safemanip.trace.recording import Episode, Recording
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts, Steps
 
-Normal = tuple[float, float, float]
-UP: Normal = (0.0, 0.0, 1.0)
+Vector = tuple[float, float, float]
+UP: Vector = (0.0, 0.0, 1.0)
 
 
 @dataclass
@@ -28,7 +28,7 @@ class Film:
 
     scene: Scene
     arrays: dict[str, NDArray[Any]]
-    rows: list[tuple[int, int, int, float, Normal]] = field(default_factory=list)
+    rows: list[tuple[int, int, int, float, Vector]] = field(default_factory=list)
 
     @property
     def length(self) -> int:
@@ -39,7 +39,7 @@ class Film:
         """Which object a number means; every number means one."""
         return number % len(self.scene.bodies)
 
-    def press(self, steps: range, a: str, b: str, force: float, normal: Normal) -> None:
+    def press(self, steps: range, a: str, b: str, force: float, normal: Vector) -> None:
         """Two parts, each ``entity/part``, press on each other."""
         names = [f"{part.entity}/{part.name}" for part in self.scene.parts]
         first, second = names.index(a), names.index(b)
@@ -54,7 +54,7 @@ class Press:
     a: int
     b: int
     force: float
-    normal: Normal
+    normal: Vector
 
     def apply(self, film: Film) -> None:
         """Add it."""
@@ -94,6 +94,7 @@ class Grip:
         for side, x in (("left", 1.0), ("right", -1.0)):
             finger = f"{ROBOT}/finger_{side}"
             film.press(self.steps, finger, f"{name}/body", self.force, (x, 0.0, 0.0))
+        film.arrays["gripper"][self.steps.start : self.steps.stop, 0] = 0.23
         if self.opens:
             film.arrays["action"][self.steps.stop :, 6] = -1.0
             film.arrays["gripper"][self.steps.stop :, 1] = 0.3
@@ -129,6 +130,37 @@ class Reach:
         """Add it."""
         half = film.scene.gripper_half[2]
         film.arrays["eef_pose"][self.steps.start :] = _pose(self.place, half, self.shift, 0.0)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """The hand (0), or an object, has a velocity and turns."""
+
+    steps: range
+    number: int
+    velocity: Vector
+    spin: Vector
+
+    def apply(self, film: Film) -> None:
+        """Add it."""
+        twists = film.arrays["eef_twist"]
+        if self.number:
+            twists = film.arrays["object_twist"][:, film.object(self.number)]
+        twists[self.steps.start : self.steps.stop] = (*self.velocity, *self.spin)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The robot's base is so far from where it was, from a step on."""
+
+    steps: range
+    shift: tuple[float, float]
+
+    def apply(self, film: Film) -> None:
+        """Add it."""
+        film.arrays["base_pose"][self.steps.start :, :2] += np.float32(10.0) * np.array(
+            self.shift, np.float32
+        )
 
 
 @dataclass(frozen=True)
@@ -182,10 +214,14 @@ class Carry:
     number: int
     place: str
     opens: bool
+    velocity: Vector
 
     def apply(self, film: Film) -> None:
         """Add it."""
         Grip(self.steps, self.number, 5.3, self.opens).apply(film)
+        held = film.arrays["object_twist"][:, film.object(self.number)]
+        for twists in (film.arrays["eef_twist"], held):
+            twists[self.steps.start : self.steps.stop, :3] = self.velocity
         later = range((self.steps.start + self.steps.stop) // 2, self.steps.stop)
         Put(later, self.number, self.place, (0.0, 0.0), 0.0).apply(film)
         Reach(later, self.place, (0.0, 0.0)).apply(film)
@@ -224,7 +260,7 @@ class Wash:
         film.arrays["switch"][self.steps.start : self.steps.stop, 0] = 1.0
 
 
-Event = Press | Rest | Grip | Put | Reach | Move | Hit | Carry | Pour | Wash
+Event = Press | Rest | Grip | Put | Reach | Drift | Drive | Move | Hit | Carry | Pour | Wash
 
 
 def _pose(place: str, half: float, shift: tuple[float, float], tilt: float) -> NDArray[np.float32]:
@@ -272,7 +308,7 @@ def _contacts(film: Film) -> Contacts:
     )
 
 
-def _touched(film: Film, row: tuple[int, int, int, float, Normal]) -> NDArray[np.float64]:
+def _touched(film: Film, row: tuple[int, int, int, float, Vector]) -> NDArray[np.float64]:
     """Where a contact is: below the object that it carries, else beside it; or at the hand."""
     step, a, b, _, normal = row
     scene, parts = film.scene, film.scene.parts

@@ -64,18 +64,26 @@ def _causal(trial: Trial, draw: Draw) -> None:
 
 
 def _window(trial: Trial, draw: Draw) -> None:
+    """At a step drawn, and at the first one where it is true."""
+    drawn = draw(st.integers(0, len(trial.recording.steps) - 1))
+    for arguments in trial.calls:
+        values = trial.values(arguments)
+        for step in {drawn, int(np.argmax(values))}:
+            _look_back(trial, arguments, step)
+
+
+def _look_back(trial: Trial, arguments: tuple[str, ...], step: int) -> None:
+    """Compare a value with that on the steps of its window alone."""
     window = trial.proposition.window(trial.parameters)
-    step = draw(st.integers(0, len(trial.recording.steps) - 1))
     count = step if math.isinf(window) else round(window / trial.recording.trace.dt)
     first = max(step - max(count, int(trial.proposition.act)), 0)
     recent = of_length(trial.recording, first, step + 1)
     if recent.steps.tail[0]:
         return
-    for arguments in trial.calls:
-        found = trial.values(arguments).copy()
-        found[step] = trial.elsewhere(arguments, recent)[-1]
-        where = f"without the steps before {first}, which are outside its window of {window:g} s"
-        trial.expect(arguments, found, trial.values(arguments), where)
+    found = trial.values(arguments).copy()
+    found[step] = trial.elsewhere(arguments, recent)[-1]
+    where = f"without the steps before {first}, which are outside its window of {window:g} s"
+    trial.expect(arguments, found, trial.values(arguments), where)
 
 
 def _online(trial: Trial, draw: Draw) -> None:

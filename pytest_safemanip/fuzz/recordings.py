@@ -6,6 +6,8 @@ from hypothesis import strategies as st
 
 from pytest_safemanip.fuzz.film import (
     Carry,
+    Drift,
+    Drive,
     Event,
     Grip,
     Hit,
@@ -29,6 +31,8 @@ FORCES = (3.1, 0.7, 0.3, 6.3, 31.0, 97.0)
 NORMALS = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, -0.8, 0.6), (0.0, 1.0, 0.0))
 SHIFTS = (0.0, 0.007, -0.021, 0.037, -0.063)
 """Metres to the side of a place; none moves an object by just as much as a grasp allows."""
+VELOCITIES = ((0.31, 0.0, 0.0), (0.0, 0.0, 0.0), (0.013, 0.011, -0.007), (-0.7, 0.9, 0.3))
+"""Metres, or radians, per second."""
 MAX_STEPS = 30
 MAX_EVENTS = 8
 
@@ -43,6 +47,7 @@ _any = st.integers(0, 11)
 _shift = st.tuples(st.sampled_from(SHIFTS), st.sampled_from(SHIFTS))
 _places = st.sampled_from(sorted(PLACES))
 _forces = st.sampled_from(FORCES)
+_velocities = st.sampled_from(VELOCITIES)
 _rates = st.sampled_from((0.53, -0.53))
 _presses = st.builds(Press, _when, _any, _any, _forces, st.sampled_from(NORMALS))
 _events: st.SearchStrategy[Event] = st.one_of(
@@ -50,6 +55,10 @@ _events: st.SearchStrategy[Event] = st.one_of(
     st.builds(Rest, _when, _any, st.sampled_from(("counter", "cab", "floor"))),
     st.builds(Put, _when, _any, _places, _shift, st.sampled_from((0.0, 0.31, 1.57))),
     st.builds(Reach, _when, _places, _shift),
+    st.builds(
+        Drift, _when, st.integers(0, 3), st.sampled_from(VELOCITIES), st.sampled_from(VELOCITIES)
+    ),
+    st.builds(Drive, _when, _shift),
     st.builds(Move, _when, st.sampled_from((DOOR, TAP)), st.sampled_from((0.97, 0.03)), _rates),
     st.builds(
         Hit,
@@ -59,7 +68,7 @@ _events: st.SearchStrategy[Event] = st.one_of(
         _rates,
         st.sampled_from((0.51, 0.97, 0.03)),
     ),
-    st.builds(Carry, _when, _any, _places, st.booleans()),
+    st.builds(Carry, _when, _any, _places, st.booleans(), _velocities),
     st.builds(Pour, _when, _any, _places),
     st.builds(Wash, _when),
     _presses,

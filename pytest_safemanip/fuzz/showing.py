@@ -60,6 +60,13 @@ def _news(recording: Recording, step: int) -> Iterator[str]:
     for name, pose in poses.items():
         if step == 0 or not np.array_equal(pose[step], pose[step - 1]):
             yield f"{'hand' if name == ROBOT else name} at {_place(pose[step])}"
+    twists = {ROBOT: steps.eef_twist}
+    twists |= {body.entity: steps.object_twist[:, n] for n, body in enumerate(scene.bodies)}
+    for name, twist in twists.items():
+        rest = twist[step - 1] if step else np.zeros(6)
+        if not np.array_equal(twist[step], rest):
+            speed, spin = (float(np.linalg.norm(part)) for part in np.split(twist[step], 2))
+            yield f"{'hand' if name == ROBOT else name} moves at {speed:.2f} m/s, {spin:.2f} rad/s"
     numbers = {f"{j.key} open": steps.joint[:, n] for n, j in enumerate(scene.joints)}
     numbers |= {"gripper open": steps.gripper, "gripper commanded": steps.action[:, 6:7]}
     numbers |= {

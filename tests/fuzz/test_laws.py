@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -150,3 +151,9 @@ def test_windows_fit_into_generated_recordings():
     seconds = {p.name for q in SHIPPED for p in q.parameters if p.unit == "s"}
     assert max(PARAMETERS[name] for name in seconds) < 1.1
     assert shortened(CATALOGUE, {"settled.speed": 0.5})["settled.speed"] == 0.5
+
+
+def test_the_manual_says_every_law():
+    page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
+    for law in LAWS:
+        assert f"| `{law.name}` | {law.says} |" in page
