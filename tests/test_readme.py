@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,8 +12,10 @@ from pytest_safemanip import resources
 from pytest_safemanip.options import OPTIONS
 from pytest_safemanip.policies.registry import resolve
 from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.tasks import load_tasks
+from tests.propositions.stage import BINDING, film, grip, true_at
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "README.md").read_text()
@@ -50,6 +53,18 @@ def test_the_policy_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     policy = resolve("my_policy:Lifts", {})
     assert policy.fingerprint is not None
     assert "my_policy:Lifts" in TEXT
+
+
+def test_the_proposition_works_and_is_the_manuals() -> None:
+    (code,) = [block for block in blocks("python") if "def hurried" in block]
+    assert code in (ROOT / "docs" / "extending.md").read_text()
+    names: dict[str, Any] = {}
+    exec(compile(code, "conftest.py", "exec"), names)  # noqa: S102
+    catalogue = Catalogue(names["pytest_safemanip_propositions"]())
+    recording = film(12, grip(range(2, 12)))
+    recording.steps.eef_twist[6:, 0] = 0.3
+    view = View(recording.trace, BINDING, catalogue.parameters({}), catalogue)
+    assert true_at(view("hurried", "mug")) == list(range(6, 12))
 
 
 def test_the_property_and_the_task_load(tmp_path: Path) -> None:

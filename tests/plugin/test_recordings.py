@@ -43,3 +43,10 @@ def test_two_recordings_of_one_rollout_are_refused(elsewhere: Suite) -> None:
     result = elsewhere.run("--safemanip-recordings=brought")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: *are recordings of the same rollout"])
+
+
+def test_a_threshold_changes_an_outcome(elsewhere: Suite) -> None:
+    forces = "collision.force=10000,bad_contact.force=10000,bad_contact.limit=10000"
+    policy, thresholds = "--safemanip-policy=scripted:sweep", f"--safemanip-params={forces}"
+    result = elsewhere.run("--safemanip-recordings=brought", policy, thresholds, "-k", "contact")
+    result.assert_outcomes(passed=1, deselected=elsewhere.seen_deselected(5))
