@@ -70,9 +70,10 @@ def _wet(view: View, carrier: str) -> Bools:
         reach = float(np.linalg.norm(half)) + float(np.linalg.norm(trace.scene.boxes[box].half))
         water = trace.steps.box_pose[:, box]
         near = np.linalg.norm(place[:, :3] - water[:, :3], axis=1) < reach
-        for step in np.flatnonzero(running & near & ~wet):
-            wet[step] = boxes_overlap(
-                place[step], half, water[step], trace.scene.boxes[box].half, 0.0
+        steps = np.flatnonzero(running & near)
+        if len(steps):
+            wet[steps] |= boxes_overlap(
+                place[steps], half, water[steps], trace.scene.boxes[box].half
             )
     return wet
 

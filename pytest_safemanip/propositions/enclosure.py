@@ -60,10 +60,10 @@ def obj_outside(view: View, name: str, fixture: str) -> Bools:
     body = trace.scene.bodies[index]
     outside = np.ones(len(trace), bool)
     for number, (box, half) in enumerate(interiors(view, fixture)):
-        for step in np.flatnonzero(near(view, fixture, number)[:, index]):
-            centre = centred(trace.steps.object_pose[step, index], body.centre)
-            if boxes_overlap(centre, body.half, box[step], half, slack):
-                outside[step] = False
+        steps = np.flatnonzero(near(view, fixture, number)[:, index])
+        if len(steps):
+            centre = centred(trace.steps.object_pose[steps, index], body.centre)
+            outside[steps] &= ~boxes_overlap(centre, body.half, box[steps], half, slack)
     return outside
 
 

@@ -100,7 +100,9 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     slack = view.parameters["pre_safe.overlap"]
     bottom = points[:, 2].min()
     best, owner = -np.inf, None
-    for entity, box in solids(view, name, step):
+    centre = points.mean(axis=0)
+    reach = float(np.linalg.norm(points - centre, axis=1).max())
+    for entity, box in solids(view, name, step, (centre, reach)):
         top = box[:, 2].max()
         if best < top <= bottom + slack and footprints_overlap(points, box, slack):
             best, owner = float(top), entity
@@ -129,9 +131,9 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
         for k, body in enumerate(scene.bodies):
             pose = np.asarray(trace.steps.object_pose[step, k], np.float64)
             box = centred(pose, body.centre)
-            if boxes_overlap(way[0], joint.half, box, body.half, slack):
-                continue  # it lies in the drawer and moves with it
-            if any(boxes_overlap(p, joint.half, box, body.half, slack) for p in way[1:]):
+            meets = boxes_overlap(way, joint.half, box, body.half, slack)
+            # What is met from the start lies in the drawer and moves with it.
+            if meets.any() and not meets[0]:
                 broken.append(f"{body.entity} is in the way of {fixture}/{joint.name}")
     return broken
 

@@ -121,12 +121,12 @@ def _ground_around(
     """
     allowed = view.binding.supports.get(name, frozenset())
     level = float(np.mean([point[2] for point in points]))
+    margin = view.parameters["settled.margin"]
     tops = [
         box[:, :2]
-        for _, box in solids(view, name, step, only=allowed)
+        for _, box in solids(view, name, step, (com, margin), allowed)
         if abs(box[:, 2].max() - level) < SAME_LEVEL
     ]
-    margin = view.parameters["settled.margin"]
     if any(hull_margin(top, com[:2]) >= margin for top in tops):
         return True  # one surface alone reaches far enough
     turns = np.arange(8) * (np.pi / 4.0)

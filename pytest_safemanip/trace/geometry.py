@@ -102,24 +102,34 @@ def tilt(q: Array, axis: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
 
 def boxes_overlap(
     pose_a: Array, half_a: ArrayLike, pose_b: Array, half_b: ArrayLike, slack: float = 0.0
-) -> bool:
-    """Whether two oriented boxes interpenetrate by more than ``slack`` metres.
+) -> NDArray[np.bool_]:
+    """Whether pairs of oriented boxes interpenetrate by more than ``slack`` metres (...).
 
     Separating-axis test over the 15 candidate axes.
 
     Args:
-        pose_a: centre pose (7,).
-        half_a: half extents (3,).
-        pose_b: centre pose (7,).
-        half_b: half extents (3,).
+        pose_a: centre poses (..., 7).
+        half_a: half extents (..., 3).
+        pose_b: centre poses (..., 7).
+        half_b: half extents (..., 3).
         slack: overlap that still counts as apart; negative demands a gap.
     """
-    axes_a, axes_b = matrix(np.asarray(pose_a)[3:]), matrix(np.asarray(pose_b)[3:])
-    gap = np.asarray(pose_b, float)[:3] - np.asarray(pose_a, float)[:3]
-    crossed = cross(axes_a.T[:, None], axes_b.T[None]).reshape(9, 3)
-    axes = np.concatenate((axes_a.T, axes_b.T, crossed))
-    length = np.linalg.norm(axes, axis=1)
-    axes = axes[length > 1e-6] / length[length > 1e-6, None]
-    reach = np.abs(axes @ axes_a) @ np.asarray(half_a, float)
-    reach += np.abs(axes @ axes_b) @ np.asarray(half_b, float)
-    return bool(np.all(reach - np.abs(axes @ gap) > slack))
+    pose_a, pose_b = np.broadcast_arrays(np.asarray(pose_a, float), np.asarray(pose_b, float))
+    axes_a = np.swapaxes(matrix(pose_a[..., 3:]), -1, -2)
+    axes_b = np.swapaxes(matrix(pose_b[..., 3:]), -1, -2)
+    crossed = cross(axes_a[..., :, None, :], axes_b[..., None, :, :])
+    crossed = crossed.reshape(*crossed.shape[:-3], 9, 3)
+    axes = np.concatenate((axes_a, axes_b, crossed), axis=-2)
+    length = np.linalg.norm(axes, axis=-1)
+    parallel = length < 1e-6  # then the cross product is no axis
+    axes = axes / np.where(parallel, 1.0, length)[..., None]
+    gap = np.abs((axes * (pose_b - pose_a)[..., None, :3]).sum(axis=-1))
+    reach = _reach(axes, axes_a, half_a) + _reach(axes, axes_b, half_b)
+    return np.asarray(((reach - gap > slack) | parallel).all(axis=-1))
+
+
+def _reach(axes: Array, own: Array, half: ArrayLike) -> Array:
+    """How far boxes with their own axes (..., 3, 3) reach along others (..., K, 3): (..., K)."""
+    shares = np.abs((axes[..., :, None, :] * own[..., None, :, :]).sum(axis=-1))
+    result: Array = (shares * np.asarray(half, float)[..., None, :]).sum(axis=-1)
+    return result

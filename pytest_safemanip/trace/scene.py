@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.elements import (
     Body,
@@ -22,7 +20,6 @@ from pytest_safemanip.trace.elements import (
     Vector,
     check_numbers,
 )
-from pytest_safemanip.trace.geometry import Array, corners
 
 
 @dataclass(frozen=True)
@@ -84,12 +81,6 @@ class Scene:
             frozenset(i for i, part in enumerate(self.parts) if part.joint == joint.key)
             for joint in self.joints
         )
-
-    @cached_property
-    def fixed_surfaces(self) -> tuple[tuple[str, Array], ...]:
-        """Box corners (8, 3) of the surfaces that no joint moves, with their entities."""
-        still = (s for s in self.surfaces if not s.joint)
-        return tuple((s.entity, corners(np.asarray(s.pose), s.half)) for s in still)
 
     def joints_of(self, entity: str) -> list[int]:
         """Indices of an entity's joints."""
