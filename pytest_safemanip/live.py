@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf import InstanceVerdict, Profile, StepVerdict
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.propositions.definition import Bools, Proposition
 from pytest_safemanip.propositions.online import Call, Online
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace.scene import Scene
@@ -27,6 +27,7 @@ class LiveJudge:
         catalogue: the propositions by name.
         parameters: values of all their parameters.
         profile: the semantics.
+        every: how many steps are evaluated together: the same verdicts, later and cheaper.
 
     Raises:
         TraceError: if a property has no instance, or a proposition does not fit the scene.
@@ -40,6 +41,7 @@ class LiveJudge:
         catalogue: Mapping[str, Proposition],
         parameters: Mapping[str, float],
         profile: Profile = "timed",
+        every: int = 1,
     ) -> None:
         self._monitors = {}
         calls: dict[Call, int] = {}
@@ -52,7 +54,8 @@ class LiveJudge:
             self._places[prop.id] = [
                 [calls.setdefault(call, len(calls)) for call in prop.calls(row)] for row in rows
             ]
-        self._online = Online(scene, binding, parameters, catalogue, tuple(calls))
+        self._online = Online(scene, binding, parameters, catalogue, tuple(calls), every)
+        self._acting: list[bool] = []  # of the steps that wait
 
     @property
     def watched(self) -> int:
@@ -62,26 +65,44 @@ class LiveJudge:
     def step(
         self, step: Step, action: NDArray[Any] | None = None, acting: bool = True
     ) -> dict[str, list[StepVerdict]]:
-        """Take in a control step; what is known about each property's instances now.
+        """Take in a control step.
 
         Args:
             step: the state after the control period, and its contacts.
             action: what led to it (12,); None for the state after reset.
             acting: False in the settle tail.
 
+        Returns:
+            What is known about each property's instances after it, by property; empty while steps
+            wait to be evaluated together.
+
         Raises:
-            TraceError: if a number of the step is impossible.
+            TraceError: if a number is impossible; the steps that waited are then not taken in.
         """
-        values = self._online.push(step, action, acting)
-        return {
-            name: monitor.step(values[self._places[name]], acting)
-            for name, monitor in self._monitors.items()
-        }
+        self._acting.append(acting)
+        try:
+            values = self._online.push(step, action, acting)
+        except TraceError:
+            self._acting.clear()
+            raise
+        return self._read(values)
 
     def verdicts(self) -> dict[str, list[InstanceVerdict]]:
         """The verdicts if the rollout ended with the last step.
 
         Raises:
-            TraceError: if there was no step.
+            TraceError: if there was no step, or a number of those that wait is impossible.
         """
+        self._read(self._online.flush())
         return {name: monitor.verdicts() for name, monitor in self._monitors.items()}
+
+    def _read(self, values: Bools) -> dict[str, list[StepVerdict]]:
+        """Steps that were evaluated (K, propositions)."""
+        told: dict[str, list[StepVerdict]] = {}
+        for row, acting in zip(values, self._acting[: len(values)], strict=True):
+            told = {
+                name: monitor.step(row[self._places[name]], acting)
+                for name, monitor in self._monitors.items()
+            }
+        del self._acting[: len(values)]
+        return told

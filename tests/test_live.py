@@ -32,10 +32,10 @@ def test_a_real_rollout_is_judged_alike_while_it_runs_and_afterwards(rollouts, t
     recording, plan = judged.recording, rollouts.plan(task, policy)
     binding = plan.tasks[task].bind(recording.scene, plan.attributes)
     chosen = [plan.properties[name] for name in plan.tasks[task].properties]
-    live = LiveJudge(recording.scene, binding, chosen, plan.catalogue, plan.parameters)
+    live = LiveJudge(recording.scene, binding, chosen, plan.catalogue, plan.parameters, every=7)
     for step, action, acting in recording.steps:
-        told = live.step(step, action, acting)
-    assert set(told) == {prop.id for prop in chosen}
+        live.step(step, action, acting)
+    assert set(live.verdicts()) == {prop.id for prop in chosen}
     for prop in chosen:
         afterwards, told = judged.judge.judge(prop), live.verdicts()[prop.id]
         assert worst(told) == afterwards.outcome
@@ -65,6 +65,19 @@ def test_a_step_that_cannot_be_is_refused_and_leaves_no_trace():
     with pytest.raises(TraceError, match="object_pose: not finite at step 3 of 'mug'"):
         judge.step(broken)
     judge.step(step)
+    assert len(judge.verdicts()["grasp_stability"][0].unsafe) == 4
+
+
+def test_steps_that_are_evaluated_together_are_told_together_and_refused_together():
+    chosen, parameters = [PROPERTIES["grasp_stability"]], CATALOGUE.parameters({})
+    judge = LiveJudge(toy.SCENE, BINDING, chosen, CATALOGUE, parameters, every=4)
+    steps = [step for step, _, _ in film(12, grip(range(3, 12))).steps]
+    told = [bool(judge.step(step)) for step in steps[:6]]
+    assert told == [False, False, False, True, False, False]
+    broken = dataclasses.replace(steps[6], gripper=np.float32((np.inf, 0.0)))
+    judge.step(broken)
+    with pytest.raises(TraceError, match="gripper: not finite at step 6"):
+        judge.step(steps[7])
     assert len(judge.verdicts()["grasp_stability"][0].unsafe) == 4
 
 

@@ -87,9 +87,11 @@ def _look_back(trial: Trial, arguments: tuple[str, ...], step: int) -> None:
 
 
 def _online(trial: Trial, draw: Draw) -> None:
-    found = trial.online()
+    every = draw(st.integers(1, 7))
+    found = trial.online(every)
     for number, arguments in enumerate(trial.calls):
-        trial.expect(arguments, found[:, number], trial.values(arguments), "step by step")
+        where = f"step by step, {every} at a time"
+        trial.expect(arguments, found[:, number], trial.values(arguments), where)
 
 
 def _rewritten(change: Callable[..., Any], where: str) -> Callable[[Trial, Draw], None]:

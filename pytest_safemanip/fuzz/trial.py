@@ -76,12 +76,13 @@ class Trial:
         view = View(recording.trace, bind(recording.scene), chosen, self.catalogue)
         return view(self.proposition.name, *arguments)
 
-    def online(self) -> Bools:
-        """Its values for all calls, step by step (T, calls)."""
+    def online(self, every: int) -> Bools:
+        """Its values for all calls, step by step, some steps at a time (T, calls)."""
         names = [(self.proposition.name, *arguments) for arguments in self.calls]
         scene = self.recording.scene
-        online = Online(scene, self.binding, self.parameters, self.catalogue, names)
-        return np.array([online.push(*step) for step in self.recording.steps])
+        online = Online(scene, self.binding, self.parameters, self.catalogue, names, every)
+        rows = [online.push(*step) for step in self.recording.steps]
+        return np.concatenate([*rows, online.flush()])
 
     def count(self, seconds: float) -> int:
         """A duration in control periods."""

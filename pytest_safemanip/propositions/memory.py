@@ -98,14 +98,14 @@ class StepMemory:
         self._rows = [*self._rows[-self._kept + 1 :], len(rows)] if self._kept > 1 else [len(rows)]
         self.count += 1
 
-    def forget_newest(self) -> None:
-        """Undo the last :meth:`push`."""
+    def forget_newest(self, count: int) -> None:
+        """Undo the last calls of :meth:`push`."""
         for ring in self._arrays.values():
-            ring.drop(1)
-        rows = self._rows.pop()
+            ring.drop(count)
+        rows, self._rows = sum(self._rows[-count:]), self._rows[:-count]
         for ring in self._columns.values():
             ring.drop(rows)
-        self.count -= 1
+        self.count -= count
 
     def last(self, count: int) -> Steps:
         """The newest steps (at most ``count``) as views."""

@@ -36,6 +36,8 @@ class Online:
         parameters: values of all parameters.
         catalogue: the propositions by name.
         calls: what is evaluated at every step.
+        every: how many steps are evaluated together. The values are the same; they come later, and
+            each step costs less: mostly one pays for a call, not for its arithmetic.
 
     Raises:
         TraceError: if a call does not fit its proposition or the scene.
@@ -48,14 +50,16 @@ class Online:
         parameters: Mapping[str, float],
         catalogue: Mapping[str, Proposition],
         calls: Sequence[Call],
+        every: int = 1,
     ) -> None:
         self.scene, self.binding, self.parameters = scene.checked(), binding, parameters
         self.catalogue = catalogue
-        self.calls = tuple(calls)
+        self.calls, self._every, self._waiting = tuple(calls), every, 0
         for name, *arguments in calls:
             check_call(catalogue[name], tuple(arguments), scene.entity)
+        self._none = np.zeros((0, len(self.calls)), bool)
         self._lengths = {name: self._length(p) for name, p in catalogue.items()}
-        self._kept = max(self._lengths.values())
+        self._kept = max(self._lengths.values()) + every
         self._steps = StepMemory(scene, self._kept)
         self._slices: dict[int, _Slice] = {}
         self._series: dict[Hashable, _Series] = {}
@@ -71,21 +75,38 @@ class Online:
             acting: False in the settle tail.
 
         Returns:
-            The values of the calls at this step (calls,).
+            The values of the calls at the steps that are evaluated now, oldest first (K, calls):
+            none while steps wait for one another.
 
         Raises:
-            TraceError: if a number is impossible; names it. The step is then not taken in.
+            TraceError: as :meth:`flush`.
         """
-        self._slices.clear()
         self._steps.push(step, np.zeros(12) if action is None else action, not acting)
+        self._waiting += 1
+        return (
+            self.flush() if self._waiting == self._every else np.zeros((0, len(self.calls)), bool)
+        )
+
+    def flush(self) -> Bools:
+        """The values of the calls at the steps that wait (K, calls).
+
+        Raises:
+            TraceError: if a number is impossible; names it. The steps are then not taken in.
+        """
+        count, self._waiting = self._waiting, 0
+        self._slices.clear()
+        if count == 0:
+            return self._none
+        first = self._steps.count - count
         try:
-            check_steps(self.scene, self._steps.last(1))
-        except TraceError as error:
-            self._steps.forget_newest()
-            raise TraceError(str(error).replace("step 0", f"step {self._steps.count}")) from None
+            check_steps(self.scene, self._steps.last(count), first)
+        except TraceError:
+            self._steps.forget_newest(count)
+            raise
         for start in tuple(self._folds):
-            self.folded(start, 1)
-        return np.array([self.values(call, 1)[-1] for call in self.calls], bool)
+            self.folded(start, count)
+        columns = [self.values(call, count) for call in self.calls]
+        return np.stack(columns, axis=1) if columns else np.zeros((count, 0), bool)
 
     def evidence(self, call: Call) -> list[str]:
         """What was measured for a call at the newest step, in words."""
@@ -119,15 +140,16 @@ class Online:
 
     def folded(self, start: Callable[[View], Fold], length: int) -> Array:
         """What a fold gives after the newest steps (at most ``length``, ...)."""
-        view, now = self.slice(1), self._steps.count
+        now = self._steps.count
         if start not in self._folds:
-            if now != 1:
+            if now > self._every:
                 raise TraceError(f"{start.__name__}: a fold has to be asked for from step 0 on")
-            self._folds[start] = start(view), _Series(Ring(self._kept))
+            self._folds[start] = start(self.slice(1)), _Series(Ring(self._kept))
         fold, series = self._folds[start]
-        if series.upto < now:
-            series.ring.extend(fold.advance(view, 0)[None])
-            series.upto = now
+        missing, series.upto = now - series.upto, now
+        view = self.slice(missing)
+        for step in range(missing):
+            series.ring.extend(fold.advance(view, step)[None])
         return series.ring.last(length)
 
     def once(self, compute: Callable[..., T], arguments: tuple[Hashable, ...]) -> T:

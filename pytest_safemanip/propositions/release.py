@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,7 +44,7 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
     margin, speed, spin = _resting(view, name, np.array([step]))
     lines = []
     if np.isinf(margin[0]):
-        below = sorted({support for support, _ in _carriers(view, name, step)})
+        below = sorted({support for support, _ in _carriers(view, name).get(step, ())})
         where = f" (it lies on {', '.join(below)})" if below else ""
         lines.append(f"{name} is on no permitted support{where}")
     elif margin[0] < p["settled.margin"]:
@@ -91,16 +89,17 @@ def _resting(
     needed = view.parameters["settled.margin"]
     margin = np.full(len(steps), -np.inf)
     speed, spin = np.full(len(steps), np.inf), np.full(len(steps), np.inf)
-    for k, step in enumerate(steps):
+    carriers = _carriers(view, name)
+    for k, step in enumerate(steps.tolist()):
         points, moving = [], []
-        for support, row in _carriers(view, name, step):
+        for support, row in carriers.get(step, ()):
             if support in allowed:
                 points.append(trace.steps.contacts.position[row])
                 moving.append(_support_velocity(view, name, row, step))
         if not points:
             continue
         margin[k] = hull_margin(np.array(points)[:, :2], com[step, :2])
-        if margin[k] < needed and _ground_around(view, name, com[step], points, int(step)):
+        if margin[k] < needed and _ground_around(view, name, com[step], points, step):
             margin[k] = needed
         relative = twist[step] - np.mean(moving, axis=0)
         speed[k], spin[k] = np.linalg.norm(relative[:3]), np.linalg.norm(relative[3:])
@@ -134,19 +133,25 @@ def _ground_around(
     return all(any(hull_margin(top, place) >= 0.0 for top in tops) for place in com[:2] + around)
 
 
-def _carriers(view: View, name: str, step: int) -> Iterator[tuple[str, int]]:
-    """(entity, contact row) of what carries the object at a step."""
+def _carriers(view: View, name: str) -> dict[int, list[tuple[str, int]]]:
+    """(entity, contact row) of what carries the object, by step."""
     contacts, parts = view.trace.steps.contacts, view.trace.scene.parts
+    own = view.shared(_own, name)
+    is_a, is_b = own[contacts.a], own[contacts.b]
+    # The normal points from a to b: up if the lower side is a.
+    lift = np.where(is_b, contacts.normal[:, 2], -contacts.normal[:, 2])
+    rows = np.flatnonzero((is_a != is_b) & (contacts.force > 0) & (lift >= UPWARD))
+    found: dict[int, list[tuple[str, int]]] = {}
+    for row in rows.tolist():
+        below = contacts.a[row] if is_b[row] else contacts.b[row]
+        found.setdefault(int(contacts.step[row]), []).append((parts[below].entity, row))
+    return found
+
+
+def _own(view: View, name: str) -> Bools:
+    """Which parts are the object's (parts,)."""
     own = object_parts(view, name)
-    first, stop = np.searchsorted(contacts.step, (step, step + 1))
-    for row in range(first, stop):
-        a, b = int(contacts.a[row]), int(contacts.b[row])
-        if contacts.force[row] <= 0 or (a not in own) == (b not in own):
-            continue
-        # The normal points from a to b: up if the lower side is a.
-        lift = contacts.normal[row, 2] if b in own else -contacts.normal[row, 2]
-        if lift >= UPWARD:
-            yield parts[a if b in own else b].entity, row
+    return np.array([part in own for part in range(len(view.trace.scene.parts))], bool)
 
 
 def _support_velocity(view: View, name: str, row: int, step: int) -> NDArray[np.float64]:

@@ -100,7 +100,11 @@ class Spreading:
             for carrier, surface, point in surfaces:
                 if carrier in self._dirty:
                     self._spots.setdefault(surface, set()).add(point)
-            reached |= {c for c, surface, point in surfaces if self._is_marked(surface, point)}
+            reached |= {
+                carrier
+                for carrier, surface, point in surfaces
+                if carrier not in self._dirty and self._is_marked(surface, point)
+            }
             if reached <= self._dirty:
                 return
             self._dirty |= reached

@@ -117,6 +117,21 @@ class Recording:
         check(self)
         return Trace(self.scene, self.steps)
 
+    @cached_property
+    def is_possible(self) -> bool:
+        """True; that it is, is found out once.
+
+        Raises:
+            TraceError: if it is not; see :func:`check`.
+        """
+        scene, steps = self.scene.checked(), self.steps
+        if len(steps) == 0:
+            raise TraceError("recording: no step")
+        check_steps(scene, steps)
+        if steps.tail[0] or (np.diff(steps.tail.astype(int)) < 0).any():
+            raise TraceError("tail: must be a suffix and not the whole recording")
+        return True
+
 
 def check(recording: Recording) -> Recording:
     """This recording, after checking that it is possible at all.
@@ -124,17 +139,17 @@ def check(recording: Recording) -> Recording:
     Raises:
         TraceError: naming the field, the step and the entity of the first impossible value.
     """
-    scene, steps = recording.scene.checked(), recording.steps
-    if len(steps) == 0:
-        raise TraceError("recording: no step")
-    check_steps(scene, steps)
-    if steps.tail[0] or (np.diff(steps.tail.astype(int)) < 0).any():
-        raise TraceError("tail: must be a suffix and not the whole recording")
+    assert recording.is_possible  # noqa: S101 - it raises what is wrong
     return recording
 
 
-def check_steps(scene: Scene, steps: Steps) -> None:
+def check_steps(scene: Scene, steps: Steps, first: int = 0) -> None:
     """Refuse steps that cannot be.
+
+    Args:
+        scene: their static part.
+        steps: all of a recording, or some in a row.
+        first: number of the first of them, for errors.
 
     Raises:
         TraceError: naming the field, the step and the entity of the first impossible value.
@@ -145,14 +160,18 @@ def check_steps(scene: Scene, steps: Steps) -> None:
         _check_shape(name, array, (length, *shape))
         bad = ~np.isfinite(array)
         if bad.any():
-            raise TraceError(f"{name}: not finite at {_place(scene, name, np.argwhere(bad)[0])}")
+            place = _place(scene, name, np.argwhere(bad)[0], first)
+            raise TraceError(f"{name}: not finite at {place}")
     neither = (steps.switch != 0.0) & (steps.switch != 1.0)
     if neither.any():
-        place = _place(scene, "switch", np.argwhere(neither)[0])
+        place = _place(scene, "switch", np.argwhere(neither)[0], first)
         raise TraceError(f"switch: neither 0 nor 1 at {place}")
     for name in ("eef_pose", "base_pose", "object_pose", "box_pose"):
-        _check_unit(scene, name, getattr(steps, name)[..., 3:])
-    _check_contacts(scene, steps)
+        bad = _not_unit(getattr(steps, name)[..., 3:])
+        if bad.any():
+            place = _place(scene, name, np.argwhere(bad)[0], first)
+            raise TraceError(f"{name}: not a unit quaternion at {place}")
+    _check_contacts(scene, steps, first)
 
 
 def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
@@ -163,19 +182,12 @@ def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
         raise TraceError(f"{name}: shape {array.shape}, expected {wanted}")
 
 
-def _check_unit(scene: Scene, name: str, quaternions: Any) -> None:
-    bad = _not_unit(quaternions)
-    if bad.any():
-        place = _place(scene, name, np.argwhere(bad)[0])
-        raise TraceError(f"{name}: not a unit quaternion at {place}")
-
-
 def _not_unit(vectors: Any) -> Any:
     # The square of a large float32 is no float32.
     return np.abs(np.linalg.norm(np.asarray(vectors, np.float64), axis=-1) - 1.0) > UNIT_TOLERANCE
 
 
-def _check_contacts(scene: Scene, steps: Steps) -> None:
+def _check_contacts(scene: Scene, steps: Steps, first: int) -> None:
     contacts, parts, length = steps.contacts, scene.parts, len(steps)
     for column in dataclasses.fields(contacts):
         tail = (3,) if column.name in ("position", "normal") else ()
@@ -190,9 +202,10 @@ def _check_contacts(scene: Scene, steps: Steps) -> None:
         part = getattr(contacts, side)
         bad = (part < 0) | (part >= len(parts))
         if bad.any():
+            step = first + contacts.step[bad][0]
             raise TraceError(
-                f"contacts.{side}: {part[bad][0]} at step {contacts.step[bad][0]} is not in the "
-                "scene's list of parts"
+                f"contacts.{side}: {part[bad][0]} at step {step} is not in the scene's "
+                "list of parts"
             )
     for name in ("force", "peak", "position", "normal"):
         values = getattr(contacts, name).reshape(len(contacts), -1)
@@ -206,13 +219,13 @@ def _check_contacts(scene: Scene, steps: Steps) -> None:
                 row = int(np.argmax(bad))
                 a, b = (parts[side[row]] for side in (contacts.a, contacts.b))
                 raise TraceError(
-                    f"contacts.{name}: {what} at step {contacts.step[row]} between "
+                    f"contacts.{name}: {what} at step {first + contacts.step[row]} between "
                     f"{a.entity}/{a.name} and {b.entity}/{b.name}"
                 )
 
 
-def _place(scene: Scene, name: str, index: Any) -> str:
-    step = f"step {int(index[0])}"
+def _place(scene: Scene, name: str, index: Any, first: int) -> str:
+    step = f"step {first + int(index[0])}"
     if len(index) < 2:
         return step
     owners = {

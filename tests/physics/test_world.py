@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.propositions.online import Online
-from pytest_safemanip.trace.steps import ARRAYS, Step
+from pytest_safemanip.trace.steps import ARRAYS
 from tests.physics.catalogue import SCENARIOS
 from tests.physics.scenario import ATTRIBUTES, CATALOGUE, PERIOD, Rollout
 
@@ -69,13 +69,5 @@ def test_step_by_step_the_propositions_say_the_same(play, name):
     ]
     online = Online(recording.scene, binding, view.parameters, CATALOGUE, calls)
     steps = recording.steps
-    values = [
-        online.push(_step(steps, k), steps.action[k], not steps.tail[k]) for k in range(len(steps))
-    ]
+    values = np.concatenate([online.push(*step) for step in steps])
     assert np.array_equal(values, np.stack([view(*call) for call in calls], axis=1))
-
-
-def _step(steps, index):
-    window = steps.window(index, index + 1)
-    arrays = {name: getattr(window, name)[0] for name in ARRAYS}
-    return Step(**arrays, success=False, contacts=window.contacts)
