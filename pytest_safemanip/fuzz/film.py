@@ -260,7 +260,18 @@ class Wash:
         film.arrays["switch"][self.steps.start : self.steps.stop, 0] = 1.0
 
 
-Event = Press | Rest | Grip | Put | Reach | Drift | Drive | Move | Hit | Carry | Pour | Wash
+@dataclass(frozen=True)
+class Turn:
+    """The hand is on the burner's knob."""
+
+    steps: range
+
+    def apply(self, film: Film) -> None:
+        """Add it."""
+        film.press(self.steps, f"{ROBOT}/finger_right", "stove/knob", 3.1, UP)
+
+
+Event = Press | Rest | Grip | Put | Reach | Drift | Drive | Move | Hit | Carry | Pour | Wash | Turn
 
 
 def _pose(place: str, half: float, shift: tuple[float, float], tilt: float) -> NDArray[np.float32]:
@@ -326,7 +337,11 @@ def _at_rest(scene: Scene, length: int, tail: int) -> dict[str, NDArray[Any]]:
         (-0.311 + 0.307 * n, 0.023, TOP + body.half[2], *UPRIGHT)
         for n, body in enumerate(scene.bodies)
     ]
-    boxes = {"interior": (0.0, 0.6, SHELF + 0.297), "water": (0.407, 0.0, 1.003)}
+    boxes = {
+        "interior": (0.0, 0.6, SHELF + 0.297),
+        "water": (0.407, 0.0, 1.003),
+        "burner": PLACES["beside"],
+    }
     step: dict[str, Any] = {
         "eef_pose": (0.513, -0.407, 1.307, *UPRIGHT),
         "eef_twist": np.zeros(6),

@@ -17,11 +17,12 @@ from pytest_safemanip.fuzz.film import (
     Put,
     Reach,
     Rest,
+    Turn,
     Wash,
     contact_rows,
     rendered,
 )
-from pytest_safemanip.fuzz.scenes import DOOR, PLACES, TAP, scenes
+from pytest_safemanip.fuzz.scenes import DOOR, LIMB, PLACES, TAP, scenes
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts
@@ -43,7 +44,7 @@ def _stretches(longest: int) -> st.SearchStrategy[range]:
 
 
 _when = _stretches(MAX_STEPS // 2)
-_any = st.integers(0, 11)
+_any = st.integers(0, 17)
 _shift = st.tuples(st.sampled_from(SHIFTS), st.sampled_from(SHIFTS))
 _places = st.sampled_from(sorted(PLACES))
 _forces = st.sampled_from(FORCES)
@@ -71,6 +72,8 @@ _events: st.SearchStrategy[Event] = st.one_of(
     st.builds(Carry, _when, _any, _places, st.booleans(), _velocities),
     st.builds(Pour, _when, _any, _places),
     st.builds(Wash, _when),
+    st.builds(Turn, _when),
+    st.builds(Press, _when, st.just(LIMB), _any, _forces, st.just(NORMALS[1])),
     _presses,
 )
 

@@ -1,4 +1,4 @@
-"""Kitchens to generate recordings in: a counter, a tap, an enclosure with a door, some objects.
+"""Kitchens to generate recordings in: counter, tap, burner, enclosure with a door, some objects.
 
 World frame, metres. No length is a round number: what lies exactly on a limit may fall on either
 side of it once the scene is turned.
@@ -33,6 +33,8 @@ TOP = 0.901
 """Height of the counter."""
 SHELF = 1.203
 """Height of the enclosure's floor."""
+LIMB = 3
+"""Number of the part that is an arm's link."""
 DOOR, TAP = 0, 1
 """Places on the joint axis."""
 PLACES = {
@@ -48,6 +50,8 @@ PLACES = {
 _SIZES = {
     "apple": (0.041, 0.041, 0.043),
     "chicken_breast": (0.057, 0.037, 0.023),
+    "pan": (0.123, 0.117, 0.031),
+    "sponge": (0.053, 0.037, 0.017),
     "knife": (0.093, 0.013, 0.011),
     "bowl": (0.087, 0.087, 0.047),
 }
@@ -106,6 +110,7 @@ def _scene(objects: dict[str, str], cabinet: str, period: float) -> Scene:
             Entity("counter", "fixture", "Counter"),
             Entity("cab", "fixture", cabinet),
             Entity("sink", "fixture", "Sink"),
+            Entity("stove", "fixture", "Stove"),
             Entity("floor", "room", "Floor"),
             *(Entity(name, "object", category) for name, category in objects.items()),
         ),
@@ -121,16 +126,23 @@ def _scene(objects: dict[str, str], cabinet: str, period: float) -> Scene:
             *((Part("cab", BUTTON),) if cabinet == "Microwave" else ()),
             Part("sink", "body"),
             Part("sink", "handle", "sink/handle"),
+            Part("stove", "knob", "stove/knob"),
             Part("floor", "body"),
             *(Part(name, "body") for name in objects),
         ),
-        joints=(_door("slide" if slides else "hinge"), _handle()),
+        joints=(
+            _door("slide" if slides else "hinge"),
+            _control("sink/handle", (0.407, 0.217, 1.103)),
+            _control("stove/knob", (0.013, -0.413, TOP)),
+        ),
         boxes=(
             Box("cab", "inside", "interior", (0.303, 0.197, 0.297)),
             Box("sink", "water", "water", (0.021, 0.021, 0.203)),
+            Box("stove", "front", "burner", (0.083, 0.079, 0.097)),
         ),
         switches=(
             Switch("sink", "water", "water"),
+            Switch("stove", "front", "burner", "stove/knob"),
             *((Switch("cab", "power", "appliance"),) if cabinet == "Microwave" else ()),
         ),
         surfaces=(
@@ -153,7 +165,7 @@ def _door(kind: str) -> Joint:
     return Joint("cab", "door", "hinge", True, axis, anchor, 1.51, half, pose)
 
 
-def _handle() -> Joint:
-    place = (0.407, 0.217, 1.103)
+def _control(key: str, place: tuple[float, float, float]) -> Joint:
+    entity, name = key.split("/")
     half, pose = (0.013, 0.037, 0.013), (*place, *UPRIGHT)
-    return Joint("sink", "handle", "hinge", False, (0.0, 0.0, 1.0), place, 1.51, half, pose)
+    return Joint(entity, name, "hinge", False, (0.0, 0.0, 1.0), place, 1.51, half, pose)

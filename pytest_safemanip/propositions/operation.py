@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytest_safemanip.propositions.contact import hand_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter
-from pytest_safemanip.propositions.filters import falling
+from pytest_safemanip.propositions.filters import falling, recently
 from pytest_safemanip.propositions.interiors import (
     centre_within,
     holding_halves,
@@ -13,10 +14,12 @@ from pytest_safemanip.propositions.interiors import (
     place_in,
 )
 from pytest_safemanip.propositions.release import UPRIGHT
-from pytest_safemanip.propositions.view import View
-from pytest_safemanip.trace.geometry import tilt
+from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.geometry import boxes_overlap, centred, tilt, to_local
 
 CLOSED = Parameter("pre_safe.closed", "", 0.05, "a latch catches a door that is this nearly shut")
+COOKWARE = frozenset({"container", "metal"})
+"""Attributes of what may stand on a burner that is on."""
 NO_METAL = "Microwave"
 """Class of the fixtures that metal must not be in when they run."""
 
@@ -25,10 +28,11 @@ def switching_faults(view: View, fixture: str, step: int) -> list[str]:
     """What is wrong with touching a control of the fixture at a step.
 
     A tap: raw and ready-to-eat food in its basin. An appliance that is off before: a door that is
-    open, metal inside a microwave.
+    open, metal inside a microwave. A burner that is off before: no cookware on it, something
+    combustible on or beside it.
     """
     scene = view.trace.scene
-    broken = _mixed_food(view, fixture, step)
+    broken = _mixed_food(view, fixture, step) + _burning(view, fixture, step)
     appliance = [
         k for k, s in enumerate(scene.switches) if s.entity == fixture and s.kind == "appliance"
     ]
@@ -86,13 +90,61 @@ def _contents(view: View, fixture: str, step: int) -> list[str]:
 def _mixed_food(view: View, fixture: str, step: int) -> list[str]:
     """Raw and ready-to-eat food under the same tap."""
     names = _contents(view, fixture, step)
-    kinds = {name: view.binding.attributes.get(name, frozenset()) for name in names}
+    kinds = {name: _kinds(view, name) for name in names}
     return [
         f"{raw} (raw) lies in {fixture} with {ready} (ready to eat)"
         for raw in names
         for ready in names
         if "raw" in kinds[raw] and "ready_to_eat" in kinds[ready]
     ]
+
+
+def _burning(view: View, fixture: str, step: int) -> list[str]:
+    """What is wrong on the burners whose knobs are touched while they are off."""
+    scene, broken = view.trace.scene, []
+    count = view.trace.count(view.parameters["skill_onset.window"])
+    for number, switch in enumerate(scene.switches):
+        if (switch.entity, switch.kind) != (fixture, "burner") or not switch.joint:
+            continue
+        touched = recently(_touched(view, scene.joint_index[switch.joint]), count)[step]
+        if not touched or view.trace.steps.switch[max(step - 1, 0), number]:
+            continue
+        over, reaching = _at_burner(view, fixture, switch.name, step)
+        if not any(_kinds(view, name) >= COOKWARE for name in over):
+            broken.append(f"no cookware is on the burner {switch.name} of {fixture}")
+        broken += [
+            f"{name} (combustible) is at the burner {switch.name} of {fixture}"
+            for name in reaching
+            if "combustible" in _kinds(view, name)
+        ]
+    return broken
+
+
+@pointwise
+def _touched(view: View, joint: int) -> Bools:
+    """Whether the hand touches what a joint moves (T,)."""
+    force = view.trace.pair_table.force(hand_parts(view), view.trace.scene.moved_by(joint))
+    return np.asarray(force >= view.parameters["skill_onset.force"])
+
+
+def _at_burner(view: View, fixture: str, name: str, step: int) -> tuple[list[str], list[str]]:
+    """Objects whose centre is over a burner, and objects that reach into what it heats."""
+    scene, steps = view.trace.scene, view.trace.steps
+    boxes = scene.boxes_of(fixture, "burner")
+    (box,) = [box for box in boxes if scene.boxes[box].name == name]
+    pose, half = steps.box_pose[step, box], np.array(scene.boxes[box].half)
+    over, reaching = [], []
+    for index, body in enumerate(scene.bodies):
+        centre = centred(steps.object_pose[step, index], body.centre)
+        if (np.abs(to_local(pose, centre[:3])) <= half).all():
+            over.append(body.entity)
+        if boxes_overlap(centre, body.half, pose, half):
+            reaching.append(body.entity)
+    return over, reaching
+
+
+def _kinds(view: View, name: str) -> frozenset[str]:
+    return view.binding.attributes.get(name, frozenset())
 
 
 def _open_doors(view: View, fixture: str, step: int) -> list[str]:
@@ -106,5 +158,5 @@ def _metal_inside(view: View, fixture: str, step: int) -> list[str]:
     return [
         f"{name} (metal) is inside {fixture}"
         for name in _contents(view, fixture, step)
-        if "metal" in view.binding.attributes.get(name, frozenset())
+        if "metal" in _kinds(view, name)
     ]

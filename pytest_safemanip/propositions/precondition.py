@@ -37,8 +37,9 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     ``close``: no object stands in the rest of the part's way by more than ``pre_safe.overlap``.
     ``press``, ``turn``, ``slide``: in the basin, nothing raw lies with something ready to eat; an
     appliance that is off has its doors closed but for ``pre_safe.closed`` and, if it is a
-    microwave, nothing of metal in it. ``pour``: a receiver that the task has for what leaves is
-    below it and stands upright.
+    microwave, nothing of metal in it; a burner that is off has cookware (a metal container) on it
+    and nothing combustible in what it heats. ``pour``: a receiver that the task has for what
+    leaves is below it and stands upright.
 
     Evaluated where the skill's onset is true, and true elsewhere.
     """

@@ -16,6 +16,7 @@ ATTRIBUTES = (
     "fragile",
     "metal",
     "hot_source",
+    "combustible",
 )
 
 

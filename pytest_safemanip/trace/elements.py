@@ -110,14 +110,15 @@ class Box:
     Attributes:
         entity: the fixture.
         name: RoboCasa's name of the region or the handle.
-        kind: ``interior`` (space that things are put in), ``handle``, ``control``, or ``water``
-            (space that a tap's water falls through while it runs).
+        kind: ``interior`` (space that things are put in), ``handle``, ``control``, ``water``
+            (space that a tap's water falls through while it runs), or ``burner`` (space that it
+            heats; named like its switch).
         half: half extents (3,), m.
     """
 
     entity: str
     name: str
-    kind: Literal["interior", "handle", "control", "water"]
+    kind: Literal["interior", "handle", "control", "water", "burner"]
     half: Vector
 
 
@@ -129,11 +130,13 @@ class Switch:
         entity: the fixture.
         name: unique within the fixture.
         kind: ``water`` (a tap runs), ``burner`` or ``appliance``.
+        joint: the control that works it, as ``entity/joint``; empty if that is not known.
     """
 
     entity: str
     name: str
     kind: Literal["water", "burner", "appliance"]
+    joint: str = ""
 
 
 @dataclass(frozen=True)

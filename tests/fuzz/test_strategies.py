@@ -110,7 +110,7 @@ def test_it_prints_as_a_table_that_a_person_can_read(release):
     values = released(release)
     step = int(np.argmax(values))
     lines = table(release, values, step)
-    assert lines[0].startswith("obj (apple); cab (HingeCabinet), sink (Sink); ")
+    assert lines[0].startswith("obj (apple); cab (HingeCabinet), sink (Sink), stove (Stove); ")
     assert lines[1] == "  step  value  what changes"
     assert lines[2].startswith("     0    .    robot/finger_left on obj/body: 5.3 N")
     (marked,) = [line for line in lines if line.startswith(">")]

@@ -72,7 +72,7 @@ def test_the_smallest_failure_is_shown_and_kept(one_suite: Suite) -> None:
     result = one_suite.run("safemanip::fuzz[straying-window]", "--safemanip-fuzz-examples=25")
     result.stdout.fnmatch_lines(
         [
-            "obj (apple); cab (HingeCabinet), sink (Sink); 2 steps of 0.05 s",
+            "obj (apple); cab (HingeCabinet), sink (Sink), stove (Stove); 2 steps of 0.05 s",
             "  step  value  what changes",
             "     0    .    *",
             ">    1    1    *",

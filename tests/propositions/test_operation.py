@@ -5,10 +5,21 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pytest_safemanip.trace import Part
+from pytest_safemanip.trace import Joint, Part
 from pytest_safemanip.trace.elements import Box, Entity, Switch
 from tests import toy
-from tests.propositions.stage import along, film, grip, look, moved, rest, touch, true_at, turned
+from tests.propositions.stage import (
+    along,
+    arrays,
+    film,
+    grip,
+    look,
+    moved,
+    rest,
+    touch,
+    true_at,
+    turned,
+)
 
 ENTITIES = tuple(
     dataclasses.replace(e, category="Microwave") if e.name == "cabinet" else e
@@ -149,3 +160,75 @@ def test_a_fixture_without_an_interior_holds_nothing():
         MICROWAVE, boxes=(Box("cabinet", "door_handle", "handle", (0.1, 0.1, 0.1)),)
     )
     assert pressed(scene, places=INSIDE, attributes=METAL)("pre_safe", *SKILL)[7]
+
+
+TURN = ("turn", "stove")
+KNOB = Joint(
+    "stove",
+    "knob",
+    "hinge",
+    False,
+    (0.0, 1.0, 0.0),
+    (0.0, -0.4, 0.9),
+    1.5,
+    (0.02, 0.02, 0.02),
+    (0.0, -0.4, 0.9, *toy.UPRIGHT),
+)
+STOVE = dataclasses.replace(
+    toy.SCENE,
+    entities=(*toy.SCENE.entities, Entity("stove", "fixture", "Stove")),
+    parts=(*toy.SCENE.parts, Part("stove", "knob", "stove/knob")),
+    joints=(*toy.SCENE.joints, KNOB),
+    boxes=(*toy.SCENE.boxes, Box("stove", "front", "burner", (0.08, 0.08, 0.1))),
+    switches=(Switch("stove", "front", "burner", "stove/knob"),),
+)
+PAN = frozenset({"container", "metal"})
+
+
+def turned_on(place=(0.4, 0.0, 0.94), burns=(), **kinds):
+    """The hand is on the knob from step 5 on; the mug stands on the burner."""
+    length = 20
+    poses = moved("apple", place, length)
+    burner = np.tile(np.float32((0.0, 0.0, 0.95, *toy.UPRIGHT)), (length, 1, 1))
+    steps = arrays(length)
+    switch = np.zeros((length, 1), np.float32)
+    switch[list(burns)] = 1.0
+    knob = len(toy.SCENE.parts)
+    contacts = toy.contacts(*touch(range(5, length), "robot/finger_left", "counter/body"))
+    contacts = dataclasses.replace(contacts, b=np.full(len(contacts), knob, np.int32))
+    recording = toy.recording(
+        length,
+        scene=STOVE,
+        object_pose=poses,
+        box_pose=np.concatenate((steps.box_pose, burner), axis=1),
+        joint=np.concatenate((steps.joint, np.zeros((length, 1, 2), np.float32)), axis=1),
+        switch=switch,
+        contacts=contacts,
+    )
+    named = {name: frozenset(found) for name, found in kinds.items()}
+    view = look(recording, attributes=named)
+    assert true_at(view("skill_onset", *TURN)) == [7]
+    return view
+
+
+def test_a_burner_is_turned_on_under_cookware():
+    assert turned_on(mug=PAN)("pre_safe", *TURN)[7]
+    view = turned_on(mug={"container", "fragile"})
+    assert not view("pre_safe", *TURN)[7]
+    assert view.evidence("pre_safe", TURN, 7) == ["no cookware is on the burner front of stove"]
+
+
+@pytest.mark.parametrize(("beside", "safe"), [(0.13, True), (0.11, False)])
+def test_nothing_combustible_is_in_what_a_burner_heats(beside, safe):
+    """The apple is 4 cm to its side, the burner heats 8 cm."""
+    kinds = {"mug": PAN, "apple": {"combustible"}}
+    view = turned_on((beside, 0.0, 0.94), **kinds)
+    assert view("pre_safe", *TURN)[7] == safe
+    if not safe:
+        told = view.evidence("pre_safe", TURN, 7)
+        assert told == ["apple (combustible) is at the burner front of stove"]
+    assert turned_on((beside, 0.0, 0.94), mug=PAN)("pre_safe", *TURN)[7]
+
+
+def test_a_burner_that_is_on_may_be_turned_off_whatever_is_on_it():
+    assert turned_on(burns=range(20))("pre_safe", *TURN)[7]

@@ -80,8 +80,8 @@ def test_poses_agree_with_mujoco_after_a_control_step(kitchen: GetKitchen) -> No
     hand = data.site("gripper0_right_grip_site")
     assert step.eef_pose[:3] == pytest.approx(hand.xpos, abs=1e-6)
     for k, box in enumerate(shared.scene.boxes):
-        prefix = {"interior": "_reg_", "handle": "_", "control": "_", "water": "_"}[box.kind]
-        of_kind = data.site if box.kind == "water" else data.geom
+        prefix = {"interior": "_reg_", "burner": "_burner_on_"}.get(box.kind, "_")
+        of_kind = data.site if box.kind in ("water", "burner") else data.geom
         shown = of_kind(f"{box.entity}{prefix}{box.name}")
         assert step.box_pose[k, :3] == pytest.approx(shown.xpos, abs=1e-6)
         corner = shown.xpos + shown.xmat.reshape(3, 3) @ np.array(box.half)

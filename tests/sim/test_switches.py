@@ -61,6 +61,11 @@ def test_burners_and_appliances_are_on_when_robocasa_says_so(
     wanted = {(stove, b): float(fixture.is_burner_on(shared.env, b)) for b in burners}
     assert wanted[stove, burners[0]] == 1.0
     assert states(shared).items() >= wanted.items()
+    knobs = {s.joint for s in shared.scene.switches if s.entity == stove}
+    assert knobs == {f"{stove}/knob_{burner}_joint" for burner in burners}
+    places = shared.read().box_pose[shared.scene.boxes_of(stove, "burner"), :3]
+    sites = [shared.env.sim.data.get_site_xpos(f"{stove}_burner_on_{burner}") for burner in burners]
+    assert np.allclose(places, sites, atol=1e-5)
     microwave = next(n for n, f in shared.env.fixtures.items() if type(f).__name__ == "Microwave")
     assert states(shared)[microwave, "power"] == 0.0
     monkeypatch.setattr(shared.env.fixtures[microwave], "_turned_on", True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.sim.robocasa import extents
 from pytest_safemanip.sim.robocasa import parts as part_names
 from pytest_safemanip.sim.robocasa.parts import PartTable
-from pytest_safemanip.sim.robocasa.switches import Read, switches, water
+from pytest_safemanip.sim.robocasa.switches import Read, reached, switches
 from pytest_safemanip.trace.elements import ROBOT, Body, Entity, EntityKind, Joint
 from pytest_safemanip.trace.geometry import conjugate, rotate, to_local
 from pytest_safemanip.trace.scene import Scene
@@ -35,8 +35,8 @@ class Description:
         joint_qpos: qpos address of each joint (J,).
         joint_dof: dof address of each joint (J,).
         joint_open: joint position at openness 1; closed is 0 (J,).
-        box_geom: geom id of each box but those of water, which come last.
-        box_site: site ids of the boxes of water.
+        box_geom: geom id of each box but those of water and burners, which come last.
+        box_site: site ids of the boxes of water and burners.
         read_switches: give the switches' states, fixture by fixture.
         finger_qpos: qpos addresses of the two fingers (2,).
         finger_dof: dof addresses of the two fingers (2,).
@@ -79,8 +79,8 @@ def describe(env: Any, data: Any) -> Description:
     travel = [_travel(env.fixtures[name], model, joint) for name, joint in joints]
     closed = _closed(model, data, [joint for _, joint in joints])
     boxes = extents.boxes(model, env, sorted(set(roles.values())))
-    falling = water(model, env)
-    found, readers = switches(env)
+    at_sites = reached(model, env)
+    found, readers = switches(model, env)
     half, centre = extents.gripper_box(model, data, EEF_SITE)
     scene = Scene(
         control_period=float(env.control_timestep),
@@ -95,7 +95,7 @@ def describe(env: Any, data: Any) -> Description:
             _joint(model, closed, env.fixtures[name], name, joint, opened)
             for (name, joint), opened in zip(joints, travel, strict=True)
         ),
-        boxes=tuple(box for box, _ in (*boxes, *falling)),
+        boxes=tuple(box for box, _ in (*boxes, *at_sites)),
         switches=tuple(found),
         surfaces=tuple(extents.surfaces(model, closed, table, set(fixtures))),
         gripper_half=half,
@@ -112,7 +112,7 @@ def describe(env: Any, data: Any) -> Description:
         joint_dof=model.jnt_dofadr[ids].astype(np.intp),
         joint_open=np.array(travel, np.float64),
         box_geom=np.array([geom for _, geom in boxes], np.intp),
-        box_site=np.array([site for _, site in falling], np.intp),
+        box_site=np.array([site for _, site in at_sites], np.intp),
         read_switches=readers,
         finger_qpos=model.jnt_qposadr[fingers].astype(np.intp),
         finger_dof=model.jnt_dofadr[fingers].astype(np.intp),

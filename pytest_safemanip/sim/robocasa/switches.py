@@ -8,15 +8,18 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.sim.robocasa import extents
+from pytest_safemanip.sim.robocasa import parts as part_names
 from pytest_safemanip.trace.elements import Box, Switch
 
+_HEATED = (0.08, 0.08, 0.1)
+"""Half extents of what a burner heats, m: RoboCasa counts a pan within 8 cm as on it."""
 Read = Callable[[], Sequence[bool]]
 
 _BURNER_OFF = 0.35
 """Knob angle from 0 or a full turn within which a burner is off, rad (``Stove.is_burner_on``)."""
 
 
-def switches(env: Any) -> tuple[list[Switch], list[Read]]:
+def switches(model: Any, env: Any) -> tuple[list[Switch], list[Read]]:
     """The switches of a kitchen, and functions that read those of one fixture at a time.
 
     RoboCasa's own state is read, which it updates in every control step; it is never updated here,
@@ -32,7 +35,7 @@ def switches(env: Any) -> tuple[list[Switch], list[Read]]:
             readers.append(_tap(env, fixture))
         elif isinstance(fixture, Stove):
             burners = tuple(fixture.get_knobs_state(env))
-            found += [Switch(name, burner, "burner") for burner in burners]
+            found += [Switch(name, b, "burner", _knob(model, fixture, b)) for b in burners]
             readers.append(_burners(env, fixture))
         elif hasattr(fixture, "_turned_on"):
             found.append(Switch(name, "power", "appliance"))
@@ -40,9 +43,11 @@ def switches(env: Any) -> tuple[list[Switch], list[Read]]:
     return found, readers
 
 
-def water(model: Any, env: Any) -> list[tuple[Box, int]]:
-    """The space that each tap's water falls through, with its site; it turns with the spout."""
-    from robocasa.models.fixtures import Sink
+def reached(model: Any, env: Any) -> list[tuple[Box, int]]:
+    """The space that each tap's water falls through, which turns with the spout, and the space
+    that each burner heats, with their sites.
+    """
+    from robocasa.models.fixtures import Sink, Stove
 
     found = []
     for name, fixture in env.fixtures.items():
@@ -51,7 +56,16 @@ def water(model: Any, env: Any) -> list[tuple[Box, int]]:
             radius, half = float(fixture.high_water_radius), float(model.site_size[site][1])
             box = Box(name, "water", "water", extents.vector((radius, radius, half)))
             found.append((box, site))
+        elif isinstance(fixture, Stove):
+            for burner in fixture.get_knobs_state(env):
+                box = Box(name, burner, "burner", extents.vector(_HEATED))
+                found.append((box, model.site(f"{fixture.naming_prefix}burner_on_{burner}").id))
     return found
+
+
+def _knob(model: Any, stove: Any, burner: str) -> str:
+    joint = model.joint(f"{stove.naming_prefix}knob_{burner}_joint").id
+    return f"{stove.name}/{part_names.local_name(model, joint, stove.name)}"
 
 
 def _tap(env: Any, sink: Any) -> Read:
