@@ -11,9 +11,12 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-MAX_MESSAGE = 64 * 2**20
-"""Bytes of a message. A chunk of actions is some kilobytes; three images are under a megabyte."""
+MAX_REPLY = 4 * 2**20
+"""Bytes of a server's message. Chunks of actions are some kilobytes, and a message takes up to
+sixty times its size once decoded: an empty list is one byte of msgpack.
+"""
 MAX_DIMENSIONS = 8
+MAX_SIDE = 2**31
 
 _NUMBERS = re.compile(r"[<>|=]?(?:[iu][1248]|f[248]|b1|\?)")
 """Booleans, integers and floats. Objects, structures and sub-arrays have no place in a reply, and
@@ -49,7 +52,7 @@ def array_of(data: Any, dtype: Any, shape: Any) -> NDArray[Any]:
     if (
         not isinstance(shape, (list, tuple))
         or len(shape) > MAX_DIMENSIONS
-        or not all(type(n) is int and 0 <= n <= MAX_MESSAGE for n in shape)
+        or not all(type(n) is int and 0 <= n <= MAX_SIDE for n in shape)
     ):
         raise DecodingError(f"array shape {shape!r:.60} is not one")
     if math.prod(shape) * kind.itemsize != len(data):
@@ -82,9 +85,9 @@ def npy_array(data: Any) -> NDArray[Any]:
         raise DecodingError(f"a .npy file is {type(data).__name__}, expected bytes")
     stream = io.BytesIO(data)
     try:
-        version = npy.read_magic(stream)
-        readers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
-        shape, fortran, dtype = readers[version](stream)
+        reader: Any = npy
+        readers = {(1, 0): reader.read_array_header_1_0, (2, 0): reader.read_array_header_2_0}
+        shape, fortran, dtype = readers[reader.read_magic(stream)](stream)
     except Exception as error:  # numpy's parser raises SyntaxError, TypeError and others
         raise DecodingError(f"not a .npy file ({type(error).__name__}: {error!s:.100})") from error
     body = data[stream.tell() :]

@@ -33,7 +33,7 @@ def dump(folder: Path, request: Mapping[str, Any], reply: Any) -> Path:
         path = folder / f"policy-answer-{os.getpid()}-{next(_numbers)}.npz"
         try:
             with path.open("xb") as stream:
-                np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
+                np.savez_compressed(stream, **arrays)
         except FileExistsError:
             continue
         return path

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.policies.remote.arrays import (
-    MAX_MESSAGE,
     DecodingError,
     array_of,
     npy_array,
@@ -41,7 +40,7 @@ def unpack(data: bytes, hook: Hook) -> Any:
             raw=False,
             strict_map_key=True,
             max_str_len=MAX_TEXT,
-            max_bin_len=MAX_MESSAGE,
+            max_bin_len=len(data),
             max_array_len=MAX_ITEMS,
             max_map_len=MAX_ITEMS,
             max_ext_len=0,
@@ -58,7 +57,7 @@ def pack(value: Any, default: Callable[[Any], Any]) -> bytes:
 
 
 def openpi_array(value: Any) -> Any:
-    """openpi's map of an array or numpy scalar: the keys are bytes."""
+    """An array in openpi's way, or a numpy scalar: a map whose keys are bytes."""
     if isinstance(value, np.ndarray):
         return {
             b"__ndarray__": True,
@@ -81,7 +80,7 @@ def from_openpi(found: Mapping[Any, Any]) -> Any:
 
 
 def groot_array(value: Any) -> Any:
-    """GR00T's map of an array: a ``.npy`` file."""
+    """An array in GR00T's way: a ``.npy`` file."""
     if isinstance(value, np.ndarray):
         return {"__ndarray_class__": True, "as_npy": npy_bytes(value)}
     return _refuse(value)
@@ -97,7 +96,7 @@ def from_groot(found: Mapping[Any, Any]) -> Any:
 
 
 def vlaeval_array(value: Any) -> Any:
-    """vla-eval's map of an array, uncompressed: PNG costs 15 ms an image, loopback nothing."""
+    """An array in vla-eval's way, uncompressed: PNG costs 15 ms an image, loopback nothing."""
     if isinstance(value, np.ndarray):
         return {
             "__ndarray__": True,

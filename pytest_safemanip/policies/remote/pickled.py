@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_safemanip.policies.remote.arrays import DecodingError, array_of
+from pytest_safemanip.policies.remote.arrays import MAX_REPLY, DecodingError, array_of
 
 MAX_OPERATIONS = 20_000
 MAX_VALUES = 20_000
@@ -82,6 +82,7 @@ class _Machine:
     def __init__(self) -> None:
         self._stack: list[Any] = []
         self._memo: dict[int, Any] = {}
+        self._left = 4 * MAX_REPLY  # bytes: one string can be used by every operation
 
     def pop(self) -> Any:
         if not self._stack or self._stack[-1] is _MARK:
@@ -135,10 +136,12 @@ class _Machine:
 
     def call(self) -> None:
         arguments, target = self.pop(), self.pop()
+        self._spend(arguments)
         self._stack.append(_call(_must_be(target, _Named), _must_be(arguments, list)))
 
     def build(self) -> None:
         state = self.pop()
+        self._spend(state)
         target = self._stack[-1]
         if isinstance(target, _Type):
             target.order = _byte_order(_must_be(state, list))
@@ -147,11 +150,18 @@ class _Machine:
         else:
             _must_be(target, _Opaque).attributes = state
 
+    def _spend(self, values: Any) -> None:
+        items = values if isinstance(values, list) else []
+        self._left -= sum(len(item) for item in items if isinstance(item, (str, bytes)))
+        if self._left < 0:
+            raise DecodingError("a pickle that is larger than its message")
 
-_VALUES = frozenset(
-    "BININT BININT1 BININT2 LONG1 BINFLOAT BINUNICODE SHORT_BINUNICODE BINUNICODE8 "
-    "BINBYTES SHORT_BINBYTES BINBYTES8".split()
-)
+
+_VALUES = {
+    *("BININT", "BININT1", "BININT2", "LONG1", "BINFLOAT"),
+    *("BINUNICODE", "SHORT_BINUNICODE", "BINUNICODE8"),
+    *("BINBYTES", "SHORT_BINBYTES", "BINBYTES8"),
+}
 _CONSTANTS: dict[str, Callable[[], Any]] = {
     "NONE": lambda: None,
     "NEWTRUE": lambda: True,
@@ -224,10 +234,10 @@ def _type_name(kind: Any) -> str:
 
 
 def _byte_order(state: list[Any]) -> str:
-    order = state[1]
+    order = _must_be(state[1], str)
     if order not in ("<", ">", "=", "|") or any(part is not None for part in state[2:5]):
         raise DecodingError("an array type that is not a number's")
-    return str(order)
+    return order  # type: ignore[no-any-return]
 
 
 def _must_be(value: Any, kind: type | tuple[type, ...]) -> Any:

@@ -107,7 +107,7 @@ class RemotePolicy:
         try:
             self.seeded = self._client.begin(episode, self._patience())
         except BadAnswer as bad:
-            raise self._refused(bad, bad, f"at the start of {episode.task}") from bad
+            raise self._refused(bad, f"at the start of {episode.task}") from bad
 
     def act(self, observation: Observation, index: int) -> NDArray[np.float64]:
         """The next actions.
@@ -139,12 +139,12 @@ class RemotePolicy:
         try:
             answer = self._client.ask(entries, self._patience())
         except BadAnswer as bad:
-            raise self._refused(bad, bad, place) from bad
+            raise self._refused(bad, place) from bad
         try:
             chunk = chunk_of(answer.rows, self.steps, answer.label)
         except ActionError as error:
-            bad = BadAnswer(str(error), answer.request, answer.reply)
-            raise self._refused(bad, error, place) from error
+            unusable = BadAnswer(str(error), answer.request, answer.reply)
+            raise self._refused(unusable, place) from error
         self._warm = True
         self.counts.clipped += chunk.clipped
         return chunk.actions
@@ -152,14 +152,14 @@ class RemotePolicy:
     def _patience(self) -> float:
         return self._deadlines.call if self._warm else self._deadlines.warm_up
 
-    def _refused(self, bad: BadAnswer, error: Exception, place: str) -> PolicyAnswerError:
+    def _refused(self, bad: BadAnswer, place: str) -> PolicyAnswerError:
         # Whether a late reply is still to come is unknown; a new connection has none.
         self._client.close()
         try:
             kept = f"request and reply: {dump(self._dumps, bad.request, bad.reply)}"
         except OSError as failure:
             kept = f"request and reply could not be kept ({failure})"
-        first, *more = str(error).split("\n")
+        first, *more = str(bad).split("\n")
         return PolicyAnswerError(
             "\n".join((f"policy server {self.endpoint}: {place}: {first}; {kept}", *more))
         )

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pytest_safemanip.errors import PolicyConnectionLost, PolicyUnreachable
-from pytest_safemanip.policies.remote.arrays import MAX_MESSAGE
+from pytest_safemanip.policies.remote.arrays import MAX_REPLY
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.library import need
 from pytest_safemanip.policies.remote.probing import (
@@ -78,7 +78,7 @@ class WebSocket:
             ping_interval=None,
             open_timeout=self._deadlines.open,
             close_timeout=CLOSE_DEADLINE,
-            max_size=MAX_MESSAGE,
+            max_size=MAX_REPLY,
         )
 
     def send(self, data: bytes, seconds: float) -> None:
@@ -101,7 +101,8 @@ class WebSocket:
         """
         began = time.monotonic()
         try:
-            return self._connection.recv(timeout=seconds)  # type: ignore[no-any-return]
+            frame: bytes | str = self._connection.recv(timeout=seconds)
+            return frame
         except Exception as error:
             waited = time.monotonic() - began
             raise self._lost(error, f"did not answer within {waited:.3g} s") from error

@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from pytest_safemanip.errors import PolicyConnectionLost, PolicyUnreachable
-from pytest_safemanip.policies.remote.arrays import MAX_MESSAGE
+from pytest_safemanip.policies.remote.arrays import MAX_REPLY
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.library import need
 from pytest_safemanip.policies.remote.probing import Peer, wait_until_listening, who_listens
@@ -61,7 +61,7 @@ class RequestSocket:
             (zmq.REQ_RELAXED, 1),
             (zmq.REQ_CORRELATE, 1),
             (zmq.LINGER, 0),
-            (zmq.MAXMSGSIZE, MAX_MESSAGE),
+            (zmq.MAXMSGSIZE, MAX_REPLY),
             (zmq.IPV6, int(":" in self._endpoint.host)),
         ):
             self._socket.setsockopt(option, value)
@@ -90,7 +90,7 @@ class RequestSocket:
             return bytes(self._socket.recv())
         if ready:
             raise self._lost(f"died or refused the request ({len(request)} bytes), or its reply "
-                             f"is over {MAX_MESSAGE} bytes")  # fmt: skip
+                             f"is over {MAX_REPLY} bytes")  # fmt: skip
         raise self._lost(f"did not answer within {seconds:g} s: it hangs, or other clients keep "
                          "it busy")  # fmt: skip
 
