@@ -60,6 +60,7 @@ class Served:
         self._infer: Infer = infer
         self._reset: Callable[..., Any] | None = getattr(target, "reset", None)
         self._turn = threading.Lock()
+        self.clients: set[Any] = set()
         self.metadata = _metadata(name, target, self._reset)
 
     def answer(self, request: dict[Any, Any]) -> dict[Any, Any]:
@@ -124,6 +125,7 @@ def make_server(served: Served, host: str, port: int) -> Any:
 def _converse(connection: Any, served: Served) -> None:
     """Serve one client until it leaves."""
     closed: Any = need("websockets.exceptions").ConnectionClosed
+    served.clients.add(connection)
     try:
         connection.send(pack(served.metadata, openpi_array))
         while True:
@@ -137,6 +139,8 @@ def _converse(connection: Any, served: Served) -> None:
             connection.send(reply)
     except closed:
         return
+    finally:
+        served.clients.discard(connection)
 
 
 def _request(frame: bytes | str) -> dict[Any, Any]:
@@ -216,6 +220,12 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         server.serve_forever()
     except KeyboardInterrupt:
+        # A second signal ends it at once, whatever the policy is doing.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_DFL)
+        # Before websockets 16, clients keep a server that was shut down alive.
+        for client in list(served.clients):
+            client.close(1001, "the server was stopped")
         server.shutdown()
     return 0
 

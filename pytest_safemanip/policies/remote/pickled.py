@@ -56,7 +56,7 @@ def load_pickle(data: bytes) -> Any:
 
     Returns:
         None, booleans, numbers, text, bytes, lists, maps (also for ``ModalityConfig``), and numpy
-        arrays of numbers; tuples become lists.
+        arrays of numbers; tuples and sets become lists.
 
     Raises:
         DecodingError: if anything else is in it; names what.
@@ -194,6 +194,8 @@ _OWN_NAMES = {
     ("numpy", "dtype"),
     ("_codecs", "encode"),
     ("collections", "OrderedDict"),
+    ("__builtin__", "bytes"),
+    ("__builtin__", "set"),
 }
 
 
@@ -215,6 +217,10 @@ def _call(target: _Named, arguments: list[Any]) -> Any:
         return _Type(_must_be(arguments[0], str))
     if target.name == "OrderedDict" and not arguments:
         return {}
+    if target.name == "bytes" and not arguments:
+        return b""
+    if target.name == "set" and len(arguments) == 1:
+        return _must_be(arguments[0], list)
     if target.name == "encode" and arguments[1:] == ["latin1"]:
         return _must_be(arguments[0], str).encode("latin1")
     if target.name == "scalar" and len(arguments) == 2:
@@ -230,14 +236,15 @@ def _array(state: list[Any]) -> Any:
 
 
 def _type_name(kind: Any) -> str:
-    return _must_be(kind, _Type).order + kind.code
+    known: _Type = _must_be(kind, _Type)
+    return known.order + known.code
 
 
 def _byte_order(state: list[Any]) -> str:
     order = _must_be(state[1], str)
     if order not in ("<", ">", "=", "|") or any(part is not None for part in state[2:5]):
         raise DecodingError("an array type that is not a number's")
-    return order  # type: ignore[no-any-return]
+    return str(order)
 
 
 def _must_be(value: Any, kind: type | tuple[type, ...]) -> Any:

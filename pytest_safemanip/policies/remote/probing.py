@@ -10,6 +10,9 @@ from enum import Enum
 
 from pytest_safemanip.policies.remote.endpoint import Endpoint
 
+RETRY_PERIOD = 0.1
+"""Seconds between two attempts to reach a server that is being started."""
+
 _ZMTP_SIGNATURE = 10  # a ZeroMQ peer begins with FF, eight bytes, 7F, before it was sent anything
 
 
@@ -71,20 +74,12 @@ def _read(connection: socket.socket, size: int, seconds: float) -> bytes:
     return found
 
 
-def wait_until_listening(endpoint: Endpoint, seconds: float) -> bool:
-    """Wait until a connection is not refused any more, or for as long as is given."""
+def wait_for_listener(endpoint: Endpoint, seconds: float) -> Peer:
+    """Like :func:`who_listens`; while nobody does, up to ``seconds`` are given to a start."""
     end = time.monotonic() + seconds
-    while True:
-        try:
-            socket.create_connection((endpoint.host, endpoint.port), max(1.0, seconds)).close()
-        except ConnectionRefusedError:
-            if time.monotonic() >= end:
-                return False
-            time.sleep(0.1)
-        except OSError:
-            return True  # who connects meets the same error, and says which
-        else:
-            return True
+    while (peer := who_listens(endpoint)) is Peer.NOBODY and time.monotonic() < end:
+        time.sleep(RETRY_PERIOD)
+    return peer
 
 
 def proxies() -> str:

@@ -13,12 +13,7 @@ from pytest_safemanip.errors import PolicyConnectionLost, PolicyUnreachable
 from pytest_safemanip.policies.remote.arrays import MAX_REPLY
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.library import need
-from pytest_safemanip.policies.remote.probing import (
-    Peer,
-    proxies,
-    wait_until_listening,
-    who_listens,
-)
+from pytest_safemanip.policies.remote.probing import RETRY_PERIOD, Peer, proxies, who_listens
 
 CLOSE_DEADLINE = 0.5
 _AGAIN = "the episode can be run again from its start"
@@ -55,14 +50,16 @@ class WebSocket:
         """
         self.close()
         library: Any = need("websockets.sync.client")
-        if not wait_until_listening(self._endpoint, self._deadlines.start):
-            raise self.unreachable(Peer.NOBODY.value)
-        try:
-            connection = self._stack.enter_context(self._connect(library))
-        except PolicyUnreachable:
-            raise
-        except Exception as error:  # every layer below has its own: DNS, TCP, TLS, proxy, HTTP
-            raise self._explained(error) from error
+        end = time.monotonic() + self._deadlines.start
+        while True:
+            try:
+                connection = self._stack.enter_context(self._connect(library))
+                break
+            except Exception as error:  # every layer below has its own: DNS, TCP, TLS, proxy, HTTP
+                starting = isinstance(error, ConnectionRefusedError) and time.monotonic() < end
+                if not starting:
+                    raise self._explained(error) from error
+            time.sleep(RETRY_PERIOD)
         _bound_sending(connection, self._deadlines.open)
         self._connection = connection
 
@@ -101,8 +98,7 @@ class WebSocket:
         """
         began = time.monotonic()
         try:
-            frame: bytes | str = self._connection.recv(timeout=seconds)
-            return frame
+            return self._connection.recv(timeout=seconds)  # type: ignore[no-any-return]
         except Exception as error:
             waited = time.monotonic() - began
             raise self._lost(error, f"did not answer within {waited:.3g} s") from error
@@ -132,7 +128,7 @@ class WebSocket:
                 f"directly, add {self._endpoint.host} to NO_PROXY"
             )
         if isinstance(error, exceptions.InvalidStatus):
-            status = error.response.status_code  # type: ignore[attr-defined]
+            status = error.response.status_code
             return self.unreachable(f"answers HTTP {status}, it is no policy server at this path")
         peer = who_listens(self._endpoint)
         if peer is Peer.HTTP and isinstance(error, TimeoutError):

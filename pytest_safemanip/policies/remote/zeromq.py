@@ -10,7 +10,7 @@ from pytest_safemanip.errors import PolicyConnectionLost, PolicyUnreachable
 from pytest_safemanip.policies.remote.arrays import MAX_REPLY
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.library import need
-from pytest_safemanip.policies.remote.probing import Peer, wait_until_listening, who_listens
+from pytest_safemanip.policies.remote.probing import Peer, wait_for_listener
 
 _AGAIN = "the episode can be run again from its start"
 
@@ -46,9 +46,7 @@ class RequestSocket:
         """
         self.close()
         zmq = need("zmq")
-        if not wait_until_listening(self._endpoint, self._deadlines.start):
-            raise self.unreachable(Peer.NOBODY.value)
-        peer = who_listens(self._endpoint)
+        peer = wait_for_listener(self._endpoint, self._deadlines.start)
         if peer is not Peer.ZMQ:
             raise self.unreachable(
                 f"{peer.value}; a GR00T server speaks ZeroMQ"
