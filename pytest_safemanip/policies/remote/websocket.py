@@ -130,7 +130,7 @@ class WebSocket:
         if isinstance(error, exceptions.InvalidStatus):
             status = error.response.status_code
             return self.unreachable(f"answers HTTP {status}, it is no policy server at this path")
-        peer = who_listens(self._endpoint)
+        peer = who_listens(self._endpoint, min(1.0, self._deadlines.open))
         if peer is Peer.HTTP and isinstance(error, TimeoutError):
             peer = Peer.SILENT
         if peer is Peer.SILENT:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
 from typing import Any
 
@@ -94,15 +93,13 @@ class RequestSocket:
 
     def close(self) -> None:
         """Drop the connection. May be called twice."""
-        context, request, self._context, self._socket, self._monitor = (
-            self._context, self._socket, None, None, None,
-        )  # fmt: skip
-        with contextlib.suppress(Exception):  # whatever it is, the socket is of no more use
-            if request is not None:
-                request.disable_monitor()
-                request.close()
-        if context is not None:
-            context.destroy(linger=0)
+        if self._context is None:
+            return
+        self._socket.disable_monitor()
+        self._monitor.close()
+        self._socket.close()
+        self._context.destroy(linger=0)
+        self._context = self._socket = self._monitor = None
 
     def unreachable(self, what: str) -> PolicyUnreachable:
         """An error about a server that cannot be used at all."""

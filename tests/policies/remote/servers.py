@@ -21,11 +21,11 @@ import msgpack
 class Raw:
     """A TCP server: every connection is given to a function in a thread of its own."""
 
-    def __init__(self, converse):
+    def __init__(self, converse, port=0):
         self.converse = converse
-        self.socket = socket.create_server(("127.0.0.1", 0))
+        self.socket = socket.create_server(("127.0.0.1", port))
         self.port = self.socket.getsockname()[1]
-        self.connections = []
+        self.connections, self.over = [], threading.Event()
         self.threads = [threading.Thread(target=self._accept, daemon=True)]
         self.threads[0].start()
 
@@ -49,6 +49,7 @@ class Raw:
         return self
 
     def __exit__(self, *_):
+        self.over.set()
         with contextlib.suppress(OSError):
             self.socket.shutdown(socket.SHUT_RDWR)
         self.socket.close()
@@ -126,9 +127,9 @@ def header(size, kind=2):
     return bytes((0x80 | kind, 127)) + struct.pack(">Q", size)
 
 
-def websocket(converse):
+def websocket(converse, port=0):
     """A server whose conversations are about frames."""
-    return Raw(lambda connection: converse(Frames(connection)))
+    return Raw(lambda connection: converse(Frames(connection)), port)
 
 
 def floats(values, shape, code="<f4"):
@@ -142,7 +143,7 @@ def openpi_actions(rows=50, value=0.25):
     return msgpack.packb(reply)
 
 
-def openpi(reply=None, metadata=b"\x80", seen=None, delays=()):
+def openpi(reply=None, metadata=b"\x80", seen=None, delays=(), port=0):
     """A server like openpi's: metadata, then a reply to each request.
 
     Args:
@@ -150,6 +151,7 @@ def openpi(reply=None, metadata=b"\x80", seen=None, delays=()):
         metadata: the first frame.
         seen: collects the requests.
         delays: seconds before the first replies.
+        port: 0 for any that is free.
     """
 
     def converse(frames):
@@ -166,14 +168,14 @@ def openpi(reply=None, metadata=b"\x80", seen=None, delays=()):
             else:
                 frames.send(openpi_actions() if reply is None else reply)
 
-    return websocket(converse)
+    return websocket(converse, port)
 
 
 def message(kind, payload, number):
     return msgpack.packb({"type": kind, "payload": payload, "seq": number, "timestamp": 2.0})
 
 
-def vlaeval(answer=None, seen=None, hello=None):
+def vlaeval(answer=None, seen=None, hello=None, port=0):
     """A server like vla-eval's.
 
     Args:
@@ -196,7 +198,7 @@ def vlaeval(answer=None, seen=None, hello=None):
                 else:
                     frames.send(message("action", vlaeval_action(), found["seq"]))
 
-    return websocket(converse)
+    return websocket(converse, port)
 
 
 def vlaeval_action(value=0.25):
@@ -207,14 +209,16 @@ def vlaeval_action(value=0.25):
 class Zmq:
     """A REP socket in a thread; ``answer`` gives a reply's bytes, or None to say nothing."""
 
-    def __init__(self, answer):
+    def __init__(self, answer, port="*"):
         import zmq
 
         self.context = zmq.Context()
         self.socket = self.context.socket(zmq.REP)
         self.socket.setsockopt(zmq.LINGER, 0)
-        self.port = self.socket.bind_to_random_port("tcp://127.0.0.1")
+        self.socket.bind(f"tcp://127.0.0.1:{port}")
+        self.port = int(self.socket.getsockopt_string(zmq.LAST_ENDPOINT).rpartition(":")[2])
         self.answer, self.requests, self.running = answer, [], True
+        self.over = threading.Event()
         self.thread = threading.Thread(target=self._run, daemon=True)
         self.thread.start()
 
@@ -233,6 +237,7 @@ class Zmq:
 
     def __exit__(self, *_):
         self.running = False
+        self.over.set()
         self.thread.join(5)
         self.socket.close()
         self.context.destroy(linger=0)
