@@ -122,7 +122,7 @@ def test_a_server_that_hangs_is_given_up_after_the_deadline_of_a_call(
     connect, process, observation, transport
 ):
     server, port = process(transport)
-    policy = connect(POLICIES[transport], port, Deadlines(0.3, 0.3, 10.0, 0.3))
+    policy = connect(POLICIES[transport], port, Deadlines(0.3, 1.0, 10.0, 0.3))
     policy.reset(EPISODE)
     policy.act(observation, 0)
     server.send_signal(signal.SIGSTOP)
