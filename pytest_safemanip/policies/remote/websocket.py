@@ -96,12 +96,10 @@ class WebSocket:
         Raises:
             PolicyConnectionLost: if the connection broke, or nothing came in time.
         """
-        began = time.monotonic()
         try:
             return self._connection.recv(timeout=seconds)  # type: ignore[no-any-return]
         except Exception as error:
-            waited = time.monotonic() - began
-            raise self._lost(error, f"did not answer within {waited:.3g} s") from error
+            raise self._lost(error, f"did not answer within {seconds:g} s") from error
 
     def close(self) -> None:
         """Drop the connection. May be called twice."""

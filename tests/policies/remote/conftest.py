@@ -1,8 +1,10 @@
 from __future__ import annotations
 
 import contextlib
+import pickle
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +21,27 @@ PATIENT = Deadlines(start=0.3, open=5.0, warm_up=10.0, call=10.0)
 QUICK = Deadlines(start=0.3, open=0.3, warm_up=0.3, call=0.3)
 """Where a deadline is to be missed; elsewhere a loaded machine must not miss one."""
 EPISODE = Beginning("OpenDrawer", 5, "open the drawer")
+
+
+@contextlib.contextmanager
+def little_memory(limit):
+    """Fails if what is done inside allocates more than ``limit`` bytes at any time."""
+    ours = not tracemalloc.is_tracing()
+    if ours:
+        tracemalloc.start()
+    tracemalloc.reset_peak()
+    before, _ = tracemalloc.get_traced_memory()
+    try:
+        yield
+        assert tracemalloc.get_traced_memory()[1] - before < limit
+    finally:
+        if ours:
+            tracemalloc.stop()
+
+
+def unpickle(stream):
+    """The next value of a stream that the package itself has written."""
+    return pickle.load(stream)  # noqa: S301
 
 
 @pytest.fixture

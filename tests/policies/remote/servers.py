@@ -8,7 +8,6 @@ from __future__ import annotations
 import base64
 import contextlib
 import hashlib
-import io
 import socket
 import struct
 import sys
@@ -39,11 +38,9 @@ class Raw:
                 self.threads[-1].start()
 
     def _run(self, connection):
-        with contextlib.suppress(OSError, EOFError, struct.error):
+        with connection, contextlib.suppress(OSError, EOFError, struct.error):
             self.converse(connection)
-        with contextlib.suppress(OSError):
             connection.shutdown(socket.SHUT_RDWR)
-        connection.close()
 
     def __enter__(self):
         return self
@@ -53,6 +50,7 @@ class Raw:
         with contextlib.suppress(OSError):
             self.socket.shutdown(socket.SHUT_RDWR)
         self.socket.close()
+        self.threads[0].join(5)  # no connection is accepted any more
         for connection in self.connections:
             with contextlib.suppress(OSError):
                 connection.shutdown(socket.SHUT_RDWR)
@@ -85,7 +83,8 @@ class Frames:
             raise EOFError
         start = self.head.lower().index("sec-websocket-key:") + len("sec-websocket-key:")
         text = self.head[start:].split("\r\n")[0].strip()
-        digest = hashlib.sha1(f"{text}258EAFA5-E914-47DA-95CA-C5AB0DC85B11".encode()).digest()
+        accepted = f"{text}258EAFA5-E914-47DA-95CA-C5AB0DC85B11".encode()
+        digest = hashlib.sha1(accepted, usedforsecurity=False).digest()
         connection.sendall(
             b"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             b"Sec-WebSocket-Accept: " + base64.b64encode(digest) + b"\r\n\r\n"
@@ -312,7 +311,7 @@ def child(kind):
         raise SystemExit(f"no server {kind!r}")
     sys.stdout.write(f"{server.port}\n")
     sys.stdout.flush()
-    with io.open(0) as standard_input:
+    with open(0) as standard_input:
         standard_input.read()  # until the test ends
 
 

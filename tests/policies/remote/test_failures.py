@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import os
+import resource
 import signal
 import socket
+import struct
 import threading
 import time
 
@@ -129,7 +131,10 @@ def test_a_server_that_hangs_is_given_up_after_the_deadline_of_a_call(
     with within(3), pytest.raises(PolicyConnectionLost) as error:
         policy.act(observation, 5)
     failed(error, PolicyConnectionLost, "did not answer within 0.3 s: it hangs, or other clients")
-    with within(5), pytest.raises(PolicyUnreachable, match="it is busy|busy with another") as error:
+    with (
+        within(5),
+        pytest.raises(PolicyUnreachable, match=r"it is busy|busy with another") as error,
+    ):
         policy.reset(EPISODE)
     failed(error, PolicyUnreachable, "hangs")
 
@@ -242,9 +247,12 @@ def test_a_connection_that_is_cut_says_how(connect, observation, close, parts):
 
 @pytest.mark.parametrize("name", ["pi05", "vla-eval"])
 def test_a_websocket_policy_says_so_when_zeromq_listens(connect, name):
-    with servers.Zmq(servers.groot()) as server:
-        with within(4), pytest.raises(PolicyUnreachable) as error:
-            connect(name, server.port, QUICK).open()
+    with (
+        servers.Zmq(servers.groot()) as server,
+        within(4),
+        pytest.raises(PolicyUnreachable) as error,
+    ):
+        connect(name, server.port, QUICK).open()
     failed(error, PolicyUnreachable, "a ZeroMQ server listens, as GR00T's")
 
 
@@ -277,9 +285,8 @@ def test_a_port_of_something_else_is_recognised(connect, name, greeting, what):
         connection.sendall(greeting)
         server.over.wait(10 if not greeting else 0.2)
 
-    with servers.Raw(converse) as server:
-        with within(5), pytest.raises(PolicyUnreachable, match=what):
-            connect(name, server.port, QUICK).open()
+    with servers.Raw(converse) as server, within(5), pytest.raises(PolicyUnreachable, match=what):
+        connect(name, server.port, QUICK).open()
 
 
 def test_a_web_server_is_no_policy_server(connect):
@@ -301,16 +308,22 @@ def test_a_host_that_does_not_exist_is_named(tmp_path, name):
 
 
 def test_a_server_that_is_busy_with_another_client_is_named(connect):
-    with servers.Raw(lambda connection: server.over.wait(10)) as server:
-        with within(4), pytest.raises(PolicyUnreachable) as error:
-            connect("pi05", server.port, QUICK).open()
+    with (
+        servers.Raw(lambda connection: server.over.wait(10)) as server,
+        within(4),
+        pytest.raises(PolicyUnreachable) as error,
+    ):
+        connect("pi05", server.port, QUICK).open()
     failed(error, PolicyUnreachable, "no handshake within 0.3 s", "busy with another client's call")
 
 
 def test_a_groot_server_that_is_busy_is_named(connect):
-    with servers.Zmq(lambda request: None) as server:
-        with within(5), pytest.raises(PolicyUnreachable) as error:
-            connect("groot", server.port, QUICK).open()
+    with (
+        servers.Zmq(lambda request: None) as server,
+        within(5),
+        pytest.raises(PolicyUnreachable) as error,
+    ):
+        connect("groot", server.port, QUICK).open()
     failed(error, PolicyUnreachable, "does not answer a ping within 0.3 s")
 
 
@@ -425,6 +438,52 @@ def test_a_server_that_takes_no_data_is_given_up(connect, observation):
         with within(3), pytest.raises(PolicyConnectionLost) as error:
             policy.act(observation, 0)
     failed(error, PolicyConnectionLost, "took no data for 0.3 s")
+
+
+def drip(frames):
+    """Announces a frame of allowed length, and sends it a byte at a time."""
+    frames.connection.sendall(servers.header(2**20))
+    while not frames.server_is_over():
+        frames.connection.sendall(b"\0")
+        time.sleep(0.01)
+
+
+def fragments(frames):
+    """Sends parts of one message, for ever."""
+    frames.connection.sendall(b"\x02\x7f" + struct.pack(">Q", 2**18) + b"\0" * 2**18)
+    while not frames.server_is_over():
+        frames.connection.sendall(b"\x00\x7f" + struct.pack(">Q", 2**18) + b"\0" * 2**18)
+
+
+def pings(frames):
+    """Sends control frames, for ever, and never an answer."""
+    while not frames.server_is_over():
+        frames.send(b"", 9)
+        time.sleep(0.001)
+
+
+@pytest.mark.parametrize("never_ending", [drip, fragments, pings])
+def test_a_message_without_an_end_is_given_up(connect, observation, never_ending):
+    def answer(frames, request):
+        frames.server_is_over = server.over.is_set
+        never_ending(frames)
+
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with servers.openpi(answer) as server:
+        policy = connect("pi05", server.port, Deadlines(0.3, 5.0, 0.5, 0.5))
+        policy.reset(EPISODE)
+        with within(4), pytest.raises(PolicyConnectionLost):
+            policy.act(observation, 0)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < 60_000  # KiB
+
+
+def test_a_first_frame_without_an_end_is_given_up(connect):
+    def converse(frames):
+        frames.server_is_over = server.over.is_set
+        drip(frames)
+
+    with servers.websocket(converse) as server, within(4), pytest.raises(PolicyUnreachable):
+        connect("pi05", server.port, QUICK).open()
 
 
 def test_a_library_that_is_missing_is_named_with_the_extra(connect, monkeypatch):

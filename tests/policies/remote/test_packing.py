@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import struct
-import tracemalloc
 
 import msgpack
 import numpy as np
@@ -13,6 +12,7 @@ import pytest
 from pytest_safemanip.policies.remote import packing
 from pytest_safemanip.policies.remote.arrays import DecodingError, npy_array, npy_bytes
 from tests.policies.remote import servers
+from tests.policies.remote.conftest import little_memory
 
 WAYS = {
     "openpi": (
@@ -114,13 +114,8 @@ BOMBS = {
 @pytest.mark.parametrize("bomb", BOMBS, ids=str)
 @pytest.mark.parametrize("way", WAYS)
 def test_a_boundless_or_broken_message_is_refused_in_little_memory(way, bomb):
-    tracemalloc.start()
-    try:
-        with pytest.raises(DecodingError):
-            packing.unpack(BOMBS[bomb], WAYS[way][0])
-        assert tracemalloc.get_traced_memory()[1] < 60e6
-    finally:
-        tracemalloc.stop()
+    with little_memory(60e6), pytest.raises(DecodingError):
+        packing.unpack(BOMBS[bomb], WAYS[way][0])
 
 
 @pytest.mark.parametrize("dtype", ["|O", "<U3", "bool_", "f4 ", "<f3", 7, None, b"|O"])

@@ -1,7 +1,7 @@
 """torch's file format without torch.
 
-The files in ``golden`` are what ``torch.save`` (2.9.1) has written under numpy 1.26.4 and 2.4.6. What
-is written here was read back by ``torch.load`` there; its parts are checked one by one below.
+The files in ``golden`` are what ``torch.save`` (2.9.1) has written under numpy 1.26.4 and 2.4.6.
+What is written here was read back by ``torch.load`` there; its parts are checked one by one below.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import os
 import pickle
 import pickletools
 import struct
-import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -21,6 +20,7 @@ import pytest
 from pytest_safemanip.policies.remote import torchfile
 from pytest_safemanip.policies.remote.arrays import DecodingError
 from pytest_safemanip.policies.remote.pickled import load_pickle
+from tests.policies.remote.conftest import little_memory, unpickle
 from tests.policies.remote.servers import SIZES
 
 GOLDEN = Path(__file__).with_name("golden")
@@ -77,13 +77,13 @@ def test_what_is_written_is_what_torch_reads():
     value = {"endpoint": "get_action", "data": {"video": image, "words": ["open it"]}}
     stream = io.BytesIO(torchfile.write(value))
     # The parts and their order are torch.serialization's, before it had zip files.
-    assert pickle.load(stream) == 0x1950A86A20F9469CFC6C
-    assert pickle.load(stream) == 1001
-    machine = pickle.load(stream)
+    assert unpickle(stream) == 0x1950A86A20F9469CFC6C
+    assert unpickle(stream) == 1001
+    machine = unpickle(stream)
     assert machine["little_endian"] is True
     assert machine["protocol_version"] == 1001
-    found = pickle.load(stream)
-    assert pickle.load(stream) == []
+    found = unpickle(stream)
+    assert unpickle(stream) == []
     assert stream.read() == b""
     assert found["data"]["words"] == ["open it"]
     assert found["data"]["video"].dtype == np.uint8
@@ -179,22 +179,13 @@ BOMBS = {
 
 @pytest.mark.parametrize("bomb", BOMBS, ids=str)
 def test_a_broken_or_boundless_pickle_is_refused_in_little_memory(bomb):
-    tracemalloc.start()
-    try:
-        with pytest.raises(DecodingError):
-            load_pickle(BOMBS[bomb])
-        assert tracemalloc.get_traced_memory()[1] < 40e6
-    finally:
-        tracemalloc.stop()
+    with little_memory(40e6), pytest.raises(DecodingError):
+        load_pickle(BOMBS[bomb])
 
 
 def test_a_memo_entry_far_away_is_one_entry():
-    tracemalloc.start()
-    try:
+    with little_memory(1e6):
         assert load_pickle(b"\x80\x02Nr\xff\xff\xff\xff.") is None
-        assert tracemalloc.get_traced_memory()[1] < 1e6
-    finally:
-        tracemalloc.stop()
 
 
 @pytest.mark.parametrize(
@@ -208,13 +199,8 @@ def test_a_memo_entry_far_away_is_one_entry():
     ],
 )
 def test_an_archive_that_torch_would_not_write_is_refused(data, what):
-    tracemalloc.start()
-    try:
-        with pytest.raises(DecodingError, match=what):
-            torchfile.read(data)
-        assert tracemalloc.get_traced_memory()[1] < 5e6
-    finally:
-        tracemalloc.stop()
+    with little_memory(5e6), pytest.raises(DecodingError, match=what):
+        torchfile.read(data)
 
 
 def test_every_truncation_and_every_flipped_bit_is_read_or_refused():

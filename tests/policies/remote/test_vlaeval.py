@@ -169,9 +169,11 @@ def test_a_start_of_an_episode_that_failed_is_reported_and_kept(connect, observa
 
 
 def test_another_version_of_the_protocol_is_refused(connect):
-    with servers.vlaeval(hello={"protocol_version": 2}) as server:
-        with pytest.raises(PolicyUnreachable, match=r"protocol version 2, this is version 1"):
-            connect("vla-eval", server.port).open()
+    with (
+        servers.vlaeval(hello={"protocol_version": 2}) as server,
+        pytest.raises(PolicyUnreachable, match="protocol version 2, this is version 1"),
+    ):
+        connect("vla-eval", server.port).open()
 
 
 def test_the_instruction_and_every_entry_are_where_the_benchmark_has_them(observation):
