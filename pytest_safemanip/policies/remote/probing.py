@@ -10,6 +10,8 @@ from enum import Enum
 
 from pytest_safemanip.policies.remote.endpoint import Endpoint
 
+PROBE_DEADLINE = 1.0
+"""Seconds for what listens to say something, once it is known that it does not do its work."""
 RETRY_PERIOD = 0.1
 """Seconds between two attempts to reach a server that is being started."""
 
@@ -24,13 +26,14 @@ class Peer(Enum):
 
     NOBODY = "nothing listens"
     UNKNOWN = "is no host that can be reached"
+    LEAVING = "something accepts connections and closes them at once: it is stopping"
     SILENT = "something accepts connections and says nothing: it is busy or hangs"
     ZMQ = "a ZeroMQ server listens, as GR00T's"
     HTTP = "an HTTP or WebSocket server listens, as openpi's and vla-eval's"
     OTHER = "something listens that is neither a WebSocket nor a ZeroMQ server"
 
 
-def who_listens(endpoint: Endpoint, seconds: float = 1.0) -> Peer:
+def who_listens(endpoint: Endpoint, seconds: float) -> Peer:
     """Find out what is at an address.
 
     Args:
@@ -47,39 +50,45 @@ def who_listens(endpoint: Endpoint, seconds: float = 1.0) -> Peer:
 
 
 def _listen(connection: socket.socket, seconds: float) -> Peer:
-    greeting = _read(connection, _ZMTP_SIGNATURE, min(seconds, 0.3))
-    if not greeting:
+    greeting, ended = _read(connection, _ZMTP_SIGNATURE, min(seconds, 0.3))
+    if not greeting and not ended:
         with contextlib.suppress(OSError):
             connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
-        greeting = _read(connection, 5, seconds)
+        greeting, ended = _read(connection, 5, seconds)
     if greeting[:1] == b"\xff" and greeting[9:10] == b"\x7f":
         return Peer.ZMQ
     if greeting[:5] == b"HTTP/":
         return Peer.HTTP
-    return Peer.OTHER if greeting else Peer.SILENT
+    if greeting:
+        return Peer.OTHER
+    return Peer.LEAVING if ended else Peer.SILENT
 
 
-def _read(connection: socket.socket, size: int, seconds: float) -> bytes:
-    """Up to ``size`` bytes; what came until the time was over or the other side closed."""
+def _read(connection: socket.socket, size: int, seconds: float) -> tuple[bytes, bool]:
+    """Up to ``size`` bytes, as they came in time, and whether the other side closed."""
     found, end = b"", time.monotonic() + seconds
     while len(found) < size and (left := end - time.monotonic()) > 0:
         connection.settimeout(left)
         try:
             more = connection.recv(size - len(found))
+        except TimeoutError:
+            break
         except OSError:
-            break
+            return found, True
         if not more:
-            break
+            return found, True
         found += more
-    return found
+    return found, False
 
 
-def wait_for_listener(endpoint: Endpoint, seconds: float) -> Peer:
-    """Like :func:`who_listens`; while nobody does, up to ``seconds`` are given to a start."""
-    end = time.monotonic() + seconds
-    while (peer := who_listens(endpoint)) is Peer.NOBODY and time.monotonic() < end:
+def wait_for_listener(endpoint: Endpoint, start: float, seconds: float) -> Peer:
+    """Like :func:`who_listens`; while nobody does, up to ``start`` seconds are waited."""
+    end = time.monotonic() + start
+    while True:
+        peer = who_listens(endpoint, seconds)
+        if peer not in (Peer.NOBODY, Peer.LEAVING) or time.monotonic() >= end:
+            return peer
         time.sleep(RETRY_PERIOD)
-    return peer
 
 
 def proxies() -> str:

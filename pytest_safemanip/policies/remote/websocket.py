@@ -13,9 +13,15 @@ from pytest_safemanip.errors import PolicyConnectionLost, PolicyUnreachable
 from pytest_safemanip.policies.remote.arrays import MAX_REPLY
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.library import need
-from pytest_safemanip.policies.remote.probing import RETRY_PERIOD, Peer, proxies, who_listens
+from pytest_safemanip.policies.remote.probing import (
+    PROBE_DEADLINE,
+    RETRY_PERIOD,
+    Peer,
+    proxies,
+    who_listens,
+)
 
-CLOSE_DEADLINE = 0.5
+CLOSE_DEADLINE = 0.2
 _AGAIN = "the episode can be run again from its start"
 
 
@@ -128,7 +134,7 @@ class WebSocket:
         if isinstance(error, exceptions.InvalidStatus):
             status = error.response.status_code
             return self.unreachable(f"answers HTTP {status}, it is no policy server at this path")
-        peer = who_listens(self._endpoint, min(1.0, self._deadlines.open))
+        peer = who_listens(self._endpoint, min(PROBE_DEADLINE, self._deadlines.open))
         if peer is Peer.HTTP and isinstance(error, TimeoutError):
             peer = Peer.SILENT
         if peer is Peer.SILENT:

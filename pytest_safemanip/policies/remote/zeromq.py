@@ -9,7 +9,7 @@ from pytest_safemanip.errors import PolicyConnectionLost, PolicyUnreachable
 from pytest_safemanip.policies.remote.arrays import MAX_REPLY
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.library import need
-from pytest_safemanip.policies.remote.probing import Peer, wait_for_listener
+from pytest_safemanip.policies.remote.probing import PROBE_DEADLINE, Peer, wait_for_listener
 
 _AGAIN = "the episode can be run again from its start"
 
@@ -22,7 +22,7 @@ class RequestSocket:
 
     Args:
         endpoint: where the server is.
-        deadlines: ``start`` is used here.
+        deadlines: ``start`` and ``open`` are used here.
         start: the command that starts the server; part of errors.
     """
 
@@ -45,7 +45,8 @@ class RequestSocket:
         """
         self.close()
         zmq = need("zmq")
-        peer = wait_for_listener(self._endpoint, self._deadlines.start)
+        seconds = min(PROBE_DEADLINE, self._deadlines.open)
+        peer = wait_for_listener(self._endpoint, self._deadlines.start, seconds)
         if peer is not Peer.ZMQ:
             raise self.unreachable(
                 f"{peer.value}; a GR00T server speaks ZeroMQ"

@@ -45,6 +45,12 @@ def free_port():
         return listening.getsockname()[1]
 
 
+def stop(server):
+    """Stop a process, and wait until it has stopped."""
+    server.send_signal(signal.SIGSTOP)
+    os.waitpid(server.pid, os.WUNTRACED)
+
+
 def failed(error, kind, *parts):
     """The message of a raised error, after a check of what every one of them must say."""
     assert type(error.value) is kind
@@ -109,12 +115,13 @@ def test_a_server_that_is_killed_within_an_episode_is_noticed_at_once(
     policy = connect(POLICIES[transport], port, Deadlines(0.3, 5.0, 60.0, 60.0))
     policy.reset(EPISODE)
     policy.act(observation, 0)
-    threading.Timer(0.3, server.kill).start()
     # Only a stopped server leaves a call open until it is killed.
-    server.send_signal(signal.SIGSTOP)
+    stop(server)
+    threading.Timer(0.3, server.kill).start()
     with within(5), pytest.raises(PolicyConnectionLost) as error:
         policy.act(observation, 5)
     failed(error, PolicyConnectionLost, "died")
+    server.wait(5)
     with within(5), pytest.raises(PolicyUnreachable, match="nothing listens"):
         policy.reset(EPISODE)
 
@@ -124,10 +131,10 @@ def test_a_server_that_hangs_is_given_up_after_the_deadline_of_a_call(
     connect, process, observation, transport
 ):
     server, port = process(transport)
-    policy = connect(POLICIES[transport], port, Deadlines(0.3, 1.0, 10.0, 0.3))
+    policy = connect(POLICIES[transport], port, Deadlines(0.3, 0.6, 10.0, 0.3))
     policy.reset(EPISODE)
     policy.act(observation, 0)
-    server.send_signal(signal.SIGSTOP)
+    stop(server)
     with within(3), pytest.raises(PolicyConnectionLost) as error:
         policy.act(observation, 5)
     failed(error, PolicyConnectionLost, "did not answer within 0.3 s: it hangs, or other clients")
@@ -277,13 +284,15 @@ def test_openpi_and_vla_eval_are_told_apart(connect):
     [
         (b"", "accepts connections and says nothing|no handshake within"),
         (b"SSH-2.0-OpenSSH_9.6\r\n", "neither a WebSocket nor a ZeroMQ server"),
+        (None, "closes them at once|no WebSocket handshake was made"),
         (b"\x00\x00\x12\x04\x00\x00\x00\x00\x00", "neither a WebSocket nor a ZeroMQ server"),
     ],
 )
 def test_a_port_of_something_else_is_recognised(connect, name, greeting, what):
     def converse(connection):
-        connection.sendall(greeting)
-        server.over.wait(10 if not greeting else 0.2)
+        if greeting is not None:
+            connection.sendall(greeting)
+            server.over.wait(0.2 if greeting else 10)
 
     with servers.Raw(converse) as server, within(5), pytest.raises(PolicyUnreachable, match=what):
         connect(name, server.port, QUICK).open()
@@ -467,6 +476,7 @@ def test_a_message_without_an_end_is_given_up(connect, observation, never_ending
     def answer(frames, request):
         frames.server_is_over = server.over.is_set
         never_ending(frames)
+        raise EOFError
 
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with servers.openpi(answer) as server:
