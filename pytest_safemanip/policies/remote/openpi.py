@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.errors import PolicyConnectionLost
+from pytest_safemanip.errors import PolicyServerError
 from pytest_safemanip.policies.remote import observation as seen
 from pytest_safemanip.policies.remote.actions import ActionError, flat, flat_label
 from pytest_safemanip.policies.remote.arrays import DecodingError
@@ -83,7 +83,7 @@ class OpenpiClient:
         self._socket.open()
         try:
             first = self._socket.receive(self._deadlines.open)
-        except PolicyConnectionLost as error:
+        except PolicyServerError as error:
             raise self._socket.unreachable(
                 f"shakes hands, but sends no metadata within {self._deadlines.open:g} s as openpi "
                 f"does ({error.__cause__}); vla-eval's servers wait for a word: their name is "

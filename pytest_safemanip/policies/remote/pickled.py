@@ -9,46 +9,26 @@ from __future__ import annotations
 
 import pickletools
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
-from pytest_safemanip.policies.remote.arrays import MAX_REPLY, DecodingError, array_of
+from pytest_safemanip.policies.remote.arrays import MAX_REPLY, DecodingError
+from pytest_safemanip.policies.remote.pickled_objects import (
+    Array,
+    Named,
+    Opaque,
+    Type,
+    array_from,
+    byte_order,
+    call,
+    known,
+    must_be,
+)
 
 MAX_OPERATIONS = 20_000
 MAX_VALUES = 20_000
 MAX_DEPTH = 16
 
 _MARK = object()
-
-
-@dataclass(frozen=True)
-class _Named:
-    """What a pickle names: a class or function, by module and name. It is never imported."""
-
-    module: str
-    name: str
-
-
-@dataclass
-class _Type:
-    """An array's element type while its byte order is not known yet."""
-
-    code: str
-    order: str = "="
-
-
-@dataclass
-class _Array:
-    """An array under construction."""
-
-    value: Any = None
-
-
-@dataclass
-class _Opaque:
-    """An object of a known class that is kept as its attributes."""
-
-    attributes: Any = None
 
 
 def load_pickle(data: bytes) -> Any:
@@ -115,16 +95,16 @@ class _Machine:
         self._stack.append([self.pop() for _ in range(size)][::-1])
 
     def extend(self, items: list[Any]) -> None:
-        _must_be(self._stack[-1], list).extend(items)
+        must_be(self._stack[-1], list).extend(items)
 
     def update(self, items: list[Any]) -> None:
-        target = _must_be(self._stack[-1], dict)
+        target = must_be(self._stack[-1], dict)
         for key, value in zip(items[::2], items[1::2], strict=True):
-            target[_must_be(key, (str, int))] = value
+            target[must_be(key, (str, int))] = value
 
     def named(self, module: Any, name: Any) -> None:
-        found = _Named(str(module), str(name))
-        if not _known(found):
+        found = Named(str(module), str(name))
+        if not known(found):
             raise DecodingError(
                 f"a pickle that would call {found.module}.{found.name}: refused, nothing was run"
             )
@@ -137,18 +117,18 @@ class _Machine:
     def call(self) -> None:
         arguments, target = self.pop(), self.pop()
         self._spend(arguments)
-        self._stack.append(_call(_must_be(target, _Named), _must_be(arguments, list)))
+        self._stack.append(call(must_be(target, Named), must_be(arguments, list)))
 
     def build(self) -> None:
         state = self.pop()
         self._spend(state)
         target = self._stack[-1]
-        if isinstance(target, _Type):
-            target.order = _byte_order(_must_be(state, list))
-        elif isinstance(target, _Array):
-            target.value = _array(_must_be(state, list))
+        if isinstance(target, Type):
+            target.order = byte_order(must_be(state, list))
+        elif isinstance(target, Array):
+            target.value = array_from(must_be(state, list))
         else:
-            _must_be(target, _Opaque).attributes = state
+            must_be(target, Opaque).attributes = state
 
     def _spend(self, values: Any) -> None:
         items = values if isinstance(values, list) else []
@@ -187,71 +167,6 @@ _OPERATIONS: dict[str, Callable[[_Machine, Any], None]] = {
     "BUILD": lambda m, _: m.build(),
 }
 
-_NUMPY = ("numpy.core.multiarray", "numpy._core.multiarray")
-_OWN_NAMES = {
-    *((module, name) for module in _NUMPY for name in ("_reconstruct", "scalar")),
-    ("numpy", "ndarray"),
-    ("numpy", "dtype"),
-    ("_codecs", "encode"),
-    ("collections", "OrderedDict"),
-    ("__builtin__", "bytes"),
-    ("__builtin__", "set"),
-}
-
-
-def _known(named: _Named) -> bool:
-    return (named.module, named.name) in _OWN_NAMES or _is_modality(named)
-
-
-def _is_modality(named: _Named) -> bool:
-    return named.module.startswith("gr00t.") and named.name == "ModalityConfig"
-
-
-def _call(target: _Named, arguments: list[Any]) -> Any:
-    """What a known class or function would have given."""
-    if _is_modality(target):
-        return _Opaque()
-    if target.name == "_reconstruct":
-        return _Array()
-    if target.name == "dtype":
-        return _Type(_must_be(arguments[0], str))
-    if target.name == "OrderedDict" and not arguments:
-        return {}
-    if target.name == "bytes" and not arguments:
-        return b""
-    if target.name == "set" and len(arguments) == 1:
-        return _must_be(arguments[0], list)
-    if target.name == "encode" and arguments[1:] == ["latin1"]:
-        return _must_be(arguments[0], str).encode("latin1")
-    if target.name == "scalar" and len(arguments) == 2:
-        return array_of(arguments[1], _type_name(arguments[0]), ()).item()
-    raise DecodingError(f"a pickle that calls {target.module}.{target.name} in an unknown way")
-
-
-def _array(state: list[Any]) -> Any:
-    """An array from numpy's own state: version, shape, type, Fortran order, bytes."""
-    _, shape, kind, fortran, data = state
-    array = array_of(data, _type_name(kind), shape[::-1] if fortran else shape)
-    return array.T if fortran else array
-
-
-def _type_name(kind: Any) -> str:
-    known: _Type = _must_be(kind, _Type)
-    return known.order + known.code
-
-
-def _byte_order(state: list[Any]) -> str:
-    order = _must_be(state[1], str)
-    if order not in ("<", ">", "=", "|") or any(part is not None for part in state[2:5]):
-        raise DecodingError("an array type that is not a number's")
-    return str(order)
-
-
-def _must_be(value: Any, kind: type | tuple[type, ...]) -> Any:
-    if not isinstance(value, kind):
-        raise DecodingError(f"not a pickle of arrays ({type(value).__name__} is misplaced)")
-    return value
-
 
 class _Plain:
     """Takes finished arrays out of their wrappers; a value that is used twice counts twice."""
@@ -263,14 +178,14 @@ class _Plain:
         self._left -= 1
         if self._left < 0 or depth > MAX_DEPTH:
             raise DecodingError("a pickle with too many values in it")
-        if isinstance(value, _Array):
+        if isinstance(value, Array):
             return value.value
-        if isinstance(value, _Opaque):
+        if isinstance(value, Opaque):
             return self(value.attributes, depth + 1)
         if isinstance(value, dict):
             return {key: self(inner, depth + 1) for key, inner in value.items()}
         if isinstance(value, list):
             return [self(inner, depth + 1) for inner in value]
-        if isinstance(value, (_Named, _Type)):
+        if isinstance(value, (Named, Type)):
             raise DecodingError("a pickle of something that is no value")
         return value

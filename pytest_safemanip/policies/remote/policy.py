@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import PolicyAnswerError
+from pytest_safemanip.errors import PolicyAnswerError, PolicyServerError
 from pytest_safemanip.policies.remote.actions import ActionError, chunk_of
 from pytest_safemanip.policies.remote.client import BadAnswer, Beginning, Client
 from pytest_safemanip.policies.remote.dumps import dump
@@ -140,6 +140,8 @@ class RemotePolicy:
             answer = self._client.ask(entries, self._patience())
         except BadAnswer as bad:
             raise self._refused(bad, place) from bad
+        except PolicyServerError as error:
+            raise type(error)(f"{error} ({place})") from error
         try:
             chunk = chunk_of(answer.rows, self.steps, answer.label)
         except ActionError as error:

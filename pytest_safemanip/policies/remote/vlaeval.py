@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_safemanip.errors import PolicyConnectionLost
+from pytest_safemanip.errors import PolicyConnectionLost, PolicyServerError
 from pytest_safemanip.policies.remote import observation as seen
 from pytest_safemanip.policies.remote.actions import ActionError, flat, flat_label
 from pytest_safemanip.policies.remote.arrays import DecodingError
@@ -62,7 +62,7 @@ class VlaEvalClient:
             self._send("hello", hello, self._deadlines.open)
             frame = self._socket.receive(self._deadlines.open)
             kind, _, payload = _read(frame)
-        except PolicyConnectionLost as error:
+        except PolicyServerError as error:
             raise self._socket.unreachable(
                 f"shakes hands, but does not answer vla-eval's greeting ({error.__cause__})"
             ) from error

@@ -9,7 +9,12 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_safemanip.errors import PolicyConnectionLost, PolicyUnreachable
+from pytest_safemanip.errors import (
+    PolicyAnswerError,
+    PolicyConnectionLost,
+    PolicyServerError,
+    PolicyUnreachable,
+)
 from pytest_safemanip.policies.remote.arrays import MAX_REPLY
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.library import need
@@ -66,7 +71,6 @@ class WebSocket:
                 if not starting:
                     raise self._explained(error) from error
             time.sleep(RETRY_PERIOD)
-        _bound_sending(connection, self._deadlines.open)
         self._connection = connection
 
     def _connect(self, library: Any) -> Any:
@@ -101,6 +105,7 @@ class WebSocket:
 
         Raises:
             PolicyConnectionLost: if the connection broke, or nothing came in time.
+            PolicyAnswerError: if what came is no WebSocket frame, or too long.
         """
         try:
             return self._connection.recv(timeout=seconds)  # type: ignore[no-any-return]
@@ -126,9 +131,12 @@ class WebSocket:
         if isinstance(error, socket.gaierror):
             return self.unreachable(f"{self._endpoint.host!r} is no known host ({error})")
         through = proxies() if not self._endpoint.loopback else ""
-        if through and isinstance(error, (exceptions.ProxyError, OSError)):
+        proxied = (exceptions.ProxyError, exceptions.InvalidProxy, ImportError, OSError)
+        if through and isinstance(error, proxied):
+            # The text about an invalid proxy has its URL in it, with the password.
+            why = said if not isinstance(error, exceptions.InvalidProxy) else "no valid URL"
             return self.unreachable(
-                f"the connection through the proxy of {through} failed ({said}); to go "
+                f"the connection through the proxy of {through} failed ({why}); to go "
                 f"directly, add {self._endpoint.host} to NO_PROXY"
             )
         if isinstance(error, exceptions.InvalidStatus):
@@ -144,9 +152,17 @@ class WebSocket:
             )
         return self.unreachable(f"{peer.value}, and no WebSocket handshake was made ({said})")
 
-    def _lost(self, error: Exception, late: str) -> PolicyConnectionLost:
+    def _lost(self, error: Exception, late: str) -> PolicyServerError:
         exceptions: Any = need("websockets.exceptions")
+        # The library tells of a broken frame only once the server has closed, if it ever does.
+        broken = self._connection.protocol.close_sent
         self.close()
+        answered = isinstance(error, exceptions.ConnectionClosed) and error.rcvd
+        if broken and not answered:
+            return PolicyAnswerError(
+                f"policy server {self._endpoint}: what it sent is no message of the protocol, or "
+                f"over {MAX_REPLY} bytes ({_named(broken)})"
+            )
         if isinstance(error, TimeoutError) or isinstance(error.__cause__, BlockingIOError):
             what = f"{late}: it hangs, or other clients keep it busy"
         elif isinstance(error, exceptions.ConnectionClosed):
@@ -157,18 +173,18 @@ class WebSocket:
 
 
 def _why_closed(error: Any) -> str:
-    frame = error.rcvd or error.sent
-    if frame is None:
-        return "died: the connection ended without a closing frame"
-    reason = f"{frame.code} {frame.reason!s:.200}".rstrip()
-    if "keepalive" in frame.reason:
-        return (
-            f"its keepalive cut the connection ({reason}), since it does not answer pings while "
-            "it computes: start it with a longer one, or with none"
-        )
     if error.rcvd is None:
-        return f"what it sent is no message of the protocol, or too long ({reason})"
-    return f"closed the connection ({reason})"
+        return "died: the connection ended without a closing frame"
+    if "keepalive" in error.rcvd.reason:
+        return (
+            f"its keepalive cut the connection ({_named(error.rcvd)}), since it answers no pings "
+            "while it computes: start it with a longer one, or with none"
+        )
+    return f"closed the connection ({_named(error.rcvd)})"
+
+
+def _named(frame: Any) -> str:
+    return f"{frame.code} {frame.reason!s:.200}".rstrip()
 
 
 def _bound_sending(connection: Any, seconds: float) -> None:

@@ -235,8 +235,6 @@ def test_a_server_that_raises_is_shown_with_its_last_line_and_its_traceback(
         (lambda f: f.close(1001, "going away"), ["closed the connection (1001 going away)"]),
         (lambda f: f.close(1000), ["closed the connection (1000)"]),
         (lambda f: f.connection.sendall(b"\x82"), ["died: the connection ended without"]),
-        (lambda f: f.connection.sendall(b"\xff" * 30), ["no message of the protocol"]),
-        (lambda f: f.connection.sendall(servers.header(2**40)), ["too long (1009"]),
     ],
 )
 def test_a_connection_that_is_cut_says_how(connect, observation, close, parts):
@@ -249,7 +247,31 @@ def test_a_connection_that_is_cut_says_how(connect, observation, close, parts):
         policy.reset(EPISODE)
         with within(3), pytest.raises(PolicyConnectionLost) as error:
             policy.act(observation, 0)
-    failed(error, PolicyConnectionLost, *parts)
+    failed(error, PolicyConnectionLost, "(at step 0, asked to 'open the drawer')", *parts)
+
+
+@pytest.mark.parametrize(
+    ("data", "code"),
+    [
+        (b"\x83\x00", "(1002"),
+        (servers.header(2**40), "(1009"),
+        (servers.header(2**22 + 1), "(1009"),
+        (servers.header(2, 1) + b"\xff\xff", "(1007"),
+    ],
+    ids=["no frame", "1 TB", "a byte too many", "no UTF-8"],
+)
+def test_what_is_no_frame_or_too_long_is_a_wrong_answer(connect, observation, data, code):
+    def answer(frames, request):
+        frames.connection.sendall(data)
+        server.over.wait(10)
+        raise EOFError
+
+    with servers.openpi(answer) as server:
+        policy = connect("pi05", server.port, Deadlines(0.3, 5.0, 0.3, 0.3))
+        policy.reset(EPISODE)
+        with within(4), pytest.raises(PolicyAnswerError) as error:
+            policy.act(observation, 15)
+    failed(error, PolicyAnswerError, f"over 4194304 bytes {code}", "(at step 15, asked to 'open")
 
 
 @pytest.mark.parametrize("name", ["pi05", "vla-eval"])
@@ -357,6 +379,10 @@ def test_a_proxy_that_fails_for_another_machine_is_named(tmp_path, monkeypatch):
         policy.open()
     text = failed(error, PolicyUnreachable, "the proxy of http_proxy", "NO_PROXY")
     assert "secret" not in text
+    monkeypatch.setenv("http_proxy", "ftp://user:secret@proxy")
+    with within(4), pytest.raises(PolicyUnreachable) as error:
+        policy.open()
+    assert "secret" not in failed(error, PolicyUnreachable, "the proxy of http_proxy")
 
 
 def chunk(row=None, column=0, value=0.25, rows=50, columns=12):
@@ -440,7 +466,7 @@ def test_a_server_that_takes_no_data_is_given_up(connect, observation):
     server = servers.websocket(deaf)
     server.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     with server:
-        policy = connect("pi05", server.port, QUICK)
+        policy = connect("pi05", server.port, Deadlines(0.3, 10.0, 0.3, 0.3))
         policy.reset(EPISODE)
         own = policy._client._socket._connection.socket
         own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
@@ -482,7 +508,7 @@ def test_a_message_without_an_end_is_given_up(connect, observation, never_ending
     with servers.openpi(answer) as server:
         policy = connect("pi05", server.port, Deadlines(0.3, 5.0, 0.5, 0.5))
         policy.reset(EPISODE)
-        with within(4), pytest.raises(PolicyConnectionLost):
+        with within(4), pytest.raises((PolicyConnectionLost, PolicyAnswerError)):
             policy.act(observation, 0)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < 60_000  # KiB
 
