@@ -26,8 +26,6 @@ outputs put into this order, since twelve numbers do not show theirs.
 SWITCHES = (6, 11)
 """Gripper and mode: models say 0 or 1, and robosuite wants -1 or 1. The threshold is 0.5."""
 
-_CONTINUOUS = [n for n in range(ACTION_SIZE) if n not in SWITCHES]
-
 
 class ActionError(ValueError):
     """Actions that cannot be executed; names the entry of the reply, and the index in it."""
@@ -70,7 +68,7 @@ def chunk_of(values: NDArray[Any], steps: int, label: Callable[[int, int], str])
         )
     for column in SWITCHES:
         actions[:, column] = np.where(actions[:, column] < 0.5, -1.0, 1.0)
-    clipped = int((np.abs(actions[:, _CONTINUOUS]) > 1.0).sum())
+    clipped = int((np.abs(actions) > 1.0).sum())
     return Chunk(np.clip(actions, -1.0, 1.0), clipped)
 
 

@@ -130,7 +130,6 @@ class OpenpiClient:
         self._socket.send(pack(request, openpi_array), seconds)
         frame = self._socket.receive(seconds)
         if isinstance(frame, str):
-            self._socket.close()  # the server closes it too, after an error
             lines = frame.strip().splitlines() or ["nothing"]
             raise BadAnswer(f"the server failed: {lines[-1]}\n{frame.strip()}", request, frame)
         try:

@@ -426,6 +426,22 @@ def test_an_answer_that_cannot_be_executed_is_named_and_kept(
         assert any(name.startswith("reply") for name in arrays) or reply == msgpack.packb({})
 
 
+def test_after_a_wrong_answer_the_next_episode_has_a_new_connection(connect, observation):
+    """What else the server has sent on the old one is not taken for an answer."""
+
+    def twice(frames, request):
+        frames.send(chunk(columns=7))
+        frames.send(chunk(0, 0, 0.75))
+
+    with servers.openpi(twice) as server:
+        policy = connect("pi05", server.port)
+        for _ in range(2):
+            policy.reset(EPISODE)
+            with pytest.raises(PolicyAnswerError, match="another robot's model"):
+                policy.act(observation, 0)
+        assert len(server.connections) == 2
+
+
 def test_nan_beyond_the_executed_steps_does_not_matter(connect, observation):
     with servers.openpi(chunk(5, 0, np.nan)) as server:
         policy = connect("pi05", server.port)

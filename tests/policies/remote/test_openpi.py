@@ -5,13 +5,14 @@ from __future__ import annotations
 import msgpack
 import numpy as np
 import pytest
+import websockets.sync.client
 
 from pytest_safemanip.errors import PolicyAnswerError, PolicyConnectionLost, RolloutError
 from pytest_safemanip.policies.remote import packing
 from pytest_safemanip.policies.remote.images import resize_with_pad
 from pytest_safemanip.policies.remote.openpi import request_of
 from tests.policies.remote import servers
-from tests.policies.remote.conftest import EPISODE
+from tests.policies.remote.conftest import EPISODE, PATIENT
 
 # What openpi-client 0.1.2 packs, byte by byte.
 REQUEST = bytes.fromhex(
@@ -105,6 +106,22 @@ def test_the_handshake_offers_no_compression_and_sends_the_key(connect):
         connect("pi0", server.port, token=TOKEN).open()
     assert "Sec-WebSocket-Extensions" not in heads[0]
     assert f"Authorization: Api-Key {TOKEN}\r\n" in heads[0]
+
+
+def test_the_librarys_own_deadlines_are_not_those_of_a_model(connect, monkeypatch):
+    """Its keepalive would cut a first call of more than 40 s, as openpi's own client does."""
+    asked = {}
+    real = websockets.sync.client.connect
+
+    def spy(*arguments, **options):
+        asked.update(options)
+        return real(*arguments, **options)
+
+    monkeypatch.setattr(websockets.sync.client, "connect", spy)
+    with servers.openpi() as server:
+        connect("pi05", server.port).open()
+    assert asked["ping_interval"] is None
+    assert asked["open_timeout"] == PATIENT.open
 
 
 def test_metadata_are_reported_as_they_are(connect):

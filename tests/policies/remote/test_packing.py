@@ -67,6 +67,13 @@ def test_an_array_that_is_not_numbers_or_not_there_is_refused(way, dtype, shape,
 
 
 @pytest.mark.parametrize("way", WAYS)
+def test_bytes_that_do_not_fill_their_shape_are_counted(way):
+    hook, build = WAYS[way]
+    with pytest.raises(DecodingError, match=r"4 bytes do not fill <f4 of shape \[2\]"):
+        packing.unpack(msgpack.packb({"actions": build("<f4", [2], b"\0" * 4)}), hook)
+
+
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", "<f2", "|u1", "<i8", ">u2", "|b1"])
 def test_numbers_of_every_size_are_read_in_native_order_and_can_be_written(way, dtype):
     hook, build = WAYS[way]
@@ -95,6 +102,8 @@ def test_a_field_of_an_array_that_is_missing_or_of_another_type_is_refused(way, 
 BOMBS = {
     "a list of four billion": b"\xdd\xff\xff\xff\xff",
     "a map of four billion": b"\xdf\xff\xff\xff\xff",
+    "a list of five thousand": msgpack.packb([0] * 5000),
+    "a map of five thousand": msgpack.packb({str(n): 0 for n in range(5000)}),
     "4 GB of bytes": b"\xc6\xff\xff\xff\xff",
     "4 GB of text": b"\xdb\xff\xff\xff\xff",
     "4 GB of an extension": b"\xc9\xff\xff\xff\xff\x01",

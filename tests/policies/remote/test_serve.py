@@ -48,6 +48,16 @@ MODULE = """
         def act(self, request):
             return np.full(12, 0.1 * self.resets)
 
+    class Careful:
+        inside = 0
+
+        def infer(self, request):
+            self.inside += 1
+            time.sleep(0.1)
+            assert self.inside == 1, "two calls at a time"
+            self.inside -= 1
+            return np.zeros((5, 12))
+
     def function(request):
         return [[0.5] * 12] * 8
 
@@ -138,7 +148,7 @@ def test_a_policy_that_raises_is_shown_as_by_openpis_server(connect, serving, ob
 
 
 def test_two_clients_are_answered_one_after_the_other(connect, serving, observation):
-    port = serving("served:Seeded")
+    port = serving("served:Careful")
     policies = [connect("openpi", port) for _ in range(2)]
     for policy in policies:
         policy.reset(EPISODE)

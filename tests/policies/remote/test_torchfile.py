@@ -166,7 +166,12 @@ BOMBS = {
         b"\x80\x02c_codecs\nencode\nq\x00X" + struct.pack("<I", 2**20) + b"a" * 2**20
         + b"q\x01X\x06\x00\x00\x00latin1q\x02]" + b"h\x00h\x01h\x02\x86Ra" * 3000 + b"."
     ),
-    "ten million operations": b"\x80\x02" + b"N0" * 1_500_000 + b".",
+    "ten times the one before, eight times": (
+        b"\x80\x02]q\x00"
+        + b"".join(b"](" + b"h%c" % n * 10 + b"eq%c" % (n + 1) for n in range(8))
+        + b"."
+    ),
+    "three million operations": b"\x80\x02" + b"N" * 3_000_000 + b".",
     "nothing": b"",
     "no end": b"\x80\x02N",
     "an empty stack": b"\x80\x02.",
@@ -192,6 +197,7 @@ def test_a_memo_entry_far_away_is_one_entry():
     ("data", "what"),
     [
         (saved(b"\0" * 10**8, compression=zipfile.ZIP_DEFLATED), "is compressed"),
+        (saved(b"N.", compression=zipfile.ZIP_DEFLATED), "is compressed"),
         (saved(b"N.", name="data.pkl"), "without torch's data.pkl"),
         (saved(b"N.", name="../archive/data.pkl"), "without torch's data.pkl"),
         (b"PK\x03\x04" + b"\0" * 60, "not a torch file"),
