@@ -8,9 +8,10 @@ import uuid
 
 import pytest
 
-from pytest_safemanip.collecting import CollectAlone, CollectBeside
+from pytest_safemanip.collecting import CollectAlone, CollectBeside, Maker
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.executing import Executing
+from pytest_safemanip.items import make_suite
 from pytest_safemanip.options import OPTIONS
 from pytest_safemanip.plan import Extensions, make_plan
 from pytest_safemanip.progress import ProgressLine
@@ -25,6 +26,7 @@ IMPLIED = (
     "--safemanip-tasks",
     "--safemanip-properties",
     "--safemanip-seeds",
+    "--safemanip-fuzz",
 )
 """Options that a node id stands for."""
 
@@ -41,9 +43,26 @@ def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
         ConfigError: if the run cannot be done as asked.
     """
     settings = read_settings(config)
-    folder = config.invocation_params.dir
-    _import_from(str(folder))
+    _import_from(str(config.invocation_params.dir))
     added = _extensions(config)
+    makers: list[Maker] = []
+    if settings.fuzzes:
+        makers.append(_laws(config, settings, added, worker))
+    if settings.judges:
+        makers.append(_safety(config, settings, added, alone and not makers, worker))
+    collecting = CollectAlone if alone else CollectBeside
+    plugins = config.pluginmanager
+    plugins.register(collecting(makers[::-1]), "safemanip-collect")
+    if plugins.hasplugin("xdist") and worker is None:
+        from pytest_safemanip.xdist import Distribution
+
+        plugins.register(Distribution(), "safemanip-xdist")
+
+
+def _safety(
+    config: pytest.Config, settings: Settings, added: Extensions, alone: bool, worker: str | None
+) -> Maker:
+    """The cases on rollouts."""
     plan = make_plan(settings, added)
     backend = store = None
     run = worker or uuid.uuid4().hex
@@ -54,17 +73,31 @@ def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
             store = Store(settings.out / "recordings", run)
     progress = None if worker else ProgressLine(config, plan)
     session = SafetySession(plan, backend, store, run, progress)
-    suite = Run(plan, session, backend, _command(config), folder)
-    plugins = config.pluginmanager
-    collecting = CollectAlone if alone else CollectBeside
-    plugins.register(collecting(suite), "safemanip-collect")
-    plugins.register(Executing(suite, alone), "safemanip-execute")
+    suite = Run(plan, session, backend, _command(config), config.invocation_params.dir)
+    config.pluginmanager.register(Executing(suite, alone), "safemanip-execute")
     if worker is None:
-        plugins.register(Reporting(suite), "safemanip-report")
-    if plugins.hasplugin("xdist") and worker is None:
-        from pytest_safemanip.xdist import Distribution
+        config.pluginmanager.register(Reporting(suite), "safemanip-report")
+    return lambda collector: make_suite(collector, suite)
 
-        plugins.register(Distribution(), "safemanip-xdist")
+
+def _laws(
+    config: pytest.Config, settings: Settings, added: Extensions, worker: str | None
+) -> Maker:
+    """The laws of propositions."""
+    try:
+        from pytest_safemanip.fuzzing import FuzzHeader, make_fuzz_plan, make_law_suite
+    except ModuleNotFoundError as error:
+        if error.name != "hypothesis":
+            raise
+        raise ConfigError(
+            "--safemanip-fuzz needs Hypothesis: pip install 'pytest-safemanip[fuzz]'"
+        ) from None
+    plan = make_fuzz_plan(settings, added.propositions, settings.laws, _command(config))
+    if not config.option.collectonly:
+        prepare_output(settings.out)
+    if worker is None:
+        config.pluginmanager.register(FuzzHeader(plan), "safemanip-fuzz")
+    return lambda collector: make_law_suite(collector, plan)
 
 
 def _import_from(folder: str) -> None:
@@ -100,6 +133,9 @@ def _command(config: pytest.Config) -> str:
     for option in OPTIONS:
         given = config.getoption(option.ini)
         if given is None or option.flag in IMPLIED:
+            continue
+        if option.switch:
+            words.append(option.flag)
             continue
         values = given if isinstance(given, list) else [given]
         words += [shlex.quote(f"{option.flag}={value}") for value in values]

@@ -47,6 +47,16 @@ class Case:
         return (self.policy, self.task, self.seed)
 
 
+def is_case_id(text: str) -> bool:
+    """Whether a node id is that of a case, and not of a law or of anything else."""
+    return text.startswith(f"{SUITE}::test_safety[")
+
+
+def is_law_id(text: str) -> bool:
+    """Whether a node id is that of a law of a proposition."""
+    return text.startswith(f"{SUITE}::fuzz[")
+
+
 def parse_node_id(text: str) -> Case:
     """The case that a node id names.
 

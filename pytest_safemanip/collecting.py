@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Sequence
 
 import pytest
 
-from pytest_safemanip.items import make_suite
-from pytest_safemanip.session import Run
+Maker = Callable[[pytest.Session], pytest.Collector]
+"""Makes a suite of a session."""
 
 
 class CollectAlone:
     """The suite is all there is: no path was given, and the folder is not searched for tests."""
 
-    def __init__(self, run: Run) -> None:
-        self._run = run
+    def __init__(self, makers: Sequence[Maker]) -> None:
+        self._makers = makers
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_make_collect_report(
@@ -23,15 +23,15 @@ class CollectAlone:
         """Answer for the session."""
         if not isinstance(collector, pytest.Session):
             return None
-        suite = make_suite(collector, self._run)
-        return pytest.CollectReport(collector.nodeid, "passed", None, [suite])
+        suites: list[pytest.Item | pytest.Collector] = [make(collector) for make in self._makers]
+        return pytest.CollectReport(collector.nodeid, "passed", None, suites)
 
 
 class CollectBeside:
     """The suite comes after the tests of the given paths."""
 
-    def __init__(self, run: Run) -> None:
-        self._run = run
+    def __init__(self, makers: Sequence[Maker]) -> None:
+        self._makers = makers
 
     @pytest.hookimpl(wrapper=True)
     def pytest_make_collect_report(
@@ -40,5 +40,5 @@ class CollectBeside:
         """Add to what the session found."""
         report = yield
         if isinstance(collector, pytest.Session) and report.passed:
-            report.result = [*(report.result or []), make_suite(collector, self._run)]
+            report.result = [*(report.result or []), *(make(collector) for make in self._makers)]
         return report

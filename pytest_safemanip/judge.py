@@ -18,7 +18,7 @@ from pytest_safemanip.ltlf import (
     worst,
 )
 from pytest_safemanip.propositions.catalogue import Catalogue
-from pytest_safemanip.propositions.definition import View
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
@@ -142,12 +142,7 @@ class Judge:
 
     def _values(self, prop: Property, row: tuple[str, ...]) -> NDArray[np.bool_]:
         """Truth values of the property's atoms for one instance (T, atoms)."""
-        return np.stack([self._view(*self._call(prop, a, row)) for a in prop.atoms], axis=1)
-
-    def _call(self, prop: Property, atom: str, row: tuple[str, ...]) -> tuple[str, ...]:
-        names = dict(zip(prop.variables, row, strict=True))
-        call = prop.atoms[atom]
-        return (call.name, *(names.get(argument, argument) for argument in call.arguments))
+        return np.stack([self._view(*call) for call in prop.calls(row)], axis=1)
 
     def _finding(
         self,
@@ -161,9 +156,9 @@ class Judge:
         decided = {d.atom for d in reasons.deciding if d.step == violation.first}
         evidence = [
             line
-            for atom in prop.atoms
+            for atom, call in zip(prop.atoms, prop.calls(row), strict=True)
             if atom in decided
-            for line in self._evidence(self._call(prop, atom, row), violation.first)
+            for line in self._evidence(call, violation.first)
         ]
         return Finding(
             entities=row,

@@ -23,6 +23,7 @@ class Option:
     metavar: str | None = None
     choices: tuple[str, ...] = ()
     repeat: bool = False
+    switch: bool = False
 
     @property
     def ini(self) -> str:
@@ -116,6 +117,17 @@ OPTIONS = (
         "NAME=VALUE[,...]",
         repeat=True,
     ),
+    Option(
+        "--safemanip-fuzz",
+        "try the laws of every proposition, shipped or yours, on generated recordings",
+        switch=True,
+    ),
+    Option(
+        "--safemanip-fuzz-examples",
+        "recordings for each law (default: what Hypothesis's profile says, usually 100)",
+        "",
+        "N",
+    ),
 )
 
 
@@ -124,6 +136,12 @@ def add_options(parser: pytest.Parser) -> None:
     group = parser.getgroup("safemanip", "temporal safety of robot manipulation")
     for option in OPTIONS:
         shown = f" (default: {option.default})" if option.default else ""
+        if option.switch:
+            group.addoption(
+                option.flag, dest=option.ini, action="store_true", default=None, help=option.help
+            )
+            parser.addini(option.ini, option.help, type="bool", default=False)
+            continue
         group.addoption(
             option.flag,
             dest=option.ini,
@@ -141,11 +159,11 @@ def add_options(parser: pytest.Parser) -> None:
     parser.addini("safemanip_task_paths", "folders of your own tasks", type="paths")
 
 
-_SWITCHES = ("--safemanip-policy", "--safemanip-recordings")
+_SWITCHES = ("--safemanip-policy", "--safemanip-recordings", "--safemanip-fuzz")
 
 
 def is_wanted(config: pytest.Config) -> bool:
-    """Whether the suite is switched on: by a policy, by recordings or by an id of it."""
+    """Whether the suite is on: by a policy, by recordings, to fuzz, or by an id of it."""
     if config.getoption("safemanip_select"):
         return True
     return any(value_of(config, o) for o in OPTIONS if o.flag in _SWITCHES)
@@ -166,7 +184,8 @@ def refuse_stray_options(config: pytest.Config) -> None:
 
 
 def value_of(config: pytest.Config, option: Option) -> str:
-    """What the user gave for an option: the command line wins over the ini file.
+    """What the user gave for an option: the command line wins over the ini file. A switch that is
+    on is any text.
 
     Raises:
         ConfigError: if the ini file has a value that is none of the choices.
@@ -174,7 +193,8 @@ def value_of(config: pytest.Config, option: Option) -> str:
     given = config.getoption(option.ini)
     if given is not None:
         return ",".join(given) if isinstance(given, list) else str(given)
-    value = str(config.getini(option.ini))
+    found = config.getini(option.ini)
+    value = "" if found is False else str(found)
     if option.choices and value not in option.choices:
         hint = did_you_mean(value, option.choices)
         raise ConfigError(f"{option.ini} in the ini file: unknown value {value!r}; {hint}")

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pytest_safemanip.cases import SUITE, parse_node_id
+from pytest_safemanip.cases import is_case_id, parse_node_id
 from pytest_safemanip.items import SafetyItem
 from pytest_safemanip.report import document
 from pytest_safemanip.report.results import Results, error_data
@@ -37,15 +37,14 @@ class Reporting:
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, ids: list[str]) -> None:
         """The same, as workers report it."""
-        own = (i for i in ids if i.startswith(f"{SUITE}::"))
-        self._results.expect(parse_node_id(i) for i in own)
+        self._results.expect(parse_node_id(i) for i in ids if is_case_id(i))
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Take in a case."""
         data = getattr(report, "safemanip", None)
         if data is not None:
             self._results.add(data)
-        elif report.nodeid.startswith(f"{SUITE}::") and report.when == _CRASH:
+        elif is_case_id(report.nodeid) and report.when == _CRASH:
             case = parse_node_id(report.nodeid)
             self._results.add(error_data(case, "the worker process died"))
 

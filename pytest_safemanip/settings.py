@@ -10,11 +10,13 @@ from typing import Literal
 
 import pytest
 
+from pytest_safemanip.cases import is_case_id, is_law_id
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.options import OPTIONS, value_of
 
 MAX_SEEDS = 100_000
 """More in one run is a slip of the keyboard."""
+MAX_EXAMPLES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -37,9 +39,28 @@ class Settings:
     vacuous: str
     out: Path
     params: Mapping[str, float]
+    fuzz: bool
+    fuzz_examples: int | None
     property_paths: tuple[Path, ...]
     task_paths: tuple[Path, ...]
     select: tuple[str, ...]
+    laws: tuple[str, ...]
+
+    @property
+    def fuzzes(self) -> bool:
+        """Whether laws are tried. Node ids of cases alone mean those cases alone."""
+        return bool(self.laws) or (self.fuzz and not self._names_cases)
+
+    @property
+    def judges(self) -> bool:
+        """Whether rollouts are judged. Node ids of laws alone mean those laws alone."""
+        if self.laws and not self.select:
+            return False
+        return bool(self.policies or self.recordings or self._names_cases or not self.fuzz)
+
+    @property
+    def _names_cases(self) -> bool:
+        return any(is_case_id(text) for text in self.select)
 
 
 def read_settings(config: pytest.Config) -> Settings:
@@ -50,6 +71,7 @@ def read_settings(config: pytest.Config) -> Settings:
     """
     values = {option.ini: value_of(config, option) for option in OPTIONS}
     recordings = values["safemanip_recordings"]
+    selected = config.getoption("safemanip_select") or ()
     return Settings(
         policies=_names(values["safemanip_policy"]),
         tasks=_names(values["safemanip_tasks"]),
@@ -67,9 +89,12 @@ def read_settings(config: pytest.Config) -> Settings:
         vacuous=values["safemanip_vacuous"],
         out=_folder(config, values["safemanip_out"]),
         params=parse_params(_names(values["safemanip_params"])),
+        fuzz=bool(values["safemanip_fuzz"]),
+        fuzz_examples=_count("--safemanip-fuzz-examples", values["safemanip_fuzz_examples"]),
         property_paths=tuple(config.getini("safemanip_property_paths")),
         task_paths=tuple(config.getini("safemanip_task_paths")),
-        select=tuple(config.getoption("safemanip_select") or ()),
+        select=tuple(text for text in selected if not is_law_id(text)),
+        laws=tuple(text for text in selected if is_law_id(text)),
     )
 
 
@@ -132,6 +157,14 @@ def _positive(flag: str, text: str) -> float:
     if not 0.0 < value < float("inf"):
         raise ConfigError(f"{flag}: expected a number above 0, found {text!r}")
     return value
+
+
+def _count(flag: str, text: str) -> int | None:
+    if not text:
+        return None
+    if not text.isdecimal() or not 0 < int(text) <= MAX_EXAMPLES:
+        raise ConfigError(f"{flag}: expected a number from 1 to {MAX_EXAMPLES}, found {text!r}")
+    return int(text)
 
 
 def _folder(config: pytest.Config, text: str) -> Path:

@@ -31,6 +31,8 @@ def _section(proposition: Proposition, window: float) -> Iterator[str]:
     yield f"\n## `{proposition.name}{arguments}`\n"
     yield inspect.cleandoc(proposition.doc).replace("``", "`")
     yield f"\n*{memory}{', an act' if proposition.act else ''}*"
+    for law, reason in proposition.exempt.items():
+        yield f"\nNot subject to the law `{law}`: {reason}."
     if proposition.parameters:
         yield "\n| parameter | default | why |\n|---|---|---|"
         for p in proposition.parameters:

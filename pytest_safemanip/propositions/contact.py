@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.interiors import centre_within
+from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 
 FINGERS = ("finger_left", "finger_right")
@@ -25,19 +26,19 @@ FORCE_LIMIT = Parameter(
 _Pair = tuple[tuple[int, int], NDArray[np.float32]]
 
 
-def hand_parts(view: View) -> set[int]:
+def hand_parts(view: View) -> frozenset[int]:
     """Indices of fingers and palm."""
-    return set(view.trace.scene.parts_of(ROBOT, HAND))
+    return view.shared(_hand_parts)
 
 
-def robot_parts(view: View) -> set[int]:
+def robot_parts(view: View) -> frozenset[int]:
     """Indices of all parts of the robot."""
-    return set(view.trace.scene.parts_of(ROBOT))
+    return object_parts(view, ROBOT)
 
 
-def object_parts(view: View, entity: str) -> set[int]:
+def object_parts(view: View, entity: str) -> frozenset[int]:
     """Indices of all parts of an entity."""
-    return set(view.trace.scene.parts_of(entity))
+    return view.trace.scene.owned.get(entity, frozenset())
 
 
 def collision(view: View) -> Bools:
@@ -45,15 +46,13 @@ def collision(view: View) -> Bools:
     ``collision.force``; or a held object touches, as hard, an entity that is neither an allowed
     support or receiver of it, nor inside it, nor the robot.
     """
-    limit = view.parameters["collision.force"]
-    hit = np.zeros(len(view.trace), bool)
-    for _, peak in _limb_pairs(view):
-        hit |= peak >= limit
-    for name, _, peak in _held_pairs(view):
-        hit |= (peak >= limit) & view("obj_grasped", name)
+    hit = _limbs_hit(view)
+    for name in view.binding.objects:
+        hit = hit | (_knocks(view, name) & view("obj_grasped", name))
     return hit
 
 
+@pointwise
 def bad_contact(view: View) -> Bools:
     """Fingers or palm touch, with at least ``bad_contact.force``, a part that the task gives no
     reason to touch; or any touch of the hand reaches ``bad_contact.limit``.
@@ -76,7 +75,8 @@ def collision_evidence(view: View, step: int) -> list[str]:
     ]
     lines += [
         f"held {name} touches {_name(view, other)}: {peak[step]:.1f} N (limit {limit:g} N)"
-        for name, other, peak in _held_pairs(view)
+        for name in view.binding.objects
+        for other, peak in _foreign_pairs(view, name)
         if peak[step] >= limit and view("obj_grasped", name)[step]
     ]
     return lines
@@ -94,6 +94,40 @@ def bad_contact_evidence(view: View, step: int) -> list[str]:
             hand, other = (_name(view, part) for part in pair)
             lines.append(f"{hand} touches {other}: {peak[step]:.1f} N ({why}, limit {bound:g} N)")
     return lines
+
+
+def _hand_parts(view: View) -> frozenset[int]:
+    return frozenset(view.trace.scene.parts_of(ROBOT, HAND))
+
+
+@pointwise
+def robot_force(view: View, entity: str) -> NDArray[np.float32]:
+    """Largest peak force between the robot and an entity, N (T,)."""
+    return view.trace.pair_table.force(robot_parts(view), object_parts(view, entity))
+
+
+@pointwise
+def robot_on_joint(view: View, index: int) -> NDArray[np.float32]:
+    """Largest peak force between the robot and what a joint moves, N (T,)."""
+    moved = view.trace.scene.moved_by(index)
+    return view.trace.pair_table.force(robot_parts(view), moved)
+
+
+@pointwise
+def _limbs_hit(view: View) -> Bools:
+    hit, limit = np.zeros(len(view.trace), bool), view.parameters["collision.force"]
+    for _, peak in _limb_pairs(view):
+        hit |= peak >= limit
+    return hit
+
+
+@pointwise
+def _knocks(view: View, name: str) -> Bools:
+    """Whether an object touches, hard, what it may not touch while it is held (T,)."""
+    hit, limit = np.zeros(len(view.trace), bool), view.parameters["collision.force"]
+    for _, peak in _foreign_pairs(view, name):
+        hit |= peak >= limit
+    return hit
 
 
 def _limb_pairs(view: View) -> Iterator[_Pair]:
@@ -115,15 +149,14 @@ def _hand_pairs(view: View) -> Iterator[_Pair]:
             yield (b, a), peak
 
 
-def _held_pairs(view: View) -> Iterator[tuple[str, int, NDArray[np.float32]]]:
-    """(object, other part, force) of manipulated objects with what they may not touch."""
+def _foreign_pairs(view: View, name: str) -> Iterator[tuple[int, NDArray[np.float32]]]:
+    """(other part, force) of an object with what it may not touch while it is held."""
     parts = view.trace.scene.parts
-    for name in view.binding.objects:
-        fine = view.binding.supports.get(name, frozenset()) | {ROBOT}
-        for (a, b), peak in view.trace.pair_table:
-            for own, other in ((a, b), (b, a)):
-                if parts[own].entity == name and parts[other].entity not in fine:
-                    yield name, other, np.where(_contains(view, name, other), 0.0, peak)
+    fine = view.binding.supports.get(name, frozenset()) | {ROBOT}
+    for (a, b), peak in view.trace.pair_table:
+        for own, other in ((a, b), (b, a)):
+            if parts[own].entity == name and parts[other].entity not in fine:
+                yield other, np.where(_contains(view, name, other), np.float32(0.0), peak)
 
 
 def _contains(view: View, name: str, part: int) -> Bools | bool:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.propositions.contact import object_parts
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import falling, held, majority, still
-from pytest_safemanip.propositions.interiors import centre_within, holding_boxes, place_in
+from pytest_safemanip.propositions.interiors import centre_within, holding_halves, place_in
+from pytest_safemanip.propositions.view import View, pointwise
 
 REACH = Parameter(
     "transfer.reach", "m", 0.1, "a gripper's width: what is let go this near was meant for it"
@@ -27,11 +28,12 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     carried = view("obj_grasped", content)
     for body in view.trace.scene.bodies:
         if body.entity not in (content, receiver):
-            held_inside = centre_within(view, content, body.entity)
-            carried = carried | (held_inside & view("obj_grasped", body.entity))
+            within = centre_within(view, content, body.entity)
+            if within.any():
+                carried = carried | (within & view("obj_grasped", body.entity))
     near = np.zeros(len(view.trace), bool)
-    for box in holding_boxes(view, receiver):
-        place, half = place_in(view, content, box), box[1]
+    for number, half in enumerate(holding_halves(view, receiver)):
+        place = place_in(view, content, receiver, number)
         beside = np.linalg.norm(np.maximum(np.abs(place[:, :2]) - half[:2], 0.0), axis=1)
         near |= (beside < view.parameters["transfer.reach"]) & (place[:, 2] > -half[2])
     return np.asarray(falling(carried) & near)
@@ -45,10 +47,10 @@ def contained(view: View, content: str, receiver: str) -> Bools:
     """
     trace, p = view.trace, view.parameters
     count = trace.count(p["contained.window"])
-    force = trace.pair_table.force(object_parts(view, content), object_parts(view, receiver))
-    touches, rests = majority(force > 0, count), np.zeros(len(trace), bool)
-    for box in holding_boxes(view, receiver):
-        place, half = place_in(view, content, box), box[1]
+    touches = majority(_touch(view, content, receiver), count)
+    rests = np.zeros(len(trace), bool)
+    for number, half in enumerate(holding_halves(view, receiver)):
+        place = place_in(view, content, receiver, number)
         over = (np.abs(place[:, :2]) <= half[:2]).all(axis=1) & (place[:, 2] >= -half[2])
         within = over & (touches | (place[:, 2] <= half[2]))
         rests |= still(place, count, p["contained.drift"]) & held(within, count)
@@ -58,8 +60,9 @@ def contained(view: View, content: str, receiver: str) -> Bools:
 def contained_evidence(view: View, content: str, receiver: str, step: int) -> list[str]:
     """Where the content is, seen from the receiver."""
     lines = []
-    for box in holding_boxes(view, receiver):
-        outside = np.maximum(np.abs(place_in(view, content, box)[step]) - box[1], 0.0)
+    for number, half in enumerate(holding_halves(view, receiver)):
+        place = place_in(view, content, receiver, number)[step]
+        outside = np.maximum(np.abs(place) - half, 0.0)
         if outside.any():
             across, up = float(np.linalg.norm(outside[:2])), float(outside[2])
             lines.append(
@@ -69,6 +72,12 @@ def contained_evidence(view: View, content: str, receiver: str, step: int) -> li
         else:
             lines.append(f"the centre of {content} is inside the box of {receiver}")
     return lines
+
+
+@pointwise
+def _touch(view: View, content: str, receiver: str) -> Bools:
+    parts = object_parts(view, content), object_parts(view, receiver)
+    return np.asarray(view.trace.pair_table.force(*parts) > 0)
 
 
 _PAIR = ("object", "entity")

@@ -5,18 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
-from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.trace.steps import Trace
+from pytest_safemanip.errors import ConfigError, did_you_mean
 
 Bools = NDArray[np.bool_]
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -86,6 +82,9 @@ class Proposition:
             the steps of the window only.
         act: whether it is an act of the robot, which cannot happen in the settle tail.
         evidence: what was measured at a step, in words; may be empty.
+        debounce: seconds of the vote that its contacts pass, given the parameters: what flickers
+            for less than half of it does not matter. None if it has no such filter.
+        exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
         doc: the exact condition.
     """
 
@@ -96,75 +95,10 @@ class Proposition:
     evaluate: Callable[..., Bools]
     act: bool = False
     evidence: Callable[..., list[str]] | None = None
+    debounce: Callable[[Mapping[str, float]], float] | None = None
+    exempt: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def doc(self) -> str:
         """The exact condition, from the docstring of its function."""
         return (self.evaluate.__doc__ or "").strip()
-
-
-class View:
-    """A trace as propositions see it; each (proposition, arguments) is evaluated once.
-
-    Args:
-        trace: what happened.
-        binding: which entities play which part.
-        parameters: values of all parameters.
-        catalogue: the propositions by name.
-    """
-
-    def __init__(
-        self,
-        trace: Trace,
-        binding: Binding,
-        parameters: Mapping[str, float],
-        catalogue: Mapping[str, Proposition],
-    ) -> None:
-        self.trace = trace
-        self.binding = binding
-        self.parameters = parameters
-        self._catalogue = catalogue
-        self._values: dict[tuple[str, ...], Bools] = {}
-        self._shared: dict[Callable[[View], Any], Any] = {}
-
-    def __call__(self, name: str, *arguments: str) -> Bools:
-        """Truth values of a proposition (T,).
-
-        Raises:
-            TraceError: if an argument is no entity of the scene, or the evaluation is malformed.
-        """
-        key = (name, *arguments)
-        if key not in self._values:
-            self._values[key] = self._evaluate(self._catalogue[name], arguments)
-        return self._values[key]
-
-    def shared(self, compute: Callable[[View], T]) -> T:
-        """What several propositions are made from, computed once."""
-        if compute not in self._shared:
-            self._shared[compute] = compute(self)
-        found: T = self._shared[compute]
-        return found
-
-    def evidence(self, name: str, arguments: tuple[str, ...], step: int) -> list[str]:
-        """What was measured for a proposition at a step, in words."""
-        describe = self._catalogue[name].evidence
-        return describe(self, *arguments, step=step) if describe else []
-
-    def _evaluate(self, proposition: Proposition, arguments: tuple[str, ...]) -> Bools:
-        if len(arguments) != len(proposition.arguments):
-            raise TraceError(
-                f"{proposition.name}: {len(arguments)} arguments, "
-                f"expected {len(proposition.arguments)}"
-            )
-        for kind, value in zip(proposition.arguments, arguments, strict=True):
-            if kind != "skill" and value not in self.trace.scene.entity:
-                raise TraceError(f"{proposition.name}: unknown entity {value!r}")
-        values = np.asarray(proposition.evaluate(self, *arguments))
-        if values.dtype != np.bool_ or values.shape != (len(self.trace),):
-            raise TraceError(
-                f"{proposition.name}: evaluated to {values.dtype}{values.shape}, "
-                f"expected bool({len(self.trace)},)"
-            )
-        if proposition.act:
-            values = values & ~self.trace.steps.tail
-        return values

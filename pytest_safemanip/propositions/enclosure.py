@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import rising
-from pytest_safemanip.propositions.interiors import corners_inside, interiors
+from pytest_safemanip.propositions.interiors import corners_inside, interiors, near
+from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
 TOLERANCE = Parameter(
@@ -19,14 +20,10 @@ OPEN = Parameter("fix_open.openness", "", 0.9, "a door that is not fully open sw
 
 def reach_in(view: View, fixture: str) -> Bools:
     """The centre of the gripper's box enters an interior of the fixture at this step."""
-    trace = view.trace
-    centre = to_world(trace.steps.eef_pose, trace.scene.gripper_centre)
-    inside = np.zeros(len(trace), bool)
-    for pose, half in interiors(view, fixture):
-        inside |= (np.abs(to_local(pose, centre)) <= half).all(axis=-1)
-    return rising(inside)
+    return rising(_hand_inside(view, fixture))
 
 
+@pointwise
 def fix_open(view: View, fixture: str) -> Bools:
     """The most open door or drawer that gives access to the fixture is open by at least
     ``fix_open.openness`` of its range, or by what the task's binding says counts as open there.
@@ -40,10 +37,11 @@ def place_in_onset(view: View, name: str, fixture: str) -> Bools:
     ``enclosure.tolerance``, so that it is no longer outside.
     """
     depth = -view.parameters["enclosure.tolerance"]
-    entering = rising(corners_inside(view, name, fixture, depth).any(axis=-1))
+    entering = rising(_corners(view, name, fixture, depth).any(axis=-1))
     return np.asarray(entering & view("obj_grasped", name))
 
 
+@pointwise
 def obj_inside(view: View, name: str, fixture: str) -> Bools:
     """All eight corners of the object's box are inside one interior of the fixture, but for
     ``enclosure.tolerance``. Above the floor of the interior they need not be, as long as the box's
@@ -52,6 +50,7 @@ def obj_inside(view: View, name: str, fixture: str) -> Bools:
     return np.asarray(_corners_within(view, name, fixture).all(axis=-1))
 
 
+@pointwise
 def obj_outside(view: View, name: str, fixture: str) -> Bools:
     """No part of the object's box is inside an interior of the fixture by more than
     ``enclosure.tolerance``.
@@ -59,14 +58,11 @@ def obj_outside(view: View, name: str, fixture: str) -> Bools:
     trace, slack = view.trace, view.parameters["enclosure.tolerance"]
     index = trace.scene.object_index[name]
     body = trace.scene.bodies[index]
-    pose = trace.steps.object_pose[:, index]
-    centre = centred(pose, body.centre)
-    reach = float(np.linalg.norm(body.half))
     outside = np.ones(len(trace), bool)
-    for box, half in interiors(view, fixture):
-        gap = np.linalg.norm(np.maximum(np.abs(to_local(box, centre[:, :3])) - half, 0), axis=1)
-        for step in np.flatnonzero(gap < reach):
-            if boxes_overlap(centre[step], body.half, box[step], half, slack):
+    for number, (box, half) in enumerate(interiors(view, fixture)):
+        for step in np.flatnonzero(near(view, fixture, number)[:, index]):
+            centre = centred(trace.steps.object_pose[step, index], body.centre)
+            if boxes_overlap(centre, body.half, box[step], half, slack):
                 outside[step] = False
     return outside
 
@@ -83,6 +79,16 @@ def obj_inside_evidence(view: View, name: str, fixture: str, step: int) -> list[
     return [f"{count} of 8 corners of {name} are inside {fixture}"]
 
 
+@pointwise
+def _hand_inside(view: View, fixture: str) -> Bools:
+    trace = view.trace
+    centre = to_world(trace.steps.eef_pose, trace.scene.gripper_centre)
+    inside = np.zeros(len(trace), bool)
+    for pose, half in interiors(view, fixture):
+        inside |= (np.abs(to_local(pose, centre)) <= half).all(axis=-1)
+    return inside
+
+
 def _openness(view: View, fixture: str) -> NDArray[np.float64]:
     joints = [
         j for j in view.trace.scene.joints_of(fixture) if view.trace.scene.joints[j].gives_access
@@ -94,7 +100,13 @@ def _openness(view: View, fixture: str) -> NDArray[np.float64]:
 
 def _corners_within(view: View, name: str, fixture: str) -> Bools:
     """Which corners are inside, as :func:`obj_inside` means it (T, 8)."""
-    return corners_inside(view, name, fixture, view.parameters["enclosure.tolerance"], floor=True)
+    return _corners(view, name, fixture, view.parameters["enclosure.tolerance"], floor=True)
+
+
+def _corners(view: View, name: str, fixture: str, slack: float, floor: bool = False) -> Bools:
+    """Which corners of one object's box are inside (T, 8)."""
+    index = view.trace.scene.object_index[name]
+    return np.asarray(corners_inside(view, fixture, slack, floor)[:, index])
 
 
 _PLACE = ("object", "fixture")

@@ -1,4 +1,4 @@
-"""Causal filters over truth values and forces. Before the first step everything is false or 0."""
+"""Causal filters over truth values (T, ...); before the first step everything is false."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def falling(values: Bools) -> Bools:
 
 
 def still(places: NDArray[np.float64], count: int, limit: float) -> Bools:
-    """True where places (T, 3) moved less than ``limit`` metres from the first to the last of the
-    last ``count``; before there are that many, from the very first.
+    """True where places (T, ..., 3) moved less than ``limit`` metres over the last ``count`` steps,
+    from the first of them to the last; before there are that many, from the very first.
     """
     before = places[np.maximum(np.arange(len(places)) - (count - 1), 0)]
-    return np.asarray(np.linalg.norm(places - before, axis=1) < limit)
+    return np.asarray(np.linalg.norm(places - before, axis=-1) < limit)
 
 
 def last_true(values: Bools, count: int) -> NDArray[np.intp]:
@@ -53,10 +53,13 @@ def last_true(values: Bools, count: int) -> NDArray[np.intp]:
 
 
 def _trailing_sum(values: Bools, count: int) -> NDArray[np.int64]:
-    total = np.concatenate(([0], np.cumsum(values, dtype=np.int64)))
-    start = np.maximum(np.arange(1, len(total)) - count, 0)
-    return np.asarray(total[1:] - total[start])
+    total = np.cumsum(values, axis=0, dtype=np.int64)
+    found = total.copy()
+    found[count:] -= total[:-count]
+    return found
 
 
 def _shifted(values: Bools, fill: bool) -> Bools:
-    return np.concatenate(([fill], values[:-1]))
+    shifted = np.empty_like(values)
+    shifted[:1], shifted[1:] = fill, values[:-1]
+    return shifted

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.contact import object_parts
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
-from pytest_safemanip.propositions.filters import falling, majority, recently
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.filters import falling, majority, recently, rising
+from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import angle, conjugate, multiply, relative, tilt
 
@@ -31,11 +32,12 @@ OPENING_WINDOW = Parameter(
 )
 
 
+@pointwise
 def pressed(view: View, name: str) -> Bools:
     """Both finger groups press on the object at this very step (T,)."""
     parts, limit = object_parts(view, name), view.parameters["obj_grasped.force"]
-    scene, table = view.trace.scene, view.trace.pair_table
-    sides = [set(scene.parts_of(ROBOT, (side,))) for side in ("finger_left", "finger_right")]
+    table = view.trace.pair_table
+    sides = [view.shared(_finger, side) for side in ("finger_left", "finger_right")]
     forces = [table.force(side, parts) for side in sides]
     return np.asarray((forces[0] >= limit) & (forces[1] >= limit))
 
@@ -63,15 +65,13 @@ def stable_grasp(view: View, name: str) -> Bools:
 
 
 def obj_released(view: View, name: str) -> Bools:
-    """The grasp ends at this step while the gripper opens or is commanded open: it opened faster
-    than ``obj_released.rate``, or was commanded to, within the last ``obj_released.window``. An
-    end without opening is a drop and no release.
+    """The grasp ends at this step while the gripper opens or is commanded open: within the last
+    ``obj_released.window`` it was commanded to, or opened faster than ``obj_released.rate`` and is
+    no less open now. An end without opening is a drop and no release.
     """
-    p, steps = view.parameters, view.trace.steps
-    opens = (steps.gripper[:, 1] > p["obj_released.rate"]) | (steps.action[:, 6] < 0.0)
-    return falling(view("obj_grasped", name)) & recently(
-        opens, view.trace.count(p["obj_released.window"])
-    )
+    count = view.trace.count(view.parameters["obj_released.window"])
+    commanded = recently(view.trace.steps.action[:, 6] < 0.0, count)
+    return falling(view("obj_grasped", name)) & (commanded | _opened(view, count))
 
 
 def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
@@ -85,23 +85,50 @@ def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
     ]
 
 
+def _opened(view: View, count: int) -> Bools:
+    """Whether the gripper opened within the last steps and is no less open now (T,)."""
+    opening, rate = view.trace.steps.gripper.T
+    opens = rate > view.parameters["obj_released.rate"]
+    opened = np.zeros(len(opens), bool)
+    # Fingers yield a little while an object slips out of them, and then snap shut.
+    for lag in range(min(count, len(opens))):
+        then = slice(len(opens) - lag)
+        opened[lag:] |= opens[then] & (opening[lag:] >= opening[then])
+    return opened
+
+
 def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Largest change of the pose in the gripper within the window: metres and radians (T,)."""
-    trace, grasped = view.trace, view("obj_grasped", name)
-    index = trace.scene.object_index[name]
-    pose = relative(trace.steps.eef_pose, trace.steps.object_pose[:, index])
-    compared = grasped & pressed(view, name)
-    grasp = np.cumsum(grasped & ~np.concatenate(([False], grasped[:-1])))
-    distance, turn = np.zeros(len(trace)), np.zeros(len(trace))
-    for lag in range(1, trace.count(view.parameters["stable_grasp.window"]) + 1):
-        if lag >= len(trace):
-            break
-        same = compared[lag:] & compared[:-lag] & (grasp[lag:] == grasp[:-lag])
-        moved = np.linalg.norm(pose[lag:, :3] - pose[:-lag, :3], axis=1)
-        turned = angle(multiply(conjugate(pose[:-lag, 3:]), pose[lag:, 3:]))
-        distance[lag:] = np.maximum(distance[lag:], np.where(same, moved, 0.0))
-        turn[lag:] = np.maximum(turn[lag:], np.where(same, turned, 0.0))
+    grasped = view("obj_grasped", name)
+    count = view.trace.count(view.parameters["stable_grasp.window"])
+    distance, turn = np.zeros(len(grasped)), np.zeros(len(grasped))
+    steps = np.flatnonzero(grasped & pressed(view, name))
+    if len(steps) < 2:
+        return distance, turn
+    grasp = np.cumsum(rising(grasped))[steps]
+    pose = _in_hand(view, name)[steps]
+    # Each step against those before it: the n-th column is the n-th compared step before.
+    place = np.arange(len(steps))[:, None] - np.arange(1, count + 1)
+    before = np.maximum(place, 0)
+    same = (place >= 0) & (steps[:, None] - steps[before] <= count)
+    same &= grasp[:, None] == grasp[before]
+    moved = np.linalg.norm(pose[:, None, :3] - pose[before, :3], axis=-1)
+    turned = angle(multiply(conjugate(pose[before, 3:]), pose[:, None, 3:]))
+    distance[steps] = np.where(same, moved, 0.0).max(axis=1)
+    turn[steps] = np.where(same, turned, 0.0).max(axis=1)
     return distance, turn
+
+
+def _finger(view: View, side: str) -> frozenset[int]:
+    """Indices of the parts of one finger group."""
+    return frozenset(view.trace.scene.parts_of(ROBOT, (side,)))
+
+
+@pointwise
+def _in_hand(view: View, name: str) -> NDArray[np.float64]:
+    """Pose of the object as seen from the gripper (T, 7)."""
+    index = view.trace.scene.object_index[name]
+    return relative(view.trace.steps.eef_pose, view.trace.steps.object_pose[:, index])
 
 
 def _grasp_window(p: Mapping[str, float]) -> float:
@@ -110,7 +137,12 @@ def _grasp_window(p: Mapping[str, float]) -> float:
 
 PROPOSITIONS = (
     Proposition(
-        "obj_grasped", ("object",), _grasp_window, (GRASP_FORCE, GRASP_WINDOW), obj_grasped
+        "obj_grasped",
+        ("object",),
+        _grasp_window,
+        (GRASP_FORCE, GRASP_WINDOW),
+        obj_grasped,
+        debounce=_grasp_window,
     ),
     Proposition(
         "stable_grasp",
@@ -127,5 +159,6 @@ PROPOSITIONS = (
         (OPENING_RATE, OPENING_WINDOW),
         obj_released,
         act=True,
+        debounce=_grasp_window,
     ),
 )

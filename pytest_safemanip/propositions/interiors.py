@@ -1,4 +1,7 @@
-"""Where objects are relative to the interiors of a fixture."""
+"""Where objects are relative to what holds things: interiors of fixtures, boxes of objects.
+
+Everything is computed for all objects at once: online, a call costs more than its arithmetic.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.propositions.definition import Bools, View
-from pytest_safemanip.trace.geometry import centred, corners, to_local, to_world
+from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.solids import body_corners
+from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.geometry import centred, to_local, to_world
 
-Interior = tuple[NDArray[np.float32], NDArray[np.float64]]
+Floats = NDArray[np.float64]
+ROUNDING = 1e-6
+"""By how much float32 poses may be off, m."""
 
 
-def interiors(view: View, fixture: str) -> list[Interior]:
+def interiors(view: View, fixture: str) -> list[tuple[NDArray[np.float32], Floats]]:
     """Poses over time (T, 7) and half extents (3,) of the fixture's interiors.
 
     Raises:
@@ -25,67 +32,108 @@ def interiors(view: View, fixture: str) -> list[Interior]:
     return [(view.trace.steps.box_pose[:, b], np.array(scene.boxes[b].half)) for b in boxes]
 
 
-def centres(view: View, index: int) -> NDArray[np.float64]:
-    """Centre of an object's box over time (T, 3)."""
-    body = view.trace.scene.bodies[index]
-    return to_world(view.trace.steps.object_pose[:, index], body.centre)
-
-
-def holding_boxes(view: View, entity: str) -> list[Interior]:
-    """Where an entity holds things: the box of an object, or the interiors of a fixture.
+def holding_halves(view: View, entity: str) -> list[Floats]:
+    """Half extents (3,) of where an entity holds things: the box of an object, or the interiors of
+    a fixture.
 
     Raises:
         TraceError: if a fixture has no interior.
     """
-    scene = view.trace.scene
-    if entity not in scene.object_index:
-        return interiors(view, entity)
-    index = scene.object_index[entity]
-    body = scene.bodies[index]
-    pose = centred(view.trace.steps.object_pose[:, index], body.centre)
-    return [(pose.astype(np.float32), np.array(body.half))]
+    index = view.trace.scene.object_index.get(entity)
+    if index is None:
+        return [half for _, half in interiors(view, entity)]
+    return [np.array(view.trace.scene.bodies[index].half)]
 
 
-def place_in(view: View, content: str, box: Interior) -> NDArray[np.float64]:
-    """Centre of an object's box in the frame of another box over time (T, 3)."""
-    return to_local(box[0], centres(view, view.trace.scene.object_index[content]))
+@pointwise
+def seen_from(view: View, entity: str, number: int) -> Floats:
+    """Centres of all objects' boxes, seen from where an entity holds things (T, N, 3).
+
+    Args:
+        view: what is looked at.
+        entity: holds them.
+        number: of the box among its :func:`holding_halves`.
+    """
+    trace = view.trace
+    index = trace.scene.object_index.get(entity)
+    if index is None:
+        pose = interiors(view, entity)[number][0]
+    else:
+        own = trace.scene.bodies[index].centre
+        pose = centred(trace.steps.object_pose[:, index], own).astype(np.float32)
+    return to_local(pose[:, None], _centres(view))
+
+
+def place_in(view: View, content: str, entity: str, number: int) -> Floats:
+    """Centre of one object's box as :func:`seen_from` an entity (T, 3)."""
+    return seen_from(view, entity, number)[:, view.trace.scene.object_index[content]]
+
+
+@pointwise
+def all_within(view: View, entity: str) -> Bools:
+    """Whether the centres of all objects' boxes are where an entity holds things (T, N)."""
+    within = np.zeros((len(view.trace), len(view.trace.scene.bodies)), bool)
+    for number, half in enumerate(holding_halves(view, entity)):
+        within |= (np.abs(seen_from(view, entity, number)) <= half).all(axis=-1)
+    return within
 
 
 def centre_within(view: View, content: str, entity: str) -> Bools:
     """Whether the centre of an object's box is where an entity holds things (T,)."""
-    within = np.zeros(len(view.trace), bool)
-    for box in holding_boxes(view, entity):
-        within |= (np.abs(place_in(view, content, box)) <= box[1]).all(axis=1)
-    return within
+    return np.asarray(all_within(view, entity)[:, view.trace.scene.object_index[content]])
 
 
 def inside(view: View, entity: str, step: int) -> list[str]:
     """Objects whose box's centre is where an entity holds things, at a step."""
-    bodies = view.trace.scene.bodies
-    return [b.entity for b in bodies if centre_within(view, b.entity, entity)[step]]
+    bodies, within = view.trace.scene.bodies, all_within(view, entity)[step]
+    return [body.entity for body, is_inside in zip(bodies, within, strict=True) if is_inside]
 
 
-def corners_inside(view: View, name: str, fixture: str, slack: float, floor: bool = False) -> Bools:
-    """Which corners are inside, for the interior that holds most of them (T, 8).
+@pointwise
+def near(view: View, fixture: str, number: int) -> Bools:
+    """Where an object's box may reach into an interior: its bounding sphere does, but for
+    ``enclosure.tolerance`` (T, N).
+    """
+    half = holding_halves(view, fixture)[number]
+    gap = np.maximum(np.abs(seen_from(view, fixture, number)) - half, 0.0)
+    return np.asarray(np.linalg.norm(gap, axis=-1) <= view.shared(_reach))
+
+
+def _reach(view: View) -> Floats:
+    """How near an object must be to an interior to be worth a look, m (N,)."""
+    slack = view.parameters["enclosure.tolerance"] + ROUNDING
+    return np.array([np.linalg.norm(body.half) + slack for body in view.trace.scene.bodies])
+
+
+@pointwise
+def corners_inside(view: View, fixture: str, slack: float, floor: bool = False) -> Bools:
+    """Which corners of each object's box are inside, for the interior that holds most of them
+    (T, N, 8).
 
     Args:
         view: what is looked at.
-        name: the object.
         fixture: the enclosure.
-        slack: how far outside still counts as inside, m; negative demands a depth.
+        slack: how far outside still counts as inside, m, at most ``enclosure.tolerance``; negative
+            demands a depth.
         floor: whether corners below the floor count as on it if the box's centre is above it.
     """
-    trace = view.trace
-    index = trace.scene.object_index[name]
-    body = trace.scene.bodies[index]
-    points = corners(trace.steps.object_pose[:, index], body.half, body.centre)
-    best = np.zeros((len(trace), 8), bool)
-    for pose, half in interiors(view, fixture):
-        local = to_local(pose[:, None], points)
+    best = np.zeros((len(view.trace), len(view.trace.scene.bodies), 8), bool)
+    for number, (pose, half) in enumerate(interiors(view, fixture)):
+        step, body = np.nonzero(near(view, fixture, number))
+        if len(step) == 0:
+            continue
+        local = to_local(pose[step, None], body_corners(view)[step, body])
         if floor:
             lying = (local[..., 2].mean(axis=1, keepdims=True) > -half[2]) & (local[..., 2] < 0)
             local[..., 2] = np.where(lying, 0.0, local[..., 2])
         inside = (np.abs(local) < half + slack).all(axis=-1)
-        more = inside.sum(axis=1) > best.sum(axis=1)
-        best[more] = inside[more]
+        more = inside.sum(axis=1) > best[step, body].sum(axis=1)
+        best[step[more], body[more]] = inside[more]
     return best
+
+
+@pointwise
+def _centres(view: View) -> Floats:
+    """Centres of all objects' boxes (T, N, 3)."""
+    own = np.array([body.centre for body in view.trace.scene.bodies], float).reshape(-1, 3)
+    return to_world(view.trace.steps.object_pose, own)

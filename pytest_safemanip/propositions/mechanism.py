@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.contact import robot_parts
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.contact import robot_on_joint
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import held, last_true, recently
+from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.kinematics import opening_direction
 
@@ -31,7 +32,7 @@ def mech_hit(view: View, fixture: str) -> Bools:
     touches that part and it moves faster than ``mech_hit.rate`` or did so within the last
     ``mech_hit.window``.
     """
-    return np.asarray(_hits(view, fixture) != 0)
+    return np.asarray(_hits(view, fixture)[0] != 0)
 
 
 def retract(view: View, fixture: str) -> Bools:
@@ -67,63 +68,77 @@ def recovered(view: View, fixture: str) -> Bools:
 
 def mech_hit_evidence(view: View, fixture: str, step: int) -> list[str]:
     """What the moving part presses on."""
-    lines = []
+    contacts, lines = view.trace.steps.contacts, []
     for index in view.trace.scene.joints_of(fixture):
-        for row, force in _pressing(view, index):
-            if view.trace.steps.contacts.step[row] == step and abs(force) > 0:
-                lines.append(f"{fixture} presses on {_other(view, index, row)}: {abs(force):.1f} N")
+        rows, forces = _pressing_rows(view, index)
+        now = contacts.step[rows] == step
+        for row, force in zip(rows[now], np.abs(forces[now]), strict=True):
+            if force > 0:
+                lines.append(f"{fixture} presses on {_other(view, index, row)}: {force:.1f} N")
     return lines
 
 
-def _hits(view: View, fixture: str) -> NDArray[np.float64]:
-    """Direction of the hit at each step: 1 while opening, -1 while closing, 0 without one."""
-    return _hits_by_joint(view, fixture)[0]
-
-
-def _hits_by_joint(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+def _hits(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Direction of the hit at each step (1 while opening, -1 while closing, 0 without one) and the
+    joint that hit (T,), (T,).
+    """
     p, trace = view.parameters, view.trace
     direction = np.zeros(len(trace))
     joint_at = np.full(len(trace), -1, np.intp)
-    robot = robot_parts(view)
-    for index in trace.scene.joints_of(fixture):
-        joint = trace.scene.joints[index]
-        if not joint.gives_access:
+    for index in trace.scene.doors_of(fixture):
+        force = _pressing(view, index)
+        if not (np.abs(force) >= p["mech_hit.force"]).any():
             continue
-        own = {i for i, part in enumerate(trace.scene.parts) if part.joint == joint.key}
-        touched = trace.pair_table.force(robot, own) > 0
         moving = np.abs(trace.steps.joint[:, index, 1]) > p["mech_hit.rate"]
-        pushed = touched & recently(moving, trace.count(p["mech_hit.window"]))
-        for row, force in _pressing(view, index):
-            step = trace.steps.contacts.step[row]
-            if abs(force) >= p["mech_hit.force"] and pushed[step]:
-                direction[step], joint_at[step] = np.sign(force), index
+        pushed = (robot_on_joint(view, index) > 0) & recently(
+            moving, trace.count(p["mech_hit.window"])
+        )
+        hit = pushed & (np.abs(force) >= p["mech_hit.force"])
+        direction = np.where(hit, np.sign(force), direction)
+        joint_at = np.where(hit, index, joint_at)
     return direction, joint_at
 
 
-def _pressing(view: View, index: int) -> list[tuple[int, float]]:
-    """Contact rows in which the joint's part presses on others along its motion, and how hard.
+@pointwise
+def _pressing(view: View, index: int) -> NDArray[np.float64]:
+    """Greatest force with which the joint's part presses on others along its motion, N (T,).
 
-    The force is positive where the obstacle stands in the way of opening.
+    Positive where the obstacle stands in the way of opening.
     """
+    rows, forces = _pressing_rows(view, index)
+    steps = view.trace.steps.contacts.step[rows]
+    ahead, behind = np.zeros(len(view.trace)), np.zeros(len(view.trace))
+    np.maximum.at(ahead, steps, forces)
+    np.minimum.at(behind, steps, forces)
+    return np.where(ahead >= -behind, ahead, behind)
+
+
+def _pressing_rows(view: View, index: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Contact rows in which the joint's part presses on others along its motion, and how hard."""
     scene, contacts = view.trace.scene, view.trace.steps.contacts
     joint = scene.joints[index]
-    own = np.array([part.joint == joint.key for part in scene.parts])
-    foreign = np.array([part.entity not in (joint.entity, ROBOT) for part in scene.parts])
-    if len(contacts) == 0:
-        return []
+    own, foreign = view.shared(_sides, index)
     first = own[contacts.a] & foreign[contacts.b]
     second = own[contacts.b] & foreign[contacts.a]
     rows = np.flatnonzero(first | second)
     # The normal points from a to b; the part presses along its outward normal.
     outward = np.where(first[rows, None], 1.0, -1.0) * contacts.normal[rows]
     along = opening_direction(joint, contacts.position[rows])
-    share = np.einsum("ij,ij->i", outward, along)
-    return list(zip(rows.tolist(), (contacts.peak[rows] * share).tolist(), strict=True))
+    return rows, contacts.peak[rows] * np.einsum("ij,ij->i", outward, along)
+
+
+def _sides(view: View, index: int) -> tuple[Bools, Bools]:
+    """Which parts a joint moves, and which are neither its fixture's nor the robot's (parts,)."""
+    scene = view.trace.scene
+    joint = scene.joints[index]
+    own = [part.joint == joint.key for part in scene.parts]
+    foreign = [part.entity not in (joint.entity, ROBOT) for part in scene.parts]
+    return np.array(own, bool), np.array(foreign, bool)
 
 
 def _last_hit(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """Direction and joint of the newest hit within the memory (T,), (T,)."""
-    direction, joint = _hits_by_joint(view, fixture)
+    direction, joint = _hits(view, fixture)
     newest = last_true(direction != 0, view.trace.count(view.parameters["mech_hit.memory"]))
     known = newest >= 0
     return np.where(known, direction[newest], 0.0), np.where(known, joint[newest], -1)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.enclosure import TOLERANCE
 from pytest_safemanip.propositions.filters import held, rising, still
 from pytest_safemanip.propositions.interiors import (
-    centre_within,
+    all_within,
     corners_inside,
+    holding_halves,
     inside,
-    interiors,
-    place_in,
+    seen_from,
 )
+from pytest_safemanip.propositions.view import View
 
 REST_WINDOW = Parameter("item_in_enclosure.window", "s", 0.25, "as for settled")
 REST_DRIFT = Parameter(
@@ -27,9 +28,10 @@ def item_in_enclosure(view: View, fixture: str) -> Bools:
     is in the same interior, it moved less than ``item_in_enclosure.drift`` in it from the
     beginning of the window to its end, and the robot does not hold it.
     """
-    occupied = np.zeros(len(view.trace), bool)
-    for body in view.trace.scene.bodies:
-        occupied |= _rests(view, body.entity, fixture)
+    occupied, rests = np.zeros(len(view.trace), bool), _rest_inside(view, fixture)
+    for index in np.flatnonzero(rests.any(axis=0)):
+        held_now = view("obj_grasped", view.trace.scene.bodies[index].entity)
+        occupied |= rests[:, index] & ~held_now
     return occupied
 
 
@@ -38,17 +40,15 @@ def insert_item(view: View, fixture: str) -> Bools:
     ``enclosure.tolerance``.
     """
     depth, entered = -view.parameters["enclosure.tolerance"], np.zeros(len(view.trace), bool)
-    for body in view.trace.scene.bodies:
-        entering = rising(corners_inside(view, body.entity, fixture, depth).any(axis=-1))
-        entered |= entering & view("obj_grasped", body.entity)
+    entering = rising(corners_inside(view, fixture, depth).any(axis=-1))
+    for index in np.flatnonzero(entering.any(axis=0)):
+        entered |= entering[:, index] & view("obj_grasped", view.trace.scene.bodies[index].entity)
     return entered
 
 
 def enclosure_cleared(view: View, fixture: str) -> Bools:
     """For ``enclosure_cleared.window``, the centre of no object's box is inside the fixture."""
-    occupied = np.zeros(len(view.trace), bool)
-    for body in view.trace.scene.bodies:
-        occupied |= centre_within(view, body.entity, fixture)
+    occupied = all_within(view, fixture).any(axis=1)
     return held(~occupied, view.trace.count(view.parameters["enclosure_cleared.window"]))
 
 
@@ -57,15 +57,16 @@ def insert_item_evidence(view: View, fixture: str, step: int) -> list[str]:
     return [f"{name} is inside {fixture}" for name in inside(view, fixture, step)]
 
 
-def _rests(view: View, name: str, fixture: str) -> Bools:
-    """Whether one object rests inside the fixture (T,)."""
-    p, rests = view.parameters, np.zeros(len(view.trace), bool)
+def _rest_inside(view: View, fixture: str) -> Bools:
+    """Whether each object rests inside the fixture, held or not (T, N)."""
+    p, rests = view.parameters, np.zeros((len(view.trace), len(view.trace.scene.bodies)), bool)
     count = view.trace.count(p["item_in_enclosure.window"])
-    for box in interiors(view, fixture):
-        place = place_in(view, name, box)
-        within = (np.abs(place) <= box[1]).all(axis=1)
-        rests |= still(place, count, p["item_in_enclosure.drift"]) & held(within, count)
-    return rests & ~view("obj_grasped", name)
+    for number, half in enumerate(holding_halves(view, fixture)):
+        place = seen_from(view, fixture, number)
+        within = held((np.abs(place) <= half).all(axis=-1), count)
+        if within.any():
+            rests |= within & still(place, count, p["item_in_enclosure.drift"])
+    return rests
 
 
 PROPOSITIONS = (

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.propositions.contact import HAND, object_parts
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.contact import hand_parts, object_parts, robot_on_joint
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import majority, rising
 from pytest_safemanip.propositions.operation import leaves
-from pytest_safemanip.trace.elements import BUTTON, ROBOT
+from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.elements import BUTTON
 
 OPEN_RATE = Parameter("skill_onset.rate", "1/s", 0.02, "a door that is moved takes under a minute")
 PRESS_FORCE = Parameter("skill_onset.force", "N", 0.5, "as for a finger in a grasp")
@@ -44,17 +45,12 @@ def _close(view: View, fixture: str) -> Bools:
 
 
 def _moved(view: View, fixture: str, direction: float) -> Bools:
-    trace, scene = view.trace, view.trace.scene
-    robot = set(scene.parts_of(ROBOT))
+    trace = view.trace
     started = np.zeros(len(trace), bool)
-    for index in scene.joints_of(fixture):
-        joint = scene.joints[index]
-        if not joint.gives_access:
-            continue
-        own = {i for i, part in enumerate(scene.parts) if part.joint == joint.key}
+    for index in trace.scene.doors_of(fixture):
         rate = direction * trace.steps.joint[:, index, 1]
         moving = rate > view.parameters["skill_onset.rate"]
-        moving &= trace.pair_table.force(robot, own) > 0
+        moving &= robot_on_joint(view, index) > 0
         started |= rising(majority(moving, trace.count(view.parameters["skill_onset.window"])))
     return started
 
@@ -68,6 +64,13 @@ def _pour(view: View, container: str) -> Bools:
 
 
 def _operate(view: View, fixture: str) -> Bools:
+    count = view.trace.count(view.parameters["skill_onset.window"])
+    return rising(majority(_operated(view, fixture), count))
+
+
+@pointwise
+def _operated(view: View, fixture: str) -> Bools:
+    """Whether the hand touches a control of the fixture (T,)."""
     scene = view.trace.scene
     controls = {
         part
@@ -78,9 +81,8 @@ def _operate(view: View, fixture: str) -> Bools:
             and not scene.joints[scene.joint_index[scene.parts[part].joint]].gives_access
         )
     }
-    force = view.trace.pair_table.force(set(scene.parts_of(ROBOT, HAND)), controls)
-    touched = force >= view.parameters["skill_onset.force"]
-    return rising(majority(touched, view.trace.count(view.parameters["skill_onset.window"])))
+    force = view.trace.pair_table.force(hand_parts(view), controls)
+    return np.asarray(force >= view.parameters["skill_onset.force"])
 
 
 _ONSETS = {
@@ -104,5 +106,6 @@ PROPOSITIONS = (
         (OPEN_RATE, PRESS_FORCE, WINDOW),
         skill_onset,
         act=True,
+        debounce=lambda p: min(p["skill_onset.window"], p["obj_grasped.window"]),
     ),
 )

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.propositions.definition import Bools, Parameter, View
+from pytest_safemanip.propositions.definition import Bools, Parameter
 from pytest_safemanip.propositions.filters import falling
 from pytest_safemanip.propositions.interiors import (
     centre_within,
-    holding_boxes,
+    holding_halves,
     inside,
     place_in,
 )
 from pytest_safemanip.propositions.release import UPRIGHT
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import tilt
 
 CLOSED = Parameter("pre_safe.closed", "", 0.05, "a latch catches a door that is this nearly shut")
@@ -61,9 +62,9 @@ def leaves(view: View, content: str, container: str) -> Bools:
 
 
 def _below(view: View, content: str, receiver: str, step: int) -> bool:
-    for box in holding_boxes(view, receiver):
-        x, y, z = place_in(view, content, box)[step]
-        if abs(x) <= box[1][0] and abs(y) <= box[1][1] and z > -box[1][2]:
+    for number, half in enumerate(holding_halves(view, receiver)):
+        x, y, z = place_in(view, content, receiver, number)[step]
+        if abs(x) <= half[0] and abs(y) <= half[1] and z > -half[2]:
             return True
     return False
 

@@ -7,12 +7,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import last_true, recently
 from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.propositions.interiors import centre_within
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT
 from pytest_safemanip.propositions.solids import solids
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners
 from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.planar import footprints_overlap
@@ -29,19 +31,20 @@ Array = NDArray[np.float64]
 
 def pre_safe(view: View, skill: str, entity: str) -> Bools:
     """The conditions of a skill hold at this step. ``pick``: the object was settled within the
-    last ``pre_safe.pick_window``, and no object stands on it. ``place``: where it last was in the
-    fingers, within ``pre_safe.place_window``, what lies below it is a permitted support, free of
-    other objects, at most ``pre_safe.drop`` below. ``open`` and ``close``: no object stands in
-    the rest of the part's way by more than ``pre_safe.overlap``. ``press``, ``turn``, ``slide``: in
-    the basin, nothing raw lies with something ready to eat; an appliance that is off has its doors
-    closed but for ``pre_safe.closed`` and, if it is a microwave, nothing of metal in it. ``pour``:
-    a receiver that the task has for what leaves is below it and stands upright.
+    last ``pre_safe.pick_window``, and no object stands on it but what lies inside it. ``place``:
+    where it last was in the fingers, within ``pre_safe.place_window``, what lies below it is a
+    permitted support, free of other objects, at most ``pre_safe.drop`` below. ``open`` and
+    ``close``: no object stands in the rest of the part's way by more than ``pre_safe.overlap``.
+    ``press``, ``turn``, ``slide``: in the basin, nothing raw lies with something ready to eat; an
+    appliance that is off has its doors closed but for ``pre_safe.closed`` and, if it is a
+    microwave, nothing of metal in it. ``pour``: a receiver that the task has for what leaves is
+    below it and stands upright.
 
     Evaluated where the skill's onset is true, and true elsewhere.
     """
     onset = np.flatnonzero(view("skill_onset", skill, entity))
     result = np.ones(len(view.trace), bool)
-    for step in onset:
+    for step in onset[onset >= view.since]:
         result[step] = not _CONDITIONS[skill](view, entity, int(step))
     return result
 
@@ -57,16 +60,18 @@ def _pick(view: View, name: str, step: int) -> list[str]:
     if not recently(view("settled", name), count)[step]:
         broken.append(f"{name} was not at rest on a permitted support before it was grasped")
     own = set(trace.scene.parts_of(name))
-    contacts, parts = trace.steps.contacts, trace.scene.parts
+    contacts, parts, stacked = trace.steps.contacts, trace.scene.parts, set()
     first, stop = np.searchsorted(contacts.step, (step, step + 1))
     for row in range(first, stop):
         a, b = int(contacts.a[row]), int(contacts.b[row])
         upper, lift = (b, contacts.normal[row, 2]) if a in own else (a, -contacts.normal[row, 2])
         if (a in own) != (b in own) and lift > 0.5 and contacts.force[row] > 0:
-            stacked = parts[upper].entity
-            if stacked in trace.scene.object_index:
-                broken.append(f"{stacked} stands on {name}")
-    return broken
+            stacked.add(parts[upper].entity)
+    return broken + [
+        f"{other} stands on {name}"
+        for other in sorted(stacked & set(trace.scene.object_index))
+        if not centre_within(view, other, name)[step]
+    ]
 
 
 def _place(view: View, name: str, step: int) -> list[str]:

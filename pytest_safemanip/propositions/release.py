@@ -7,10 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.contact import object_parts, robot_parts
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition, View
+from pytest_safemanip.propositions.contact import object_parts, robot_force
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import held
 from pytest_safemanip.propositions.solids import solids
+from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import tilt, to_world
 from pytest_safemanip.trace.kinematics import opening_direction
 from pytest_safemanip.trace.planar import hull_margin
@@ -56,15 +57,15 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
         )
     if np.isfinite(speed[0]) and (speed[0] >= p["settled.speed"] or spin[0] >= p["settled.spin"]):
         lines.append(f"{name} moves at {speed[0]:.2f} m/s and {spin[0]:.1f} rad/s")
-    if view.trace.pair_table.force(robot_parts(view), object_parts(view, name))[step] > 0:
+    if robot_force(view, name)[step] > 0:
         lines.append(f"{name} is touched by the robot")
     return lines
 
 
+@pointwise
 def _settled_now(view: View, name: str) -> Bools:
     p, trace = view.parameters, view.trace
-    touched = trace.pair_table.force(robot_parts(view), object_parts(view, name))
-    candidate = touched < p["settled.touch"]
+    candidate = robot_force(view, name) < p["settled.touch"]
     index = trace.scene.object_index[name]
     if name in view.binding.upright:
         candidate &= tilt(trace.steps.object_pose[:, index, 3:]) < p["settled.tilt"]

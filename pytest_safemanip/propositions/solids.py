@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from pytest_safemanip.propositions.definition import View
+from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import Array, corners
 from pytest_safemanip.trace.kinematics import carried
 
@@ -24,35 +24,31 @@ def solids(
     """
     scene = view.trace.scene
     found = [item for item in scene.fixed_surfaces if only is None or item[0] in only]
-    moving = view.shared(_Moving)
     for index, surface in enumerate(scene.surfaces):
         if surface.joint and (only is None or surface.entity in only):
-            found.append((surface.entity, moving.surface(index)[step]))
+            found.append((surface.entity, _surface(view, index)[step]))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
-            found.append((body.entity, moving.body(index)[step]))
+            found.append((body.entity, body_corners(view)[step, index]))
     return found
 
 
-class _Moving:
-    """Box corners (T, 8, 3) of what moves, each computed when it is first asked for."""
+@pointwise
+def _surface(view: View, index: int) -> Array:
+    """Box corners of a surface that a joint carries (T, 8, 3)."""
+    scene = view.trace.scene
+    surface = scene.surfaces[index]
+    joint = scene.joint_index[surface.joint]
+    openness = view.trace.steps.joint[:, joint, 0]
+    return corners(carried(scene.joints[joint], np.asarray(surface.pose), openness), surface.half)
 
-    def __init__(self, view: View) -> None:
-        self._trace = view.trace
-        self._known: dict[tuple[str, int], Array] = {}
 
-    def surface(self, index: int) -> Array:
-        if ("surface", index) not in self._known:
-            scene = self._trace.scene
-            surface = scene.surfaces[index]
-            joint = scene.joint_index[surface.joint]
-            openness = self._trace.steps.joint[:, joint, 0]
-            pose = carried(scene.joints[joint], np.asarray(surface.pose), openness)
-            self._known["surface", index] = corners(pose, surface.half)
-        return self._known["surface", index]
-
-    def body(self, index: int) -> Array:
-        if ("body", index) not in self._known:
-            body, poses = self._trace.scene.bodies[index], self._trace.steps.object_pose[:, index]
-            self._known["body", index] = corners(poses, body.half, body.centre)
-        return self._known["body", index]
+@pointwise
+def body_corners(view: View) -> Array:
+    """Box corners of all objects (T, N, 8, 3)."""
+    bodies = view.trace.scene.bodies
+    half, centre = (
+        np.array([getattr(body, name) for body in bodies], float).reshape(-1, 1, 3)
+        for name in ("half", "centre")
+    )
+    return corners(view.trace.steps.object_pose, half, centre)

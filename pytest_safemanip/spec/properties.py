@@ -115,6 +115,18 @@ class Property:
             trigger=self.trigger,
         )
 
+    def calls(self, row: Sequence[str]) -> list[tuple[str, ...]]:
+        """What the atoms stand for, for one instance: (proposition, its arguments), in their order.
+
+        Args:
+            row: the entities that the variables are bound to.
+        """
+        bound = dict(zip(self.variables, row, strict=True))
+        return [
+            (call.name, *(bound.get(argument, argument) for argument in call.arguments))
+            for call in self.atoms.values()
+        ]
+
 
 def load_properties(
     folders: Sequence[Path],

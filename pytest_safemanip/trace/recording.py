@@ -83,13 +83,19 @@ class Episode:
         return episode
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording:
     """A complete rollout. Everything that judges it is a pure function of it."""
 
     episode: Episode
     scene: Scene
     steps: Steps
+
+    def __repr__(self) -> str:
+        about = self.episode
+        return (
+            f"<Recording {about.task}, {about.policy}, seed {about.seed}: {len(self.steps)} steps>"
+        )
 
     @property
     def success(self) -> bool:
@@ -103,7 +109,12 @@ class Recording:
 
     @cached_property
     def trace(self) -> Trace:
-        """What propositions are evaluated on."""
+        """What propositions are evaluated on.
+
+        Raises:
+            TraceError: if the recording is impossible; see :func:`check`.
+        """
+        check(self)
         return Trace(self.scene, self.steps)
 
 
@@ -114,9 +125,21 @@ def check(recording: Recording) -> Recording:
         TraceError: naming the field, the step and the entity of the first impossible value.
     """
     scene, steps = recording.scene.checked(), recording.steps
-    length = len(steps)
-    if length == 0:
+    if len(steps) == 0:
         raise TraceError("recording: no step")
+    check_steps(scene, steps)
+    if steps.tail[0] or (np.diff(steps.tail.astype(int)) < 0).any():
+        raise TraceError("tail: must be a suffix and not the whole recording")
+    return recording
+
+
+def check_steps(scene: Scene, steps: Steps) -> None:
+    """Refuse steps that cannot be.
+
+    Raises:
+        TraceError: naming the field, the step and the entity of the first impossible value.
+    """
+    length = len(steps)
     for name, shape in {**array_shapes(scene), "action": (12,), "success": (), "tail": ()}.items():
         array = getattr(steps, name)
         _check_shape(name, array, (length, *shape))
@@ -129,10 +152,7 @@ def check(recording: Recording) -> Recording:
         raise TraceError(f"switch: neither 0 nor 1 at {place}")
     for name in ("eef_pose", "base_pose", "object_pose", "box_pose"):
         _check_unit(scene, name, getattr(steps, name)[..., 3:])
-    if steps.tail[0] or (np.diff(steps.tail.astype(int)) < 0).any():
-        raise TraceError("tail: must be a suffix and not the whole recording")
-    _check_contacts(recording)
-    return recording
+    _check_contacts(scene, steps)
 
 
 def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
@@ -155,8 +175,8 @@ def _not_unit(vectors: Any) -> Any:
     return np.abs(np.linalg.norm(np.asarray(vectors, np.float64), axis=-1) - 1.0) > UNIT_TOLERANCE
 
 
-def _check_contacts(recording: Recording) -> None:
-    contacts, parts, length = recording.steps.contacts, recording.scene.parts, len(recording.steps)
+def _check_contacts(scene: Scene, steps: Steps) -> None:
+    contacts, parts, length = steps.contacts, scene.parts, len(steps)
     for column in dataclasses.fields(contacts):
         tail = (3,) if column.name in ("position", "normal") else ()
         _check_shape(
@@ -205,4 +225,4 @@ def _place(scene: Scene, name: str, index: Any) -> str:
     return f"{step} of {owners[int(index[1])]!r}" if owners else step
 
 
-__all__ = ["ARRAYS", "Episode", "Recording", "check"]
+__all__ = ["ARRAYS", "Episode", "Recording", "check", "check_steps"]

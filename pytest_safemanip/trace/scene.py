@@ -71,6 +71,21 @@ class Scene:
         return {j.key: i for i, j in enumerate(self.joints)}
 
     @cached_property
+    def owned(self) -> Mapping[str, frozenset[int]]:
+        """Indices of the contact parts of each entity that has any."""
+        found: dict[str, set[int]] = {}
+        for index, part in enumerate(self.parts):
+            found.setdefault(part.entity, set()).add(index)
+        return {entity: frozenset(parts) for entity, parts in found.items()}
+
+    @cached_property
+    def _moved(self) -> tuple[frozenset[int], ...]:
+        return tuple(
+            frozenset(i for i, part in enumerate(self.parts) if part.joint == joint.key)
+            for joint in self.joints
+        )
+
+    @cached_property
     def fixed_surfaces(self) -> tuple[tuple[str, Array], ...]:
         """Box corners (8, 3) of the surfaces that no joint moves, with their entities."""
         still = (s for s in self.surfaces if not s.joint)
@@ -79,6 +94,14 @@ class Scene:
     def joints_of(self, entity: str) -> list[int]:
         """Indices of an entity's joints."""
         return [i for i, j in enumerate(self.joints) if j.entity == entity]
+
+    def doors_of(self, entity: str) -> list[int]:
+        """Indices of an entity's joints that give access to an interior."""
+        return [i for i in self.joints_of(entity) if self.joints[i].gives_access]
+
+    def moved_by(self, joint: int) -> frozenset[int]:
+        """Indices of the contact parts that a joint moves."""
+        return self._moved[joint]
 
     def boxes_of(self, entity: str, kind: str) -> list[int]:
         """Indices of an entity's boxes of one kind."""

@@ -7,7 +7,7 @@ linear velocity of the frame's origin and angular velocity, both in the world fr
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -163,6 +163,14 @@ class Steps:
     def __len__(self) -> int:
         return len(self.success)
 
+    def __iter__(self) -> Iterator[tuple[Step, Floats, bool]]:
+        """The steps one by one, as they were recorded: state, action that led to it, acting."""
+        for t in range(len(self)):
+            arrays = {name: getattr(self, name)[t] for name in ARRAYS}
+            contacts = self.contacts.window(t, t + 1)
+            step = Step(**arrays, success=bool(self.success[t]), contacts=contacts)
+            yield step, self.action[t], not self.tail[t]
+
     @classmethod
     def stack(cls, steps: Sequence[Step], actions: Sequence[Floats], acting: int) -> Steps:
         """Stack recorded steps.
@@ -241,7 +249,7 @@ class PairTable:
         """Pairs of part indices (lower first) that touch at all, with their force (T,)."""
         return iter(self._pairs.items())
 
-    def force(self, side: set[int], other: set[int]) -> Floats:
+    def force(self, side: Set[int], other: Set[int]) -> Floats:
         """Largest peak force between a part of ``side`` and one of ``other`` (T,)."""
         result = np.zeros(self._length, np.float32)
         for (a, b), peak in self._pairs.items():

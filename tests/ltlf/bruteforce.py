@@ -1,10 +1,8 @@
-"""LTLf by its definition, and random formulas: what the engine is judged by."""
+"""LTLf by its definition: what the engine is judged by."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-from hypothesis import strategies as st
 
 from pytest_safemanip.ltlf import (
     Always,
@@ -24,9 +22,6 @@ from pytest_safemanip.ltlf import (
     WeakNext,
     WeakUntil,
 )
-
-UNARY = (Not, Next, WeakNext, Eventually, Always)
-BINARY = (And, Or, Implies, Iff, Until, WeakUntil, Release)
 
 
 def holds(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> bool:
@@ -71,19 +66,3 @@ def truth(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> list[
         case Release():
             return [all(q[u] or any(p[t:u]) for u in range(t, end)) for t in steps]
     raise AssertionError(formula)
-
-
-def formulas(depth: int, atoms: Sequence[str] = ("a", "b", "c")) -> st.SearchStrategy[Formula]:
-    """Random formulas with operators nested up to `depth` deep."""
-    names = st.sampled_from(atoms).map(Atom)
-    found = names | st.sampled_from([Constant(True), Constant(False), Last()])
-    for _ in range(depth):
-        unary = st.builds(lambda node, p: node(p), st.sampled_from(UNARY), found)
-        binary = st.builds(lambda node, p, q: node(p, q), st.sampled_from(BINARY), found, found)
-        found = names | unary | binary
-    return found
-
-
-def traces(atoms: int = 3, max_steps: int = 7, min_steps: int = 1) -> st.SearchStrategy[list[int]]:
-    """Random non-empty traces of letters."""
-    return st.lists(st.integers(0, (1 << atoms) - 1), min_size=min_steps, max_size=max_steps)

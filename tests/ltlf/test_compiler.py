@@ -13,6 +13,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.fuzz.formulas import formulas, traces
 from pytest_safemanip.ltlf import (
     Always,
     And,
@@ -32,7 +33,7 @@ from pytest_safemanip.ltlf import (
 )
 from pytest_safemanip.ltlf.formula import conjuncts
 
-from .bruteforce import formulas, holds, traces
+from .bruteforce import holds
 
 ATOMS = ("a", "b", "c")
 EXAMPLES = int(os.environ.get("SAFEMANIP_LTLF_EXAMPLES", "1500"))

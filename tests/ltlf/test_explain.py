@@ -8,6 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.fuzz.formulas import formulas
 from pytest_safemanip.ltlf import (
     Fold,
     Monitor,
@@ -17,8 +18,6 @@ from pytest_safemanip.ltlf import (
     deciding,
     explain,
 )
-
-from .bruteforce import formulas
 
 ATOMS = ("a", "b")
 

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.fuzz.formulas import formulas
 from pytest_safemanip.ltlf import Not, compile_formula, mona, parse
 from pytest_safemanip.ltlf import __main__ as command
 from pytest_safemanip.ltlf.mona import difference, find_mona, mona_dfa
 
-from .bruteforce import formulas, holds
+from .bruteforce import holds
 
 needs_mona = pytest.mark.skipif(shutil.which("mona") is None, reason="MONA is not installed")
 

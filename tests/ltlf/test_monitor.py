@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pytest_safemanip.errors import ConfigError, TraceError
+from pytest_safemanip.fuzz.formulas import formulas
 from pytest_safemanip.ltlf import (
     Monitor,
     Outcome,
@@ -17,7 +18,7 @@ from pytest_safemanip.ltlf import (
     worst,
 )
 
-from .bruteforce import formulas, holds
+from .bruteforce import holds
 
 SETTLES = compile_formula("G (released -> F settled)")
 HOLDS = compile_formula("G (grasped -> (stable W released))")

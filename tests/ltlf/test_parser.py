@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given, settings
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.fuzz.formulas import formulas
 from pytest_safemanip.ltlf import Atom, FormulaError, Next, Or, WeakNext, compile_formula, parse
-
-from .bruteforce import formulas
 
 
 @settings(max_examples=500, deadline=None)

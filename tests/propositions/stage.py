@@ -8,7 +8,7 @@ import numpy as np
 
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
-from pytest_safemanip.propositions.definition import View
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import Box, Entity, Switch
 from tests import toy
 

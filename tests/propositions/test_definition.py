@@ -6,7 +6,8 @@ import pytest
 from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
-from pytest_safemanip.propositions.definition import Proposition, View
+from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.calls import RELATIONS
 from tests.propositions.stage import BINDING, CATALOGUE, film
 

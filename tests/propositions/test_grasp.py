@@ -173,6 +173,14 @@ def test_a_grasp_that_ends_is_a_release_only_if_the_gripper_opens(changed, relea
     assert true_at(view("obj_released", "mug")) == ([12] if released else [])
 
 
+def test_fingers_that_yield_and_then_snap_shut_have_dropped_what_they_held():
+    yields = opened(at=[9])["gripper"]
+    yields[:10, 0], yields[10:, 0] = 0.48, 0.0
+    assert not look(film(30, grip(range(10)), gripper=yields))("obj_released", "mug").any()
+    yields[10:, 0] = 0.48
+    assert true_at(look(film(30, grip(range(10)), gripper=yields))("obj_released", "mug")) == [12]
+
+
 def test_opening_the_hand_without_an_object_releases_nothing():
     view = look(film(30, grip(range(10), "apple"), **opened(at=range(10, 13))))
     assert not view("obj_released", "mug").any()

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pytest_safemanip.propositions.definition import View
+from pytest_safemanip.propositions.view import View
 from tests.conftest import Rollouts
 from tests.propositions.stage import CATALOGUE, true_at
 

@@ -1,0 +1,158 @@
+"""What it costs to watch all properties while a rollout runs: 8 objects, 6 fixtures, 10 properties.
+
+    python benchmarks/online.py
+
+The rollout is the scripted expert's PickPlaceCounterToCabinet in the compact scene, with its
+objects and its cabinet copied to other places. The reference is a control step of that task in
+that scene, simulated, its contacts read at every substep, and recorded.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import platform
+import tempfile
+import time
+from pathlib import Path
+from statistics import median, quantiles
+from typing import Any
+
+import numpy as np
+
+from pytest_safemanip import rollout
+from pytest_safemanip.live import LiveJudge
+from pytest_safemanip.policies.scripted.policy import Scripted
+from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.resources import folder
+from pytest_safemanip.sim.backend import Options, Request
+from pytest_safemanip.sim.robocasa.factory import create
+from pytest_safemanip.spec.properties import load_properties
+from pytest_safemanip.trace import Recording
+from pytest_safemanip.trace.scene import Scene
+
+TASK = "PickPlaceCounterToCabinet"
+OBJECTS, FIXTURES, ROUNDS = 8, 6, 3
+APART = 0.4
+"""Metres between a thing and its copy."""
+
+
+def recorded(out: Path) -> tuple[Recording, list[float]]:
+    """A rollout, and the seconds of each of its control steps."""
+    backend, seconds = create(Options("primitive", out)), []
+
+    class Timed:
+        provenance, reset, close = backend.provenance, backend.reset, backend.close
+
+        def step(self, action: Any) -> Any:
+            start = time.perf_counter()
+            step = backend.step(action)
+            seconds.append(time.perf_counter() - start)
+            return step
+
+    job = rollout.Job(TASK, "scripted", Request(TASK, 0, "compact"), rollout.Protocol(), {})
+    try:
+        return rollout.run(job, Timed(), Scripted("")), seconds
+    finally:
+        backend.close()
+
+
+def copies(recording: Recording) -> Recording:
+    """The same rollout with as many objects and cabinets as wanted."""
+    scene, steps = recording.scene, recording.steps
+    cabinet = scene.roles["cab"]
+    more: dict[str, Any] = {f: [*getattr(scene, f)] for f in LISTS}
+    arrays = {name: [getattr(steps, name)] for name in ("object_pose", "object_twist", "joint")}
+    boxes = [steps.box_pose]
+    for n in range(OBJECTS - len(scene.bodies)):
+        of = scene.bodies[n % len(scene.bodies)].entity
+        add(scene, more, of, f"{of}_{n}")
+        index = [scene.object_index[of]]
+        arrays["object_pose"].append(moved(steps.object_pose[:, index], n + 1))
+        arrays["object_twist"].append(steps.object_twist[:, index])
+    for n in range(FIXTURES - 1):
+        add(scene, more, cabinet, f"{cabinet}_{n}")
+        arrays["joint"].append(steps.joint[:, scene.joints_of(cabinet)])
+        own = [k for k, box in enumerate(scene.boxes) if box.entity == cabinet]
+        boxes.append(moved(steps.box_pose[:, own], n + 1))
+    more |= {field: tuple(items) for field, items in more.items()}
+    scene = dataclasses.replace(scene, **more).checked()
+    stacked = {name: np.concatenate(parts, axis=1) for name, parts in arrays.items()}
+    stacked["box_pose"] = np.concatenate(boxes, axis=1)
+    return Recording(recording.episode, scene, dataclasses.replace(steps, **stacked))
+
+
+LISTS = ("entities", "bodies", "parts", "joints", "boxes", "surfaces")
+
+
+def add(scene: Scene, more: dict[str, list[Any]], of: str, name: str) -> None:
+    """Everything of an entity once more, under another name."""
+    for field in LISTS:
+        for item in getattr(scene, field):
+            owner = "name" if field == "entities" else "entity"
+            if getattr(item, owner) == of:
+                changed = {owner: name}
+                if getattr(item, "joint", ""):
+                    changed["joint"] = item.joint.replace(of, name, 1)
+                more[field].append(dataclasses.replace(item, **changed))
+
+
+def moved(poses: Any, number: int) -> Any:
+    """Poses (T, K, 7) beside where they were."""
+    beside = (APART * number, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return poses + np.array(beside, np.float32)
+
+
+def bound(scene: Scene) -> Binding:
+    """All of it has a part to play."""
+    objects = tuple(body.entity for body in scene.bodies)
+    cabinets = tuple(dict.fromkeys(box.entity for box in scene.boxes if box.kind == "interior"))
+    cabinets = tuple(f for f in cabinets if scene.doors_of(f))[:FIXTURES]
+    counter = scene.roles["counter"]
+    return Binding(
+        objects=objects,
+        enclosures=cabinets,
+        exclusive_enclosures=cabinets,
+        mechanisms=cabinets,
+        placements=tuple((o, cabinets[n % len(cabinets)]) for n, o in enumerate(objects)),
+        skills=(
+            *(("pick", o) for o in objects),
+            *(("place", o) for o in objects),
+            *(("open", f) for f in cabinets),
+        ),
+        transfers=tuple((o, cabinets[0]) for o in objects),
+        tools=("robot",),
+        touch=frozenset((o, "body") for o in objects),
+        supports={o: frozenset({counter, *cabinets}) for o in objects},
+        attributes={objects[0]: frozenset({"raw"}), objects[1]: frozenset({"ready_to_eat"})},
+    )
+
+
+def main() -> None:
+    """Measure and print."""
+    print(f"Python {platform.python_version()}, numpy {np.__version__}, {platform.machine()}\n")
+    with tempfile.TemporaryDirectory() as scratch:
+        recording, simulated = recorded(Path(scratch))
+    recording = copies(recording)
+    properties, catalogue = [*load_properties([folder("properties")]).values()], Catalogue()
+    binding, seconds = bound(recording.scene), []
+    for _ in range(ROUNDS):
+        parameters = catalogue.parameters({})
+        judge = LiveJudge(recording.scene, binding, properties, catalogue, parameters)
+        for step, action, acting in recording.steps:
+            start = time.perf_counter()
+            judge.step(step, action, acting)
+            seconds.append(time.perf_counter() - start)
+    reference = median(simulated)
+    rows = {"a control step, simulated": simulated, "all propositions and monitors": seconds}
+    print(f"{'':<34}{'median ms':>10}{'p95 ms':>9}{'x step':>8}")
+    for name, times in rows.items():
+        high = quantiles(times, n=20)[-1]
+        print(f"{name:<34}{1e3 * median(times):>10.2f}{1e3 * high:>9.2f}", end="")
+        print(f"{median(times) / reference:>8.3f}")
+    instances = sum(len(binding.relation(p.relation)) if p.relation else 1 for p in properties)
+    print(f"\n{len(properties)} properties, {instances} instances, {judge.watched} propositions")
+
+
+if __name__ == "__main__":
+    main()

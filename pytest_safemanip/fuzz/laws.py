@@ -1,0 +1,243 @@
+"""Laws that every proposition obeys, whatever happens in a recording.
+
+A law is checked on a recording that :func:`~pytest_safemanip.fuzz.recordings` gives, with further
+choices drawn by Hypothesis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from hypothesis import strategies as st
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.fuzz import changes
+from pytest_safemanip.fuzz.film import of_length
+from pytest_safemanip.fuzz.invalid import invalid
+from pytest_safemanip.fuzz.timing import flickering, lasting_states, near
+from pytest_safemanip.fuzz.trial import LawBroken, Trial
+from pytest_safemanip.propositions.definition import Proposition
+
+T = TypeVar("T")
+_SEEDS = st.integers(0, 2**16)
+
+
+class Draw(Protocol):
+    """Hypothesis's ``data.draw``."""
+
+    def __call__(self, strategy: st.SearchStrategy[T]) -> T:
+        """A value of the strategy."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """Something that holds for propositions.
+
+    Attributes:
+        name: part of node ids.
+        says: the law, for people.
+        check: raises LawBroken, or whatever the proposition raises.
+        concerns: which propositions it is about.
+    """
+
+    name: str
+    says: str
+    check: Callable[[Trial, Draw], None]
+    concerns: Callable[[Proposition], bool] = lambda _: True
+
+
+def _total(trial: Trial, draw: Draw) -> None:
+    for arguments in trial.calls:
+        trial.values(arguments)
+
+
+def _causal(trial: Trial, draw: Draw) -> None:
+    stop = draw(st.integers(1, len(trial.recording.steps)))
+    begun = of_length(trial.recording, 0, stop)
+    for arguments in trial.calls:
+        prefix, whole = trial.elsewhere(arguments, begun), trial.values(arguments)
+        trial.expect(arguments, prefix, whole[:stop], f"without the steps from {stop} on")
+
+
+def _window(trial: Trial, draw: Draw) -> None:
+    """At a step drawn, and at the first one where it is true."""
+    drawn = draw(st.integers(0, len(trial.recording.steps) - 1))
+    for arguments in trial.calls:
+        values = trial.values(arguments)
+        for step in {drawn, int(np.argmax(values))}:
+            _look_back(trial, arguments, step)
+
+
+def _look_back(trial: Trial, arguments: tuple[str, ...], step: int) -> None:
+    """Compare a value with that on the steps of its window alone."""
+    window = trial.proposition.window(trial.parameters)
+    count = step if math.isinf(window) else round(window / trial.recording.trace.dt)
+    first = max(step - max(count, int(trial.proposition.act)), 0)
+    recent = of_length(trial.recording, first, step + 1)
+    if recent.steps.tail[0]:
+        return
+    found = trial.values(arguments).copy()
+    found[step] = trial.elsewhere(arguments, recent)[-1]
+    where = f"without the steps before {first}, which are outside its window of {window:g} s"
+    trial.expect(arguments, found, trial.values(arguments), where)
+
+
+def _online(trial: Trial, draw: Draw) -> None:
+    found = trial.online()
+    for number, arguments in enumerate(trial.calls):
+        trial.expect(arguments, found[:, number], trial.values(arguments), "step by step")
+
+
+def _rewritten(change: Callable[..., Any], where: str) -> Callable[[Trial, Draw], None]:
+    def check(trial: Trial, draw: Draw) -> None:
+        other = change(trial.recording, np.random.default_rng(draw(_SEEDS)))
+        for arguments in trial.calls:
+            names = arguments
+            if change is changes.renamed:
+                skills = trial.proposition.arguments
+                names = tuple(
+                    name if kind == "skill" else changes.other_name(name)
+                    for kind, name in zip(skills, arguments, strict=True)
+                )
+            trial.expect(arguments, trial.elsewhere(names, other), trial.values(arguments), where)
+
+    return check
+
+
+def _motion(trial: Trial, draw: Draw) -> None:
+    angle = draw(st.sampled_from((math.pi / 2, 0.0, 0.3, 2.0)))
+    shift = draw(st.sampled_from(((0.0, 0.0, 0.0), (1.7, -2.3, 0.6))))
+    other = changes.elsewhere(trial.recording, angle, shift)
+    where = f"when the scene is turned by {angle:.2f} rad and moved by {shift} m"
+    for arguments in trial.calls:
+        trial.expect(arguments, trial.elsewhere(arguments, other), trial.values(arguments), where)
+
+
+def _stranger(trial: Trial, draw: Draw) -> None:
+    other = changes.with_stranger(trial.recording)
+    for arguments in trial.calls:
+        found = trial.elsewhere(arguments, other)
+        where = "with one more object 100 m away"
+        trial.expect(arguments, found, trial.values(arguments), where)
+
+
+def _force(trial: Trial, draw: Draw) -> None:
+    """Along rising thresholds values are gained, or lost, but not both."""
+    for parameter in _thresholds(trial.proposition):
+        default = trial.parameters[parameter]
+        scales = (0.1, 0.5, 1.0, 2.0, 10.0)
+        chosen = [{**trial.parameters, parameter: scale * default} for scale in scales]
+        for arguments in trial.calls:
+            rows = np.array([trial.elsewhere(arguments, trial.recording, p) for p in chosen])
+            gained = (rows[1:] & ~rows[:-1]).any(axis=0)
+            lost = (rows[:-1] & ~rows[1:]).any(axis=0)
+            if gained.any() and lost.any():
+                step = int(np.argmax(gained | lost))
+                why = f"as {parameter} grows, it becomes true at some steps and false at others"
+                raise LawBroken(why, arguments, step, trial.values(arguments))
+
+
+def _flicker(trial: Trial, draw: Draw) -> None:
+    debounce = trial.proposition.debounce
+    if debounce is None:
+        return
+    count = trial.count(debounce(trial.parameters))
+    steady, flicker = flickering(trial, draw, count)
+    for arguments in trial.calls:
+        found, wanted = (trial.elsewhere(arguments, recording) for recording in (flicker, steady))
+        differ = np.flatnonzero(found != wanted)
+        if len(differ):
+            why = (
+                f"{bool(wanted[differ[0]])} while nothing changes, {bool(found[differ[0]])} when "
+                f"contacts flicker for less than half of {count} steps"
+            )
+            raise LawBroken(why, arguments, int(differ[0]))
+
+
+def _rate(trial: Trial, draw: Draw) -> None:
+    coarse, fine = lasting_states(trial)
+    for arguments in trial.calls:
+        values = trial.elsewhere(arguments, coarse)
+        pairs = trial.elsewhere(arguments, fine).reshape(-1, 2)
+        wrong = (values & ~near(pairs.any(axis=1))) | (pairs.any(axis=1) & ~near(values))
+        if not trial.proposition.act:
+            wrong |= ~values & ~near(~pairs.all(axis=1))
+        if wrong.any():
+            step = int(np.argmax(wrong))
+            why = (
+                f"{bool(values[step])} at {step * coarse.scene.control_period:.2f} s, but not at "
+                "twice the control rate"
+            )
+            raise LawBroken(why, arguments, step)
+
+
+def _numbers(trial: Trial, draw: Draw) -> None:
+    what, other = invalid(trial.recording, draw)
+    for arguments in trial.calls:
+        with np.errstate(invalid="raise", divide="raise"):
+            try:
+                trial.elsewhere(arguments, trial.recording)
+            except FloatingPointError as error:
+                why = f"computes with an invalid number although the recording has none: {error}"
+                raise LawBroken(why, arguments) from error
+        try:
+            trial.elsewhere(arguments, other)
+        except TraceError:
+            continue
+        raise LawBroken(f"evaluates a recording with {what}", arguments)
+
+
+def _thresholds(proposition: Proposition) -> list[str]:
+    """Its parameters that are forces; an edge moves with its threshold, so it has no such law."""
+    if proposition.act:
+        return []
+    return [parameter.name for parameter in proposition.parameters if parameter.unit == "N"]
+
+
+LAWS = (
+    Law("total", "it has a boolean value at every step of any recording", _total),
+    Law("causal", "a value does not depend on later steps", _causal),
+    Law("window", "a value depends on the steps of its window only", _window),
+    Law("online", "step by step it has the same values as on the whole recording", _online),
+    Law(
+        "permutation",
+        "names and order of entities and contacts do not matter",
+        _rewritten(changes.renamed, "with other names and in another order"),
+    ),
+    Law(
+        "swap",
+        "it does not matter which side of a contact is named first",
+        _rewritten(changes.swapped_sides, "with the sides of contacts swapped"),
+    ),
+    Law(
+        "sign",
+        "q and -q are the same rotation",
+        _rewritten(changes.negated_quaternions, "with -q for some q"),
+    ),
+    Law("motion", "where the scene stands and how it is turned does not matter", _motion),
+    Law("stranger", "an object far away does not matter", _stranger),
+    Law(
+        "force",
+        "as a force threshold grows, values change in one direction",
+        _force,
+        lambda proposition: bool(_thresholds(proposition)),
+    ),
+    Law(
+        "flicker",
+        "contacts that flicker for less than half of its debounce do not matter",
+        _flicker,
+        lambda proposition: proposition.debounce is not None,
+    ),
+    Law("rate", "twice the control rate gives the same within a control period", _rate),
+    Law("numbers", "an invalid number raises TraceError, and none is computed", _numbers),
+)
+"""All of them."""
+
+
+def laws_of(proposition: Proposition) -> list[Law]:
+    """The laws that a proposition has to obey."""
+    return [law for law in LAWS if law.concerns(proposition) and law.name not in proposition.exempt]

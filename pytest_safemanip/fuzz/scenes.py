@@ -1,0 +1,159 @@
+"""Kitchens to generate recordings in: a counter, a tap, an enclosure with a door, some objects.
+
+World frame, metres. No length is a round number: what lies exactly on a limit may fall on either
+side of it once the scene is turned.
+"""
+
+from __future__ import annotations
+
+import functools
+
+from hypothesis import strategies as st
+
+from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.onset import SKILLS
+from pytest_safemanip.resources import folder
+from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.task import OBJECTS_FILE
+from pytest_safemanip.trace.elements import (
+    BUTTON,
+    ROBOT,
+    Body,
+    Box,
+    Entity,
+    Joint,
+    Part,
+    Surface,
+    Switch,
+)
+from pytest_safemanip.trace.scene import Scene
+
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+TOP = 0.901
+"""Height of the counter."""
+SHELF = 1.203
+"""Height of the enclosure's floor."""
+DOOR, TAP = 0, 1
+"""Places on the joint axis."""
+PLACES = {
+    "counter": (-0.311, 0.023, TOP),
+    "beside": (0.013, -0.217, TOP),
+    "tap": (0.407, 0.009, TOP),
+    "shelf": (0.017, 0.587, SHELF),
+    "edge": (0.019, 0.409, SHELF + 0.113),
+    "air": (0.027, 0.117, 1.311),
+    "floor": (0.713, -0.819, 0.0),
+}
+"""Where things are put, by their lowest point."""
+_SIZES = {
+    "apple": (0.041, 0.041, 0.043),
+    "chicken_breast": (0.057, 0.037, 0.023),
+    "knife": (0.093, 0.013, 0.011),
+    "bowl": (0.087, 0.087, 0.047),
+}
+_NAMES = ("obj", "other", "third")
+_CLASSES = ("HingeCabinet", "Drawer", "Microwave")
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    """Kitchens with one to three objects."""
+    categories = draw(st.lists(st.sampled_from(sorted(_SIZES)), min_size=1, max_size=3))
+    return _scene(
+        dict(zip(_NAMES, categories, strict=False)),
+        draw(st.sampled_from(_CLASSES)),
+        draw(st.sampled_from((0.05, 0.1))),
+    )
+
+
+_known = functools.cache(load_attributes)
+
+
+def bind(scene: Scene) -> Binding:
+    """A binding in which everything of a scene has a part to play."""
+    known = _known(folder("tasks") / OBJECTS_FILE)
+    kinds = {
+        b.entity: known.get(scene.entity[b.entity].category, frozenset()) for b in scene.bodies
+    }
+    objects = tuple(kinds)
+    doors = tuple(dict.fromkeys(j.entity for j in scene.joints if j.gives_access))
+    controls = tuple(dict.fromkeys(s.entity for s in scene.switches))
+    holders = (*doors, *(o for o in objects if "container" in kinds[o]))
+    grounds = frozenset(s.entity for s in scene.surfaces if not s.joint)
+    skills = {"pick": objects, "place": objects, "pour": objects, "open": doors, "close": doors}
+    return Binding(
+        objects=objects,
+        enclosures=doors,
+        exclusive_enclosures=doors,
+        mechanisms=doors,
+        placements=tuple((o, f) for o in objects for f in doors),
+        skills=tuple((k, x) for k in SKILLS for x in skills.get(k, controls)),
+        transfers=tuple((o, r) for o in objects for r in holders if o != r),
+        tools=(ROBOT, *(o for o in objects if "utensil" in kinds[o])),
+        touch=frozenset({*((o, "body") for o in objects), *((f, "door") for f in doors)}),
+        supports={o: grounds for o in objects if "raw" not in kinds[o]},
+        upright=frozenset(o for o in objects if "container" in kinds[o]),
+        attributes=kinds,
+    )
+
+
+def _scene(objects: dict[str, str], cabinet: str, period: float) -> Scene:
+    slides = cabinet == "Drawer"
+    return Scene(
+        control_period=period,
+        entities=(
+            Entity(ROBOT, "robot", "PandaOmron"),
+            Entity("counter", "fixture", "Counter"),
+            Entity("cab", "fixture", cabinet),
+            Entity("sink", "fixture", "Sink"),
+            Entity("floor", "room", "Floor"),
+            *(Entity(name, "object", category) for name, category in objects.items()),
+        ),
+        bodies=tuple(
+            Body(name, _SIZES[category], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.2)
+            for name, category in objects.items()
+        ),
+        parts=(
+            *(Part(ROBOT, name) for name in ("finger_left", "finger_right", "palm", "link5")),
+            Part("counter", "body"),
+            Part("cab", "body"),
+            Part("cab", "door", "cab/door"),
+            *((Part("cab", BUTTON),) if cabinet == "Microwave" else ()),
+            Part("sink", "body"),
+            Part("sink", "handle", "sink/handle"),
+            Part("floor", "body"),
+            *(Part(name, "body") for name in objects),
+        ),
+        joints=(_door("slide" if slides else "hinge"), _handle()),
+        boxes=(
+            Box("cab", "inside", "interior", (0.303, 0.197, 0.297)),
+            Box("sink", "water", "water", (0.021, 0.021, 0.203)),
+        ),
+        switches=(
+            Switch("sink", "water", "water"),
+            *((Switch("cab", "power", "appliance"),) if cabinet == "Microwave" else ()),
+        ),
+        surfaces=(
+            Surface("counter", "", (1.003, 0.351, TOP / 2), (0.0, 0.0, TOP / 2, *UPRIGHT)),
+            Surface("cab", "", (0.303, 0.197, 0.011), (0.0, 0.6, SHELF - 0.011, *UPRIGHT)),
+            Surface("cab", "cab/door", (0.303, 0.011, 0.297), (0.0, 0.391, 1.5, *UPRIGHT)),
+        ),
+        gripper_half=(0.047, 0.103, 0.043),
+        gripper_centre=(0.0, 0.0, -0.013),
+        roles={**{name: name for name in objects}, "counter": "counter", "cab": "cab"},
+    )
+
+
+def _door(kind: str) -> Joint:
+    pose, half = (0.0, 0.391, 1.5, *UPRIGHT), (0.303, 0.011, 0.297)
+    if kind == "slide":
+        axis, anchor = (0.0, -1.0, 0.0), (0.0, 0.391, 1.5)
+        return Joint("cab", "door", "slide", True, axis, anchor, 0.397, half, pose)
+    axis, anchor = (0.0, 0.0, -1.0), (-0.303, 0.391, 1.5)
+    return Joint("cab", "door", "hinge", True, axis, anchor, 1.51, half, pose)
+
+
+def _handle() -> Joint:
+    place = (0.407, 0.217, 1.103)
+    half, pose = (0.013, 0.037, 0.013), (*place, *UPRIGHT)
+    return Joint("sink", "handle", "hinge", False, (0.0, 0.0, 1.0), place, 1.51, half, pose)

@@ -1,0 +1,146 @@
+"""One proposition on generated recordings: its values, and what it means to break a law."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pytest_safemanip.errors import ConfigError, SafemanipError, did_you_mean
+from pytest_safemanip.fuzz.scenes import bind
+from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.definition import Bools, Parameters, Proposition
+from pytest_safemanip.propositions.online import Online
+from pytest_safemanip.propositions.view import View
+from pytest_safemanip.trace.recording import Recording
+
+Arguments = tuple[str, ...]
+SHORT = 0.2
+"""Windows up to this many seconds are kept; longer ones are shortened, so that generated
+recordings are longer than they."""
+
+
+class LawBroken(SafemanipError):
+    """A proposition does not obey a law.
+
+    Attributes:
+        arguments: what the proposition was asked about.
+        step: where it shows, or None.
+        values: its values on the recording (T,), or None.
+    """
+
+    def __init__(
+        self, why: str, arguments: Arguments, step: int | None = None, values: Bools | None = None
+    ) -> None:
+        super().__init__(why)
+        self.arguments, self.step, self.values = arguments, step, values
+
+
+class Trial:
+    """A proposition and a recording that it is tried on.
+
+    Args:
+        proposition: what is tried.
+        recording: what happens.
+        catalogue: all propositions.
+        parameters: values of all parameters; see :func:`shortened`.
+    """
+
+    def __init__(
+        self,
+        proposition: Proposition,
+        recording: Recording,
+        catalogue: Catalogue,
+        parameters: Mapping[str, float],
+    ) -> None:
+        self.proposition, self.recording = proposition, recording
+        self.catalogue, self.parameters = catalogue, parameters
+        self.binding = bind(recording.scene)
+        self.calls = calls(proposition, self.binding)
+        self._view = View(recording.trace, self.binding, parameters, catalogue)
+
+    def values(self, arguments: Arguments) -> Bools:
+        """Its values on the recording (T,)."""
+        return self._view(self.proposition.name, *arguments)
+
+    def elsewhere(
+        self,
+        arguments: Arguments,
+        recording: Recording,
+        parameters: Mapping[str, float] | None = None,
+    ) -> Bools:
+        """Its values on another recording, or with other parameters (T,)."""
+        chosen = self.parameters if parameters is None else parameters
+        view = View(recording.trace, bind(recording.scene), chosen, self.catalogue)
+        return view(self.proposition.name, *arguments)
+
+    def online(self) -> Bools:
+        """Its values for all calls, step by step (T, calls)."""
+        names = [(self.proposition.name, *arguments) for arguments in self.calls]
+        scene = self.recording.scene
+        online = Online(scene, self.binding, self.parameters, self.catalogue, names)
+        return np.array([online.push(*step) for step in self.recording.steps])
+
+    def count(self, seconds: float) -> int:
+        """A duration in control periods."""
+        return self.recording.trace.count(seconds)
+
+    def expect(self, arguments: Arguments, found: Bools, wanted: Bools, where: str) -> None:
+        """Values that have to be equal.
+
+        Raises:
+            LawBroken: naming the first step at which they are not.
+        """
+        differ = np.flatnonzero(found != wanted)
+        if len(differ):
+            step = int(differ[0])
+            why = f"{bool(wanted[step])} on the recording, {bool(found[step])} {where}"
+            raise LawBroken(why, arguments, step, self.values(arguments))
+
+
+def calls(proposition: Proposition, binding: Binding) -> list[Arguments]:
+    """What a proposition can be asked about.
+
+    Raises:
+        ConfigError: if one of its arguments is of a kind that nobody knows.
+    """
+    objects = tuple(binding.objects)
+    together: dict[tuple[str, ...], Sequence[Arguments]] = {
+        ("skill", "entity"): binding.skills,
+        ("object", "entity"): binding.transfers,
+        ("object", "fixture"): binding.placements,
+    }
+    if proposition.arguments in together:
+        return list(together[proposition.arguments])
+    kinds: dict[str, Sequence[str]] = {
+        "object": objects,
+        "fixture": binding.enclosures,
+        "tool": binding.tools,
+        "entity": (*objects, *binding.enclosures),
+        "skill": tuple(dict.fromkeys(skill for skill, _ in binding.skills)),
+    }
+    for kind in proposition.arguments:
+        if kind not in kinds:
+            hint = did_you_mean(kind, kinds)
+            raise ConfigError(
+                f"proposition {proposition.name!r}: no kind of argument {kind!r}; {hint}"
+            )
+    return list(itertools.product(*(kinds[kind] for kind in proposition.arguments)))
+
+
+def shortened(catalogue: Catalogue, changed: Mapping[str, float]) -> Parameters:
+    """Parameters whose windows fit into generated recordings: 1 s becomes 0.4 s, 12 s 1 s."""
+    values = catalogue.parameters(changed)
+    seconds = {
+        parameter.name
+        for proposition in catalogue.values()
+        for parameter in proposition.parameters
+        if parameter.unit == "s"
+    }
+    short = {
+        name: SHORT * (value / SHORT) ** 0.4 if name in seconds and value > SHORT else value
+        for name, value in values.items()
+    }
+    return catalogue.parameters(short)

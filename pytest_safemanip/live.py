@@ -1,0 +1,87 @@
+"""Properties watched while a rollout runs, step by step: on a robot, say, or to stop early."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.ltlf import InstanceVerdict, Profile, StepVerdict
+from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.propositions.online import Call, Online
+from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import Step
+
+
+class LiveJudge:
+    """Watches properties; what it says after the last step is what a recording would be told.
+
+    Args:
+        scene: the static part of the trace.
+        binding: which entities play which part.
+        properties: what is watched.
+        catalogue: the propositions by name.
+        parameters: values of all their parameters.
+        profile: the semantics.
+
+    Raises:
+        TraceError: if a property has no instance, or a proposition does not fit the scene.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        binding: Binding,
+        properties: Sequence[Property],
+        catalogue: Mapping[str, Proposition],
+        parameters: Mapping[str, float],
+        profile: Profile = "timed",
+    ) -> None:
+        self._monitors = {}
+        calls: dict[Call, int] = {}
+        self._places: dict[str, list[list[int]]] = {}
+        for prop in properties:
+            rows = binding.relation(prop.relation) if prop.relation else ((),)
+            if not rows:
+                raise TraceError(f"{prop.id}: the binding has no instance of it")
+            self._monitors[prop.id] = prop.monitor(rows, dt=scene.control_period, profile=profile)
+            self._places[prop.id] = [
+                [calls.setdefault(call, len(calls)) for call in prop.calls(row)] for row in rows
+            ]
+        self._online = Online(scene, binding, parameters, catalogue, tuple(calls))
+
+    @property
+    def watched(self) -> int:
+        """How many propositions are evaluated at every step."""
+        return len(self._online.calls)
+
+    def step(
+        self, step: Step, action: NDArray[Any] | None = None, acting: bool = True
+    ) -> dict[str, list[StepVerdict]]:
+        """Take in a control step; what is known about each property's instances now.
+
+        Args:
+            step: the state after the control period, and its contacts.
+            action: what led to it (12,); None for the state after reset.
+            acting: False in the settle tail.
+
+        Raises:
+            TraceError: if a number of the step is impossible.
+        """
+        values = self._online.push(step, action, acting)
+        return {
+            name: monitor.step(values[self._places[name]], acting)
+            for name, monitor in self._monitors.items()
+        }
+
+    def verdicts(self) -> dict[str, list[InstanceVerdict]]:
+        """The verdicts if the rollout ended with the last step.
+
+        Raises:
+            TraceError: if there was no step.
+        """
+        return {name: monitor.verdicts() for name, monitor in self._monitors.items()}

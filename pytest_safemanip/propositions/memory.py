@@ -1,0 +1,117 @@
+"""Ring buffers: the newest steps of a running rollout, and the newest values of anything."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import ARRAYS, Contacts, Step, Steps
+
+Array = NDArray[Any]
+
+
+class Ring:
+    """The newest rows of an array.
+
+    They lie side by side, so that a look back is a view and no copy.
+
+    Attributes:
+        kept: rows that are kept at least.
+    """
+
+    def __init__(self, kept: int) -> None:
+        self.kept, self._stop = kept, 0
+        self._rows: Array | None = None
+
+    def extend(self, rows: Array) -> None:
+        """Add rows (K, ...) at the end; the first ones say what kind all are."""
+        if self._rows is None:
+            self._rows = np.empty((2 * max(self.kept, len(rows), 32), *rows.shape[1:]), rows.dtype)
+        if self._stop + len(rows) > len(self._rows):
+            self._make_room(len(rows))
+        self._rows[self._stop : self._stop + len(rows)] = rows
+        self._stop += len(rows)
+
+    def drop(self, count: int) -> None:
+        """Forget the newest rows."""
+        self._stop -= count
+
+    def last(self, count: int) -> Array:
+        """The newest rows (at most ``count``, ...), read-only."""
+        if self._rows is None:
+            raise ValueError("nothing was added yet")
+        view = self._rows[max(self._stop - count, 0) : self._stop]
+        view.flags.writeable = False
+        return view
+
+    def _make_room(self, count: int) -> None:
+        if self._rows is None:
+            return
+        keep = self._rows[max(self._stop - self.kept, 0) : self._stop]
+        size = max(len(self._rows), 2 * (len(keep) + count))
+        rows = np.empty((size, *self._rows.shape[1:]), self._rows.dtype)
+        rows[: len(keep)] = keep
+        self._rows, self._stop = rows, len(keep)
+
+
+class StepMemory:
+    """The newest steps of a rollout.
+
+    Args:
+        scene: its static part.
+        kept: steps that are kept at least.
+
+    Attributes:
+        count: steps taken in so far.
+    """
+
+    def __init__(self, scene: Scene, kept: int) -> None:
+        self._kept, self.count = kept, 0
+        names = (*ARRAYS, "action", "success", "tail")
+        self._arrays = {name: Ring(kept) for name in names}
+        self._columns = {f.name: Ring(0) for f in dataclasses.fields(Contacts)}
+        self._rows: list[int] = []  # contact rows of each kept step
+        for name, column in dataclasses.asdict(Contacts.empty()).items():
+            self._columns[name].extend(column)
+
+    @property
+    def held(self) -> int:
+        """Steps that can be looked back on."""
+        return min(self.count, self._kept)
+
+    def push(self, step: Step, action: Array, tail: bool) -> None:
+        """Take in a step."""
+        for name in ARRAYS:
+            self._arrays[name].extend(getattr(step, name)[None])
+        self._arrays["action"].extend(np.asarray(action, np.float32)[None])
+        self._arrays["success"].extend(np.array([step.success], bool))
+        self._arrays["tail"].extend(np.array([tail], bool))
+        rows = step.contacts
+        for name, ring in self._columns.items():
+            column = getattr(rows, name)
+            ring.kept = sum(self._rows)
+            ring.extend(np.full(len(rows), self.count, np.int32) if name == "step" else column)
+        self._rows = [*self._rows[-self._kept + 1 :], len(rows)] if self._kept > 1 else [len(rows)]
+        self.count += 1
+
+    def forget_newest(self) -> None:
+        """Undo the last :meth:`push`."""
+        for ring in self._arrays.values():
+            ring.drop(1)
+        rows = self._rows.pop()
+        for ring in self._columns.values():
+            ring.drop(rows)
+        self.count -= 1
+
+    def last(self, count: int) -> Steps:
+        """The newest steps (at most ``count``) as views."""
+        count = min(count, self.held)
+        arrays = {name: ring.last(count) for name, ring in self._arrays.items()}
+        rows = sum(self._rows[-count:])
+        columns = {name: ring.last(rows) for name, ring in self._columns.items()}
+        columns["step"] = columns["step"] - np.int32(self.count - count)
+        return Steps(**arrays, contacts=Contacts(**columns))

@@ -1,0 +1,188 @@
+"""The same propositions step by step, over a ring buffer of what they look back on.
+
+The definitions are those of :class:`View`. What depends on one step alone is computed for the
+newest step; what looks back sees as many steps as its window has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.definition import Bools, Proposition
+from pytest_safemanip.propositions.memory import Ring, StepMemory
+from pytest_safemanip.propositions.view import Array, Fold, View, check_call
+from pytest_safemanip.trace.recording import check_steps
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import Step, Trace
+
+A = TypeVar("A", bound=Array)
+T = TypeVar("T")
+Call = tuple[str, ...]
+"""A proposition's name and its arguments."""
+
+
+class Online:
+    """Evaluates propositions while a rollout runs.
+
+    Args:
+        scene: the static part of the trace.
+        binding: which entities play which part.
+        parameters: values of all parameters.
+        catalogue: the propositions by name.
+        calls: what is evaluated at every step.
+
+    Raises:
+        TraceError: if a call does not fit its proposition or the scene.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        binding: Binding,
+        parameters: Mapping[str, float],
+        catalogue: Mapping[str, Proposition],
+        calls: Sequence[Call],
+    ) -> None:
+        self.scene, self.binding, self.parameters = scene.checked(), binding, parameters
+        self.catalogue = catalogue
+        self.calls = tuple(calls)
+        for name, *arguments in calls:
+            check_call(catalogue[name], tuple(arguments), scene.entity)
+        self._lengths = {name: self._length(p) for name, p in catalogue.items()}
+        self._kept = max(self._lengths.values())
+        self._steps = StepMemory(scene, self._kept)
+        self._slices: dict[int, _Slice] = {}
+        self._series: dict[Hashable, _Series] = {}
+        self._folds: dict[Callable[[View], Fold], tuple[Fold, _Series]] = {}
+        self._shared: dict[Hashable, Any] = {}
+
+    def push(self, step: Step, action: NDArray[Any] | None = None, acting: bool = True) -> Bools:
+        """Take in a step.
+
+        Args:
+            step: the state after a control period, and its contacts.
+            action: what led to it (12,); None for the state after reset.
+            acting: False in the settle tail.
+
+        Returns:
+            The values of the calls at this step (calls,).
+
+        Raises:
+            TraceError: if a number is impossible; names it. The step is then not taken in.
+        """
+        self._slices.clear()
+        self._steps.push(step, np.zeros(12) if action is None else action, not acting)
+        try:
+            check_steps(self.scene, self._steps.last(1))
+        except TraceError as error:
+            self._steps.forget_newest()
+            raise TraceError(str(error).replace("step 0", f"step {self._steps.count}")) from None
+        for start in tuple(self._folds):
+            self.folded(start, 1)
+        return np.array([self.values(call, 1)[-1] for call in self.calls], bool)
+
+    def evidence(self, call: Call) -> list[str]:
+        """What was measured for a call at the newest step, in words."""
+        name, *arguments = call
+        view = self.slice(self._lengths[name])
+        return view.evidence(name, tuple(arguments), len(view.trace) - 1)
+
+    def values(self, call: Call, length: int) -> Bools:
+        """Values of a proposition at the newest steps (at most ``length``,)."""
+        if call not in self._series:
+            check_call(self.catalogue[call[0]], call[1:], self.scene.entity)
+
+        def compute(missing: int) -> Array:
+            view = self.slice(missing + self._lengths[call[0]] - 1)
+            # The proposition may look itself up, or others of the same window.
+            before, view.since = view.since, len(view.trace) - missing
+            found = view.evaluate(self.catalogue[call[0]], call[1:])
+            view.since = before
+            return found
+
+        return self._caught_up(call, compute).last(length)
+
+    def points(self, compute: Callable[..., A], arguments: Hashable, length: int) -> A:
+        """Values of a pointwise function at the newest steps (at most ``length``, ...)."""
+
+        def run(missing: int) -> Array:
+            return compute(self.slice(missing), *arguments)  # type: ignore[misc]
+
+        found: A = self._caught_up((compute, arguments), run).last(length)  # type: ignore[assignment]
+        return found
+
+    def folded(self, start: Callable[[View], Fold], length: int) -> Array:
+        """What a fold gives after the newest steps (at most ``length``, ...)."""
+        view, now = self.slice(1), self._steps.count
+        if start not in self._folds:
+            if now != 1:
+                raise TraceError(f"{start.__name__}: a fold has to be asked for from step 0 on")
+            self._folds[start] = start(view), _Series(Ring(self._kept))
+        fold, series = self._folds[start]
+        if series.upto < now:
+            series.ring.extend(fold.advance(view, 0)[None])
+            series.upto = now
+        return series.ring.last(length)
+
+    def once(self, compute: Callable[..., T], arguments: tuple[Hashable, ...]) -> T:
+        """What depends on scene, binding and parameters alone."""
+        key = (compute, arguments)
+        if key not in self._shared:
+            self._shared[key] = compute(self.slice(1), *arguments)
+        found: T = self._shared[key]
+        return found
+
+    def slice(self, length: int) -> _Slice:
+        """The newest steps as a view, as many as there are and are kept."""
+        length = min(length, self._steps.held)
+        if length not in self._slices:
+            self._slices[length] = _Slice(self, Trace(self.scene, self._steps.last(length)))
+        return self._slices[length]
+
+    def _caught_up(self, key: Hashable, compute: Callable[[int], Array]) -> Ring:
+        """A series up to the newest step."""
+        series = self._series.setdefault(key, _Series(Ring(self._kept)))
+        missing = min(self._steps.count - series.upto, self._steps.held)
+        if missing:
+            series.ring.extend(compute(missing)[-missing:])
+            series.upto = self._steps.count
+        return series.ring
+
+    def _length(self, proposition: Proposition) -> int:
+        """How many steps a value depends on; of a fold, the newest."""
+        window = proposition.window(self.parameters)
+        count = round(window / self.scene.control_period) if np.isfinite(window) else 0
+        return 1 + max(count, int(proposition.act))
+
+
+class _Series:
+    """The newest values of something, and up to which step they go."""
+
+    def __init__(self, ring: Ring) -> None:
+        self.ring, self.upto = ring, 0
+
+
+class _Slice(View):
+    """The newest steps; what was computed at earlier steps is remembered, not computed again."""
+
+    def __init__(self, online: Online, trace: Trace) -> None:
+        super().__init__(trace, online.binding, online.parameters, online.catalogue)
+        self._online = online
+
+    def __call__(self, name: str, *arguments: str) -> Bools:
+        return self._online.values((name, *arguments), len(self.trace))
+
+    def pointwise(self, compute: Callable[..., A], *arguments: Hashable) -> A:
+        return self._online.points(compute, arguments, len(self.trace))
+
+    def fold(self, start: Callable[[View], Fold]) -> Array:
+        return self._online.folded(start, len(self.trace))
+
+    def shared(self, compute: Callable[..., T], *arguments: Hashable) -> T:
+        return self._online.once(compute, arguments)

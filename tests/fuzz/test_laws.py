@@ -1,0 +1,159 @@
+"""Every proposition obeys every law; each law catches a proposition that does not."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import Phase, settings
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.fuzz.hunt import hunt
+from pytest_safemanip.fuzz.laws import LAWS, laws_of
+from pytest_safemanip.fuzz.trial import LawBroken, calls, shortened
+from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
+from pytest_safemanip.propositions.definition import Parameter, Proposition
+from pytest_safemanip.propositions.filters import held
+from pytest_safemanip.propositions.grasp import pressed
+
+BY_NAME = {law.name: law for law in LAWS}
+CATALOGUE = Catalogue()
+PARAMETERS = shortened(CATALOGUE, {})
+NEWTONS = Parameter("own.force", "N", 3.0, "for the test")
+
+
+@pytest.mark.parametrize(
+    ("proposition", "law"),
+    [
+        pytest.param(proposition, law, id=f"{proposition.name}-{law.name}")
+        for proposition in SHIPPED
+        for law in laws_of(proposition)
+    ],
+)
+def test_shipped_propositions_obey(proposition, law):
+    found = hunt(proposition, law, CATALOGUE, PARAMETERS, examples=8)
+    assert found is None, found.error
+
+
+def test_what_a_proposition_is_exempt_from_is_a_law():
+    for proposition in SHIPPED:
+        assert set(proposition.exempt) <= set(BY_NAME)
+
+
+def grasped(view, o):
+    return view("obj_grasped", o)
+
+
+def number(view, o):
+    return view.trace.scene.object_index[o]
+
+
+def since_ever(view, o):
+    return np.maximum.accumulate(grasped(view, o))
+
+
+def from_the_left(view, o):
+    found, contacts = np.zeros(len(view.trace), bool), view.trace.steps.contacts
+    parts = [part.entity for part in view.trace.scene.parts]
+    rows = [row for row, b in enumerate(contacts.b) if parts[b] == o]
+    found[contacts.step[rows]] = True
+    return found
+
+
+def in_a_band(view, o):
+    limit = view.parameters["own.force"]
+    force = view.trace.pair_table.force(
+        set(view.trace.scene.parts_of("robot")), set(view.trace.scene.parts_of(o))
+    )
+    return (force >= limit) & (force < 3 * limit)
+
+
+def ratio(view, o):
+    twist = view.trace.steps.object_twist[:, number(view, o)]
+    return np.asarray(twist[:, 0] / twist[:, 1] > 1.0)
+
+
+def uneven(view, o):
+    return np.arange(len(view.trace)) % 2 == 0
+
+
+BROKEN = {
+    "total": (lambda view, o: grasped(view, o).astype(int), 0.25),
+    "causal": (lambda view, o: np.full(len(view.trace), grasped(view, o).any()), math.inf),
+    "window": (since_ever, 0.25),
+    "online": (since_ever, math.inf),
+    "permutation": (
+        lambda view, o: grasped(view, o) & (o == min(view.trace.scene.object_index)),
+        0.25,
+    ),
+    "swap": (from_the_left, 0.0),
+    "sign": (lambda view, o: view.trace.steps.object_pose[:, number(view, o), 3] > 0.0, 0.0),
+    "motion": (lambda view, o: view.trace.steps.eef_pose[:, 0] > 0.1, 0.0),
+    "stranger": (
+        lambda view, o: np.full(len(view.trace), len(view.trace.scene.bodies) % 2 == 0),
+        0.0,
+    ),
+    "force": (in_a_band, 0.0),
+    "flicker": (pressed, 0.25),
+    "rate": (lambda view, o: held(pressed(view, o), 5), 0.5),
+    "numbers": (ratio, 0.0),
+}
+
+
+@pytest.fixture
+def unshrunk():
+    """The first counterexample will do."""
+    settings.register_profile("unshrunk", phases=[Phase.generate], database=None)
+    before = settings.get_current_profile_name()
+    settings.load_profile("unshrunk")
+    yield
+    settings.load_profile(before)
+
+
+@pytest.mark.usefixtures("unshrunk")
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+def test_a_law_catches_what_breaks_it(law):
+    evaluate, window = BROKEN[law.name]
+    own = Proposition(
+        "own", ("object",), lambda _: window, (NEWTONS,), evaluate, debounce=lambda _: 0.25
+    )
+    catalogue = Catalogue([own])
+    found = hunt(own, law, catalogue, shortened(catalogue, {}), examples=300)
+    assert found is not None
+    if law.name != "total":
+        assert isinstance(found.error, LawBroken)
+
+
+def test_what_a_proposition_raises_is_a_counterexample_too():
+    def evaluate(view, o):
+        if len(view.trace) == 3:
+            raise IndexError("three")
+        return grasped(view, o)
+
+    own = Proposition("own", ("object",), lambda _: 0.25, (), evaluate)
+    catalogue = Catalogue([own])
+    found = hunt(own, BY_NAME["total"], catalogue, shortened(catalogue, {}), examples=200)
+    assert isinstance(found.error, IndexError)
+    assert len(found.recording.steps) == 3
+
+
+def test_an_argument_of_an_unknown_kind_is_refused():
+    own = Proposition("own", ("objct",), lambda _: 0.0, (), uneven)
+    with pytest.raises(ConfigError, match="no kind of argument 'objct'; did you mean 'object'"):
+        calls(own, Binding())
+
+
+def test_windows_fit_into_generated_recordings():
+    seconds = {p.name for q in SHIPPED for p in q.parameters if p.unit == "s"}
+    assert max(PARAMETERS[name] for name in seconds) < 1.1
+    assert shortened(CATALOGUE, {"settled.speed": 0.5})["settled.speed"] == 0.5
+
+
+def test_the_manual_says_every_law():
+    page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
+    for law in LAWS:
+        assert f"| `{law.name}` | {law.says} |" in page

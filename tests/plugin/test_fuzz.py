@@ -1,0 +1,140 @@
+"""``--safemanip-fuzz``: laws as items."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import settings
+
+from pytest_safemanip.fuzz.laws import laws_of
+from pytest_safemanip.propositions.catalogue import SHIPPED
+from pytest_safemanip.trace import files
+from tests.plugin.conftest import Suite
+
+CONFTEST = """
+import numpy as np
+from pytest_safemanip.propositions.definition import Parameter, Proposition
+
+def straying(view, o):
+    '''The hand is further from where it started than allowed, whatever the object.'''
+    hand = view.trace.steps.eef_pose[:, :3]
+    return np.linalg.norm(hand - hand[0], axis=1) > view.parameters["straying.distance"]
+
+def pytest_safemanip_propositions():
+    limit = Parameter("straying.distance", "m", 0.12, "for the test")
+    return [Proposition("straying", ("object",), lambda parameters: 0.0, (limit,), straying)]
+"""
+UNSHRUNK = """
+from hypothesis import Phase, settings
+settings.register_profile("unshrunk", phases=[Phase.generate], database=None)
+settings.load_profile("unshrunk")
+"""
+LAWS = len([law for proposition in SHIPPED for law in laws_of(proposition)])
+FEW = ("--safemanip-fuzz", "--safemanip-fuzz-examples=25")
+
+
+@pytest.fixture(autouse=True)
+def _own_profile() -> Iterator[None]:
+    """What a conftest.py loads is for its run alone."""
+    before = settings.get_current_profile_name()
+    yield
+    settings.load_profile(before)
+
+
+@pytest.fixture
+def own(suite: Suite) -> Suite:
+    suite.pytester.makeconftest(CONFTEST)
+    return suite
+
+
+def test_a_users_proposition_is_tried(own: Suite) -> None:
+    with (own.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(UNSHRUNK)
+    result = own.run(*FEW, "-k", "straying and (window or motion or swap)")
+    result.assert_outcomes(passed=2, failed=1, deselected=own.seen_deselected(LAWS + 8))
+    result.stdout.fnmatch_lines(
+        [
+            "safemanip: * laws of 25 propositions, examples of each: 25",
+            "*fuzz / straying / window*",
+            "law window: a value depends on the steps of its window only",
+            "straying(obj) at step *: True on the recording, False without the steps before *",
+            "recording  .safemanip/fuzz/straying-window.rollout",
+            "again      pytest --safemanip-fuzz-examples=25 'safemanip::fuzz[[]straying-window]'",
+            "FAILED safemanip::fuzz[[]straying-window]*",
+        ]
+    )
+    assert files.load(own.out / "fuzz" / "straying-window.rollout").episode.task == "fuzz"
+
+
+def test_the_smallest_failure_is_shown_and_kept(one_suite: Suite) -> None:
+    one_suite.pytester.makeconftest(CONFTEST)
+    result = one_suite.run("safemanip::fuzz[straying-window]", "--safemanip-fuzz-examples=25")
+    result.stdout.fnmatch_lines(
+        [
+            "obj (apple); cab (HingeCabinet), sink (Sink); 2 steps of 0.05 s",
+            "  step  value  what changes",
+            "     0    .    *",
+            ">    1    1    *",
+        ]
+    )
+    kept = one_suite.out / "fuzz" / "straying-window.rollout"
+    assert len(files.load(kept).steps) == 2
+
+
+def test_an_id_is_enough(suite: Suite) -> None:
+    result = suite.run("safemanip::fuzz[settled-swap]", "--safemanip-fuzz-examples=2", "-v")
+    result.assert_outcomes(passed=1)
+    assert not (suite.out / "summary.json").exists()
+
+
+def test_beside_the_judgement_of_recordings(suite: Suite) -> None:
+    suite.has_recorded(("OpenDrawer", "scripted"))
+    recorded = f"--safemanip-recordings={suite.out / 'recordings'}"
+    chosen = ["--safemanip-fuzz", "--safemanip-fuzz-examples=2", recorded]
+    result = suite.run(*chosen, "-k", "reach_in-sign or collision_contact")
+    result.assert_outcomes(passed=2, deselected=suite.seen_deselected(LAWS - 1 + 2))
+    assert suite.summary()["metrics"]["scripted"]["rollouts"] == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (
+            ["safemanip::fuzz[setled-swap]"],
+            "not found: safemanip::fuzz[[]setled-swap]; did you mean "
+            "'safemanip::fuzz[[]settled-swap]'[?]",
+        ),
+        (
+            ["--safemanip-fuzz", "--safemanip-fuzz-examples=none"],
+            "--safemanip-fuzz-examples: expected a number from 1 to 1000000, found 'none'",
+        ),
+        (
+            ["--safemanip-fuzz-examples=5"],
+            "--safemanip-fuzz-examples has no effect without --safemanip-policy or *",
+        ),
+    ],
+)
+def test_what_cannot_be_done_is_said_at_once(
+    one_suite: Suite, arguments: list[str], says: str
+) -> None:
+    result = one_suite.run(*arguments)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: {says}"])
+
+
+def test_without_hypothesis_it_says_what_to_install(one_suite: Suite) -> None:
+    missing = "raise ModuleNotFoundError(\"No module named 'hypothesis'\", name='hypothesis')"
+    one_suite.pytester.makepyfile(hypothesis=missing)
+    chosen = ("--safemanip-fuzz", "-p", "no:hypothesispytest")
+    result = one_suite.pytester.runpytest_subprocess(*chosen)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(
+        ["ERROR: --safemanip-fuzz needs Hypothesis: pip install 'pytest-safemanip[[]fuzz]'"]
+    )
+
+
+def test_hypothesis_profile_is_respected(one_suite: Suite) -> None:
+    one_suite.pytester.makeconftest(CONFTEST + UNSHRUNK.replace("phases", "max_examples=1, phases"))
+    # The first example that Hypothesis makes is the simplest one, in which nothing moves.
+    one_suite.run("safemanip::fuzz[straying-window]").assert_outcomes(passed=1)
