@@ -1,0 +1,73 @@
+"""What a model sees: the observation of RoboCasa365's own gym wrapper, under its names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from pytest_safemanip.errors import RolloutError
+
+LEFT = "video.robot0_agentview_left"
+RIGHT = "video.robot0_agentview_right"
+WRIST = "video.robot0_eye_in_hand"
+CAMERAS = (LEFT, RIGHT, WRIST)
+"""Images (256, 256, 3), uint8, RGB, the top row first: the wrapper has turned MuJoCo's over."""
+
+EEF_POSITION = "state.end_effector_position_relative"
+EEF_ROTATION = "state.end_effector_rotation_relative"
+GRIPPER = "state.gripper_qpos"
+BASE_POSITION = "state.base_position"
+BASE_ROTATION = "state.base_rotation"
+STATE = {EEF_POSITION: 3, EEF_ROTATION: 4, GRIPPER: 2, BASE_POSITION: 3, BASE_ROTATION: 4}
+"""Length of each part of the state, float32.
+
+Metres and quaternions (x, y, z, w): the end effector's pose in the base frame, the fingers' joint
+positions, the base's pose in the world.
+"""
+
+INSTRUCTION = "annotation.human.task_description"
+
+IMAGE_SIZE = 256
+
+Observation = Mapping[str, Any]
+
+
+def checked(observation: Observation) -> dict[str, Any]:
+    """The entries that models read, with the types they are sent in.
+
+    Raises:
+        RolloutError: if one is missing, or has another shape; names it.
+    """
+    found: dict[str, Any] = {}
+    for key in CAMERAS:
+        image = np.asarray(_entry(observation, key))
+        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+            raise RolloutError(
+                f"the observation's {key!r} is {image.dtype} of shape {image.shape}, expected "
+                f"uint8 of shape ({IMAGE_SIZE}, {IMAGE_SIZE}, 3)"
+            )
+        found[key] = np.ascontiguousarray(image)
+    for key, size in STATE.items():
+        values = np.asarray(_entry(observation, key), np.float32)
+        if values.shape != (size,) or not np.isfinite(values).all():
+            raise RolloutError(f"the observation's {key!r} is {values}, expected {size} numbers")
+        found[key] = values
+    found[INSTRUCTION] = str(_entry(observation, INSTRUCTION))
+    return found
+
+
+def blank() -> dict[str, Any]:
+    """An observation to try a server with: black images, the arm before the base."""
+    black = np.zeros((IMAGE_SIZE, IMAGE_SIZE, 3), np.uint8)
+    zeros = {key: np.zeros(size, np.float32) for key, size in STATE.items()}
+    zeros[EEF_ROTATION][3] = zeros[BASE_ROTATION][3] = 1.0
+    return {**dict.fromkeys(CAMERAS, black), **zeros, INSTRUCTION: "open the drawer"}
+
+
+def _entry(observation: Observation, key: str) -> Any:
+    try:
+        return observation[key]
+    except KeyError:
+        raise RolloutError(f"the observation has no {key!r}, which models read") from None

@@ -1,0 +1,194 @@
+"""One WebSocket connection to a server of a policy: deadlines, bounds, and errors that say why."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from pytest_safemanip.errors import (
+    PolicyAnswerError,
+    PolicyConnectionLost,
+    PolicyServerError,
+    PolicyUnreachable,
+)
+from pytest_safemanip.policies.remote.arrays import MAX_REPLY
+from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
+from pytest_safemanip.policies.remote.library import need
+from pytest_safemanip.policies.remote.probing import (
+    PROBE_DEADLINE,
+    RETRY_PERIOD,
+    Peer,
+    proxies,
+    who_listens,
+)
+
+CLOSE_DEADLINE = 0.2
+_AGAIN = "the episode can be run again from its start"
+
+
+class WebSocket:
+    """A connection that is opened, used by one thread, and dropped at its first failure.
+
+    Args:
+        endpoint: where the server is.
+        deadlines: ``start`` and ``open`` are used here.
+        start: the command that starts the server; part of errors.
+        headers: sent with the handshake.
+    """
+
+    def __init__(
+        self, endpoint: Endpoint, deadlines: Deadlines, start: str, headers: Mapping[str, str]
+    ) -> None:
+        self._endpoint, self._deadlines, self._start = endpoint, deadlines, start
+        self._headers = dict(headers)
+        self._stack = contextlib.ExitStack()
+        self._connection: Any = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether nothing has failed since it was opened."""
+        return self._connection is not None
+
+    def open(self) -> None:
+        """Connect and shake hands.
+
+        Raises:
+            PolicyUnreachable: if that fails; says what is at the address instead.
+        """
+        self.close()
+        library: Any = need("websockets.sync.client")
+        end = time.monotonic() + self._deadlines.start
+        while True:
+            try:
+                connection = self._stack.enter_context(self._connect(library))
+                break
+            except Exception as error:  # every layer below has its own: DNS, TCP, TLS, proxy, HTTP
+                starting = isinstance(error, ConnectionRefusedError) and time.monotonic() < end
+                if not starting:
+                    raise self._explained(error) from error
+            time.sleep(RETRY_PERIOD)
+        self._connection = connection
+
+    def _connect(self, library: Any) -> Any:
+        return library.connect(
+            str(self._endpoint),
+            additional_headers=self._headers,
+            # A proxy is for other machines; the library would send 127.0.0.1 through it too.
+            proxy=None if self._endpoint.loopback else True,
+            # Images do not compress in the time that a loopback or a LAN needs for them.
+            compression=None,
+            # Servers compute in the thread that would answer pings.
+            ping_interval=None,
+            open_timeout=self._deadlines.open,
+            close_timeout=CLOSE_DEADLINE,
+            max_size=MAX_REPLY,
+        )
+
+    def send(self, data: bytes, seconds: float) -> None:
+        """Send a binary frame.
+
+        Raises:
+            PolicyConnectionLost: if the connection broke, or nobody took the data in time.
+        """
+        try:
+            _bound_sending(self._connection, seconds)
+            self._connection.send(data)
+        except Exception as error:
+            raise self._lost(error, f"took no data for {seconds:g} s") from error
+
+    def receive(self, seconds: float) -> bytes | str:
+        """The next frame; text is a server's way to say that it failed.
+
+        Raises:
+            PolicyConnectionLost: if the connection broke, or nothing came in time.
+            PolicyAnswerError: if what came is no WebSocket frame, or too long.
+        """
+        try:
+            return self._connection.recv(timeout=seconds)  # type: ignore[no-any-return]
+        except Exception as error:
+            raise self._lost(error, f"did not answer within {seconds:g} s") from error
+
+    def close(self) -> None:
+        """Drop the connection. May be called twice."""
+        self._connection = None
+        with contextlib.suppress(Exception):  # whatever it is, the connection is of no more use
+            self._stack.close()
+
+    def unreachable(self, what: str) -> PolicyUnreachable:
+        """An error about a server that cannot be used at all."""
+        self.close()
+        return PolicyUnreachable(
+            f"policy server {self._endpoint}: {what}; its server is started with: {self._start}"
+        )
+
+    def _explained(self, error: Exception) -> PolicyUnreachable:
+        exceptions: Any = need("websockets.exceptions")
+        said = f"{type(error).__name__}: {error}".rstrip(": ")
+        if isinstance(error, socket.gaierror):
+            return self.unreachable(f"{self._endpoint.host!r} is no known host ({error})")
+        through = proxies() if not self._endpoint.loopback else ""
+        proxied = (exceptions.ProxyError, exceptions.InvalidProxy, ImportError, OSError)
+        if through and isinstance(error, proxied):
+            # The text about an invalid proxy has its URL in it, with the password.
+            why = said if not isinstance(error, exceptions.InvalidProxy) else "no valid URL"
+            return self.unreachable(
+                f"the connection through the proxy of {through} failed ({why}); to go "
+                f"directly, add {self._endpoint.host} to NO_PROXY"
+            )
+        if isinstance(error, exceptions.InvalidStatus):
+            status = error.response.status_code
+            return self.unreachable(f"answers HTTP {status}, it is no policy server at this path")
+        peer = who_listens(self._endpoint, min(PROBE_DEADLINE, self._deadlines.open))
+        if peer is Peer.HTTP and isinstance(error, TimeoutError):
+            peer = Peer.SILENT
+        if peer is Peer.SILENT:
+            return self.unreachable(
+                f"no handshake within {self._deadlines.open:g} s ({said}): the server is busy "
+                "with another client's call, which it serves one after the other, or it hangs"
+            )
+        return self.unreachable(f"{peer.value}, and no WebSocket handshake was made ({said})")
+
+    def _lost(self, error: Exception, late: str) -> PolicyServerError:
+        exceptions: Any = need("websockets.exceptions")
+        # The library tells of a broken frame only once the server has closed, if it ever does.
+        broken = self._connection.protocol.close_sent
+        self.close()
+        answered = isinstance(error, exceptions.ConnectionClosed) and error.rcvd
+        if broken and not answered:
+            return PolicyAnswerError(
+                f"policy server {self._endpoint}: what it sent is no message of the protocol, or "
+                f"over {MAX_REPLY} bytes ({_named(broken)})"
+            )
+        if isinstance(error, TimeoutError) or isinstance(error.__cause__, BlockingIOError):
+            what = f"{late}: it hangs, or other clients keep it busy"
+        elif isinstance(error, exceptions.ConnectionClosed):
+            what = _why_closed(error)
+        else:
+            what = f"the connection broke ({type(error).__name__}: {error})"
+        return PolicyConnectionLost(f"policy server {self._endpoint}: {what}; {_AGAIN}")
+
+
+def _why_closed(error: Any) -> str:
+    if error.rcvd is None:
+        return "died: the connection ended without a closing frame"
+    if "keepalive" in error.rcvd.reason:
+        return (
+            f"its keepalive cut the connection ({_named(error.rcvd)}), since it answers no pings "
+            "while it computes: start it with a longer one, or with none"
+        )
+    return f"closed the connection ({_named(error.rcvd)})"
+
+
+def _named(frame: Any) -> str:
+    return f"{frame.code} {frame.reason!s:.200}".rstrip()
+
+
+def _bound_sending(connection: Any, seconds: float) -> None:
+    """Let a blocked send fail: the library's own has no deadline."""
+    whole, part = divmod(max(seconds, 0.001), 1.0)
+    deadline = struct.pack("@ll", int(whole), int(part * 1e6))
+    connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, deadline)
