@@ -186,8 +186,9 @@ class LawItem(pytest.Item):
         words = [f"law {self._trial.law.name}: {self._trial.law.says}", line, ""]
         words += table(found.recording, values, step)
         if broken is None:
-            trace = "".join(traceback.format_exception(found.error))
-            words += ["", trace[-failure.MAX_TRACEBACK :].rstrip()]
+            trace = traceback.TracebackException.from_exception(found.error)
+            trace.__notes__ = None  # Hypothesis prints the recording, whole
+            words += ["", "".join(trace.format())[-failure.MAX_TRACEBACK :].rstrip()]
         folder = self.config.invocation_params.dir
         near = self._file.is_relative_to(folder)
         words += ["", f"recording  {self._file.relative_to(folder) if near else self._file}"]

@@ -28,14 +28,17 @@ def flickering(trial: Trial, draw: Draw, count: int) -> tuple[Recording, Recordi
 
     Only what begins after a window of steadiness is a flicker.
     """
-    step = draw(st.integers(0, trial.recording.acting - 1))
+    rows = np.bincount(trial.recording.steps.contacts.step, minlength=1)
+    busiest = int(np.argmax(rows[: trial.recording.acting]))
+    step = draw(st.just(busiest) | st.integers(0, trial.recording.acting - 1))
     state = of_length(trial.recording, step, step + 1)
     before = window_steps(trial) + 2
     steady = lasting(state, 2 * before + count, state.scene.control_period)
-    brief = draw(st.integers(0, (count - 1) // 2))
-    other = draw(contacts(state.scene, max(brief, 1)))
-    if brief == 0:
+    longest = (count - 1) // 2
+    if longest == 0:
         return steady, steady
+    brief = draw(st.integers(1, longest))
+    other = draw(contacts(state.scene, brief))
     rows = steady.steps.contacts
     kept = [rows.window(0, before), other, rows.window(before + brief, len(steady.steps))]
     starts = (0, before, before + brief)

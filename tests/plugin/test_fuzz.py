@@ -25,6 +25,18 @@ def pytest_safemanip_propositions():
     limit = Parameter("straying.distance", "m", 0.12, "for the test")
     return [Proposition("straying", ("object",), lambda parameters: 0.0, (limit,), straying)]
 """
+THREE = """
+import numpy as np
+from pytest_safemanip.propositions.definition import Proposition
+
+def three(view):
+    if len(view.trace) == 3:
+        raise ValueError("three steps")
+    return np.ones(len(view.trace), bool)
+
+def pytest_safemanip_propositions():
+    return [Proposition("three", (), lambda parameters: 0.0, (), three)]
+"""
 UNSHRUNK = """
 from hypothesis import Phase, settings
 settings.register_profile("unshrunk", phases=[Phase.generate], database=None)
@@ -68,18 +80,21 @@ def test_a_users_proposition_is_tried(own: Suite) -> None:
 
 
 def test_the_smallest_failure_is_shown_and_kept(one_suite: Suite) -> None:
-    one_suite.pytester.makeconftest(CONFTEST)
-    result = one_suite.run("safemanip::fuzz[straying-window]", "--safemanip-fuzz-examples=25")
+    one_suite.pytester.makeconftest(THREE)
+    result = one_suite.run("safemanip::fuzz[three-total]", "--safemanip-fuzz-examples=200")
     result.stdout.fnmatch_lines(
         [
-            "obj (apple); cab (HingeCabinet), sink (Sink), stove (Stove); 2 steps of 0.05 s",
-            "  step  value  what changes",
-            "     0    .    *",
-            ">    1    1    *",
+            "law total: it has a boolean value at every step of any recording",
+            "three raises ValueError: three steps",
+            "obj (apple); cab (HingeCabinet), sink (Sink), stove (Stove); 3 steps of 0.05 s",
+            "  step  what changes",
+            "     0  hand at *",
+            '    raise ValueError("three steps")',
+            "recording  .safemanip/fuzz/three-total.rollout",
         ]
     )
-    kept = one_suite.out / "fuzz" / "straying-window.rollout"
-    assert len(files.load(kept).steps) == 2
+    kept = one_suite.out / "fuzz" / "three-total.rollout"
+    assert len(files.load(kept).steps) == 3
 
 
 def test_an_id_is_enough(suite: Suite) -> None:
