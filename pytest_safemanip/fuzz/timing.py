@@ -28,8 +28,8 @@ def flickering(trial: Trial, draw: Draw, count: int) -> tuple[Recording, Recordi
 
     Only what begins after a window of steadiness is a flicker.
     """
-    rows = np.bincount(trial.recording.steps.contacts.step, minlength=1)
-    busiest = int(np.argmax(rows[: trial.recording.acting]))
+    counts = np.bincount(trial.recording.steps.contacts.step, minlength=1)
+    busiest = int(np.argmax(counts[: trial.recording.acting]))
     step = draw(st.just(busiest) | st.integers(0, trial.recording.acting - 1))
     state = of_length(trial.recording, step, step + 1)
     before = window_steps(trial) + 2
