@@ -132,7 +132,11 @@ def _command(config: pytest.Config) -> str:
     words = ["pytest"]
     for option in OPTIONS:
         given = config.getoption(option.ini)
-        if given is None or option.flag in IMPLIED:
+        if given is None:
+            continue
+        if option.flag in IMPLIED:
+            # A node id has no addresses.
+            words += [shlex.quote(f"{option.flag}={v}") for v in _addressed(given)]
             continue
         if option.switch:
             words.append(option.flag)
@@ -140,3 +144,7 @@ def _command(config: pytest.Config) -> str:
         values = given if isinstance(given, list) else [given]
         words += [shlex.quote(f"{option.flag}={value}") for value in values]
     return " ".join(words)
+
+
+def _addressed(given: object) -> list[str]:
+    return [value for value in given if "=" in value] if isinstance(given, list) else []

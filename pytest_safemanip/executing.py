@@ -6,7 +6,7 @@ from collections.abc import Generator
 
 import pytest
 
-from pytest_safemanip.errors import ConfigError, SafemanipError
+from pytest_safemanip.errors import SafemanipError
 from pytest_safemanip.items import SafetyItem
 from pytest_safemanip.report import failure
 from pytest_safemanip.session import Run
@@ -37,7 +37,7 @@ class Executing:
             error = call.excinfo.value
             line = str(error).splitlines()[0]
             report.longrepr = failure.shown(failure.error_text(error), line, item.place)
-            if self._alone and isinstance(error, ConfigError):
+            if self._alone and self._run.session.hopeless(error):
                 # It holds for all cases; said once, it is read.
                 item.session.shouldfail = "the suite cannot be run like this"
         if report.skipped and isinstance(report.longrepr, tuple):

@@ -34,9 +34,11 @@ class Option:
 OPTIONS = (
     Option(
         "--safemanip-policy",
-        "turn the safety suite on for these policies: scripted, scripted:FAULT, random, hold, "
-        "MODULE:ATTRIBUTE, or one from the hook pytest_safemanip_policies (repeatable)",
-        metavar="NAME[,...]",
+        "turn the safety suite on for these policies: pi0, pi05, groot, groot-pt, groot-to, "
+        "groot-tpt, openpi, vla-eval (on a server, at ENDPOINT), scripted, scripted:FAULT, random, "
+        "hold, recording:DIR, MODULE:ATTRIBUTE, or one from the hook pytest_safemanip_policies "
+        "(repeatable)",
+        metavar="NAME[=ENDPOINT][,...]",
         repeat=True,
     ),
     Option(
@@ -62,8 +64,8 @@ OPTIONS = (
     Option("--safemanip-backend", "robocasa, or one from a hook", "robocasa", "NAME"),
     Option(
         "--safemanip-scenes",
-        "kitchens: compact (small and fast), target or pretrain (RoboCasa's splits)",
-        "compact",
+        "kitchens: compact (small and fast), target or pretrain (RoboCasa's splits) (default: the "
+        "official split of a policy on a server; compact for others)",
         choices=("compact", "target", "pretrain"),
     ),
     Option(
@@ -91,6 +93,13 @@ OPTIONS = (
         choices=("success", "horizon"),
     ),
     Option("--safemanip-horizon-scale", "factor on the task's own horizon", "1.0", "X"),
+    Option(
+        "--safemanip-prompt",
+        "what policies are told: task (its instruction), short or long (with words about safety), "
+        "or a file with {instruction} in it",
+        "task",
+        "PROMPT",
+    ),
     Option(
         "--safemanip-violations",
         "how a violation shows in pytest",
@@ -157,6 +166,12 @@ def add_options(parser: pytest.Parser) -> None:
     )
     parser.addini("safemanip_property_paths", "folders of your own properties", type="paths")
     parser.addini("safemanip_task_paths", "folders of your own tasks", type="paths")
+    parser.addini(
+        "safemanip_deadlines",
+        "seconds to wait for a policy's server, one NAME=SECONDS in a line: start (until it "
+        "listens, 10), open (10), warm_up (first call, 600), call (30)",
+        type="linelist",
+    )
 
 
 _SWITCHES = ("--safemanip-policy", "--safemanip-recordings", "--safemanip-fuzz")
@@ -195,7 +210,7 @@ def value_of(config: pytest.Config, option: Option) -> str:
         return ",".join(given) if isinstance(given, list) else str(given)
     found = config.getini(option.ini)
     value = "" if found is False else str(found)
-    if option.choices and value not in option.choices:
+    if value and option.choices and value not in option.choices:
         hint = did_you_mean(value, option.choices)
         raise ConfigError(f"{option.ini} in the ini file: unknown value {value!r}; {hint}")
     return value

@@ -17,7 +17,7 @@ from pytest_safemanip.cases import (
     select_properties,
     select_tasks,
 )
-from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
+from pytest_safemanip.errors import ConfigError, RolloutError, TraceError, did_you_mean
 from pytest_safemanip.policies.registry import Factory, PolicySpec, resolve
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Parameters, Proposition
@@ -91,8 +91,12 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     else:
         if not settings.policies:
             raise ConfigError("no policy is named; give --safemanip-policy")
-        policies = {name: resolve(name, added.policies) for name in settings.policies}
+        policies = {
+            name: resolve(name, added.policies, settings.servers, settings.out, settings.deadlines)
+            for name in settings.policies
+        }
         rollouts = _rollouts(settings, tasks, policies)
+        _check_servers(rollouts, tasks, policies)
     _check_properties([tasks[name] for name in {task for _, task, _ in rollouts}], properties)
     cases = [
         Case(task, policy, prop, seed)
@@ -162,6 +166,19 @@ def _rollouts(
             )
         found += [(name, task.name, seed) for task in can for seed in settings.seeds or (0,)]
     return found
+
+
+def _check_servers(
+    rollouts: Iterable[Rollout], tasks: Mapping[str, Task], policies: Mapping[str, PolicySpec]
+) -> None:
+    """Every task has a server, where policies have one for each task set."""
+    for name, task in dict.fromkeys((name, task) for name, task, _ in rollouts):
+        server = policies[name].server
+        if server is not None:
+            try:
+                server(task, tasks[task].sets)
+            except RolloutError as error:
+                raise ConfigError(f"policy {name!r}: {error}") from error
 
 
 def _find_recordings(

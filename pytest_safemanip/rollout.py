@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError, SafemanipError
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
+from pytest_safemanip.policies.prompts import PLACE, told
 from pytest_safemanip.sim.backend import ACTION_SIZE, Backend, Request, Start
 from pytest_safemanip.trace.recording import Episode, Recording, check
 from pytest_safemanip.trace.steps import Step, Steps
@@ -52,6 +54,8 @@ class Job:
         request: the episode.
         protocol: how it is run.
         hashes: digests of the policy's code, recorded with the backend's.
+        sets: the sets that the task belongs to.
+        prompt: what the policy is told, with ``{instruction}`` where the task's own goes.
     """
 
     task: str
@@ -59,6 +63,8 @@ class Job:
     request: Request
     protocol: Protocol
     hashes: Mapping[str, str]
+    sets: tuple[str, ...] = ()
+    prompt: str = PLACE
 
 
 def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = None) -> Recording:
@@ -70,9 +76,10 @@ def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = 
     """
     start = backend.reset(job.request)
     horizon = max(1, round(start.horizon * job.protocol.horizon_scale))
-    info = EpisodeInfo(job.task, job.request.seed, start.instruction, horizon, start.scene)
+    instruction = told(job.prompt, start.instruction)
+    info = EpisodeInfo(job.task, job.request.seed, instruction, horizon, start.scene, job.sets)
     steps, actions = [start.step], [np.zeros(ACTION_SIZE)]
-    for action in _actions(policy, info, steps):
+    for action in _actions(policy, info, steps, backend):
         steps.append(backend.step(action))
         actions.append(action)
         if progress:
@@ -84,11 +91,20 @@ def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = 
         steps.append(backend.step(action))
         actions.append(action)
     stacked = Steps.stack(steps, [a.astype(np.float32) for a in actions], acting)
-    episode = _episode(job, backend, start, horizon, bool(steps[acting - 1].success))
+    episode = _episode(job, backend, info, start, bool(steps[acting - 1].success))
+    episode = dataclasses.replace(episode, served=_facts(policy))
     return check(Recording(episode, start.scene, stacked))
 
 
-def _actions(policy: Policy, info: EpisodeInfo, steps: list[Step]) -> Iterator[NDArray[Any]]:
+def _facts(policy: Policy) -> Mapping[str, str]:
+    """What a policy says about its server and what was exchanged with it."""
+    say = getattr(policy, "facts", None)
+    return say() if say is not None else {}
+
+
+def _actions(
+    policy: Policy, info: EpisodeInfo, steps: list[Step], backend: Backend
+) -> Iterator[NDArray[Any]]:
     """The policy's actions, one by one; a new chunk when the last one is used up."""
     try:
         policy.reset(info)
@@ -99,7 +115,7 @@ def _actions(policy: Policy, info: EpisodeInfo, steps: list[Step]) -> Iterator[N
     while True:
         index = len(steps) - 1
         try:
-            chunk = policy.act(Observation(index, info.instruction, steps[-1]))
+            chunk = policy.act(Observation(index, info.instruction, steps[-1], backend.observe))
         except SafemanipError:
             raise
         except Exception as error:
@@ -151,14 +167,14 @@ def _at_rest(step: Step) -> bool:
     )
 
 
-def _episode(job: Job, backend: Backend, start: Start, horizon: int, success: bool) -> Episode:
+def _episode(job: Job, backend: Backend, info: EpisodeInfo, start: Start, success: bool) -> Episode:
     source = backend.provenance
     return Episode(
         task=job.task,
         seed=job.request.seed,
         policy=job.policy,
-        instruction=start.instruction,
-        horizon=horizon,
+        instruction=info.instruction,
+        horizon=info.horizon,
         ended="success" if success and job.protocol.stop == "success" else "horizon",
         backend=source.backend,
         scenes=job.request.scenes,

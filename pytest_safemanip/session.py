@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import shlex
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from filelock import FileLock
+
 from pytest_safemanip import rollout
 from pytest_safemanip.cases import Case
-from pytest_safemanip.errors import ConfigError, RolloutError, SafemanipError
+from pytest_safemanip.errors import (
+    ConfigError,
+    PolicyConnectionLost,
+    PolicyUnreachable,
+    RolloutError,
+    SafemanipError,
+)
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.plan import Plan
 from pytest_safemanip.policies.base import Policy
@@ -21,6 +30,8 @@ from pytest_safemanip.store import Store, key_of
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 
+RESTARTS = 2
+"""How often an episode is begun again after its policy's server got lost."""
 KEPT = 2
 """Rollouts kept in memory: neighbouring cases share one, and work stealing can split it."""
 
@@ -74,6 +85,7 @@ class SafetySession:
         self._judged: OrderedDict[tuple[str, str, int], Judged] = OrderedDict()
         self._failed: dict[tuple[str, str, int], SafemanipError] = {}
         self._unusable: ConfigError | None = None
+        self._unreachable: dict[str, PolicyUnreachable] = {}
 
     def judged(self, case: Case) -> Judged:
         """The rollout that a case needs: from memory, from disk, or run now.
@@ -85,6 +97,9 @@ class SafetySession:
         """
         if self._unusable is not None:
             raise ConfigError(str(self._unusable))
+        server = self._server(case)
+        if server in self._unreachable:
+            raise RolloutError(str(self._unreachable[server]).splitlines()[0])
         if case.rollout in self._failed:
             # The traceback was shown with the first case.
             raise RolloutError(str(self._failed[case.rollout]))
@@ -94,12 +109,22 @@ class SafetySession:
             except ConfigError as error:
                 self._unusable = error
                 raise
+            except PolicyUnreachable as error:
+                self._unreachable[server] = error
+                raise
             except SafemanipError as error:
                 self._failed[case.rollout] = error
                 raise
             while len(self._judged) > KEPT:
                 self._judged.popitem(last=False)
         return self._judged[case.rollout]
+
+    def hopeless(self, error: Exception) -> bool:
+        """Whether all other cases would fail in the same way."""
+        servers = {self._server(case) for case in self._plan.cases}
+        return isinstance(error, ConfigError) or (
+            isinstance(error, PolicyUnreachable) and servers <= set(self._unreachable)
+        )
 
     def verdict(self, case: Case) -> Verdict:
         """The verdict on a case.
@@ -110,9 +135,18 @@ class SafetySession:
         return self.judged(case).judge.judge(self._plan.properties[case.property_id])
 
     def close(self) -> None:
-        """End the simulator."""
+        """End the simulator and the connections to policies."""
+        for policy in self._plan.policies.values():
+            policy.close()
         if self._backend is not None:
             self._backend.close()
+
+    def _server(self, case: Case) -> str:
+        """Where the policy of a case is; empty if it runs here, or is not run."""
+        policy = self._plan.policies.get(case.policy)
+        if policy is None or policy.server is None:
+            return ""
+        return str(policy.server(case.task, self._plan.tasks[case.task].sets))
 
     def _get(self, case: Case) -> Judged:
         if case.rollout in self._plan.recordings:
@@ -138,9 +172,9 @@ class SafetySession:
         key, job = self._job(case, policy, backend)
 
         def run() -> Recording:
-            show(0, 0)
             try:
-                return rollout.run(job, backend, _made(policy), show)
+                with self._turn(policy, self._server(case)):
+                    return _run(job, backend, policy, show)
             except SafemanipError:
                 raise
             except Exception as error:
@@ -159,19 +193,21 @@ class SafetySession:
     def _job(self, case: Case, policy: PolicySpec, backend: Backend) -> tuple[str, rollout.Job]:
         settings = self._plan.settings
         task = self._plan.tasks[case.task]
-        compact = settings.scenes == "compact"
+        scenes = settings.scenes or policy.scenes
+        compact = scenes == "compact"
         groups = task.object_groups if compact else {}
-        request = Request(case.task, case.seed, settings.scenes, groups)
+        request = Request(case.task, case.seed, scenes, groups)
         protocol = rollout.Protocol(settings.stop, settings.horizon_scale)
         source = backend.provenance
         parts: Mapping[str, Any] = {
             "task": case.task,
             "seed": case.seed,
-            "scenes": settings.scenes,
+            "scenes": scenes,
             "object_groups": {role: list(names) for role, names in groups.items()},
             "policy": case.policy,
             # Nobody can tell whether a policy without a fingerprint is still the same.
             "fingerprint": policy.fingerprint or f"run {self._run}",
+            "prompt": settings.prompt,
             "stop": settings.stop,
             "horizon_scale": settings.horizon_scale,
             "backend": source.backend,
@@ -181,7 +217,33 @@ class SafetySession:
         }
         key = key_of(parts)
         hashes = {"policy": policy.fingerprint or "", "key": key}
-        return key, rollout.Job(case.task, case.policy, request, protocol, hashes)
+        return key, rollout.Job(
+            case.task, case.policy, request, protocol, hashes, task.sets, settings.prompt
+        )
+
+    def _turn(self, policy: PolicySpec, server: str) -> AbstractContextManager[Any]:
+        """One process at a time asks a server: the others would wait within their deadlines."""
+        if not server or policy.shared:
+            return nullcontext()
+        folder = self._plan.settings.out / "locks"
+        folder.mkdir(parents=True, exist_ok=True)
+        return FileLock(folder / f"{key_of({'server': server})}.lock")
+
+
+def _run(
+    job: rollout.Job, backend: Backend, policy: PolicySpec, show: Callable[[int, int], None]
+) -> Recording:
+    """One rollout; from its beginning again, with its seed, if the policy's server got lost."""
+    for attempt in range(RESTARTS + 1):
+        show(0, 0)
+        try:
+            return rollout.run(job, backend, _made(policy), show)
+        except PolicyConnectionLost as error:
+            if attempt == RESTARTS:
+                raise RolloutError(
+                    f"{error}\nthe episode was begun {attempt + 1} times, and never ended"
+                ) from error
+    raise AssertionError("unreachable")
 
 
 def _made(policy: PolicySpec) -> Policy:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,8 +12,11 @@ from typing import Literal
 import pytest
 
 from pytest_safemanip.cases import is_case_id, is_law_id
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.options import OPTIONS, value_of
+from pytest_safemanip.policies.prompts import read_prompt
+from pytest_safemanip.policies.remote.endpoint import Deadlines
+from pytest_safemanip.policies.remote.presets import PRESETS
 
 MAX_SEEDS = 100_000
 """More in one run is a slip of the keyboard."""
@@ -24,6 +28,8 @@ class Settings:
     """What the user asked for, parsed. Attributes follow the options; see ``pytest --help``."""
 
     policies: tuple[str, ...]
+    servers: Mapping[str, str]
+    deadlines: Deadlines
     tasks: tuple[str, ...]
     properties: tuple[str, ...]
     seeds: tuple[int, ...] | None
@@ -34,6 +40,7 @@ class Settings:
     semantics: Literal["timed", "paper"]
     stop: Literal["success", "horizon"]
     horizon_scale: float
+    prompt: str
     violations: str
     unresolved: str
     vacuous: str
@@ -72,8 +79,11 @@ def read_settings(config: pytest.Config) -> Settings:
     values = {option.ini: value_of(config, option) for option in OPTIONS}
     recordings = values["safemanip_recordings"]
     selected = config.getoption("safemanip_select") or ()
+    policies, servers = parse_policies(_names(values["safemanip_policy"]), os.environ)
     return Settings(
-        policies=_names(values["safemanip_policy"]),
+        policies=policies,
+        servers=servers,
+        deadlines=parse_deadlines(config.getini("safemanip_deadlines")),
         tasks=_names(values["safemanip_tasks"]),
         properties=_names(values["safemanip_properties"]),
         seeds=parse_seeds(values["safemanip_seeds"]) if values["safemanip_seeds"] else None,
@@ -84,6 +94,7 @@ def read_settings(config: pytest.Config) -> Settings:
         semantics="paper" if values["safemanip_semantics"] == "paper" else "timed",
         stop="horizon" if values["safemanip_stop"] == "horizon" else "success",
         horizon_scale=_positive("--safemanip-horizon-scale", values["safemanip_horizon_scale"]),
+        prompt=read_prompt(values["safemanip_prompt"], Path(config.invocation_params.dir)),
         violations=values["safemanip_violations"],
         unresolved=values["safemanip_unresolved"],
         vacuous=values["safemanip_vacuous"],
@@ -96,6 +107,57 @@ def read_settings(config: pytest.Config) -> Settings:
         select=tuple(text for text in selected if not is_law_id(text)),
         laws=tuple(text for text in selected if is_law_id(text)),
     )
+
+
+def parse_policies(
+    items: Sequence[str], environment: Mapping[str, str]
+) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Names of policies, and where those on servers are: ``pi05=ws://host:8000``.
+
+    An address that is not given may be in the environment: ``SAFEMANIP_GROOT_PT`` for ``groot-pt``.
+
+    Raises:
+        ConfigError: if an address is given for what is not on a server, or two for one policy.
+    """
+    servers = {
+        name: environment[variable]
+        for name in PRESETS
+        if environment.get(variable := f"SAFEMANIP_{name.upper().replace('-', '_')}")
+    }
+    given: dict[str, str] = {}
+    for item in items:
+        name, equals, address = item.partition("=")
+        if equals and name not in PRESETS:
+            raise ConfigError(
+                f"--safemanip-policy: {item!r} has an address; policies on a server are "
+                f"{', '.join(PRESETS)}"
+            )
+        if given.setdefault(name, address) != address:
+            raise ConfigError(f"--safemanip-policy: {name!r} has two addresses")
+    servers.update((name, address) for name, address in given.items() if address)
+    return tuple(given), servers
+
+
+def parse_deadlines(lines: Sequence[str]) -> Deadlines:
+    """How long to wait for servers, from ``call=60``.
+
+    Raises:
+        ConfigError: if a line is not of that form.
+    """
+    found: dict[str, float] = {}
+    known = [field.name for field in dataclasses.fields(Deadlines)]
+    for line in lines:
+        name, _, seconds = (part.strip() for part in line.partition("="))
+        if name not in known:
+            hint = did_you_mean(name, known)
+            raise ConfigError(f"safemanip_deadlines: unknown deadline {name!r}; {hint}")
+        try:
+            found[name] = float(seconds)
+        except ValueError:
+            raise ConfigError(
+                f"safemanip_deadlines: expected NAME=SECONDS, found {line!r}"
+            ) from None
+    return Deadlines(**found)
 
 
 def parse_seeds(text: str) -> tuple[int, ...]:

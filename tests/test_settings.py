@@ -5,7 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.settings import parse_params, parse_seeds, read_settings
+from pytest_safemanip.policies.remote.endpoint import Deadlines
+from pytest_safemanip.settings import (
+    parse_deadlines,
+    parse_params,
+    parse_policies,
+    parse_seeds,
+    read_settings,
+)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +87,7 @@ def test_without_options_everything_is_as_documented(read, pytester):
     found = read()
     assert (found.policies, found.tasks, found.properties) == ((), ("all",), ())
     assert (found.seeds, found.recordings) == (None, None)
-    assert (found.backend, found.scenes, found.assets) == ("robocasa", "compact", "auto")
+    assert (found.backend, found.scenes, found.assets) == ("robocasa", "", "auto")
     assert (found.semantics, found.stop, found.horizon_scale) == ("timed", "success", 1.0)
     assert (found.violations, found.unresolved, found.vacuous) == ("fail", "skip", "skip")
     assert found.out == pytester.path / ".safemanip"
@@ -129,3 +136,31 @@ def test_folders_are_those_of_the_place_where_pytest_was_called(read, pytester, 
     assert read("--safemanip-out=runs").out == pytester.path / "runs"
     assert str(read("--safemanip-out=/tmp/x").out) == "/tmp/x"  # noqa: S108
     assert str(read("--safemanip-recordings=~/runs").recordings) == "/somebody/runs"
+
+
+def test_policies_on_servers_have_their_address_from_the_option_or_the_environment():
+    given = (
+        "pi05=ws://a:1",
+        "hold",
+        "groot-to=atomic_seen@b+composite_seen@c:2",
+        "groot-pt",
+        "pi0",
+    )
+    environment = {"SAFEMANIP_GROOT_PT": "d:3", "SAFEMANIP_PI05": "e", "SAFEMANIP_GROOT": ""}
+    policies, servers = parse_policies(given, environment)
+    assert policies == ("pi05", "hold", "groot-to", "groot-pt", "pi0")
+    assert servers == {
+        "pi05": "ws://a:1",
+        "groot-to": "atomic_seen@b+composite_seen@c:2",
+        "groot-pt": "d:3",
+    }
+
+
+def test_deadlines_are_named_and_in_seconds():
+    assert parse_deadlines(["call = 60", "start=2.5"]) == Deadlines(start=2.5, call=60.0)
+    with pytest.raises(ConfigError, match="unknown deadline 'cal'; did you mean 'call'"):
+        parse_deadlines(["cal = 1"])
+    with pytest.raises(ConfigError, match="expected NAME=SECONDS, found 'call = soon'"):
+        parse_deadlines(["call = soon"])
+    with pytest.raises(ConfigError, match=r"deadline 'call': 0\.0 s"):
+        parse_deadlines(["call = 0"])

@@ -43,6 +43,7 @@ class RolloutRecord:
         error: why it is not complete; empty if it is.
         recording: path of the recording.
         provenance: index of its origin among those of the run.
+        served: of a policy on a server: what was found out about it, and exchanged with it.
         properties: verdicts by property id; only those that were asked for.
     """
 
@@ -56,6 +57,7 @@ class RolloutRecord:
     error: str = ""
     recording: str = ""
     provenance: int | None = None
+    served: Mapping[str, str] = field(default_factory=dict)
     properties: dict[str, PropertyRecord] = field(default_factory=dict)
 
     @property

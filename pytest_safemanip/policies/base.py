@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ class EpisodeInfo:
         instruction: the task's instruction, in words.
         horizon: control steps at most.
         scene: the static part of the scene: privileged knowledge, for scripts.
+        sets: the sets that the task belongs to.
     """
 
     task: str
@@ -28,6 +30,7 @@ class EpisodeInfo:
     instruction: str
     horizon: int
     scene: Scene
+    sets: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -38,11 +41,24 @@ class Observation:
         index: control steps so far.
         instruction: the task's instruction.
         step: the state of everything: privileged knowledge, for scripts.
+        look: gives images and proprioception of the present step.
     """
 
     index: int
     instruction: str
     step: Step
+    look: Callable[[], Mapping[str, NDArray[Any]]] = field(repr=False, compare=False)
+
+    def gym(self) -> dict[str, Any]:
+        """What RoboCasa's gym wrapper gives, under its names; the images are rendered now.
+
+        ``video.robot0_agentview_left``, ``..._right`` and ``video.robot0_eye_in_hand``
+        (256, 256, 3) uint8; ``state.*`` float32; ``annotation.human.task_description``.
+
+        Raises:
+            ConfigError: if nothing can be rendered here; names what to install.
+        """
+        return {**self.look(), "annotation.human.task_description": self.instruction}
 
 
 class Policy(Protocol):

@@ -6,11 +6,16 @@ import hashlib
 import importlib
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
+from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
+from pytest_safemanip.policies.remote.presets import PRESETS, Preset, parse_servers
+from pytest_safemanip.policies.replay import Replay
 from pytest_safemanip.policies.simple import Hold, Random
 from pytest_safemanip.sim.provenance import source_digest
 from pytest_safemanip.trace.recording import POLICY_NAME
@@ -18,6 +23,10 @@ from pytest_safemanip.trace.recording import POLICY_NAME
 Factory = Callable[[], Policy]
 
 BUILT_IN = ("scripted", "random", "hold")
+
+
+NOWHERE: Mapping[str, str] = MappingProxyType({})
+USUAL = Deadlines()
 
 
 @dataclass(frozen=True)
@@ -30,21 +39,40 @@ class PolicySpec:
         fingerprint: digest of what decides its actions; None if nobody can tell, and then its
             recordings are not used again in a later run.
         tasks: the tasks it can do; None for all.
+        scenes: what it is run in if nothing else is asked for.
+        server: where it is served, by a task and its sets; None if it runs here.
+        claim: what its user says is served; empty if it runs here.
+        shared: whether its server may be asked by several processes at a time.
+        close: frees what it holds.
     """
 
     name: str
     make: Factory
     fingerprint: str | None
     tasks: tuple[str, ...] | None = None
+    scenes: str = "compact"
+    server: Callable[[str, tuple[str, ...]], Endpoint] | None = None
+    claim: Mapping[str, Any] = field(default_factory=dict)
+    shared: bool = False
+    close: Callable[[], None] = lambda: None
 
 
-def resolve(name: str, added: Mapping[str, Factory]) -> PolicySpec:
+def resolve(
+    name: str,
+    added: Mapping[str, Factory],
+    servers: Mapping[str, str] = NOWHERE,
+    out: Path = Path(),
+    deadlines: Deadlines = USUAL,
+) -> PolicySpec:
     """Find a policy.
 
     Args:
-        name: ``scripted``, ``scripted:FAULT``, ``random``, ``hold``, ``module:attribute``, or one
-            that a hook provides.
+        name: a preset (``pi05``), ``scripted``, ``scripted:FAULT``, ``random``, ``hold``,
+            ``recording:DIR``, ``module:attribute``, or one that a hook provides.
         added: policies from the hook ``pytest_safemanip_policies``.
+        servers: where presets are served, by name.
+        out: folder for what a server answered that cannot be executed.
+        deadlines: how long to wait for servers.
 
     Raises:
         ConfigError: if there is no such policy, or it cannot be imported.
@@ -55,6 +83,8 @@ def resolve(name: str, added: Mapping[str, Factory]) -> PolicySpec:
         )
     if name in added:
         return _own(name, added[name])
+    if name in PRESETS:
+        return _served(PRESETS[name], servers.get(name, ""), out / "refused", deadlines)
     head, _, tail = name.partition(":")
     if head == "scripted":
         return _scripted(name, tail)
@@ -62,10 +92,30 @@ def resolve(name: str, added: Mapping[str, Factory]) -> PolicySpec:
         return PolicySpec(name, Random, source_digest("policies/simple.py"))
     if name == "hold":
         return PolicySpec(name, Hold, source_digest("policies/simple.py"))
+    if head == "recording" and tail:
+        replay = Replay(Path(tail).expanduser())
+        return PolicySpec(name, lambda: replay, None, replay.tasks)
     if tail:
         return _imported(name, head, tail)
-    hint = did_you_mean(name, {*BUILT_IN, *added})
+    hint = did_you_mean(name, {*BUILT_IN, "recording:DIR", *PRESETS, *added})
     raise ConfigError(f"unknown policy {name!r}; {hint} (your own: MODULE:ATTRIBUTE)")
+
+
+def _served(preset: Preset, text: str, dumps: Path, deadlines: Deadlines) -> PolicySpec:
+    from pytest_safemanip.policies.remote.served import Served, claim, server_of
+
+    servers = parse_servers(preset, text)
+    policy = Served(preset, servers, dumps, deadlines)
+    return PolicySpec(
+        preset.name,
+        lambda: policy,
+        None,
+        scenes=preset.split or "compact",
+        server=lambda task, sets: server_of(servers, task, sets),
+        claim=claim(preset, servers),
+        shared=preset.batches,
+        close=policy.close,
+    )
 
 
 def _scripted(name: str, fault: str) -> PolicySpec:

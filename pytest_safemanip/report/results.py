@@ -29,6 +29,7 @@ def judged_data(
         "success": recording.success,
         "acting_steps": verdict.acting_steps,
         "recording": str(path),
+        "served": dict(episode.served),
         "category": prop.category,
         "outcome": verdict.outcome.label,
         "triggered": verdict.triggered > 0,
@@ -97,6 +98,7 @@ class Results:
         record.success = data["success"]
         record.acting_steps = data["acting_steps"]
         record.recording = data["recording"]
+        record.served = data["served"]
         record.properties[case.property_id] = PropertyRecord(
             property=case.property_id,
             category=data["category"],

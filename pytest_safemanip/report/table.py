@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from pytest_safemanip.metrics.rates import Group, Metrics, Rate, by_policy, measure
+from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.plan import Plan
 from pytest_safemanip.report.results import Results
 from pytest_safemanip.sim.backend import Provenance
@@ -16,7 +18,7 @@ def summary_lines(results: Results) -> list[str]:
     """Metrics of each policy, then what is incomplete."""
     lines: list[str] = []
     for policy, records in by_policy(results.records).items():
-        lines += ["", *_policy_lines(policy, measure(records))]
+        lines += ["", *_policy_lines(policy, measure(records)), *_served_lines(records)]
     missing = len(results.missing)
     if missing:
         lines += ["", f"{missing} of {len(results.expected)} cases were not run"]
@@ -40,8 +42,24 @@ def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
     )
     if source is None:
         return [first]
-    scenes, details = plan.settings.scenes, source.description or f"{source.assets} assets"
-    return [first, f"safemanip: {source.backend}, {scenes} scenes, {details}"]
+    used = {name: plan.settings.scenes or plan.policies[name].scenes for name in policies}
+    scenes = next(iter(used.values()))
+    if len(set(used.values())) > 1:
+        scenes = " and ".join(f"{family} ({name})" for name, family in used.items())
+    details = source.description or f"{source.assets} assets"
+    lines = [first, f"safemanip: {source.backend}, {scenes} scenes, {details}"]
+    return lines + [line for name in policies for line in _claim(name, plan.policies[name].claim)]
+
+
+def _claim(policy: str, claim: Mapping[str, Any]) -> list[str]:
+    """Where a policy is served, and as what: nobody can check which checkpoint it is."""
+    if not claim:
+        return []
+    places = [
+        f"{address} ({claim['claimed_checkpoints'][task_set]})"
+        for task_set, address in claim["servers"].items()
+    ]
+    return [f"safemanip: {policy} is claimed to be at {', '.join(places)}"]
 
 
 def _policy_lines(policy: str, metrics: Metrics) -> list[str]:
@@ -60,6 +78,24 @@ def _policy_lines(policy: str, metrics: Metrics) -> list[str]:
         "",
         *_group_table(metrics.categories),
     ]
+
+
+def _served_lines(records: Sequence[RolloutRecord]) -> list[str]:
+    """What was exchanged with a policy's server, and what is not known about it."""
+    served = [record.served for record in records if record.served]
+    if not served:
+        return []
+    protocols = ", ".join(dict.fromkeys(facts["protocol"] for facts in served))
+    calls, actions, clipped = (
+        sum(int(facts[name]) for facts in served) for name in ("calls", "actions", "clipped")
+    )
+    lines = [
+        f"  server     {protocols}; {_count(calls, 'call')}, {_count(actions, 'action')}, "
+        f"{clipped} of their {12 * actions} entries outside [-1, 1] and clipped"
+    ]
+    if any(facts["seeded"] == "no" for facts in served):
+        lines.append("  seeds      of the simulator only: the server takes none")
+    return lines
 
 
 def _group_table(groups: Mapping[str, Group]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,6 +116,15 @@ class Backend(Protocol):
             action: (12,), see :data:`ACTION_SIZE`.
 
         Raises:
+            RolloutError: if the simulator fails.
+        """
+
+    def observe(self) -> Mapping[str, NDArray[Any]]:
+        """What a model would see now: images and proprioception, as RoboCasa's gym wrapper gives
+        them, under its names; it changes nothing.
+
+        Raises:
+            ConfigError: if nothing can be rendered here; names what to install.
             RolloutError: if the simulator fails.
         """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
@@ -38,6 +38,8 @@ class Episode:
         assets: which assets: ``official``, ``primitive`` or ``mixed``.
         versions: package name to version, of everything that moves the physics.
         hashes: digest of the backend's and policy's code, of the assets and of the start state.
+        served: of a policy behind a server: endpoint, protocol, whether it took the seed, how many
+            calls and actions there were and how many entries were clipped.
     """
 
     task: str
@@ -51,6 +53,7 @@ class Episode:
     assets: str
     versions: Mapping[str, str]
     hashes: Mapping[str, str]
+    served: Mapping[str, str] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins, for the recording's header."""
@@ -67,17 +70,17 @@ class Episode:
             episode = cls(**data)
         except TypeError as error:
             raise TraceError(f"episode: malformed description ({error})") from error
-        for field in ("task", "policy", "instruction", "ended", "backend", "scenes", "assets"):
-            if not isinstance(getattr(episode, field), str):
-                raise TraceError(f"episode: {field} must be a string")
-        for field in ("seed", "horizon"):
-            value = getattr(episode, field)
+        for name in ("task", "policy", "instruction", "ended", "backend", "scenes", "assets"):
+            if not isinstance(getattr(episode, name), str):
+                raise TraceError(f"episode: {name} must be a string")
+        for name in ("seed", "horizon"):
+            value = getattr(episode, name)
             if type(value) is not int or value < 0:
-                raise TraceError(f"episode: {field} must be an integer from 0 up")
-        for field in ("versions", "hashes"):
-            value = getattr(episode, field)
+                raise TraceError(f"episode: {name} must be an integer from 0 up")
+        for name in ("versions", "hashes", "served"):
+            value = getattr(episode, name)
             if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
-                raise TraceError(f"episode: {field} must be a mapping to strings")
+                raise TraceError(f"episode: {name} must be a mapping to strings")
         if not POLICY_NAME.fullmatch(episode.policy):
             raise TraceError(f"episode: {episode.policy!r} is no name of a policy")
         return episode

@@ -13,7 +13,7 @@ from pytest_safemanip.policies.registry import BUILT_IN, resolve
 from tests import toy
 
 INFO = EpisodeInfo("OpenDrawer", 5, "open it", 10, toy.SCENE)
-NOW = Observation(0, "open it", toy.at_rest())
+NOW = Observation(0, "open it", toy.at_rest(), dict)
 
 MODULE = """
     import numpy as np
@@ -152,7 +152,11 @@ def test_what_is_no_policy_is_refused_with_what_is_missing(module):
     [
         ("scriptd", "did you mean 'scripted'?"),
         ("my_own_polcy", "did you mean 'my_own_policy'?"),
-        ("xyz", "known: hold, my_own_policy, random, scripted"),
+        (
+            "xyz",
+            "known: groot, groot-pt, groot-to, groot-tpt, hold, my_own_policy, openpi, pi0, pi05, "
+            "random, recording:DIR, scripted, vla-eval",
+        ),
     ],
 )
 def test_an_unknown_policy_is_refused_with_a_near_miss_and_the_way_to_ones_own(name, hint):

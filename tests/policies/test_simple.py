@@ -10,7 +10,7 @@ from tests import toy
 def actions(policy, seed, number=200):
     policy.reset(EpisodeInfo("OpenDrawer", seed, "", number, toy.SCENE))
     step = toy.at_rest()
-    return np.array([policy.act(Observation(n, "", step)) for n in range(number)])
+    return np.array([policy.act(Observation(n, "", step, dict)) for n in range(number)])
 
 
 def test_holding_moves_nothing_and_keeps_the_hand_open():

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from pytest_safemanip.errors import ConfigError
@@ -98,3 +100,14 @@ def test_a_deadline_is_a_time(bad):
     with pytest.raises(ConfigError, match="deadline 'call'"):
         Deadlines(call=0.0)
     assert Deadlines(start=0.0).start == 0.0
+
+
+def test_the_manual_has_every_preset():
+    page = (Path(__file__).parents[3] / "docs" / "policies.md").read_text()
+    rows = [line for line in page.splitlines() if line.startswith("| `")]
+    for preset in PRESETS.values():
+        (row,) = [row for row in rows if f"`{preset.name}`" in row.split("|")[1]]
+        assert f"`{preset.split or 'compact'}`" in row
+        assert f" {preset.steps} " in row
+        if not preset.task_sets and preset.split:
+            assert f"`{preset.checkpoints['']}`" in row

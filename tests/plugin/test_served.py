@@ -1,0 +1,245 @@
+"""A policy behind a server, in a run: found, asked, lost, refused."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from pytest_safemanip.trace import files
+from tests.plugin.conftest import Suite
+from tests.plugin.toyfolder import set_up
+
+MODEL = """
+import os
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+CALLS = Path("calls.txt")
+
+def note(word):
+    with CALLS.open("a") as log:
+        log.write(word + "\\n")
+
+class Model:
+    '''Looks at one image, and rises.'''
+
+    busy = False
+
+    def reset(self, seed):
+        note(f"reset {seed}")
+
+    def infer(self, request):
+        assert not self.busy, "two calls at a time"
+        self.busy = True
+        note(request["prompt"])
+        seen = int(request["observation/image"].mean())
+        assert request["observation/state"].shape == (16,)
+        actions = np.zeros((50, 12))
+        actions[:, 2], actions[:, 3] = 0.5, 1.5
+        time.sleep(0.02)
+        self.busy = False
+        return {"actions": actions}
+
+class Dies(Model):
+    '''Is killed at its fourth call, the first time.'''
+
+    def infer(self, request):
+        if len(CALLS.read_text().splitlines()) == 4:
+            note("dies")
+            os._exit(1)
+        return super().infer(request)
+
+class Wrong(Model):
+    def infer(self, request):
+        answer = super().infer(request)
+        answer["actions"][2, 7] = np.nan
+        return answer
+"""
+INI = """
+[pytest]
+safemanip_backend = toy
+safemanip_tasks = Reach
+safemanip_scenes = compact
+safemanip_task_paths = mine/tasks
+safemanip_property_paths = mine/properties
+safemanip_deadlines =
+    start = 0.5
+    warm_up = 10
+    call = 10
+"""
+Serve = Callable[[str], str]
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        port: int = listening.getsockname()[1]
+        return port
+
+
+@pytest.fixture
+def served(suite: Suite) -> Suite:
+    set_up(suite)
+    suite.pytester.makeini(INI)
+    suite.pytester.makepyfile(model=textwrap.dedent(MODEL))
+    return suite
+
+
+@pytest.fixture
+def serve(pytester: pytest.Pytester) -> Iterator[Serve]:
+    """Starts the package's own server on a model; gives its address."""
+    with contextlib.ExitStack() as stack:
+
+        def start(name: str, again: bool = False) -> str:
+            port = free_port()
+            command = [sys.executable, "-m", "pytest_safemanip.policies.serve", f"model:{name}"]
+            script = f"while ! {' '.join(command)} --port {port}; do :; done" if again else ""
+            running = stack.enter_context(
+                subprocess.Popen(
+                    ["sh", "-c", script] if again else [*command, "--port", str(port)],
+                    cwd=pytester.path,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                    start_new_session=True,
+                )
+            )
+            stack.callback(stop, running)
+            assert running.stdout is not None
+            running.stdout.readline()
+            return f"ws://127.0.0.1:{port}"
+
+        yield start
+
+
+def stop(running: subprocess.Popen[str]) -> None:
+    import os
+    import signal
+
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(running.pid, signal.SIGKILL)
+
+
+def calls(suite: Suite) -> list[str]:
+    return (suite.pytester.path / "calls.txt").read_text().splitlines()
+
+
+def test_a_model_is_asked_for_chunks_and_judged(served: Suite, serve: Serve) -> None:
+    address = serve("Model")
+    result = served.run(f"--safemanip-policy=openpi={address}", "--safemanip-seeds=2", "-v")
+    result.stdout.fnmatch_lines(
+        [
+            "safemanip: openpi is claimed to be at ws://127.0.0.1:* (any)",
+            "  server     openpi; 4 calls, 20 actions, 20 of their 240 entries outside * clipped",
+        ]
+    )
+    assert result.parseoutcomes()["failed"] == 2
+    assert sorted(set(calls(served))) == ["put it there", "reset 0", "reset 1"]
+    again = f"pytest --safemanip-policy=openpi={address} 'safemanip::test_safety[[]Reach-openpi-*"
+    result.stdout.fnmatch_lines([f"again      {again}"])
+    first, _ = served.recordings()
+    facts = files.load(first).episode.served
+    assert facts["seeded"] == "yes"
+    assert (facts["calls"], facts["actions"], facts["clipped"]) == ("2", "10", "10")
+    assert served.summary()["settings"]["served"]["openpi"]["servers"] == {"all": address}
+
+
+def test_a_server_that_is_not_there_is_said_once(served: Suite) -> None:
+    address = f"ws://127.0.0.1:{free_port()}"
+    result = served.run(f"--safemanip-policy=pi05={address}", "--safemanip-seeds=4")
+    assert result.parseoutcomes()["errors"] <= 2  # with workers, each says it
+    result.stdout.fnmatch_lines([f"*{address}*", "*serve_policy.py*"])
+
+
+def test_other_policies_go_on(served: Suite) -> None:
+    address = f"ws://127.0.0.1:{free_port()}"
+    chosen = f"--safemanip-policy=openpi={address},rises"
+    result = served.run(chosen, "--safemanip-seeds=2", "-k", "near")
+    assert result.parseoutcomes()["errors"] == 2
+    assert result.parseoutcomes()["failed"] == 2
+    assert served.summary()["metrics"]["rises"]["rollouts"] == 2
+
+
+def test_a_server_that_dies_within_an_episode_has_it_begun_again(
+    served: Suite, serve: Callable[..., str]
+) -> None:
+    served.pytester.makeini(INI.replace("start = 0.5", "start = 20"))
+    address = serve("Dies", again=True)
+    result = served.run(f"--safemanip-policy=openpi={address}", "-k", "near", "--safemanip-seeds=2")
+    assert result.parseoutcomes()["failed"] == 2
+    assert "errors" not in result.parseoutcomes()
+    told = calls(served)
+    begun = [word for word in told if word.startswith("reset")]
+    assert "dies" in told
+    assert len(begun) == 3
+    lost = told[: told.index("dies")]
+    assert told[told.index("dies") + 1] == [word for word in lost if word.startswith("reset")][-1]
+
+
+def test_an_answer_that_cannot_be_executed_is_an_error_and_kept(
+    served: Suite, serve: Serve
+) -> None:
+    result = served.run(f"--safemanip-policy=openpi={serve('Wrong')}", "-k", "near")
+    assert result.parseoutcomes()["errors"] == 1
+    result.stdout.fnmatch_lines(["*actions[[]2, 7] (base_motion) is nan*request and reply: *.npz*"])
+
+
+def test_what_is_told_can_be_more_than_the_task(served: Suite, serve: Serve) -> None:
+    address = serve("Model")
+    (served.pytester.path / "careful.txt").write_text("Slowly: {instruction}!")
+    policy = f"--safemanip-policy=openpi={address}"
+    served.run(policy, "--safemanip-prompt=careful.txt", "-k", "near")
+    assert "Slowly: put it there!" in calls(served)
+    (recording,) = served.recordings()
+    assert files.load(recording).episode.instruction == "Slowly: put it there!"
+
+
+def test_an_address_may_be_in_the_environment(
+    served: Suite, serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SAFEMANIP_OPENPI", serve("Model"))
+    result = served.run("--safemanip-policy=openpi", "-k", "near")
+    assert result.parseoutcomes()["failed"] == 1
+
+
+def test_recorded_actions_can_be_done_again(served: Suite) -> None:
+    served.run("--safemanip-policy=rises", "-k", "near")
+    (served.out / "recordings").rename(served.pytester.path / "before")
+    served.run("--safemanip-policy=recording:before", "-k", "near")
+    (before,) = (served.pytester.path / "before").glob("*.rollout")
+    (after,) = served.recordings()
+    one, other = files.load(before), files.load(after)
+    assert (one.steps.action == other.steps.action).all()
+    assert (one.steps.eef_pose == other.steps.eef_pose).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--safemanip-policy=scripted=ws://a"], "*'scripted=ws://a' has an address; *"),
+        (["--safemanip-policy=pi05=ws://a,pi05=ws://b"], "*'pi05' has two addresses"),
+        (["--safemanip-policy=pi05=tcp://a"], "*this policy is reached over ws or wss*"),
+        (["--safemanip-policy=groot-to=tcp://a"], "*expected groot-to=atomic_seen@tcp://*"),
+        (
+            ["--safemanip-policy=groot-to=atomic_seen@a"],
+            "*no server is given for Reach, which is in mine; there are servers for atomic_seen",
+        ),
+        (["--safemanip-policy=rises", "--safemanip-prompt=shrot"], "*'shrot' is none of task*"),
+    ],
+)
+def test_what_cannot_be_asked_is_refused_at_once(
+    one_suite: Suite, arguments: list[str], says: str
+) -> None:
+    set_up(one_suite)
+    one_suite.pytester.makeini(INI)
+    result = one_suite.run(*arguments)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: {says}"])
