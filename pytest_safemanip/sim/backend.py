@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,6 +116,20 @@ class Backend(Protocol):
             action: (12,), see :data:`ACTION_SIZE`.
 
         Raises:
+            RolloutError: if the simulator fails.
+        """
+
+    def observe(self) -> Mapping[str, NDArray[Any]]:
+        """What a camera policy sees of the present step, its instruction left out.
+
+        Changes nothing in the simulation: with and without it, episodes are equal bit for bit.
+
+        Returns:
+            Images (256, 256, 3), uint8, and the parts of the state, float32, by the names in
+            :mod:`pytest_safemanip.sim.observation`.
+
+        Raises:
+            ConfigError: if nothing can be rendered on this machine.
             RolloutError: if the simulator fails.
         """
 
