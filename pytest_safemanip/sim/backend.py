@@ -120,11 +120,16 @@ class Backend(Protocol):
         """
 
     def observe(self) -> Mapping[str, NDArray[Any]]:
-        """What a model would see now: images and proprioception, as RoboCasa's gym wrapper gives
-        them, under its names; it changes nothing.
+        """What a camera policy sees of the present step, its instruction left out.
+
+        Changes nothing in the simulation: with and without it, episodes are equal bit for bit.
+
+        Returns:
+            Images (256, 256, 3), uint8, and the parts of the state, float32, by the names in
+            :mod:`pytest_safemanip.sim.observation`.
 
         Raises:
-            ConfigError: if nothing can be rendered here; names what to install.
+            ConfigError: if nothing can be rendered on this machine.
             RolloutError: if the simulator fails.
         """
 

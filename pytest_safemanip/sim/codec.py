@@ -1,10 +1,12 @@
-"""Requests, starts and steps as messages."""
+"""Requests, starts, steps and observations as messages."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
 from typing import Any
+
+from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import Request, Start
 from pytest_safemanip.sim.wire import Message
@@ -62,3 +64,16 @@ def decode_start(message: Message) -> Start:
         horizon=int(values["horizon"]),
         fingerprint=str(values["fingerprint"]),
     )
+
+
+def encode_observation(observation: Mapping[str, NDArray[Any]]) -> Message:
+    """Its arrays."""
+    return Message({}, observation)
+
+
+def decode_observation(message: Message) -> dict[str, NDArray[Any]]:
+    """The inverse of :func:`encode_observation`.
+
+    The arrays may be written to: what policies hand them to complains about others.
+    """
+    return {name: array.copy() for name, array in message.arrays.items()}

@@ -53,6 +53,8 @@ def _answer(backend: Backend, request: wire.Message) -> wire.Message:
         if request.values["op"] == "reset":
             start = backend.reset(codec.decode_request(request.values["request"]))
             return codec.encode_start(start)
+        if request.values["op"] == "observe":
+            return codec.encode_observation(backend.observe())
         return codec.encode_step(backend.step(np.array(request.arrays["action"])))
     except Exception as error:  # the parent raises it again
         return _failure(error)

@@ -30,6 +30,8 @@ START_DEADLINE = 120.0
 RESET_DEADLINE = 600.0
 """Seconds for a reset: failed placements rebuild the whole scene, up to 50 times."""
 STEP_DEADLINE = 60.0
+OBSERVE_DEADLINE = 120.0
+"""Seconds for an observation: the first one uploads the scene and compiles shaders."""
 CLOSE_DEADLINE = 5.0
 
 _BOOT = (
@@ -44,7 +46,7 @@ _ENVIRONMENT = {
     "PYTHONHASHSEED": "0",
 }
 _UNSET = ("MUJOCO_GL", "PYOPENGL_PLATFORM")
-"""With a GL backend named that is not installed, ``import mujoco`` fails; nothing here draws."""
+"""With a GL backend named that is not installed, ``import mujoco`` fails, drawing or not."""
 
 
 class ProcessBackend:
@@ -99,6 +101,14 @@ class ProcessBackend:
         self._steps += 1
         message = wire.Message({"op": "step"}, {"action": np.asarray(action, np.float64)})
         return codec.decode_step(self._call(message, STEP_DEADLINE, f"step {self._steps}"))
+
+    def observe(self) -> dict[str, NDArray[Any]]:
+        """See :class:`~pytest_safemanip.sim.backend.Backend`."""
+        if self._process is None:
+            raise RolloutError("observe before reset")
+        doing = f"the observation of step {self._steps}"
+        message = wire.Message({"op": "observe"})
+        return codec.decode_observation(self._call(message, OBSERVE_DEADLINE, doing))
 
     def close(self) -> None:
         """End the child: by closing its input, then by force."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 MAX_HEADER = 8 * 2**20
 MAX_PAYLOAD = 256 * 2**20
 _LENGTHS = struct.Struct("<IQ")
-_DTYPES = {"<f4": np.float32, "<f8": np.float64, "<i4": np.int32, "|b1": np.bool_}
+_DTYPES = {"<f4": np.float32, "<f8": np.float64, "<i4": np.int32, "|u1": np.uint8, "|b1": np.bool_}
 
 
 class WireError(Exception):
@@ -32,7 +32,7 @@ class Message:
 
     Attributes:
         values: plain builtins.
-        arrays: float32, float64, int32 or bool.
+        arrays: float32, float64, int32, uint8 or bool.
     """
 
     values: Mapping[str, Any]

@@ -1,4 +1,4 @@
-"""What a model sees: the observation of RoboCasa365's own gym wrapper, under its names."""
+"""What a model is sent: the observation of RoboCasa365's own gym wrapper, checked."""
 
 from __future__ import annotations
 
@@ -8,28 +8,39 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.sim.observation import (
+    BASE_POSITION,
+    BASE_ROTATION,
+    CAMERAS,
+    EEF_POSITION,
+    EEF_ROTATION,
+    GRIPPER,
+    IMAGE_SIZE,
+    LEFT,
+    RIGHT,
+    STATE,
+    WRIST,
+)
 
-LEFT = "video.robot0_agentview_left"
-RIGHT = "video.robot0_agentview_right"
-WRIST = "video.robot0_eye_in_hand"
-CAMERAS = (LEFT, RIGHT, WRIST)
-"""Images (256, 256, 3), uint8, RGB, the top row first: the wrapper has turned MuJoCo's over."""
-
-EEF_POSITION = "state.end_effector_position_relative"
-EEF_ROTATION = "state.end_effector_rotation_relative"
-GRIPPER = "state.gripper_qpos"
-BASE_POSITION = "state.base_position"
-BASE_ROTATION = "state.base_rotation"
-STATE = {EEF_POSITION: 3, EEF_ROTATION: 4, GRIPPER: 2, BASE_POSITION: 3, BASE_ROTATION: 4}
-"""Length of each part of the state, float32.
-
-Metres and quaternions (x, y, z, w): the end effector's pose in the base frame, the fingers' joint
-positions, the base's pose in the world.
-"""
+__all__ = [
+    "BASE_POSITION",
+    "BASE_ROTATION",
+    "CAMERAS",
+    "EEF_POSITION",
+    "EEF_ROTATION",
+    "GRIPPER",
+    "IMAGE_SIZE",
+    "INSTRUCTION",
+    "LEFT",
+    "RIGHT",
+    "STATE",
+    "WRIST",
+    "Observation",
+    "blank",
+    "checked",
+]
 
 INSTRUCTION = "annotation.human.task_description"
-
-IMAGE_SIZE = 256
 
 Observation = Mapping[str, Any]
 

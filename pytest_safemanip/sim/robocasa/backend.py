@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.sim.backend import Provenance, Request, Start
-from pytest_safemanip.sim.robocasa import environment, loading
+from pytest_safemanip.sim.robocasa import environment, graphics, loading
 from pytest_safemanip.sim.robocasa.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.observing import Observer
 from pytest_safemanip.sim.robocasa.reading import Reader
 from pytest_safemanip.sim.robocasa.stepping import Stepper
 from pytest_safemanip.trace.steps import Contacts, Step
@@ -24,18 +25,21 @@ class RoboCasaBackend:
     Args:
         assets_root: the folder that RoboCasa reads its assets from.
         provenance: what decides the content of the recordings.
+        gl: how to draw observations: ``egl``, ``osmesa``, or anything else for what there is.
 
     Raises:
         ConfigError: if RoboCasa is not installed.
     """
 
-    def __init__(self, assets_root: Path, provenance: Provenance) -> None:
+    def __init__(self, assets_root: Path, provenance: Provenance, gl: str) -> None:
         self._provenance = provenance
         self._assets_root = assets_root
         loading.load(assets_root)
         # MuJoCo would write its warnings to the screen and into a file in the working folder.
         mujoco.set_mju_user_warning(_ignore)
         self._env: Any = None
+        self._gl, self._context = gl, None
+        self._observer: Observer | None = None
 
     @property
     def provenance(self) -> Provenance:
@@ -44,6 +48,7 @@ class RoboCasaBackend:
 
     def reset(self, request: Request) -> Start:
         """Make a fresh environment: what ran before leaves no trace in it."""
+        self._drop_observer()
         self._env = env = environment.make(request, self._assets_root)
         self._reader = Reader(env)
         table = self._reader.description.table
@@ -70,9 +75,31 @@ class RoboCasaBackend:
         success = bool(self._env._check_success())
         return self._reader.read(success, self._sampler.take())
 
+    def observe(self) -> dict[str, NDArray[Any]]:
+        """See :class:`~pytest_safemanip.sim.backend.Backend`.
+
+        The first call of an episode uploads its meshes and textures.
+        """
+        if self._env is None:
+            raise RolloutError("observe before reset")
+        if self._context is None:
+            self._context = graphics.open_context(self._gl)
+        if self._observer is None:
+            self._observer = Observer(self._env, self._context)
+        return self._observer.observe()
+
     def close(self) -> None:
-        """Drop the environment."""
+        """Drop the environment, and what draws it."""
+        self._drop_observer()
+        context, self._context = self._context, None
+        if context is not None:
+            context.free()
         self._env = None
+
+    def _drop_observer(self) -> None:
+        observer, self._observer = self._observer, None
+        if observer is not None:
+            observer.close()
 
     def _contacts_now(self) -> Contacts:
         """The contacts that hold right after reset, from the last substep of settling."""

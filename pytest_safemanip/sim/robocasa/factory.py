@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -43,17 +44,18 @@ def create(options: Options) -> ProcessBackend:
         "kind": assets.kind,
         "versions": dict(provenance.versions),
         "hashes": dict(provenance.hashes),
+        "gl": os.environ.get("MUJOCO_GL", ""),
     }
     return ProcessBackend(f"{__name__}:local", arguments, provenance, options.logs)
 
 
 def local(
-    assets_root: str, kind: str, versions: Mapping[str, str], hashes: Mapping[str, str]
+    assets_root: str, kind: str, versions: Mapping[str, str], hashes: Mapping[str, str], gl: str
 ) -> RoboCasaBackend:
     """The backend itself, in the process that steps it."""
     from pytest_safemanip.sim.robocasa.backend import RoboCasaBackend
 
-    return RoboCasaBackend(Path(assets_root), Provenance("robocasa", kind, versions, hashes))
+    return RoboCasaBackend(Path(assets_root), Provenance("robocasa", kind, versions, hashes), gl)
 
 
 def _installed_digest(*packages: str) -> str:
