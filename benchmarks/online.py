@@ -45,6 +45,7 @@ def recorded(out: Path) -> tuple[Recording, list[float]]:
 
     class Timed:
         provenance, reset, close = backend.provenance, backend.reset, backend.close
+        observe = backend.observe
 
         def step(self, action: Any) -> Any:
             start = time.perf_counter()
