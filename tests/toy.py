@@ -9,6 +9,7 @@ import numpy as np
 from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.policies.remote.observation import INSTRUCTION, LEFT, blank
 from pytest_safemanip.sim.backend import ACTION_SIZE, Provenance, Start
+from pytest_safemanip.sim.observation import CAMERAS, IMAGE_SIZE, STATE
 from pytest_safemanip.trace import (
     Box,
     Contacts,
@@ -168,6 +169,11 @@ class World:
             raise RolloutError(f"the simulator broke at step {self.fails_at}")
         self._hand = self._hand + 0.05 * action[:3]
         return self._state()
+
+    def observe(self):
+        now, shape = len(self.actions), (IMAGE_SIZE, IMAGE_SIZE, 3)
+        images = {key: np.full(shape, 100 * n + now, np.uint8) for n, key in enumerate(CAMERAS)}
+        return {**images, **{key: np.full(size, now, np.float32) for key, size in STATE.items()}}
 
     def close(self):
         self.closed = True

@@ -38,7 +38,8 @@ class RoboCasaBackend:
         # MuJoCo would write its warnings to the screen and into a file in the working folder.
         mujoco.set_mju_user_warning(_ignore)
         self._env: Any = None
-        self._gl, self._context = gl, None
+        self._gl = gl
+        self._context: Any = None
         self._observer: Observer | None = None
 
     @property
