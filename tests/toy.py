@@ -7,7 +7,6 @@ import dataclasses
 import numpy as np
 
 from pytest_safemanip.errors import RolloutError
-from pytest_safemanip.policies.remote.observation import INSTRUCTION, LEFT, blank
 from pytest_safemanip.sim.backend import ACTION_SIZE, Provenance, Start
 from pytest_safemanip.sim.observation import CAMERAS, IMAGE_SIZE, STATE
 from pytest_safemanip.trace import (
@@ -186,8 +185,3 @@ class World:
         step = at_rest(eef_pose=(*self._hand, *UPRIGHT), object_twist=twist)
         done = self.succeeds_at is not None and now >= self.succeeds_at
         return dataclasses.replace(step, success=done)
-
-    def observe(self):
-        now = len(self.actions)
-        seen = {key: value for key, value in blank().items() if key != INSTRUCTION}
-        return seen | {LEFT: np.full((256, 256, 3), now, np.uint8)}
