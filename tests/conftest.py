@@ -21,7 +21,7 @@ class Rollouts:
     """Rollouts in the compact scene, on demand."""
 
     def __init__(self, folder: Path, run: str, defaults: Settings, backend: Backend) -> None:
-        self._defaults, self._backend, self._run = defaults, backend, run
+        self._defaults, self.backend, self._run = defaults, backend, run
         self._store = Store(folder, run)
         self._judged: dict[tuple[str, str, int], Judged] = {}
 
@@ -35,7 +35,7 @@ class Rollouts:
         key = (task, policy, seed)
         if key not in self._judged:
             plan = self.plan(task, policy, seed)
-            session = SafetySession(plan, self._backend, self._store, self._run)
+            session = SafetySession(plan, self.backend, self._store, self._run)
             self._judged[key] = session.judged(plan.cases[0])
         return self._judged[key]
 
