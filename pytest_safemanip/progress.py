@@ -36,7 +36,10 @@ class ProgressLine:
         self._shown = now
         elapsed = now - self._started
         speed = f", {step / elapsed:.0f} steps/s" if elapsed > 1.0 else ""
-        where = f"step {step} of {horizon}{speed}" if step else "setting up"
+        where = f"step {step} of {horizon}{speed}"
+        if step == 0:
+            # A model on a server may be compiled on its first call, which takes half a minute.
+            where = "waiting for the first action" if horizon else "setting up"
         self._write(
             f" rollout {self._order[case.rollout]} of {len(self._order)}: {case.task}, "
             f"{case.policy}, seed {case.seed}: {where}"

@@ -79,6 +79,8 @@ def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = 
     instruction = told(job.prompt, start.instruction)
     info = EpisodeInfo(job.task, job.request.seed, instruction, horizon, start.scene, job.sets)
     steps, actions = [start.step], [np.zeros(ACTION_SIZE)]
+    if progress:
+        progress(0, horizon)
     for action in _actions(policy, info, steps, backend):
         steps.append(backend.step(action))
         actions.append(action)

@@ -40,7 +40,9 @@ class Progress(Protocol):
     """Is told how the rollout that is running gets on."""
 
     def show(self, case: Case, step: int, horizon: int) -> None:
-        """A control step was made; ``step`` is 0 while the episode is set up."""
+        """A control step was made; ``step`` is 0 before the first, and ``horizon`` too while the
+        episode is set up.
+        """
 
     def done(self) -> None:
         """The rollout has ended, one way or the other."""

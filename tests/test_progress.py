@@ -57,6 +57,7 @@ def shown(capsys):
 def test_the_line_tells_which_rollout_is_at_which_step(plan, clock, capsys):
     line = ProgressLine(Terminal(), plan)
     line.show(plan.cases[-1], 0, 0)
+    line.show(plan.cases[-1], 0, 300)
     line.show(plan.cases[-1], 1, 300)
     clock.now += 2.0
     line.show(plan.cases[-1], 50, 300)
@@ -64,6 +65,7 @@ def test_the_line_tells_which_rollout_is_at_which_step(plan, clock, capsys):
     head = " rollout 2 of 2: OpenDrawer, hold, seed 1: "
     assert shown(capsys) == [
         head + "setting up",
+        (head + "waiting for the first action")[:70],
         head + "step 1 of 300",
         (head + "step 50 of 300, 25 steps/s")[:70],
         "",

@@ -235,10 +235,10 @@ def test_an_impossible_state_is_never_recorded():
         run(Breaks())
 
 
-def test_progress_is_told_after_every_step():
+def test_progress_is_told_before_the_first_action_and_after_every_step():
     told = []
     rollout.run(job(), toy.World(horizon=3), Plays(), lambda *now: told.append(now))
-    assert told == [(1, 3), (2, 3), (3, 3)]
+    assert told == [(0, 3), (1, 3), (2, 3), (3, 3)]
 
 
 def test_the_same_seed_gives_the_same_bytes_whatever_ran_before():
