@@ -52,7 +52,7 @@ import os
 import mujoco
 from pytest_safemanip.sim.robocasa import graphics
 
-graphics.open_context("")
+context = graphics.open_context("")
 empty = mujoco.MjModel.from_xml_string("<mujoco/>")
 mujoco.MjrContext(empty, mujoco.mjtFontScale.mjFONTSCALE_50)
 print(os.environ["PYOPENGL_PLATFORM"], flush=True)
