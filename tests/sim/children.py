@@ -13,8 +13,8 @@ from pytest_safemanip.sim.backend import Request, Start
 from pytest_safemanip.trace import Step
 from tests.toy import World
 
-HANGS_AT, FAILS_AT, DIES_AT = 2, 3, 4
-"""Seeds of episodes whose first step goes wrong."""
+HANGS_AT, FAILS_AT, DIES_AT, BLIND = 2, 3, 4, 5
+"""Seeds of episodes whose first step goes wrong, or of which nothing can be seen."""
 
 
 class Simulator(World):
@@ -40,6 +40,12 @@ class Simulator(World):
             sys.stderr.flush()
             os._exit(7)
         return super().step(action)
+
+    def observe(self) -> dict[str, Any]:
+        if self.requests[-1].seed == BLIND:
+            raise ZeroDivisionError("the lens broke")
+        seen: dict[str, Any] = super().observe()
+        return seen
 
 
 def simulator() -> Simulator:

@@ -47,6 +47,18 @@ def init(self, name, *args, **kwargs):
 ctypes.util.find_library, ctypes.CDLL.__init__ = find_library, init
 """
 
+DRAW = """
+import os
+import mujoco
+from pytest_safemanip.sim.robocasa import graphics
+
+context = graphics.open_context("")
+empty = mujoco.MjModel.from_xml_string("<mujoco/>")
+mujoco.MjrContext(empty, mujoco.mjtFontScale.mjFONTSCALE_50)
+print(os.environ["PYOPENGL_PLATFORM"], flush=True)
+os._exit(0)
+"""
+
 
 @pytest.fixture
 def make_backend(tmp_path: Path) -> Iterator[Callable[[], Backend]]:
@@ -122,7 +134,7 @@ def test_observations_are_those_of_the_official_wrapper(
     monkeypatch.setenv("MUJOCO_GL", platform)
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     actions, out = tmp_path / "actions.npy", tmp_path / "out.npz"
-    np.save(actions, moving(12))
+    np.save(actions, moving(5))
     arguments = [str(assets_root), json.dumps(dataclasses.asdict(request_)), str(actions), str(out)]
     done = subprocess.run(
         [sys.executable, "-m", stock.__name__, *arguments],
@@ -134,7 +146,7 @@ def test_observations_are_those_of_the_official_wrapper(
     official = dict(np.load(out))
     ours = make_backend()
     ours.reset(request_)
-    for action in moving(12):
+    for action in moving(5):
         ours.step(action)
     seen = ours.observe()
     assert seen.keys() == official.keys()
@@ -224,14 +236,19 @@ def test_without_a_gl_library_the_packages_are_named_and_the_rollout_goes_on(
     assert np.isfinite(backend.step(np.zeros(12)).eef_pose).all()
 
 
-def test_osmesa_serves_where_egl_is_missing(
-    hide: Callable[..., None], make_backend: Callable[[], Backend], request_: Request
+@pytest.mark.parametrize("lacking", ["library", "device"])
+def test_osmesa_serves_where_egl_does_not(
+    lacking: str, hide: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     require("osmesa")
-    hide("EGL")
-    backend = make_backend()
-    backend.reset(request_)
-    assert backend.observe()[LEFT].std() > 20.0
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    if lacking == "library":
+        hide("EGL")
+    else:
+        monkeypatch.setenv("MUJOCO_EGL_DEVICE_ID", "99")
+    command = [sys.executable, "-c", DRAW]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "osmesa\n"), done.stderr
 
 
 def test_the_library_that_the_user_names_is_the_only_one_tried(

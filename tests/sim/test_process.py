@@ -66,6 +66,32 @@ def test_steps_come_back_as_the_simulator_made_them(start: Start) -> None:
     assert there.fingerprint == here.fingerprint
 
 
+def test_observations_come_back_as_the_simulator_made_them(start: Start) -> None:
+    backend, local = start(), children.Simulator()
+    for world in (backend, local):
+        world.reset(episode())
+        world.step(STILL)
+    here, there = local.observe(), backend.observe()
+    assert there.keys() == here.keys()
+    for key, array in here.items():
+        assert there[key].dtype == array.dtype
+        assert np.array_equal(there[key], array)
+
+
+def test_an_observation_before_a_reset_is_refused(start: Start) -> None:
+    with pytest.raises(RolloutError, match="before reset"):
+        start().observe()
+
+
+def test_an_observation_that_cannot_be_had_names_the_step(start: Start) -> None:
+    backend = start()
+    backend.reset(episode(children.BLIND))
+    backend.step(STILL)
+    with pytest.raises(RolloutError, match="failed at the observation of step 1: ZeroDivision"):
+        backend.observe()
+    backend.step(STILL)
+
+
 def test_a_killed_simulator_ends_the_rollout_and_the_next_one_starts_anew(start: Start) -> None:
     backend = start()
     backend.reset(episode())

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import importlib
 import os
+import re
+import subprocess
 import sys
 from typing import Any
 
@@ -20,6 +22,15 @@ PLATFORMS = ("egl", "osmesa")
 
 PACKAGES = {"egl": "libegl1 libgl1-mesa-dri", "osmesa": "libosmesa6"}
 """Debian's and Ubuntu's packages, for drawing without a GPU."""
+
+PROBE_DEADLINE = 60.0
+
+_PROBE = (
+    "import importlib, os, sys; sys.path[:] = sys.argv[2:]; import mujoco; "
+    "context = importlib.import_module('mujoco.' + sys.argv[1]).GLContext(8, 8); "
+    "context.make_current(); empty = mujoco.MjModel.from_xml_string('<mujoco/>'); "
+    "mujoco.MjrContext(empty, mujoco.mjtFontScale.mjFONTSCALE_50); os._exit(0)"
+)
 
 
 def open_context(wanted: str) -> Any:
@@ -37,30 +48,36 @@ def open_context(wanted: str) -> Any:
     platforms = (wanted,) if wanted in PLATFORMS else PLATFORMS
     failures = []
     for platform in platforms:
-        try:
-            return _open(platform)
-        except Exception as error:  # a missing library is an AttributeError, a driver a GLError
-            failures.append(f"{platform}: {type(error).__name__}: {error}")
-            _forget()
+        failure = _failure(platform)
+        if failure is None:
+            os.environ["PYOPENGL_PLATFORM"] = platform
+            module = importlib.import_module(f"mujoco.{platform}")
+            context = module.GLContext(IMAGE_SIZE, IMAGE_SIZE)
+            context.make_current()
+            return context
+        failures.append(f"{platform}: {failure}")
     packages = " or ".join(f"`apt-get install {PACKAGES[platform]}`" for platform in platforms)
     asked = f" (MUJOCO_GL={wanted})" if wanted in PLATFORMS else ""
     raise ConfigError(
-        f"the scene cannot be rendered: no GL library works{asked}; install one with {packages}; "
-        f"policies that need no images run without; {'; '.join(failures)}"
+        f"the scene cannot be rendered: no GL library works{asked}; on Debian and Ubuntu, install "
+        f"one with {packages}; policies that need no images run without [{'; '.join(failures)}]"
     )
 
 
-def _open(platform: str) -> Any:
-    os.environ["PYOPENGL_PLATFORM"] = platform
-    context = importlib.import_module(f"mujoco.{platform}").GLContext(IMAGE_SIZE, IMAGE_SIZE)
-    context.make_current()
-    return context
+def _failure(platform: str) -> str | None:
+    """Why MuJoCo cannot draw with this library, found out by another process; None if it can.
 
-
-def _forget() -> None:
-    """PyOpenGL binds one platform for as long as it is imported."""
-    os.environ.pop("PYOPENGL_PLATFORM", None)
-    roots = ("OpenGL", *(f"mujoco.{platform}" for platform in PLATFORMS))
-    for name in list(sys.modules):
-        if name.startswith(tuple(f"{root}." for root in roots)) or name in roots:
-            del sys.modules[name]
+    A library that was loaded in vain stays loaded, and MuJoCo would take the next one's functions
+    from it.
+    """
+    command = [sys.executable, "-P", "-c", _PROBE, platform, *sys.path]
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=PROBE_DEADLINE, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return f"no answer within {PROBE_DEADLINE:g} s"
+    if done.returncode == 0:
+        return None
+    raised = re.search(r"^[\w.]*Error.*", done.stderr, re.MULTILINE)
+    return raised.group() if raised else f"exit code {done.returncode}"
