@@ -218,6 +218,37 @@ def test_observing_changes_no_bit_of_an_episode(backend: Backend, object_groups:
     assert_identical(run(backend, TASK, groups), run(Looking(backend), TASK, groups))
 
 
+def test_the_live_data_are_only_read(
+    make_kitchen: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from pytest_safemanip.sim.robocasa import observing
+
+    class Pictures:
+        def __init__(self, *_: Any) -> None: ...
+        def take(self, *_: Any) -> None: ...
+
+    monkeypatch.setattr(observing, "_Pictures", Pictures)
+    env = make_kitchen("OpenDrawer")
+    env.step(moving(1)[0])  # from here on, what is derived from the state lags behind it
+    data = env.sim.data._data
+    fields = (
+        "time",
+        "qpos",
+        "qvel",
+        "qacc_warmstart",
+        "xpos",
+        "site_xpos",
+        "cam_xpos",
+        "efc_force",
+    )
+    before = {name: np.array(getattr(data, name)) for name in fields}
+    observer = observing.Observer(env, None)
+    observer.observe()
+    assert not np.array_equal(before["xpos"], observer._scratch.xpos)
+    for name in fields:
+        assert np.array_equal(before[name], getattr(data, name)), name
+
+
 def test_observing_before_a_reset_is_refused(make_backend: Callable[[], Backend]) -> None:
     with pytest.raises(RolloutError, match="before reset"):
         make_backend().observe()
