@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -93,8 +92,8 @@ def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = 
         steps.append(backend.step(action))
         actions.append(action)
     stacked = Steps.stack(steps, [a.astype(np.float32) for a in actions], acting)
-    episode = _episode(job, backend, info, start, bool(steps[acting - 1].success))
-    episode = dataclasses.replace(episode, served=_facts(policy))
+    success = bool(steps[acting - 1].success)
+    episode = _episode(job, backend, info, start, success, _facts(policy))
     return check(Recording(episode, start.scene, stacked))
 
 
@@ -169,7 +168,14 @@ def _at_rest(step: Step) -> bool:
     )
 
 
-def _episode(job: Job, backend: Backend, info: EpisodeInfo, start: Start, success: bool) -> Episode:
+def _episode(
+    job: Job,
+    backend: Backend,
+    info: EpisodeInfo,
+    start: Start,
+    success: bool,
+    served: Mapping[str, str],
+) -> Episode:
     source = backend.provenance
     return Episode(
         task=job.task,
@@ -183,6 +189,7 @@ def _episode(job: Job, backend: Backend, info: EpisodeInfo, start: Start, succes
         assets=source.assets,
         versions=dict(source.versions),
         hashes={**source.hashes, **job.hashes, "start": start.fingerprint},
+        served=served,
     )
 
 

@@ -127,6 +127,7 @@ def episode(**changed):
             "assets": "primitive",
             "versions": {"toy": "1"},
             "hashes": {"start": "0", "key": "k"},
+            "served": {},
             **changed,
         }
     )

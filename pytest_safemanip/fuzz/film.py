@@ -377,6 +377,7 @@ _EPISODE = Episode(
     assets="generated",
     versions={},
     hashes={},
+    served={},
 )
 
 

@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+import threading
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,7 @@ from pytest_safemanip.ltlf.formula import (
     atoms_of,
 )
 
+_PARSING = threading.Lock()  # CPython 3.11 miscounts when threads build syntax trees at once
 _TIMEOUT_S = 60
 _TRANSITION = re.compile(r"State (\d+): ([01X]*) -> state (\d+)")
 _VARIABLES = re.compile(r"DFA for formula with free variables:(.*)")
@@ -87,7 +89,8 @@ def translate(formula: Formula) -> str:
             "ltlf2dfa is missing; install it: pip install 'pytest-safemanip[verify]'"
         ) from error
     names = {name: f"p{number}" for number, name in enumerate(atoms_of(formula))}
-    return str(MonaProgram(LTLfParser()(_spelled(formula, names))).mona_program())
+    with _PARSING:
+        return str(MonaProgram(LTLfParser()(_spelled(formula, names))).mona_program())
 
 
 def mona_dfa(formula: Formula, mona: Path) -> MonaDfa:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
@@ -53,7 +53,7 @@ class Episode:
     assets: str
     versions: Mapping[str, str]
     hashes: Mapping[str, str]
-    served: Mapping[str, str] = field(default_factory=dict)
+    served: Mapping[str, str]
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins, for the recording's header."""

@@ -70,7 +70,7 @@ def test_recordings_show_every_proposition_true_and_false():
     seen = {(proposition.name, value): 0 for proposition in SHIPPED for value in (False, True)}
 
     @settings(
-        max_examples=400,
+        max_examples=300,
         derandomize=True,
         database=None,
         deadline=None,
@@ -97,7 +97,7 @@ def released(recording):
 
 @pytest.fixture(scope="module")
 def release():
-    quiet = settings(max_examples=2000, derandomize=True, database=None, deadline=None)
+    quiet = settings(max_examples=500, derandomize=True, database=None, deadline=None)
     return find(recordings(), lambda recording: released(recording).any(), settings=quiet)
 
 

@@ -203,5 +203,6 @@ def _recording(camera: Camera, acting: int) -> Recording:
         assets="primitive",
         versions={"mujoco": mujoco.__version__},
         hashes={},
+        served={},
     )
     return check(Recording(episode, camera.scene, steps))

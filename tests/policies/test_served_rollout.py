@@ -66,7 +66,11 @@ def rolled_out(rollouts, policy, folder):
     """A rollout by a policy as it is named on the command line."""
     policies, servers = parse_policies([policy], {})
     settings = dataclasses.replace(
-        rollouts.plan("OpenDrawer").settings, policies=policies, servers=servers, out=folder
+        rollouts.plan("OpenDrawer").settings,
+        policies=policies,
+        servers=servers,
+        out=folder,
+        horizon_scale=0.05,  # drawing three images takes a software renderer a quarter second
     )
     plan = make_plan(settings, Extensions({}, (), {}))
     session = SafetySession(plan, rollouts.backend, Store(folder / "recordings", "run"), "run")
@@ -81,7 +85,7 @@ def test_over_the_wire_and_here_it_is_the_same_rollout(tmp_path, rollouts, addre
     (script / "a.rollout").write_bytes(rollouts.get("OpenDrawer").path.read_bytes())
     here = rolled_out(rollouts, f"recording:{script}", tmp_path / "here")
     there = rolled_out(rollouts, f"openpi={address}", tmp_path / "there")
-    assert here.success
+    assert here.acting > 20
     for field in dataclasses.fields(here.steps):
         one, other = getattr(here.steps, field.name), getattr(there.steps, field.name)
         if field.name != "contacts":

@@ -67,11 +67,21 @@ class WebSocket:
                 connection = self._stack.enter_context(self._connect(library))
                 break
             except Exception as error:  # every layer below has its own: DNS, TCP, TLS, proxy, HTTP
-                starting = isinstance(error, ConnectionRefusedError) and time.monotonic() < end
-                if not starting:
+                if time.monotonic() >= end or not self._may_come(error):
                     raise self._explained(error) from error
             time.sleep(RETRY_PERIOD)
         self._connection = connection
+
+    def _may_come(self, error: Exception) -> bool:
+        """Whether nothing listens, or what did is stopping: another server may be starting."""
+        exceptions: Any = need("websockets.exceptions")
+        cut_off = (exceptions.InvalidMessage, exceptions.ConnectionClosed, ConnectionError)
+        if isinstance(error, ConnectionRefusedError):
+            return True
+        if not isinstance(error, cut_off):
+            return False
+        peer = who_listens(self._endpoint, min(PROBE_DEADLINE, self._deadlines.open))
+        return peer in (Peer.NOBODY, Peer.LEAVING)
 
     def _connect(self, library: Any) -> Any:
         return library.connect(
