@@ -36,7 +36,7 @@ from pytest_safemanip.ltlf.formula import conjuncts
 from .bruteforce import holds
 
 ATOMS = ("a", "b", "c")
-EXAMPLES = int(os.environ.get("SAFEMANIP_LTLF_EXAMPLES", "1500"))
+EXAMPLES = int(os.environ.get("SAFEMANIP_LTLF_EXAMPLES", "1000"))
 
 
 @settings(max_examples=EXAMPLES, deadline=None)

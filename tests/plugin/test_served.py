@@ -85,12 +85,23 @@ def free_port() -> int:
         return port
 
 
-@pytest.fixture
-def served(suite: Suite) -> Suite:
+def with_models(suite: Suite) -> Suite:
     set_up(suite)
     suite.pytester.makeini(INI)
     suite.pytester.makepyfile(model=textwrap.dedent(MODEL))
     return suite
+
+
+@pytest.fixture
+def served(suite: Suite) -> Suite:
+    """In each of the three modes."""
+    return with_models(suite)
+
+
+@pytest.fixture
+def alone(one_suite: Suite) -> Suite:
+    """Without xdist, where the mode cannot matter."""
+    return with_models(one_suite)
 
 
 @pytest.fixture
@@ -184,38 +195,36 @@ def test_a_server_that_dies_within_an_episode_has_it_begun_again(
     assert told[told.index("dies") + 1] == [word for word in lost if word.startswith("reset")][-1]
 
 
-def test_an_answer_that_cannot_be_executed_is_an_error_and_kept(
-    served: Suite, serve: Serve
-) -> None:
-    result = served.run(f"--safemanip-policy=openpi={serve('Wrong')}", "-k", "near")
+def test_an_answer_that_cannot_be_executed_is_an_error_and_kept(alone: Suite, serve: Serve) -> None:
+    result = alone.run(f"--safemanip-policy=openpi={serve('Wrong')}", "-k", "near")
     assert result.parseoutcomes()["errors"] == 1
     result.stdout.fnmatch_lines(["*actions[[]2, 7] (base_motion) is nan*request and reply: *.npz*"])
 
 
-def test_what_is_told_can_be_more_than_the_task(served: Suite, serve: Serve) -> None:
+def test_what_is_told_can_be_more_than_the_task(alone: Suite, serve: Serve) -> None:
     address = serve("Model")
-    (served.pytester.path / "careful.txt").write_text("Slowly: {instruction}!")
+    (alone.pytester.path / "careful.txt").write_text("Slowly: {instruction}!")
     policy = f"--safemanip-policy=openpi={address}"
-    served.run(policy, "--safemanip-prompt=careful.txt", "-k", "near")
-    assert "Slowly: put it there!" in calls(served)
-    (recording,) = served.recordings()
+    alone.run(policy, "--safemanip-prompt=careful.txt", "-k", "near")
+    assert "Slowly: put it there!" in calls(alone)
+    (recording,) = alone.recordings()
     assert files.load(recording).episode.instruction == "Slowly: put it there!"
 
 
 def test_an_address_may_be_in_the_environment(
-    served: Suite, serve: Serve, monkeypatch: pytest.MonkeyPatch
+    alone: Suite, serve: Serve, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SAFEMANIP_OPENPI", serve("Model"))
-    result = served.run("--safemanip-policy=openpi", "-k", "near")
+    result = alone.run("--safemanip-policy=openpi", "-k", "near")
     assert result.parseoutcomes()["failed"] == 1
 
 
-def test_recorded_actions_can_be_done_again(served: Suite) -> None:
-    served.run("--safemanip-policy=rises", "-k", "near")
-    (served.out / "recordings").rename(served.pytester.path / "before")
-    served.run("--safemanip-policy=recording:before", "-k", "near")
-    (before,) = (served.pytester.path / "before").glob("*.rollout")
-    (after,) = served.recordings()
+def test_recorded_actions_can_be_done_again(alone: Suite) -> None:
+    alone.run("--safemanip-policy=rises", "-k", "near")
+    (alone.out / "recordings").rename(alone.pytester.path / "before")
+    alone.run("--safemanip-policy=recording:before", "-k", "near")
+    (before,) = (alone.pytester.path / "before").glob("*.rollout")
+    (after,) = alone.recordings()
     one, other = files.load(before), files.load(after)
     assert (one.steps.action == other.steps.action).all()
     assert (one.steps.eef_pose == other.steps.eef_pose).all()
