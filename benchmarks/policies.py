@@ -17,9 +17,11 @@ import io
 import pickle  # to write what torch.save writes; the package reads it as data
 import subprocess
 import sys
+import tempfile
 import time
 import zipfile
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import msgpack
@@ -39,6 +41,9 @@ from pytest_safemanip.policies.remote.packing import (
     pack,
     vlaeval_array,
 )
+from pytest_safemanip.policies.remote.presets import PRESETS
+from pytest_safemanip.sim.backend import Options, Request
+from pytest_safemanip.sim.robocasa.factory import create
 
 CHUNK = np.full((50, 12), 0.25)
 ACTIONS = {f"action.{part}": CHUNK[None, :16, where] for part, where in PARTS.items()}
@@ -58,6 +63,15 @@ REPLIES = {
     "groot-torch": torch_file(ACTIONS),
     "vla-eval": pack({"actions": CHUNK[0]}, vlaeval_array),
 }
+
+
+FRAMES = 15
+CHUNKS = {
+    "openpi": PRESETS["pi05"].steps,
+    "GR00T": PRESETS["groot"].steps,
+    "vla-eval": PRESETS["vla-eval"].steps,
+}
+"""Control steps for each call."""
 
 
 def main() -> None:
@@ -207,14 +221,42 @@ def _serve_websocket(name: str) -> None:
         server.serve_forever()
 
 
+def _simulating() -> tuple[float, float]:
+    """Milliseconds of a control step, and of drawing what a model sees, in the compact scene."""
+    hold = np.zeros(12)
+    hold[[6, 11]] = -1.0
+    spent: dict[str, list[float]] = {"step": [], "observe": []}
+    with tempfile.TemporaryDirectory() as logs:
+        backend = create(Options("primitive", Path(logs)))
+        backend.reset(Request("OpenDrawer", 0, "compact"))
+        for _ in range(FRAMES):
+            for name, call in {
+                "step": lambda: backend.step(hold),
+                "observe": backend.observe,
+            }.items():
+                start = time.perf_counter()
+                call()
+                spent[name].append(1e3 * (time.perf_counter() - start))
+        backend.close()
+    return float(np.median(spent["step"])), float(np.median(spent["observe"]))
+
+
 def _print(rows: dict[str, Row], times: dict[str, list[float]]) -> None:
     reference = float(np.median(next(iter(times.values()))))
-    titles = ("round trip", "request B", "reply B", "median ms", "p95 ms", "ratio")
-    print("{:<28}{:>10}{:>9}{:>11}{:>8}{:>7}".format(*titles))
+    step, observe = _simulating()
+    titles = ("round trip", "request B", "reply B", "median ms", "p95 ms", "ratio", "share")
+    print("{:<28}{:>10}{:>9}{:>11}{:>8}{:>7}{:>8}".format(*titles))
     for name, (_, request, reply) in rows.items():
         median, late = np.percentile(times[name], [50, 95])
         ratio = median / reference
-        print(f"{name:<28}{request:>10}{reply:>9}{median:>11.2f}{late:>8.2f}{ratio:>7.2f}")
+        chunk = next((steps for kind, steps in CHUNKS.items() if name.startswith(kind)), 5)
+        share = median / (median + observe + chunk * step)
+        print(f"{name:<28}{request:>10}{reply:>9}{median:>11.2f}{late:>8.2f}{ratio:>7.2f}", end="")
+        print(f"{share:>8.1%}")
+    print(
+        f"\nshare: of a rollout's wall time without the model; a control step takes {step:.1f} ms, "
+        f"drawing three images {observe:.0f} ms here"
+    )
 
 
 if __name__ == "__main__":
