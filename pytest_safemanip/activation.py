@@ -16,7 +16,8 @@ from pytest_safemanip.options import OPTIONS
 from pytest_safemanip.plan import Extensions, make_plan
 from pytest_safemanip.progress import ProgressLine
 from pytest_safemanip.reporting import Reporting
-from pytest_safemanip.session import Run, SafetySession
+from pytest_safemanip.run import Run
+from pytest_safemanip.session import SafetySession
 from pytest_safemanip.settings import Settings, read_settings
 from pytest_safemanip.sim.backend import Backend, Options
 from pytest_safemanip.store import Store, prepare_output

@@ -9,7 +9,7 @@ import pytest
 from pytest_safemanip.errors import SafemanipError
 from pytest_safemanip.items import SafetyItem
 from pytest_safemanip.report import failure
-from pytest_safemanip.session import Run
+from pytest_safemanip.run import Run
 
 
 class Executing:

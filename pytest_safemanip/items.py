@@ -14,7 +14,7 @@ from pytest_safemanip.report import failure
 from pytest_safemanip.report.counterexample import counterexample, headline
 from pytest_safemanip.report.junit import case_properties, verdict_properties
 from pytest_safemanip.report.results import CaseData, error_data, judged_data
-from pytest_safemanip.session import Run
+from pytest_safemanip.run import Run
 
 
 class SafetyViolation(SafemanipError):

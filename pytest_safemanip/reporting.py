@@ -11,7 +11,7 @@ from pytest_safemanip.items import SafetyItem
 from pytest_safemanip.report import document
 from pytest_safemanip.report.results import Results, error_data
 from pytest_safemanip.report.table import header_lines, summary_lines
-from pytest_safemanip.session import Run
+from pytest_safemanip.run import Run
 
 _CRASH: Any = "???"
 """The phase in xdist's report about a worker that died."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import shlex
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,26 +11,22 @@ from typing import Any, Protocol
 
 from filelock import FileLock
 
-from pytest_safemanip import rollout
+from pytest_safemanip import episodes, rollout
 from pytest_safemanip.cases import Case
 from pytest_safemanip.errors import (
     ConfigError,
-    PolicyConnectionLost,
     PolicyUnreachable,
     RolloutError,
     SafemanipError,
 )
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.plan import Plan
-from pytest_safemanip.policies.base import Policy
 from pytest_safemanip.policies.registry import PolicySpec
 from pytest_safemanip.sim.backend import Backend, Request
 from pytest_safemanip.store import Store, key_of
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 
-RESTARTS = 2
-"""How often an episode is begun again after its policy's server got lost."""
 KEPT = 2
 """Rollouts kept in memory: neighbouring cases share one, and work stealing can split it."""
 
@@ -176,7 +171,7 @@ class SafetySession:
         def run() -> Recording:
             try:
                 with self._turn(policy, self._server(case)):
-                    return _run(job, backend, policy, show)
+                    return episodes.run(job, backend, policy, show)
             except SafemanipError:
                 raise
             except Exception as error:
@@ -230,54 +225,3 @@ class SafetySession:
         folder = self._plan.settings.out / "locks"
         folder.mkdir(parents=True, exist_ok=True)
         return FileLock(folder / f"{key_of({'server': server})}.lock")
-
-
-def _run(
-    job: rollout.Job, backend: Backend, policy: PolicySpec, show: Callable[[int, int], None]
-) -> Recording:
-    """One rollout; from its beginning again, with its seed, if the policy's server got lost."""
-    for attempt in range(RESTARTS + 1):
-        show(0, 0)
-        try:
-            return rollout.run(job, backend, _made(policy), show)
-        except PolicyConnectionLost as error:
-            if attempt == RESTARTS:
-                raise RolloutError(
-                    f"{error}\nthe episode was begun {attempt + 1} times, and never ended"
-                ) from error
-    raise AssertionError("unreachable")
-
-
-def _made(policy: PolicySpec) -> Policy:
-    """A fresh policy; one that cannot be made fails its own rollouts and no others."""
-    try:
-        return policy.make()
-    except ConfigError as error:
-        raise RolloutError(str(error)) from error
-
-
-@dataclass(frozen=True)
-class Run:
-    """A run of the suite in this process.
-
-    Attributes:
-        plan: what there is to do.
-        session: does it.
-        backend: None when recordings are judged or cases only listed.
-        command: the beginning of the command that runs one case again.
-        folder: where pytest was started.
-    """
-
-    plan: Plan
-    session: SafetySession
-    backend: Backend | None
-    command: str
-    folder: Path
-
-    def shown(self, path: Path) -> Path:
-        """A path as the user would type it."""
-        return path.relative_to(self.folder) if path.is_relative_to(self.folder) else path
-
-    def again(self, case: Case) -> str:
-        """The command that runs a case again."""
-        return f"{self.command} {shlex.quote(case.node_id)}"

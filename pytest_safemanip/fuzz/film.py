@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,9 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.fuzz.scenes import DOOR, PLACES, SHELF, TAP, TOP, UPRIGHT
-from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.kinematics import opening_direction
+from pytest_safemanip.fuzz.scenes import PLACES, SHELF, TOP, UPRIGHT
 from pytest_safemanip.trace.recording import Episode, Recording
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts, Steps
@@ -47,237 +44,18 @@ class Film:
 
 
 @dataclass(frozen=True)
-class Press:
-    """Two parts, by number, press on each other, unless they are of one thing."""
+class Event:
+    """Something that happens.
 
-    steps: range
-    a: int
-    b: int
-    force: float
-    normal: Vector
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        parts = film.scene.parts
-        first, second = sorted((self.a % len(parts), self.b % len(parts)))
-        if parts[first].entity != parts[second].entity:
-            names = [f"{parts[n].entity}/{parts[n].name}" for n in (first, second)]
-            film.press(self.steps, names[0], names[1], self.force, self.normal)
-
-
-@dataclass(frozen=True)
-class Rest:
-    """An object stands on something."""
-
-    steps: range
-    number: int
-    below: str
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        name = film.scene.bodies[film.object(self.number)].entity
-        film.press(self.steps, f"{self.below}/body", f"{name}/body", 3.1, UP)
-
-
-@dataclass(frozen=True)
-class Grip:
-    """Both finger groups press on an object; then the gripper may be commanded open."""
-
-    steps: range
-    number: int
-    force: float
-    opens: bool
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        name = film.scene.bodies[film.object(self.number)].entity
-        for side, x in (("left", 1.0), ("right", -1.0)):
-            finger = f"{ROBOT}/finger_{side}"
-            film.press(self.steps, finger, f"{name}/body", self.force, (x, 0.0, 0.0))
-        film.arrays["gripper"][self.steps.start : self.steps.stop, 0] = 0.23
-        if self.opens:
-            film.arrays["action"][self.steps.stop :, 6] = -1.0
-            film.arrays["gripper"][self.steps.stop :, 1] = 0.3
-
-
-@dataclass(frozen=True)
-class Put:
-    """An object is somewhere from a step on: its lowest point, and how it is tilted."""
-
-    steps: range
-    number: int
-    place: str
-    shift: tuple[float, float]
-    tilt: float
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        index = film.object(self.number)
-        half = film.scene.bodies[index].half[2]
-        poses = film.arrays["object_pose"][:, index]
-        poses[self.steps.start :] = _pose(self.place, half, self.shift, self.tilt)
-
-
-@dataclass(frozen=True)
-class Reach:
-    """The hand is somewhere from a step on."""
-
-    steps: range
-    place: str
-    shift: tuple[float, float]
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        half = film.scene.gripper_half[2]
-        film.arrays["eef_pose"][self.steps.start :] = _pose(self.place, half, self.shift, 0.0)
-
-
-@dataclass(frozen=True)
-class Drift:
-    """The hand (0), or an object, has a velocity and turns."""
-
-    steps: range
-    number: int
-    velocity: Vector
-    spin: Vector
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        twists = film.arrays["eef_twist"]
-        if self.number:
-            twists = film.arrays["object_twist"][:, film.object(self.number)]
-        twists[self.steps.start : self.steps.stop] = (*self.velocity, *self.spin)
-
-
-@dataclass(frozen=True)
-class Drive:
-    """The robot's base is so far from where it was, from a step on."""
-
-    steps: range
-    shift: tuple[float, float]
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        film.arrays["base_pose"][self.steps.start :, :2] += np.float32(10.0) * np.array(
-            self.shift, np.float32
-        )
-
-
-@dataclass(frozen=True)
-class Move:
-    """A door, or the tap's handle, is so far open from a step on, and moves while this lasts."""
-
-    steps: range
-    joint: int
-    openness: float
-    rate: float
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        film.arrays["joint"][self.steps.start :, self.joint, 0] = self.openness
-        film.arrays["joint"][self.steps.start : self.steps.stop, self.joint, 1] = self.rate
-        if self.joint == TAP:
-            film.arrays["switch"][self.steps.start :, 0] = float(self.openness > 0.5)
-        elif self.rate:
-            film.press(self.steps, f"{ROBOT}/finger_left", "cab/door", 3.1, UP)
-
-
-@dataclass(frozen=True)
-class Hit:
-    """The door, moved by the hand, presses on an object in its way, and then is so far open."""
-
-    steps: range
-    number: int
-    force: float
-    rate: float
-    openness: float
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        door = film.arrays["joint"][:, DOOR]
-        door[self.steps.start : self.steps.stop] = (0.51, self.rate)
-        door[self.steps.stop :] = (self.openness, 0.0)
-        film.press(self.steps, f"{ROBOT}/finger_left", "cab/door", 3.1, UP)
-        index = film.object(self.number)
-        place = film.arrays["object_pose"][self.steps.start, index, :3]
-        along = opening_direction(film.scene.joints[DOOR], place)
-        x, y, z = (float(np.sign(self.rate)) * along).tolist()
-        name = film.scene.bodies[index].entity
-        film.press(self.steps, "cab/door", f"{name}/body", self.force, (x, y, z))
-
-
-@dataclass(frozen=True)
-class Carry:
-    """The hand grips an object, takes it somewhere half way, and lets go of it there."""
-
-    steps: range
-    number: int
-    place: str
-    opens: bool
-    velocity: Vector
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        Grip(self.steps, self.number, 5.3, self.opens).apply(film)
-        held = film.arrays["object_twist"][:, film.object(self.number)]
-        for twists in (film.arrays["eef_twist"], held):
-            twists[self.steps.start : self.steps.stop, :3] = self.velocity
-        later = range((self.steps.start + self.steps.stop) // 2, self.steps.stop)
-        Put(later, self.number, self.place, (0.0, 0.0), 0.0).apply(film)
-        Reach(later, self.place, (0.0, 0.0)).apply(film)
-
-
-@dataclass(frozen=True)
-class Pour:
-    """The hand grips an object with another one in it, which leaves it half way."""
-
-    steps: range
-    number: int
-    place: str
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        container, content = film.object(self.number), film.object(self.number + 1)
-        if container == content:
-            return
-        poses = film.arrays["object_pose"]
-        poses[:, content] = poses[:, container]
-        Grip(self.steps, self.number, 5.3, False).apply(film)
-        later = range((self.steps.start + self.steps.stop) // 2, self.steps.stop)
-        Put(later, content, self.place, (0.0, 0.0), 0.0).apply(film)
-
-
-@dataclass(frozen=True)
-class Wash:
-    """The hand is under the running tap."""
+    Attributes:
+        steps: when; the first one is counted round where the recording ends.
+    """
 
     steps: range
 
     def apply(self, film: Film) -> None:
         """Add it."""
-        film.press(self.steps, f"{ROBOT}/finger_left", "sink/handle", 3.1, UP)
-        Reach(self.steps, "tap", (0.0, 0.0)).apply(film)
-        film.arrays["switch"][self.steps.start : self.steps.stop, 0] = 1.0
-
-
-@dataclass(frozen=True)
-class Turn:
-    """The hand is on the burner's knob."""
-
-    steps: range
-
-    def apply(self, film: Film) -> None:
-        """Add it."""
-        film.press(self.steps, f"{ROBOT}/finger_right", "stove/knob", 3.1, UP)
-
-
-Event = Press | Rest | Grip | Put | Reach | Drift | Drive | Move | Hit | Carry | Pour | Wash | Turn
-
-
-def _pose(place: str, half: float, shift: tuple[float, float], tilt: float) -> NDArray[np.float32]:
-    x, y, z = PLACES[place]
-    turn = (math.cos(tilt / 2), math.sin(tilt / 2), 0.0, 0.0)
-    return np.array((x + shift[0], y + shift[1], z + half, *turn), np.float32)
+        raise NotImplementedError
 
 
 def rendered(scene: Scene, length: int, tail: int, events: Sequence[Event]) -> Recording:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from pytest_safemanip.fuzz.film import (
+from pytest_safemanip.fuzz.events import (
     Carry,
     Drift,
     Drive,
-    Event,
     Grip,
     Hit,
     Move,
@@ -19,9 +18,8 @@ from pytest_safemanip.fuzz.film import (
     Rest,
     Turn,
     Wash,
-    contact_rows,
-    rendered,
 )
+from pytest_safemanip.fuzz.film import Event, contact_rows, rendered
 from pytest_safemanip.fuzz.scenes import DOOR, LIMB, PLACES, TAP, scenes
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene

@@ -19,7 +19,8 @@ from pytest_safemanip.propositions.memory import Ring, StepMemory
 from pytest_safemanip.propositions.view import Array, Fold, View, check_call
 from pytest_safemanip.trace.recording import check_steps
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import Step, Trace
+from pytest_safemanip.trace.steps import Step
+from pytest_safemanip.trace.trace import Trace
 
 A = TypeVar("A", bound=Array)
 T = TypeVar("T")

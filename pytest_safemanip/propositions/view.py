@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
-from pytest_safemanip.trace.steps import Trace
+from pytest_safemanip.trace.trace import Trace
 
 Array = NDArray[Any]
 A = TypeVar("A", bound=Array)

@@ -3,7 +3,8 @@
 from pytest_safemanip.trace.elements import Box, Entity, Joint, Part
 from pytest_safemanip.trace.recording import Episode, Recording
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import Contacts, Step, Steps, Trace
+from pytest_safemanip.trace.steps import Contacts, Step, Steps
+from pytest_safemanip.trace.trace import Trace
 
 __all__ = [
     "Box",

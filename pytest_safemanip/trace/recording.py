@@ -13,7 +13,8 @@ import numpy as np
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import ARRAYS, Steps, Trace, array_shapes
+from pytest_safemanip.trace.steps import ARRAYS, Steps, array_shapes
+from pytest_safemanip.trace.trace import Trace
 
 POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
 """What a policy may be called: its name is part of node ids and file names."""

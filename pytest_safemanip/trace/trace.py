@@ -1,0 +1,71 @@
+"""What propositions are evaluated on: a scene, its steps, and contacts by pair of parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Set
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import Floats, Steps
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What propositions are evaluated on: a scene and its steps."""
+
+    scene: Scene
+    steps: Steps
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+    @property
+    def dt(self) -> float:
+        """Control period, s."""
+        return self.scene.control_period
+
+    def count(self, seconds: float) -> int:
+        """A duration in control periods, rounded to the nearest, at least one."""
+        return max(1, round(seconds / self.dt))
+
+    @cached_property
+    def pair_table(self) -> PairTable:
+        """Contacts by pair of parts, computed once for all propositions."""
+        return PairTable(self.scene, self.steps)
+
+
+class PairTable:
+    """Peak normal force of every pair of parts over time, in newtons.
+
+    Args:
+        scene: gives the parts.
+        steps: gives the contacts.
+    """
+
+    def __init__(self, scene: Scene, steps: Steps) -> None:
+        self._length = len(steps)
+        contacts = steps.contacts
+        lo, hi = np.minimum(contacts.a, contacts.b), np.maximum(contacts.a, contacts.b)
+        key = lo.astype(np.int64) * len(scene.parts) + hi
+        self._pairs: dict[tuple[int, int], Floats] = {}
+        unique, inverse = np.unique(key, return_inverse=True)
+        for k, pair in enumerate(unique.tolist()):
+            rows = np.flatnonzero(inverse == k)
+            peak = np.zeros(self._length, np.float32)
+            np.maximum.at(peak, contacts.step[rows], contacts.peak[rows])
+            self._pairs[divmod(pair, len(scene.parts))] = peak
+
+    def __iter__(self) -> Iterator[tuple[tuple[int, int], Floats]]:
+        """Pairs of part indices (lower first) that touch at all, with their force (T,)."""
+        return iter(self._pairs.items())
+
+    def force(self, side: Set[int], other: Set[int]) -> Floats:
+        """Largest peak force between a part of ``side`` and one of ``other`` (T,)."""
+        result = np.zeros(self._length, np.float32)
+        for (a, b), peak in self._pairs.items():
+            if (a in side and b in other) or (b in side and a in other):
+                np.maximum(result, peak, out=result)
+        return result

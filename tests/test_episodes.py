@@ -1,0 +1,61 @@
+"""An episode whose policy's server gets lost."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pytest_safemanip import episodes
+from pytest_safemanip.errors import PolicyAnswerError, PolicyConnectionLost, RolloutError
+from pytest_safemanip.policies.registry import PolicySpec
+from pytest_safemanip.rollout import Job, Protocol
+from pytest_safemanip.sim.backend import Request
+from tests import toy
+
+JOB = Job("OpenDrawer", "mine", Request("OpenDrawer", 7, "compact"), Protocol(), {})
+
+
+class Loses:
+    """Loses its server at the third call of so many episodes."""
+
+    def __init__(self, times, error=PolicyConnectionLost):
+        self.times, self.error = times, error
+        self.seeds = []
+
+    def reset(self, episode):
+        self.seeds.append(episode.seed)
+        self.calls = 0
+
+    def act(self, observation):
+        self.calls += 1
+        if self.calls == 3 and len(self.seeds) <= self.times:
+            raise self.error("the server died")
+        return np.zeros(12)
+
+
+def run(policy, world=None):
+    world = world or toy.World(horizon=5)
+    return episodes.run(JOB, world, PolicySpec("mine", lambda: policy, None), lambda *_: None)
+
+
+@pytest.mark.parametrize("times", [0, 1, 2])
+def test_it_is_begun_again_from_its_seed_and_nothing_of_before_is_recorded(times):
+    policy, world = Loses(times), toy.World(horizon=5)
+    recording = run(policy, world)
+    assert policy.seeds == [7] * (times + 1)
+    assert recording.acting == 6
+    assert [request.seed for request in world.requests] == policy.seeds
+
+
+def test_after_three_times_it_is_an_error():
+    policy = Loses(9)
+    with pytest.raises(RolloutError, match="the server died\nthe episode was begun 3 times"):
+        run(policy)
+    assert len(policy.seeds) == 3
+
+
+def test_a_wrong_answer_is_not_asked_for_again():
+    policy = Loses(9, PolicyAnswerError)
+    with pytest.raises(PolicyAnswerError):
+        run(policy)
+    assert len(policy.seeds) == 1
