@@ -14,7 +14,7 @@ from typing import Any
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
-from pytest_safemanip.policies.remote.presets import PRESETS, Preset, parse_servers
+from pytest_safemanip.policies.remote.presets import LIBRARIES, PRESETS, Preset, parse_servers
 from pytest_safemanip.policies.replay import Replay
 from pytest_safemanip.policies.simple import Hold, Random
 from pytest_safemanip.sim.provenance import source_digest
@@ -75,7 +75,7 @@ def resolve(
         deadlines: how long to wait for servers.
 
     Raises:
-        ConfigError: if there is no such policy, or it cannot be imported.
+        ConfigError: if there is no such policy, it cannot be imported, or a library is missing.
     """
     if not POLICY_NAME.fullmatch(name):
         raise ConfigError(
@@ -102,8 +102,11 @@ def resolve(
 
 
 def _served(preset: Preset, text: str, dumps: Path, deadlines: Deadlines) -> PolicySpec:
+    from pytest_safemanip.policies.remote.library import need
     from pytest_safemanip.policies.remote.served import Served, claim, server_of
 
+    for library in LIBRARIES[preset.transport]:
+        need(library)
     servers = parse_servers(preset, text)
     policy = Served(preset, servers, dumps, deadlines)
     return PolicySpec(

@@ -7,7 +7,7 @@ import textwrap
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 from pytest_safemanip.policies.registry import BUILT_IN, resolve
 from tests import toy
@@ -205,3 +205,21 @@ def test_the_script_knows_its_tasks_and_an_unknown_fault_is_refused():
         resolve("scripted:half_insid", {})
     with pytest.raises(ConfigError, match="'scripted' has no plan for Juggle; it knows OpenDrawer"):
         expert.make().reset(EpisodeInfo("Juggle", 0, "", 1, toy.SCENE))
+
+
+@pytest.mark.parametrize(("name", "library"), [("pi05", "websockets"), ("groot", "zmq")])
+def test_a_missing_library_is_said_before_anything_runs(name, library, monkeypatch):
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(ConfigError, match=rf"needs '{library}': pip install '.*\[servers\]'"):
+        resolve(name, {})
+
+
+def test_presets_bring_their_scenes_and_servers():
+    spec = resolve("groot-to", {}, {"groot-to": "atomic_seen@a+composite_seen@b:7"})
+    assert (spec.scenes, spec.fingerprint) == ("target", None)
+    assert str(spec.server("OpenDrawer", ("quick", "atomic_seen"))) == "tcp://a:5555"
+    assert str(spec.server("Wash", ("composite_seen",))) == "tcp://b:7"
+    with pytest.raises(RolloutError, match="no server is given for Mine, which is in no task set"):
+        spec.server("Mine", ())
+    assert spec.claim["claimed_checkpoints"].keys() == {"atomic_seen", "composite_seen"}
+    assert resolve("openpi", {}).scenes == "compact"

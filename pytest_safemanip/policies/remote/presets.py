@@ -20,6 +20,12 @@ SCHEMES: dict[Transport, tuple[str, ...]] = {
     "groot": ("tcp",),
     "vla-eval": ("ws", "wss"),
 }
+LIBRARIES: dict[Transport, tuple[str, ...]] = {
+    "openpi": ("msgpack", "websockets", "PIL"),
+    "groot": ("msgpack", "zmq"),
+    "vla-eval": ("msgpack", "websockets", "PIL"),
+}
+"""What the clients import, from the extra ``servers``."""
 TASK_SETS = ("atomic_seen", "composite_seen", "composite_unseen")
 
 
