@@ -6,6 +6,8 @@ import traceback
 from pathlib import Path
 from typing import Any
 
+from pytest_safemanip.errors import PolicyServerError
+
 MAX_TRACEBACK = 3000
 """Characters of a policy's own traceback that are shown: its end."""
 
@@ -35,8 +37,11 @@ def shown(text: str, line: str, path: Path) -> Any:
 
 
 def error_text(error: BaseException) -> str:
-    """What went wrong, with the traceback of the code that it went wrong in, if that is known."""
-    if error.__cause__ is None:
+    """What went wrong, with the traceback of the user's code that it went wrong in, if it did.
+
+    Of a server nothing but what it said is of use: the traceback is that of a socket.
+    """
+    if error.__cause__ is None or isinstance(error, PolicyServerError):
         return str(error)
     cause = "".join(traceback.format_exception(error.__cause__))
     return f"{error}\n\n{cause[-MAX_TRACEBACK:]}"
