@@ -26,6 +26,7 @@ def run(
         begun += 1
         show(0, 0)
         try:
+            policy.ready(job.task, job.sets)
             return rollout.run(job, backend, _made(policy), show)
         except PolicyConnectionLost as error:
             if begun > RESTARTS:

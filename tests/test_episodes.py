@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from pytest_safemanip import episodes
-from pytest_safemanip.errors import PolicyAnswerError, PolicyConnectionLost, RolloutError
+from pytest_safemanip.errors import (
+    PolicyAnswerError,
+    PolicyConnectionLost,
+    PolicyUnreachable,
+    RolloutError,
+)
 from pytest_safemanip.policies.registry import PolicySpec
 from pytest_safemanip.rollout import Job, Protocol
 from pytest_safemanip.sim.backend import Request
@@ -59,3 +64,14 @@ def test_a_wrong_answer_is_not_asked_for_again():
     with pytest.raises(PolicyAnswerError):
         run(policy)
     assert len(policy.seeds) == 1
+
+
+def test_what_is_not_ready_is_not_waited_for():
+    def ready(task, sets):
+        raise PolicyUnreachable(f"no server for {task}")
+
+    world = toy.World()
+    spec = PolicySpec("mine", Loses, None, ready=ready)
+    with pytest.raises(PolicyUnreachable, match="no server for OpenDrawer"):
+        episodes.run(JOB, world, spec, lambda *_: None)
+    assert not world.requests

@@ -43,6 +43,8 @@ class PolicySpec:
         server: where it is served, by a task and its sets; None if it runs here.
         claim: what its user says is served; empty if it runs here.
         shared: whether its server may be asked by several processes at a time.
+        ready: called with a task and its sets before an episode of it is set up: what cannot be
+            used need not be waited for.
         close: frees what it holds.
     """
 
@@ -54,6 +56,7 @@ class PolicySpec:
     server: Callable[[str, tuple[str, ...]], Endpoint] | None = None
     claim: Mapping[str, Any] = field(default_factory=dict)
     shared: bool = False
+    ready: Callable[[str, tuple[str, ...]], object] = lambda task, sets: None
     close: Callable[[], None] = lambda: None
 
 
@@ -117,6 +120,7 @@ def _served(preset: Preset, text: str, dumps: Path, deadlines: Deadlines) -> Pol
         server=lambda task, sets: server_of(servers, task, sets),
         claim=claim(preset, servers),
         shared=preset.batches,
+        ready=policy.connect,
         close=policy.close,
     )
 

@@ -60,18 +60,26 @@ class Served:
         self._protocol: dict[Endpoint, str] = {}
         self._now: RemotePolicy | None = None
 
-    def reset(self, episode: EpisodeInfo) -> None:
-        """Connect to the task's server, if there is no sound connection; announce the episode.
+    def connect(self, task: str, sets: tuple[str, ...]) -> RemotePolicy:
+        """The connection to a task's server; made now, if there was none.
 
         Raises:
-            PolicyServerError: if the server cannot be reached, or refuses.
+            PolicyUnreachable: if there is no server of this policy.
         """
-        endpoint = server_of(self._servers, episode.task, episode.sets)
+        endpoint = server_of(self._servers, task, sets)
         if endpoint not in self._connected:
             policy = RemotePolicy(self._preset, endpoint, self._dumps, self._deadlines)
             self._protocol[endpoint] = str(policy.open()["protocol"])
             self._connected[endpoint] = policy
-        self._now = self._connected[endpoint]
+        return self._connected[endpoint]
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        """Announce the episode to its task's server; connects again if the connection broke.
+
+        Raises:
+            PolicyServerError: if the server cannot be reached, or refuses.
+        """
+        self._now = self.connect(episode.task, episode.sets)
         self._now.reset(Beginning(episode.task, episode.seed, episode.instruction))
 
     def act(self, observation: Observation) -> NDArray[np.float64]:
