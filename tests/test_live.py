@@ -23,7 +23,6 @@ PROPERTIES = load_properties([Path(__file__).resolve().parents[1] / "properties"
     ("task", "policy"),
     [
         ("PickPlaceCounterToCabinet", "scripted:half_inside"),
-        ("PickPlaceCounterToCabinet", "scripted"),
         ("OpenDrawer", "scripted"),
     ],
 )

@@ -34,7 +34,7 @@ NEWTONS = Parameter("own.force", "N", 3.0, "for the test")
     ],
 )
 def test_shipped_propositions_obey(proposition, law):
-    found = hunt(proposition, law, CATALOGUE, PARAMETERS, examples=5)
+    found = hunt(proposition, law, CATALOGUE, PARAMETERS, examples=3)
     assert found is None, found.error
 
 

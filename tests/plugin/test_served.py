@@ -169,13 +169,13 @@ def test_a_server_that_is_not_there_is_said_once(served: Suite) -> None:
     result.stdout.no_fnmatch_line("*Traceback*")
 
 
-def test_other_policies_go_on(served: Suite) -> None:
+def test_other_policies_go_on(alone: Suite) -> None:
     address = f"ws://127.0.0.1:{free_port()}"
     chosen = f"--safemanip-policy=openpi={address},rises"
-    result = served.run(chosen, "--safemanip-seeds=2", "-k", "near")
+    result = alone.run(chosen, "--safemanip-seeds=2", "-k", "near")
     assert result.parseoutcomes()["errors"] == 2
     assert result.parseoutcomes()["failed"] == 2
-    assert served.summary()["metrics"]["rises"]["rollouts"] == 2
+    assert alone.summary()["metrics"]["rises"]["rollouts"] == 2
 
 
 def test_a_server_that_dies_within_an_episode_has_it_begun_again(
