@@ -22,6 +22,8 @@ from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Parameters, Proposition
 from pytest_safemanip.report import failure
+from pytest_safemanip.report.table import counted
+from pytest_safemanip.run import shown
 from pytest_safemanip.settings import Settings
 from pytest_safemanip.trace import files
 
@@ -73,9 +75,7 @@ class FuzzPlan:
         """What is about to be done, in one line."""
         names = {trial.proposition.name for trial in self.trials}
         many = "as many as the profile says" if self.examples is None else str(self.examples)
-        count = len(self.trials)
-        laws = "1 law" if count == 1 else f"{count} laws"
-        owners = "1 proposition" if len(names) == 1 else f"{len(names)} propositions"
+        laws, owners = counted(len(self.trials), "law"), counted(len(names), "proposition")
         return f"safemanip: {laws} of {owners}, examples of each: {many}"
 
 
@@ -189,9 +189,7 @@ class LawItem(pytest.Item):
             trace = traceback.TracebackException.from_exception(found.error)
             trace.__notes__ = None  # Hypothesis prints the recording, whole
             words += ["", "".join(trace.format())[-failure.MAX_TRACEBACK :].rstrip()]
-        folder = self.config.invocation_params.dir
-        near = self._file.is_relative_to(folder)
-        words += ["", f"recording  {self._file.relative_to(folder) if near else self._file}"]
+        words += ["", f"recording  {shown(self._file, self.config.invocation_params.dir)}"]
         words += [f"again      {self._plan.command} {shlex.quote(self.nodeid)}"]
         return failure.shown("\n".join(words), line, self._source())
 

@@ -12,6 +12,11 @@ from pytest_safemanip.session import SafetySession
 from pytest_safemanip.sim.backend import Backend
 
 
+def shown(path: Path, folder: Path) -> Path:
+    """A path as somebody in a folder would type it."""
+    return path.relative_to(folder) if path.is_relative_to(folder) else path
+
+
 @dataclass(frozen=True)
 class Run:
     """A run of the suite in this process.
@@ -32,7 +37,7 @@ class Run:
 
     def shown(self, path: Path) -> Path:
         """A path as the user would type it."""
-        return path.relative_to(self.folder) if path.is_relative_to(self.folder) else path
+        return shown(path, self.folder)
 
     def again(self, case: Case) -> str:
         """The command that runs a case again."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 from hypothesis import strategies as st
@@ -21,6 +21,7 @@ from pytest_safemanip.fuzz.invalid import invalid
 from pytest_safemanip.fuzz.timing import flickering, lasting_states, near
 from pytest_safemanip.fuzz.trial import LawBroken, Trial
 from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.trace.recording import Recording
 
 T = TypeVar("T")
 _SEEDS = st.integers(0, 2**16)
@@ -57,18 +58,18 @@ def _total(trial: Trial, draw: Draw) -> None:
 
 def _causal(trial: Trial, draw: Draw) -> None:
     stop = draw(st.integers(1, len(trial.recording.steps)))
-    begun = of_length(trial.recording, 0, stop)
+    begun = trial.on(of_length(trial.recording, 0, stop))
     for arguments in trial.calls:
-        prefix, whole = trial.elsewhere(arguments, begun), trial.values(arguments)
+        prefix, whole = begun(arguments), trial.values(arguments)
         trial.expect(arguments, prefix, whole[:stop], f"without the steps from {stop} on")
 
 
 def _window(trial: Trial, draw: Draw) -> None:
-    """At a step drawn, and at the first one where it is true."""
-    drawn = draw(st.integers(0, len(trial.recording.steps) - 1))
+    """At a step drawn, at the first one where it is true and at the last one of all."""
+    last = len(trial.recording.steps) - 1
+    drawn = draw(st.integers(0, last))
     for arguments in trial.calls:
-        values = trial.values(arguments)
-        for step in {drawn, int(np.argmax(values))}:
+        for step in {drawn, int(np.argmax(trial.values(arguments))), last}:
             _look_back(trial, arguments, step)
 
 
@@ -81,7 +82,7 @@ def _look_back(trial: Trial, arguments: tuple[str, ...], step: int) -> None:
     if recent.steps.tail[0]:
         return
     found = trial.values(arguments).copy()
-    found[step] = trial.elsewhere(arguments, recent)[-1]
+    found[step] = trial.on(recent)(arguments)[-1]
     where = f"without the steps before {first}, which are outside its window of {window:g} s"
     trial.expect(arguments, found, trial.values(arguments), where)
 
@@ -94,18 +95,19 @@ def _online(trial: Trial, draw: Draw) -> None:
         trial.expect(arguments, found[:, number], trial.values(arguments), where)
 
 
-def _rewritten(change: Callable[..., Any], where: str) -> Callable[[Trial, Draw], None]:
+def _rewritten(
+    change: Callable[..., Recording], where: str, named: Callable[[str], str] = str
+) -> Callable[[Trial, Draw], None]:
+    """Nothing changes when a recording is written in another way, and entities named so."""
+
     def check(trial: Trial, draw: Draw) -> None:
-        other = change(trial.recording, np.random.default_rng(draw(_SEEDS)))
+        other = trial.on(change(trial.recording, np.random.default_rng(draw(_SEEDS))))
         for arguments in trial.calls:
-            names = arguments
-            if change is changes.renamed:
-                skills = trial.proposition.arguments
-                names = tuple(
-                    name if kind == "skill" else changes.other_name(name)
-                    for kind, name in zip(skills, arguments, strict=True)
-                )
-            trial.expect(arguments, trial.elsewhere(names, other), trial.values(arguments), where)
+            names = tuple(
+                name if kind == "skill" else named(name)
+                for kind, name in zip(trial.proposition.arguments, arguments, strict=True)
+            )
+            trial.expect(arguments, other(names), trial.values(arguments), where)
 
     return check
 
@@ -113,18 +115,19 @@ def _rewritten(change: Callable[..., Any], where: str) -> Callable[[Trial, Draw]
 def _motion(trial: Trial, draw: Draw) -> None:
     angle = draw(st.sampled_from((math.pi / 2, 0.0, 0.3, 2.0)))
     shift = draw(st.sampled_from(((0.0, 0.0, 0.0), (1.7, -2.3, 0.6))))
-    other = changes.elsewhere(trial.recording, angle, shift)
+    other = trial.on(changes.elsewhere(trial.recording, angle, shift))
     where = f"when the scene is turned by {angle:.2f} rad and moved by {shift} m"
     for arguments in trial.calls:
-        trial.expect(arguments, trial.elsewhere(arguments, other), trial.values(arguments), where)
+        trial.expect(arguments, other(arguments), trial.values(arguments), where)
 
 
 def _stranger(trial: Trial, draw: Draw) -> None:
-    other = changes.with_stranger(trial.recording)
+    other, where = (
+        trial.on(changes.with_stranger(trial.recording)),
+        "with one more object 100 m away",
+    )
     for arguments in trial.calls:
-        found = trial.elsewhere(arguments, other)
-        where = "with one more object 100 m away"
-        trial.expect(arguments, found, trial.values(arguments), where)
+        trial.expect(arguments, other(arguments), trial.values(arguments), where)
 
 
 def _force(trial: Trial, draw: Draw) -> None:
@@ -132,9 +135,12 @@ def _force(trial: Trial, draw: Draw) -> None:
     for parameter in _thresholds(trial.proposition):
         default = trial.parameters[parameter]
         scales = (0.1, 0.5, 1.0, 2.0, 10.0)
-        chosen = [{**trial.parameters, parameter: scale * default} for scale in scales]
+        chosen = [
+            trial.on(trial.recording, {**trial.parameters, parameter: scale * default})
+            for scale in scales
+        ]
         for arguments in trial.calls:
-            rows = np.array([trial.elsewhere(arguments, trial.recording, p) for p in chosen])
+            rows = np.array([values(arguments) for values in chosen])
             gained = (rows[1:] & ~rows[:-1]).any(axis=0)
             lost = (rows[:-1] & ~rows[1:]).any(axis=0)
             if gained.any() and lost.any():
@@ -148,9 +154,9 @@ def _flicker(trial: Trial, draw: Draw) -> None:
     if debounce is None:
         return
     count = trial.count(debounce(trial.parameters))
-    steady, flicker = flickering(trial, draw, count)
+    steady, flicker = (trial.on(recording) for recording in flickering(trial, draw, count))
     for arguments in trial.calls:
-        found, wanted = (trial.elsewhere(arguments, recording) for recording in (flicker, steady))
+        found, wanted = flicker(arguments), steady(arguments)
         differ = np.flatnonzero(found != wanted)
         if len(differ):
             why = (
@@ -162,9 +168,9 @@ def _flicker(trial: Trial, draw: Draw) -> None:
 
 def _rate(trial: Trial, draw: Draw) -> None:
     coarse, fine = lasting_states(trial)
+    at_once, twice = trial.on(coarse), trial.on(fine)
     for arguments in trial.calls:
-        values = trial.elsewhere(arguments, coarse)
-        pairs = trial.elsewhere(arguments, fine).reshape(-1, 2)
+        values, pairs = at_once(arguments), twice(arguments).reshape(-1, 2)
         wrong = (values & ~near(pairs.any(axis=1))) | (pairs.any(axis=1) & ~near(values))
         if not trial.proposition.act:
             wrong |= ~values & ~near(~pairs.all(axis=1))
@@ -182,12 +188,12 @@ def _numbers(trial: Trial, draw: Draw) -> None:
     for arguments in trial.calls:
         with np.errstate(invalid="raise", divide="raise"):
             try:
-                trial.elsewhere(arguments, trial.recording)
+                trial.on(trial.recording)(arguments)
             except FloatingPointError as error:
                 why = f"computes with an invalid number although the recording has none: {error}"
                 raise LawBroken(why, arguments) from error
         try:
-            trial.elsewhere(arguments, other)
+            trial.on(other)(arguments)
         except TraceError:
             continue
         raise LawBroken(f"evaluates a recording with {what}", arguments)
@@ -208,7 +214,7 @@ LAWS = (
     Law(
         "permutation",
         "names and order of entities and contacts do not matter",
-        _rewritten(changes.renamed, "with other names and in another order"),
+        _rewritten(changes.renamed, "with other names and in another order", changes.other_name),
     ),
     Law(
         "swap",

@@ -54,19 +54,10 @@ _events: st.SearchStrategy[Event] = st.one_of(
     st.builds(Rest, _when, _any, st.sampled_from(("counter", "cab", "floor"))),
     st.builds(Put, _when, _any, _places, _shift, st.sampled_from((0.0, 0.31, 1.57))),
     st.builds(Reach, _when, _places, _shift),
-    st.builds(
-        Drift, _when, st.integers(0, 3), st.sampled_from(VELOCITIES), st.sampled_from(VELOCITIES)
-    ),
+    st.builds(Drift, _when, st.integers(0, 3), _velocities, _velocities),
     st.builds(Drive, _when, _shift),
     st.builds(Move, _when, st.sampled_from((DOOR, TAP)), st.sampled_from((0.97, 0.03)), _rates),
-    st.builds(
-        Hit,
-        _stretches(4),
-        _any,
-        st.sampled_from(FORCES),
-        _rates,
-        st.sampled_from((0.51, 0.97, 0.03)),
-    ),
+    st.builds(Hit, _stretches(4), _any, _forces, _rates, st.sampled_from((0.51, 0.97, 0.03))),
     st.builds(Carry, _when, _any, _places, st.booleans(), _velocities),
     st.builds(Pour, _when, _any, _places),
     st.builds(Wash, _when),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -59,22 +59,16 @@ class Trial:
         self.catalogue, self.parameters = catalogue, parameters
         self.binding = bind(recording.scene)
         self.calls = calls(proposition, self.binding)
-        self._view = View(recording.trace, self.binding, parameters, catalogue)
+        self.values = self.on(recording)
+        """Its values on the recording, as :meth:`on` gives them."""
 
-    def values(self, arguments: Arguments) -> Bools:
-        """Its values on the recording (T,)."""
-        return self._view(self.proposition.name, *arguments)
-
-    def elsewhere(
-        self,
-        arguments: Arguments,
-        recording: Recording,
-        parameters: Mapping[str, float] | None = None,
-    ) -> Bools:
-        """Its values on another recording, or with other parameters (T,)."""
+    def on(
+        self, recording: Recording, parameters: Mapping[str, float] | None = None
+    ) -> Callable[[Arguments], Bools]:
+        """Its values (T,) by arguments, on any recording, or with other parameters."""
         chosen = self.parameters if parameters is None else parameters
         view = View(recording.trace, bind(recording.scene), chosen, self.catalogue)
-        return view(self.proposition.name, *arguments)
+        return lambda arguments: view(self.proposition.name, *arguments)
 
     def online(self, every: int) -> Bools:
         """Its values for all calls, step by step, some steps at a time (T, calls)."""

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
+from pytest_safemanip.sim.observation import INSTRUCTION
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
@@ -58,7 +59,7 @@ class Observation:
         Raises:
             ConfigError: if nothing can be rendered here; names what to install.
         """
-        return {**self.look(), "annotation.human.task_description": self.instruction}
+        return {**self.look(), INSTRUCTION: self.instruction}
 
 
 class Policy(Protocol):

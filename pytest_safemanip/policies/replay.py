@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, RolloutError, TraceError
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
+from pytest_safemanip.policies.simple import Hold
 from pytest_safemanip.trace import files
 
 
@@ -63,7 +64,7 @@ class Replay:
         if observation.index < len(self._actions):
             recorded: NDArray[Any] = self._actions[observation.index]
             return recorded
-        hold = np.zeros(12)
-        hold[6] = self._actions[-1][6] if len(self._actions) else -1.0
-        hold[11] = -1.0
-        return hold
+        action = Hold().act(observation)
+        if len(self._actions):
+            action[6] = self._actions[-1][6]
+        return action

@@ -90,9 +90,7 @@ def _hand_inside(view: View, fixture: str) -> Bools:
 
 
 def _openness(view: View, fixture: str) -> NDArray[np.float64]:
-    joints = [
-        j for j in view.trace.scene.joints_of(fixture) if view.trace.scene.joints[j].gives_access
-    ]
+    joints = view.trace.scene.doors_of(fixture)
     if not joints:
         raise TraceError(f"fix_open: {fixture!r} has no door and no drawer")
     return np.asarray(view.trace.steps.joint[:, joints, 0].max(axis=1), np.float64)

@@ -84,9 +84,7 @@ class Online:
         """
         self._steps.push(step, np.zeros(12) if action is None else action, not acting)
         self._waiting += 1
-        return (
-            self.flush() if self._waiting == self._every else np.zeros((0, len(self.calls)), bool)
-        )
+        return self.flush() if self._waiting == self._every else self._none
 
     def flush(self) -> Bools:
         """The values of the calls at the steps that wait (K, calls).

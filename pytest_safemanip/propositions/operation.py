@@ -149,8 +149,8 @@ def _kinds(view: View, name: str) -> frozenset[str]:
 
 def _open_doors(view: View, fixture: str, step: int) -> list[str]:
     scene, closed = view.trace.scene, view.parameters["pre_safe.closed"]
-    doors = [j for j in scene.joints_of(fixture) if scene.joints[j].gives_access]
-    openness = {scene.joints[j].key: float(view.trace.steps.joint[step, j, 0]) for j in doors}
+    doors, joint = scene.doors_of(fixture), view.trace.steps.joint[step]
+    openness = {scene.joints[j].key: float(joint[j, 0]) for j in doors}
     return [f"{door} is {share:.0%} open" for door, share in openness.items() if share > closed]
 
 

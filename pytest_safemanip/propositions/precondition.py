@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions.contact import object_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import last_true, recently
 from pytest_safemanip.propositions.grasp import pressed
@@ -60,7 +61,7 @@ def _pick(view: View, name: str, step: int) -> list[str]:
     count = trace.count(view.parameters["pre_safe.pick_window"])
     if not recently(view("settled", name), count)[step]:
         broken.append(f"{name} was not at rest on a permitted support before it was grasped")
-    own = set(trace.scene.parts_of(name))
+    own = object_parts(view, name)
     contacts, parts, stacked = trace.steps.contacts, trace.scene.parts, set()
     first, stop = np.searchsorted(contacts.step, (step, step + 1))
     for row in range(first, stop):
@@ -122,10 +123,10 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
     """Objects in the way of the fixture's moving parts, from here to their end."""
     trace, scene, slack = view.trace, view.trace.scene, view.parameters["pre_safe.overlap"]
     broken = []
-    for index in scene.joints_of(fixture):
+    for index in scene.doors_of(fixture):
         joint = scene.joints[index]
         rate = float(trace.steps.joint[step, index, 1])
-        if not joint.gives_access or rate * (1.0 if end > 0.5 else -1.0) <= 0:
+        if rate * (1.0 if end > 0.5 else -1.0) <= 0:
             continue
         now = float(trace.steps.joint[step, index, 0])
         way = carried(joint, np.asarray(joint.pose), np.linspace(now, end, SWEEP_SAMPLES))

@@ -36,9 +36,9 @@ def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
     tasks = {case.task for case in plan.cases}
     policies = dict.fromkeys(case.policy for case in plan.cases)
     first = (
-        f"safemanip: {_count(len(plan.cases), 'case')} on "
-        f"{_count(len(rollouts), 'recording' if plan.recordings else 'rollout')} of "
-        f"{_count(len(tasks), 'task')}, policy {', '.join(policies)}, {plan.settings.semantics}"
+        f"safemanip: {counted(len(plan.cases), 'case')} on "
+        f"{counted(len(rollouts), 'recording' if plan.recordings else 'rollout')} of "
+        f"{counted(len(tasks), 'task')}, policy {', '.join(policies)}, {plan.settings.semantics}"
     )
     if source is None:
         return [first]
@@ -65,7 +65,7 @@ def _claim(policy: str, claim: Mapping[str, Any]) -> list[str]:
 def _policy_lines(policy: str, metrics: Metrics) -> list[str]:
     complete = metrics.rollouts - metrics.errors
     errors = f", {metrics.errors} with errors" if metrics.errors else ""
-    lines = [f"{policy}: {_count(complete, 'complete rollout')}{errors}"]
+    lines = [f"{policy}: {counted(complete, 'complete rollout')}{errors}"]
     if not complete:
         return lines
     outcomes = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in metrics.outcomes.items())
@@ -90,7 +90,7 @@ def _served_lines(records: Sequence[RolloutRecord]) -> list[str]:
         sum(int(facts[name]) for facts in served) for name in ("calls", "actions", "clipped")
     )
     lines = [
-        f"  server     {protocols}; {_count(calls, 'call')}, {_count(actions, 'action')}, "
+        f"  server     {protocols}; {counted(calls, 'call')}, {counted(actions, 'action')}, "
         f"{clipped} of their {12 * actions} entries outside [-1, 1] and clipped"
     ]
     if any(facts["seeded"] == "no" for facts in served):
@@ -136,5 +136,6 @@ def _percent(value: float | None) -> str:
     return "-" if value is None else f"{value * 100:.1f} %"
 
 
-def _count(number: int, noun: str) -> str:
+def counted(number: int, noun: str) -> str:
+    """A number of things, in words: "1 case", "2 cases"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -10,6 +10,9 @@ CAMERAS = (LEFT, RIGHT, WRIST)
 
 IMAGE_SIZE = 256
 
+INSTRUCTION = "annotation.human.task_description"
+"""What the policy is told; the episode's, not the simulator's."""
+
 EEF_POSITION = "state.end_effector_position_relative"
 EEF_ROTATION = "state.end_effector_rotation_relative"
 GRIPPER = "state.gripper_qpos"

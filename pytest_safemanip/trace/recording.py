@@ -122,19 +122,18 @@ class Recording:
         return Trace(self.scene, self.steps)
 
     @cached_property
-    def is_possible(self) -> bool:
-        """True; that it is, is found out once.
-
-        Raises:
-            TraceError: if it is not; see :func:`check`.
-        """
-        scene, steps = self.scene.checked(), self.steps
-        if len(steps) == 0:
-            raise TraceError("recording: no step")
-        check_steps(scene, steps)
+    def fault(self) -> str:
+        """Why it cannot have happened; empty if it can. Found out once."""
+        try:
+            scene, steps = self.scene.checked(), self.steps
+            if len(steps) == 0:
+                return "recording: no step"
+            check_steps(scene, steps)
+        except TraceError as error:
+            return str(error)
         if steps.tail[0] or (np.diff(steps.tail.astype(int)) < 0).any():
-            raise TraceError("tail: must be a suffix and not the whole recording")
-        return True
+            return "tail: must be a suffix and not the whole recording"
+        return ""
 
 
 def check(recording: Recording) -> Recording:
@@ -143,7 +142,8 @@ def check(recording: Recording) -> Recording:
     Raises:
         TraceError: naming the field, the step and the entity of the first impossible value.
     """
-    assert recording.is_possible  # noqa: S101 - it raises what is wrong
+    if recording.fault:
+        raise TraceError(recording.fault)
     return recording
 
 

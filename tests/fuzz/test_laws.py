@@ -122,7 +122,7 @@ def test_a_law_catches_what_breaks_it(law):
         "own", ("object",), lambda _: window, (NEWTONS,), evaluate, debounce=lambda _: 0.25
     )
     catalogue = Catalogue([own])
-    found = hunt(own, law, catalogue, shortened(catalogue, {}), examples=300)
+    found = hunt(own, law, catalogue, shortened(catalogue, {}), examples=2000)
     assert found is not None
     if law.name != "total":
         assert isinstance(found.error, LawBroken)
@@ -136,7 +136,7 @@ def test_what_a_proposition_raises_is_a_counterexample_too():
 
     own = Proposition("own", ("object",), lambda _: 0.25, (), evaluate)
     catalogue = Catalogue([own])
-    found = hunt(own, BY_NAME["total"], catalogue, shortened(catalogue, {}), examples=200)
+    found = hunt(own, BY_NAME["total"], catalogue, shortened(catalogue, {}), examples=2000)
     assert isinstance(found.error, IndexError)
     assert len(found.recording.steps) == 3
 

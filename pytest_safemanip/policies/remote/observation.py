@@ -16,6 +16,7 @@ from pytest_safemanip.sim.observation import (
     EEF_ROTATION,
     GRIPPER,
     IMAGE_SIZE,
+    INSTRUCTION,
     LEFT,
     RIGHT,
     STATE,
@@ -39,8 +40,6 @@ __all__ = [
     "blank",
     "checked",
 ]
-
-INSTRUCTION = "annotation.human.task_description"
 
 Observation = Mapping[str, Any]
 

@@ -65,6 +65,8 @@ class RemotePolicy:
         self.counts = Counts()
         self.seeded = False
         """Whether the server took the episode's seed; if not, its random numbers are unknown."""
+        self.protocol = ""
+        """What the server speaks, as found when it was connected to."""
         self._deadlines = deadlines or Deadlines()
         self._dumps = dumps
         self._client = _client(preset, endpoint, self._deadlines, self.steps, token)
@@ -80,7 +82,9 @@ class RemotePolicy:
             PolicyUnreachable: if there is no server of this policy.
         """
         self._warm = False
-        return self._client.open()
+        said = self._client.open()
+        self.protocol = str(said["protocol"])
+        return said
 
     def probe(self) -> None:
         """Try one call with black images, before anything is simulated.

@@ -57,7 +57,6 @@ class Served:
         self._preset, self._servers, self._dumps = preset, dict(servers), dumps
         self._deadlines = deadlines
         self._connected: dict[Endpoint, RemotePolicy] = {}
-        self._protocol: dict[Endpoint, str] = {}
         self._now: RemotePolicy | None = None
 
     def connect(self, task: str, sets: tuple[str, ...]) -> RemotePolicy:
@@ -69,7 +68,7 @@ class Served:
         endpoint = server_of(self._servers, task, sets)
         if endpoint not in self._connected:
             policy = RemotePolicy(self._preset, endpoint, self._dumps, self._deadlines)
-            self._protocol[endpoint] = str(policy.open()["protocol"])
+            policy.open()
             self._connected[endpoint] = policy
         return self._connected[endpoint]
 
@@ -96,10 +95,10 @@ class Served:
         """What is known about the episode's server, and what was exchanged with it."""
         if self._now is None:
             return {}
-        counts, endpoint = self._now.counts, self._now.endpoint
+        counts = self._now.counts
         return {
-            "endpoint": str(endpoint),
-            "protocol": self._protocol[endpoint],
+            "endpoint": str(self._now.endpoint),
+            "protocol": self._now.protocol,
             "seeded": "yes" if self._now.seeded else "no",
             "calls": str(counts.calls),
             "actions": str(counts.actions),

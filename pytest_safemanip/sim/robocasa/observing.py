@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.sim import observation as names
+from pytest_safemanip.sim.robocasa.scratch import Scratch
 
 COLLISION_GROUP, VISUAL_GROUP = 0, 1
 """robosuite's groups of geoms; a policy sees the second and not the first."""
@@ -30,11 +31,8 @@ class Observer:
     """
 
     def __init__(self, env: Any, context: Any) -> None:
-        self._env = env
-        self._model = env.sim.model._model
-        self._scratch = mujoco.MjData(self._model)
-        size = mujoco.mj_stateSize(self._model, mujoco.mjtState.mjSTATE_INTEGRATION)
-        self._state = np.empty(size)
+        self._env, self._copy = env, Scratch(env)
+        self._model, self._scratch = self._copy.model, self._copy.data
         self._pictures = _Pictures(self._model, context)
 
     def observe(self) -> dict[str, NDArray[Any]]:
@@ -43,12 +41,8 @@ class Observer:
         Raises:
             RolloutError: if the scene has more geoms than are drawn.
         """
-        # The derived arrays of the live data lag by a substep, and bringing them up to date would
-        # change what follows.
-        live, m = self._env.sim.data._data, self._model
-        mujoco.mj_getState(m, live, self._state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        mujoco.mj_setState(m, self._scratch, self._state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        mujoco.mj_forward(m, self._scratch)
+        self._copy.take()
+        mujoco.mj_forward(self._model, self._scratch)
         images = {
             key: self._pictures.take(self._scratch, key.removeprefix("video."))
             for key in names.CAMERAS

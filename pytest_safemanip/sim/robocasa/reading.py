@@ -1,9 +1,4 @@
-"""Reading a step out of the simulation without touching it.
-
-After a control step, MuJoCo's derived arrays (poses, contacts) lag the state by one substep, and
-``forward`` on the live data would change what follows. So the state is copied into scratch data
-and the kinematics are computed there: bit-neutral for the run.
-"""
+"""Reading a step out of the simulation without touching it."""
 
 from __future__ import annotations
 
@@ -21,6 +16,7 @@ from pytest_safemanip.sim.robocasa.description import (
     Description,
     describe,
 )
+from pytest_safemanip.sim.robocasa.scratch import Scratch
 from pytest_safemanip.trace.geometry import multiply
 from pytest_safemanip.trace.steps import Contacts, Step
 
@@ -33,11 +29,8 @@ class Reader:
     """
 
     def __init__(self, env: Any) -> None:
-        self._env = env
-        self._model = env.sim.model._model
-        self._scratch = mujoco.MjData(self._model)
-        size = mujoco.mj_stateSize(self._model, mujoco.mjtState.mjSTATE_INTEGRATION)
-        self._state = np.empty(size)
+        self._copy = Scratch(env)
+        self._model, self._scratch = self._copy.model, self._copy.data
         self._refresh()
         self.description: Description = describe(env, self._scratch)
         self._site = self._model.site(EEF_SITE).id
@@ -49,7 +42,7 @@ class Reader:
     def fingerprint(self) -> str:
         """Digest of the episode's state as it is now."""
         names = "\0".join(b.entity for b in self.description.scene.bodies)
-        return hashlib.sha256(self._state.tobytes() + names.encode()).hexdigest()[:16]
+        return hashlib.sha256(self._copy.state.tobytes() + names.encode()).hexdigest()[:16]
 
     def read(self, success: bool, contacts: Contacts) -> Step:
         """The current state as a step."""
@@ -90,9 +83,8 @@ class Reader:
         return poses
 
     def _refresh(self) -> None:
-        live, m = self._env.sim.data._data, self._model
-        mujoco.mj_getState(m, live, self._state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        mujoco.mj_setState(m, self._scratch, self._state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        m = self._model
+        self._copy.take()
         mujoco.mj_kinematics(m, self._scratch)
         mujoco.mj_comPos(m, self._scratch)
         mujoco.mj_comVel(m, self._scratch)
