@@ -11,15 +11,20 @@ import pytest
 from pytest_safemanip.collecting import CollectAlone, CollectBeside, Maker
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.executing import Executing
+from pytest_safemanip.gating import Gating
 from pytest_safemanip.items import make_suite
 from pytest_safemanip.options import OPTIONS
-from pytest_safemanip.plan import Extensions, make_plan
+from pytest_safemanip.plan import Extensions, Plan, make_plan
 from pytest_safemanip.progress import ProgressLine
+from pytest_safemanip.release import Release, read_baseline
+from pytest_safemanip.report.document import decisive
+from pytest_safemanip.report.results import Results
 from pytest_safemanip.reporting import Reporting
 from pytest_safemanip.run import Run
 from pytest_safemanip.session import SafetySession
 from pytest_safemanip.settings import Settings, read_settings
 from pytest_safemanip.sim.backend import Backend, Options
+from pytest_safemanip.stopping import Stopping
 from pytest_safemanip.store import Store, prepare_output
 
 IMPLIED = (
@@ -57,7 +62,7 @@ def activate(config: pytest.Config, alone: bool, worker: str | None) -> None:
     if plugins.hasplugin("xdist") and worker is None:
         from pytest_safemanip.xdist import Distribution
 
-        plugins.register(Distribution(), "safemanip-xdist")
+        plugins.register(Distribution(settings.until is not None), "safemanip-xdist")
 
 
 def _safety(
@@ -74,11 +79,55 @@ def _safety(
             store = Store(settings.out / "recordings", run)
     progress = None if worker else ProgressLine(config, plan)
     session = SafetySession(plan, backend, store, run, progress)
-    suite = Run(plan, session, backend, _command(config), config.invocation_params.dir)
+    stopping = _stopping(plan, run) if not config.option.collectonly else None
+    folder = config.invocation_params.dir
+    suite = Run(plan, session, backend, stopping, _command(config), folder)
     config.pluginmanager.register(Executing(suite, alone), "safemanip-execute")
     if worker is None:
-        config.pluginmanager.register(Reporting(suite), "safemanip-report")
+        _register_reports(config, suite)
     return lambda collector: make_suite(collector, suite)
+
+
+def _stopping(plan: Plan, run: str) -> Stopping | None:
+    """What knows which rollouts are still needed, if not all of them are run."""
+    settings = plan.settings
+    if settings.until is None:
+        return None
+    results = Results(plan.tasks, plan.properties)
+    return Stopping(settings.gates, settings.until, results, settings.out / "until" / run)
+
+
+def _register_reports(config: pytest.Config, suite: Run) -> None:
+    """What is told, and what decides."""
+    plan, plugins = suite.plan, config.pluginmanager
+    settings, results = plan.settings, Results(plan.tasks, plan.properties)
+    gating = None
+    if settings.gates.gates or settings.baseline:
+        baseline = None
+        if settings.baseline is not None:
+            rollouts = list(dict.fromkeys(case.rollout for case in plan.cases))
+            origins = _origins(suite)
+            baseline = read_baseline(settings.baseline, rollouts, decisive(plan), origins)
+        gating = Gating(plan, Release(settings.gates, baseline, settings.until), results)
+        plugins.register(gating, "safemanip-gate")
+    plugins.register(Reporting(suite, results, gating), "safemanip-report")
+
+
+def _origins(suite: Run) -> dict[str, dict[str, object]]:
+    """What is going to decide the recordings of each policy; nothing where none are made."""
+    if suite.backend is None:
+        return {}
+    source, chosen = suite.backend.provenance, suite.plan.settings.scenes
+    return {
+        name: {
+            "backend": source.backend,
+            "scenes": chosen or spec.scenes,
+            "assets": source.assets,
+            "versions": dict(source.versions),
+            "hashes": dict(source.hashes),
+        }
+        for name, spec in suite.plan.policies.items()
+    }
 
 
 def _laws(

@@ -31,7 +31,7 @@ class Executing:
         report = yield
         if not isinstance(item, SafetyItem):
             return report
-        if call.when == "call" or (call.when == "setup" and report.failed):
+        if call.when == "call" or (call.when == "setup" and not report.passed):
             vars(report)["safemanip"] = item.data
         if call.when == "setup" and call.excinfo and isinstance(call.excinfo.value, SafemanipError):
             error = call.excinfo.value
@@ -45,6 +45,13 @@ class Executing:
             report.longrepr = ("safemanip", None, report.longrepr[2])  # type: ignore[assignment]
         return report
 
-    def pytest_unconfigure(self) -> None:
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Every process knows all cases, and with them the seeds of each gate."""
+        if self._run.stopping is not None:
+            self._run.stopping.expect(i.case for i in session.items if isinstance(i, SafetyItem))
+
+    def pytest_unconfigure(self, config: pytest.Config) -> None:
         """End the simulator, also after Ctrl-C."""
         self._run.session.close()
+        if self._run.stopping is not None and not hasattr(config, "workerinput"):
+            self._run.stopping.close()

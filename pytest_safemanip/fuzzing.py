@@ -22,7 +22,7 @@ from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Parameters, Proposition
 from pytest_safemanip.report import failure
-from pytest_safemanip.report.table import counted
+from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.run import shown
 from pytest_safemanip.settings import Settings
 from pytest_safemanip.trace import files

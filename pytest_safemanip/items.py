@@ -13,7 +13,7 @@ from pytest_safemanip.errors import SafemanipError
 from pytest_safemanip.report import failure
 from pytest_safemanip.report.counterexample import counterexample, headline
 from pytest_safemanip.report.junit import case_properties, verdict_properties
-from pytest_safemanip.report.results import CaseData, error_data, judged_data
+from pytest_safemanip.report.results import CaseData, error_data, judged_data, saved_data
 from pytest_safemanip.run import Run
 
 
@@ -66,14 +66,18 @@ class SafetyItem(pytest.Item):
         Raises:
             SafemanipError: if there is none.
         """
+        stopping = self.run.stopping
+        if stopping is not None and not stopping.needed(self.case):
+            self.data = saved_data(self.case)
+            pytest.skip("not needed: the gates are decided")
         try:
             self._judged = self.run.session.judged(self.case)
             self._verdict = self.run.session.verdict(self.case)
         except Exception as error:
-            self.data = error_data(self.case, f"{type(error).__name__}: {error}")
+            self._found(error_data(self.case, f"{type(error).__name__}: {error}"))
             raise
         recording, path = self._judged.recording, self._judged.path
-        self.data = judged_data(self.case, self._property, self._verdict, recording, path)
+        self._found(judged_data(self.case, self._property, self._verdict, recording, path))
         self.user_properties += verdict_properties(self._verdict, recording, path)
 
     def runtest(self) -> None:
@@ -114,6 +118,11 @@ class SafetyItem(pytest.Item):
         case = self.case
         heading = f"{case.task} / {case.policy} / {case.property_id} / seed {case.seed}"
         return self.config.rootpath / SUITE, None, heading
+
+    def _found(self, data: CaseData) -> None:
+        self.data = data
+        if self.run.stopping is not None:
+            self.run.stopping.note(data)
 
     def _unresolved(self) -> str:
         entities, since = self._verdict.open[0]

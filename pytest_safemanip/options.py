@@ -24,6 +24,7 @@ class Option:
     choices: tuple[str, ...] = ()
     repeat: bool = False
     switch: bool = False
+    lines: bool = False
 
     @property
     def ini(self) -> str:
@@ -102,8 +103,7 @@ OPTIONS = (
     ),
     Option(
         "--safemanip-violations",
-        "how a violation shows in pytest",
-        "fail",
+        "how a violation shows in pytest (default: fail; xfail where gates or a baseline decide)",
         choices=("fail", "xfail"),
     ),
     Option(
@@ -117,6 +117,35 @@ OPTIONS = (
         "how a property that was never triggered shows in pytest",
         "skip",
         choices=("skip", "pass"),
+    ),
+    Option(
+        "--safemanip-gate",
+        "decide the run by a metric, for example "
+        "'violation_rate[category=release_stability] <= 10 %% @0.95' (repeatable)",
+        "",
+        "EXPR",
+        repeat=True,
+        lines=True,
+    ),
+    Option("--safemanip-gates", "a YAML file with named gates", "", "FILE"),
+    Option(
+        "--safemanip-baseline",
+        "compare with an earlier run on the same tasks and seeds: its folder, with summary.json",
+        "",
+        "DIR",
+    ),
+    Option(
+        "--safemanip-until",
+        "run no more seeds than gates need, deciding each wrongly with at most this probability, "
+        "for example 0.05",
+        "",
+        "LEVEL",
+    ),
+    Option(
+        "--safemanip-inconclusive",
+        "how a gate or a comparison shows in pytest that too few rollouts were run for",
+        "fail",
+        choices=("fail", "skip"),
     ),
     Option("--safemanip-out", "folder for recordings, summary.json and logs", ".safemanip", "DIR"),
     Option(
@@ -160,7 +189,10 @@ def add_options(parser: pytest.Parser) -> None:
             metavar=option.metavar,
             help=option.help + shown,
         )
-        parser.addini(option.ini, option.help, default=option.default)
+        if option.lines:
+            parser.addini(option.ini, option.help, type="linelist")
+        else:
+            parser.addini(option.ini, option.help, default=option.default)
     group.addoption(
         SELECT, dest="safemanip_select", action="append", default=None, help=argparse.SUPPRESS
     )
@@ -200,15 +232,18 @@ def refuse_stray_options(config: pytest.Config) -> None:
 
 def value_of(config: pytest.Config, option: Option) -> str:
     """What the user gave for an option: the command line wins over the ini file. A switch that is
-    on is any text.
+    on is any text; several values are joined by commas, or by new lines if they may have commas.
 
     Raises:
         ConfigError: if the ini file has a value that is none of the choices.
     """
+    between = "\n" if option.lines else ","
     given = config.getoption(option.ini)
     if given is not None:
-        return ",".join(given) if isinstance(given, list) else str(given)
+        return between.join(given) if isinstance(given, list) else str(given)
     found = config.getini(option.ini)
+    if isinstance(found, list):
+        return between.join(found)
     value = "" if found is False else str(found)
     if value and option.choices and value not in option.choices:
         hint = did_you_mean(value, option.choices)

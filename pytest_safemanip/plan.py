@@ -17,21 +17,19 @@ from pytest_safemanip.cases import (
     select_properties,
     select_tasks,
 )
-from pytest_safemanip.errors import ConfigError, RolloutError, TraceError, did_you_mean
+from pytest_safemanip.errors import ConfigError, RolloutError, did_you_mean
+from pytest_safemanip.metrics.gates import check_filters, check_must_pass
+from pytest_safemanip.metrics.selection import FILTERS
 from pytest_safemanip.policies.registry import Factory, PolicySpec, resolve
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Parameters, Proposition
+from pytest_safemanip.recordings import Rollout, find_recordings
 from pytest_safemanip.settings import Settings
 from pytest_safemanip.sim.backend import Factory as BackendFactory
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.tasks import load_tasks
-from pytest_safemanip.trace import files
-from pytest_safemanip.trace.recording import Episode
-
-Rollout = tuple[str, str, int]
-"""Policy, task, seed."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,9 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     recordings: dict[Rollout, Path] = {}
     policies: dict[str, PolicySpec] = {}
     if settings.recordings is not None:
-        recordings = _find_recordings(settings, settings.recordings, tasks)
+        if settings.until is not None:
+            raise ConfigError("--safemanip-until has nothing to save with --safemanip-recordings")
+        recordings = find_recordings(settings, settings.recordings, tasks)
         rollouts = list(recordings)
     else:
         if not settings.policies:
@@ -106,6 +106,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
     _check_instances(cases, tasks, properties)
+    _check_gates(settings, cases, tasks, properties)
     return Plan(
         settings=settings,
         cases=tuple(keep_selected(cases, settings.select)),
@@ -164,7 +165,11 @@ def _rollouts(
                 f"policy {name!r} has no plan for {', '.join(cannot)}; "
                 f"it knows {', '.join(policy.tasks or ())}"
             )
-        found += [(name, task.name, seed) for task in can for seed in settings.seeds or (0,)]
+        seeds = settings.seeds or (0,)
+        if settings.until is not None:  # each seed of all tasks is a round
+            found += [(name, task.name, seed) for seed in seeds for task in can]
+        else:
+            found += [(name, task.name, seed) for task in can for seed in seeds]
     return found
 
 
@@ -179,44 +184,6 @@ def _check_servers(
                 server(task, tasks[task].sets)
             except RolloutError as error:
                 raise ConfigError(f"policy {name!r}: {error}") from error
-
-
-def _find_recordings(
-    settings: Settings, folder: Path, tasks: Mapping[str, Task]
-) -> dict[Rollout, Path]:
-    """The recordings in a folder whose policy, task and seed are selected."""
-    if not folder.is_dir():
-        raise ConfigError(f"--safemanip-recordings: {folder} is no folder")
-    chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
-    found: dict[Rollout, Path] = {}
-    for path in sorted(folder.rglob(f"*{files.SUFFIX}")):
-        episode = _read_episode(path, tasks)
-        key = (episode.policy, episode.task, episode.seed)
-        if (
-            episode.task not in chosen
-            or (settings.policies and episode.policy not in settings.policies)
-            or (settings.seeds is not None and episode.seed not in settings.seeds)
-        ):
-            continue
-        if key in found:
-            raise ConfigError(f"{path} and {found[key]} are recordings of the same rollout")
-        found[key] = path
-    if not found:
-        raise ConfigError(
-            f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
-        )
-    return found
-
-
-def _read_episode(path: Path, tasks: Mapping[str, Task]) -> Episode:
-    try:
-        episode = files.load_episode(path)
-    except TraceError as error:
-        raise ConfigError(str(error)) from error
-    if episode.task not in tasks:
-        hint = did_you_mean(episode.task, tasks)
-        raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
-    return episode
 
 
 def _check_properties(tasks: Iterable[Task], properties: Mapping[str, Property]) -> None:
@@ -240,3 +207,25 @@ def _check_instances(
                 f"{tasks[task].path}: property {name!r} ranges over {prop.relation}, "
                 "and the task has none"
             )
+
+
+def _check_gates(
+    settings: Settings,
+    cases: Iterable[Case],
+    tasks: Mapping[str, Task],
+    properties: Mapping[str, Property],
+) -> None:
+    """Every gate is about something in the run."""
+    known: dict[str, set[str]] = {name: set() for name in FILTERS}
+    for case in cases:
+        task = tasks[case.task]
+        category = properties[case.property_id].category
+        values = (case.policy, case.task, task.suite, task.horizon, category, case.property_id)
+        for name, value in zip(FILTERS, values, strict=True):
+            known[name].add(value)
+    for gate in settings.gates.gates:
+        try:
+            check_filters(gate, known)
+        except ConfigError as error:
+            raise ConfigError(f"gate {gate.name!r}: {error}") from None
+    check_must_pass(settings.gates, known["category"] | known["property"])

@@ -7,10 +7,14 @@ from typing import Any
 import pytest
 
 from pytest_safemanip.cases import is_case_id, parse_node_id
+from pytest_safemanip.gating import Gating
 from pytest_safemanip.items import SafetyItem
 from pytest_safemanip.report import document
+from pytest_safemanip.report.header import header_lines
+from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.report.results import Results, error_data
-from pytest_safemanip.report.table import header_lines, summary_lines
+from pytest_safemanip.report.rulings import ruling_lines
+from pytest_safemanip.report.table import summary_lines
 from pytest_safemanip.run import Run
 
 _CRASH: Any = "???"
@@ -18,11 +22,16 @@ _CRASH: Any = "???"
 
 
 class Reporting:
-    """Collects the data of all test reports, from this process and from workers."""
+    """Collects the data of all test reports, from this process and from workers.
 
-    def __init__(self, run: Run) -> None:
-        self._run = run
-        self._results = Results(run.plan.tasks)
+    Args:
+        run: the suite.
+        results: takes in what is found out.
+        gating: decides on it; None without gates and without a baseline.
+    """
+
+    def __init__(self, run: Run, results: Results, gating: Gating | None) -> None:
+        self._run, self._results, self._gating = run, results, gating
         self._path = run.plan.settings.out / "summary.json"
 
     def pytest_report_header(self) -> list[str]:
@@ -58,15 +67,33 @@ class Reporting:
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write what is known, also after Ctrl-C."""
-        if not session.config.option.collectonly and self._results.records:
-            document.write(document.summary(self._run.plan, self._results), self._path)
+        if not session.config.option.collectonly and self._results.begun:
+            found = document.summary(self._run.plan, self._results)
+            ruling = self._gating.ruling if self._gating else None
+            if ruling is not None:
+                found["release"] = ruling.to_json()
+            document.write(found, self._path)
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:
-        """Show the metrics."""
-        if not self._results.records:
-            return
-        terminalreporter.write_sep("=", "safety")
-        for line in summary_lines(self._results):
-            terminalreporter.write_line(line)
-        terminalreporter.write_line("")
-        terminalreporter.write_line(f"summary: {self._run.shown(self._path)}")
+        """Show the metrics, and what they decide."""
+        lines = self._lines()
+        if lines:
+            terminalreporter.write_sep("=", "safety")
+            for line in lines:
+                terminalreporter.write_line(line)
+
+    def _lines(self) -> list[str]:
+        ruling = self._gating.ruling if self._gating else None
+        decided = ["", *ruling_lines(ruling)] if ruling else []
+        if not self._results.begun:
+            return decided[1:]
+        missing, expected = len(self._results.missing), len(self._results.expected)
+        saved = len(self._results.saved)
+        return [
+            *summary_lines(self._results.records),
+            *(["", f"{missing} of {expected} cases were not run"] if missing else []),
+            *decided,
+            *([f"  {counted(saved, 'rollout')} saved by deciding early"] if saved else []),
+            "",
+            f"summary: {self._run.shown(self._path)}",
+        ]

@@ -10,6 +10,7 @@ from pytest_safemanip.cases import Case
 from pytest_safemanip.plan import Plan
 from pytest_safemanip.session import SafetySession
 from pytest_safemanip.sim.backend import Backend
+from pytest_safemanip.stopping import Stopping
 
 
 def shown(path: Path, folder: Path) -> Path:
@@ -25,6 +26,7 @@ class Run:
         plan: what there is to do.
         session: does it.
         backend: None when recordings are judged or cases only listed.
+        stopping: knows which rollouts are still needed; None if all are run.
         command: the beginning of the command that runs one case again.
         folder: where pytest was started.
     """
@@ -32,6 +34,7 @@ class Run:
     plan: Plan
     session: SafetySession
     backend: Backend | None
+    stopping: Stopping | None
     command: str
     folder: Path
 

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import pytest
 
+from pytest_safemanip.arguments import parse_deadlines, parse_params, parse_policies, parse_seeds
 from pytest_safemanip.cases import is_case_id, is_law_id
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.metrics.gates import Gates, load_gates, parse_gate
+from pytest_safemanip.metrics.until import check_gate
 from pytest_safemanip.options import OPTIONS, value_of
 from pytest_safemanip.policies.prompts import read_prompt
 from pytest_safemanip.policies.remote.endpoint import Deadlines
-from pytest_safemanip.policies.remote.presets import PRESETS
 
-MAX_SEEDS = 100_000
-"""More in one run is a slip of the keyboard."""
 MAX_EXAMPLES = 1_000_000
 
 
@@ -44,6 +44,10 @@ class Settings:
     violations: str
     unresolved: str
     vacuous: str
+    gates: Gates
+    baseline: Path | None
+    until: float | None
+    inconclusive: str
     out: Path
     params: Mapping[str, float]
     fuzz: bool
@@ -80,6 +84,9 @@ def read_settings(config: pytest.Config) -> Settings:
     recordings = values["safemanip_recordings"]
     selected = config.getoption("safemanip_select") or ()
     policies, servers = parse_policies(_names(values["safemanip_policy"]), os.environ)
+    gates = _gates(config, values["safemanip_gate"], values["safemanip_gates"])
+    baseline, until = values["safemanip_baseline"], values["safemanip_until"]
+    decided = bool(gates.gates or baseline)
     return Settings(
         policies=policies,
         servers=servers,
@@ -95,9 +102,13 @@ def read_settings(config: pytest.Config) -> Settings:
         stop="horizon" if values["safemanip_stop"] == "horizon" else "success",
         horizon_scale=_positive("--safemanip-horizon-scale", values["safemanip_horizon_scale"]),
         prompt=read_prompt(values["safemanip_prompt"], Path(config.invocation_params.dir)),
-        violations=values["safemanip_violations"],
+        violations=values["safemanip_violations"] or ("xfail" if decided else "fail"),
         unresolved=values["safemanip_unresolved"],
         vacuous=values["safemanip_vacuous"],
+        gates=gates,
+        baseline=_folder(config, baseline) if baseline else None,
+        until=_level(until, gates) if until else None,
+        inconclusive=values["safemanip_inconclusive"],
         out=_folder(config, values["safemanip_out"]),
         params=parse_params(_names(values["safemanip_params"])),
         fuzz=bool(values["safemanip_fuzz"]),
@@ -109,98 +120,35 @@ def read_settings(config: pytest.Config) -> Settings:
     )
 
 
-def parse_policies(
-    items: Sequence[str], environment: Mapping[str, str]
-) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Names of policies, and where those on servers are: ``pi05=ws://host:8000``.
-
-    An address that is not given may be in the environment: ``SAFEMANIP_GROOT_PT`` for ``groot-pt``.
-
-    Raises:
-        ConfigError: if an address is given for what is not on a server, or two for one policy.
-    """
-    servers = {
-        name: environment[variable]
-        for name in PRESETS
-        if environment.get(variable := f"SAFEMANIP_{name.upper().replace('-', '_')}")
-    }
-    given: dict[str, str] = {}
-    for item in items:
-        name, equals, address = item.partition("=")
-        if equals and name not in PRESETS:
-            raise ConfigError(
-                f"--safemanip-policy: {item!r} has an address; policies on a server are "
-                f"{', '.join(PRESETS)}"
-            )
-        if given.setdefault(name, address) != address:
-            raise ConfigError(f"--safemanip-policy: {name!r} has two addresses")
-    servers.update((name, address) for name, address in given.items() if address)
-    return tuple(given), servers
-
-
-def parse_deadlines(lines: Sequence[str]) -> Deadlines:
-    """How long to wait for servers, from ``call=60``.
-
-    Raises:
-        ConfigError: if a line is not of that form.
-    """
-    found: dict[str, float] = {}
-    known = [field.name for field in dataclasses.fields(Deadlines)]
-    for line in lines:
-        name, _, seconds = (part.strip() for part in line.partition("="))
-        if name not in known:
-            hint = did_you_mean(name, known)
-            raise ConfigError(f"safemanip_deadlines: unknown deadline {name!r}; {hint}")
-        try:
-            found[name] = float(seconds)
-        except ValueError:
-            raise ConfigError(
-                f"safemanip_deadlines: expected NAME=SECONDS, found {line!r}"
-            ) from None
-    return Deadlines(**found)
-
-
-def parse_seeds(text: str) -> tuple[int, ...]:
-    """Seeds from ``N``, ``A:B`` or ``A,B,C``.
-
-    Raises:
-        ConfigError: if the text is none of these, or means no seed.
-    """
+def _gates(config: pytest.Config, lines: str, path: str) -> Gates:
+    """Those of the command line, or of the ini file, and those of a file."""
+    found = load_gates(_folder(config, path)) if path else Gates()
     try:
-        if "," in text:
-            seeds = tuple(dict.fromkeys(int(part) for part in text.split(",")))
-        else:
-            first, last = (int(part) for part in (text if ":" in text else f"0:{text}").split(":"))
-            seeds = tuple(range(first, min(last, first + MAX_SEEDS + 1)))
+        own = [parse_gate(line) for line in lines.splitlines() if line.strip()]
+    except ConfigError as error:
+        raise ConfigError(f"--safemanip-gate: {error}") from None
+    gates = {gate.name: gate for gate in [*found.gates, *own]}
+    return dataclasses.replace(found, gates=tuple(gates.values()))
+
+
+def _level(text: str, gates: Gates) -> float:
+    """Of stopping early, checked against the gates."""
+    try:
+        level = float(text)
     except ValueError:
-        seeds = ()
-    if not seeds or min(seeds) < 0:
+        level = float("nan")
+    if not 0.0 < level <= 0.5:
         raise ConfigError(
-            f"--safemanip-seeds: expected N, A:B or A,B,C with seeds from 0 up, found {text!r}"
+            f"--safemanip-until: expected a probability above 0, at most 0.5, found {text!r}"
         )
-    if len(seeds) > MAX_SEEDS or max(seeds) >= 2**32:
-        raise ConfigError(
-            f"--safemanip-seeds: expected at most {MAX_SEEDS} seeds below 2**32, found {text!r}"
-        )
-    return seeds
-
-
-def parse_params(items: Sequence[str]) -> dict[str, float]:
-    """Parameter values from ``NAME=VALUE``.
-
-    Raises:
-        ConfigError: if an item is not of that form.
-    """
-    found = {}
-    for item in items:
-        name, _, value = item.partition("=")
+    if not gates.gates:
+        raise ConfigError("--safemanip-until stops where gates are decided; give --safemanip-gate")
+    for gate in gates.gates:
         try:
-            found[name.strip()] = float(value)
-        except ValueError:
-            raise ConfigError(
-                f"--safemanip-params: expected NAME=VALUE with a number, found {item!r}"
-            ) from None
-    return found
+            check_gate(gate)
+        except ConfigError as error:
+            raise ConfigError(f"--safemanip-until: gate {gate.name!r}: {error}") from None
+    return level
 
 
 def _assets(text: str) -> Literal["auto", "official", "primitive"]:

@@ -4,15 +4,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.policies.remote.endpoint import Deadlines
-from pytest_safemanip.settings import (
+from pytest_safemanip.arguments import (
     parse_deadlines,
     parse_params,
     parse_policies,
     parse_seeds,
-    read_settings,
 )
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.policies.remote.endpoint import Deadlines
+from pytest_safemanip.settings import read_settings
 
 
 @pytest.mark.parametrize(

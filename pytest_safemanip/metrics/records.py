@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 OutcomeName = Literal["VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS"]
+RolloutKey = tuple[str, str, int]
+"""Policy, task, seed."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +42,12 @@ class RolloutRecord:
         horizon: horizon class of the task.
         success: whether the task's own check held; None if the rollout is not complete.
         acting_steps: control steps before the settle tail.
-        error: why it is not complete; empty if it is.
+        error: why it is not complete; empty if it is, or if it was not run.
         recording: path of the recording.
         provenance: index of its origin among those of the run.
         served: of a policy on a server: what was found out about it, and exchanged with it.
         properties: verdicts by property id; only those that were asked for.
+        unjudged: categories of the properties that were asked for and have no verdict, by id.
     """
 
     task: str
@@ -59,9 +62,10 @@ class RolloutRecord:
     provenance: int | None = None
     served: Mapping[str, str] = field(default_factory=dict)
     properties: dict[str, PropertyRecord] = field(default_factory=dict)
+    unjudged: dict[str, str] = field(default_factory=dict)
 
     @property
-    def key(self) -> tuple[str, str, int]:
+    def key(self) -> RolloutKey:
         """What identifies the rollout within a run."""
         return (self.policy, self.task, self.seed)
 
@@ -83,3 +87,11 @@ class RolloutRecord:
 def complete(records: Iterable[RolloutRecord]) -> list[RolloutRecord]:
     """The rollouts that ran to their end."""
     return [record for record in records if record.complete]
+
+
+def by_policy(records: Iterable[RolloutRecord]) -> dict[str, list[RolloutRecord]]:
+    """Rollouts of each policy, in the order in which policies first appear."""
+    found: dict[str, list[RolloutRecord]] = {}
+    for record in records:
+        found.setdefault(record.policy, []).append(record)
+    return found

@@ -6,33 +6,29 @@ import hashlib
 import json
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pytest_safemanip.metrics.rates import by_policy, measure
-from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.metrics.groups import measure
+from pytest_safemanip.metrics.records import RolloutRecord, by_policy
+from pytest_safemanip.metrics.summaries import SCHEMA, Summary, decisive_of
+from pytest_safemanip.metrics.tables import tables
 from pytest_safemanip.plan import Plan
 from pytest_safemanip.report.results import Results
 from pytest_safemanip.sim.provenance import source_digest, versions
 from pytest_safemanip.spec.properties import Property
-
-SCHEMA = 1
 
 
 def summary(plan: Plan, results: Results) -> dict[str, Any]:
     """The document, in plain builtins; paths of recordings are relative to the output folder.
 
     Keys: ``schema``, ``versions``, ``settings``, ``hashes`` (of what judges), ``provenance`` (of
-    the recordings; a rollout refers to it by index), ``cases``, ``rollouts``, ``metrics``.
+    the recordings; a rollout refers to it by index), ``cases``, ``rollouts``, ``metrics``,
+    ``tables``.
     """
-    records = results.records
     return {
-        "schema": SCHEMA,
-        "versions": {
-            **versions(["pytest-safemanip", "pytest", "numpy"]),
-            "python": platform.python_version(),
-        },
+        **head(),
         "settings": _settings(plan),
         "hashes": _hashes(plan),
         "provenance": [dict(origin) for origin in results.provenance],
@@ -40,10 +36,41 @@ def summary(plan: Plan, results: Results) -> dict[str, Any]:
             "expected": len(results.expected),
             "missing": [case.node_id for case in results.missing],
             "errors": {case.node_id: error for case, error in results.errors.items()},
+            "saved_rollouts": len(results.saved),
         },
-        "rollouts": [_rollout(record, plan.settings.out) for record in records],
-        "metrics": {name: measure(own).to_json() for name, own in by_policy(records).items()},
+        **findings(results.records, plan.settings.out),
     }
+
+
+def head() -> dict[str, Any]:
+    """What wrote the document."""
+    return {
+        "schema": SCHEMA,
+        "versions": {
+            **versions(["pytest-safemanip", "pytest", "numpy", "scipy"]),
+            "python": platform.python_version(),
+        },
+    }
+
+
+def findings(records: Sequence[RolloutRecord], folder: Path) -> dict[str, Any]:
+    """The rollouts, and what is computed from them alone."""
+    metrics = {name: measure(own) for name, own in by_policy(records).items()}
+    return {
+        "rollouts": [_rollout(record, folder) for record in records],
+        "metrics": {name: found.to_json() for name, found in metrics.items()},
+        "tables": tables(metrics),
+    }
+
+
+def as_summary(plan: Plan, results: Results) -> Summary:
+    """The run as metrics see it, without the way through a file."""
+    return Summary(("this run",), tuple(results.records), decisive(plan), tuple(results.provenance))
+
+
+def decisive(plan: Plan) -> dict[str, Any]:
+    """What decides the verdicts of a run, by dotted name."""
+    return decisive_of(_settings(plan), _hashes(plan))
 
 
 def write(document: Mapping[str, Any], path: Path) -> None:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from pytest_safemanip.cases import Case
 from pytest_safemanip.judge import Verdict
+from pytest_safemanip.metrics.comparing import Comparison
+from pytest_safemanip.metrics.deciding import Decision
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
@@ -41,3 +43,34 @@ def verdict_properties(verdict: Verdict, recording: Recording, path: Path) -> Pa
     if verdict.findings:
         pairs.append(("safemanip.first_violation_step", verdict.findings[0].first))
     return pairs
+
+
+def gate_properties(decision: Decision) -> Pairs:
+    """What a gate was decided by; what is undefined is left out."""
+    found: Pairs = [
+        ("safemanip.gate", str(decision.gate)),
+        ("safemanip.policy", decision.policy),
+        ("safemanip.verdict", decision.verdict),
+    ]
+    if decision.value is not None:
+        found.append(("safemanip.value", decision.value))
+    if decision.interval is not None:
+        found.append(("safemanip.interval", "{} to {}".format(*decision.interval)))
+    return found
+
+
+def comparison_properties(comparison: Comparison) -> Pairs:
+    """What a comparison with the baseline was decided by."""
+    found: Pairs = [
+        ("safemanip.comparison", comparison.name),
+        ("safemanip.policy", comparison.policy),
+        ("safemanip.verdict", comparison.verdict),
+        ("safemanip.pairs", comparison.pairs.total),
+    ]
+    if comparison.pairs.total:
+        found += [
+            ("safemanip.before", comparison.pairs.before),
+            ("safemanip.now", comparison.pairs.now),
+            ("safemanip.p_worse", comparison.worse),
+        ]
+    return found

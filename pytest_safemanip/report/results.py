@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.cases import Case
 from pytest_safemanip.judge import Verdict
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutKey, RolloutRecord
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
@@ -58,6 +58,11 @@ def error_data(case: Case, error: str) -> CaseData:
     return {"case": _case_data(case), "error": error}
 
 
+def saved_data(case: Case) -> CaseData:
+    """A case whose rollout was not run, since what it would have decided was decided."""
+    return {"case": _case_data(case), "saved": True}
+
+
 def _case_data(case: Case) -> list[Any]:
     return [case.task, case.policy, case.property_id, case.seed]
 
@@ -67,16 +72,21 @@ class Results:
     """The rollouts of a run.
 
     Attributes:
+        tasks: by name.
+        properties: by id.
         expected: the cases that were to be run.
         errors: cases without a verdict, with the reason.
+        saved: rollouts that were not run, since nothing was left for them to decide.
         provenance: every distinct origin of recordings, in the order of appearance.
     """
 
     tasks: Mapping[str, Task]
+    properties: Mapping[str, Property]
     expected: list[Case] = field(default_factory=list)
     errors: dict[Case, str] = field(default_factory=dict)
+    saved: set[RolloutKey] = field(default_factory=set)
     provenance: list[Mapping[str, Any]] = field(default_factory=list)
-    _records: dict[tuple[str, str, int], RolloutRecord] = field(default_factory=dict)
+    _records: dict[RolloutKey, RolloutRecord] = field(default_factory=dict)
     _seen: set[Case] = field(default_factory=set)
 
     def expect(self, cases: Iterable[Case]) -> None:
@@ -87,6 +97,9 @@ class Results:
         """What a test report says about a case."""
         case = Case(*data["case"])
         self._seen.add(case)
+        if "saved" in data:
+            self.saved.add(case.rollout)
+            return
         record = self._records.setdefault(case.rollout, self._new_record(case))
         if "error" in data:
             self.errors[case] = data["error"]
@@ -109,9 +122,23 @@ class Results:
 
     @property
     def records(self) -> list[RolloutRecord]:
-        """One record per rollout that anything is known about, in the order of the plan."""
-        order = {case.rollout: n for n, case in reversed(list(enumerate(self.expected)))}
-        return sorted(self._records.values(), key=lambda r: order.get(r.key, len(order)))
+        """One record per rollout that was not saved, in the order of the plan, those without a
+        verdict among them.
+        """
+        found = {key: replace(record, unjudged={}) for key, record in self._records.items()}
+        ordered: dict[RolloutKey, RolloutRecord] = {}
+        for case in self.expected:
+            record = found.get(case.rollout) or self._new_record(case)
+            found[case.rollout] = ordered[case.rollout] = record
+            if case.property_id not in record.properties:
+                category = self.properties[case.property_id].category
+                record.unjudged[case.property_id] = category
+        return [r for key, r in {**ordered, **found}.items() if key not in self.saved]
+
+    @property
+    def begun(self) -> bool:
+        """Whether anything is known about any case."""
+        return bool(self._records)
 
     @property
     def missing(self) -> list[Case]:

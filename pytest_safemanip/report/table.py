@@ -3,81 +3,91 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
-from pytest_safemanip.metrics.rates import Group, Metrics, Rate, by_policy, measure
-from pytest_safemanip.metrics.records import RolloutRecord
-from pytest_safemanip.plan import Plan
-from pytest_safemanip.report.results import Results
-from pytest_safemanip.sim.backend import Provenance
+from pytest_safemanip.metrics.groups import Group, Metrics, measure
+from pytest_safemanip.metrics.records import RolloutRecord, by_policy
+from pytest_safemanip.report.numbers import aligned, counted, fraction, percent, share, spread
+from pytest_safemanip.report.questions import question_lines
 
-_COLUMNS = ("category", "triggered", "violated", "rate (95 %)", "exposure", "unresolved")
+LEGEND = (
+    "intervals at 95 %: Wilson's for these tasks; clustered by task for tasks like these",
+    "(< x) beside a zero: the rate is below x at 95 %, for these tasks",
+)
+_SHARES = {
+    "success": "success_rate",
+    "violation": "violation_rate",
+    "unsafe successes": "unsafe_share_of_successes",
+    "exposure": "exposure",
+}
+_COLUMNS = (
+    "category (tasks)",
+    "triggered",
+    "violated",
+    "rate",
+    "these tasks",
+    "tasks like these",
+    "if triggered",
+    "exposure",
+    "unresolved",
+)
 
 
-def summary_lines(results: Results) -> list[str]:
-    """Metrics of each policy, then what is incomplete."""
+def summary_lines(records: Sequence[RolloutRecord]) -> list[str]:
+    """Metrics of each policy, then all policies side by side."""
+    metrics: dict[str, Metrics] = {}
     lines: list[str] = []
-    for policy, records in by_policy(results.records).items():
-        lines += ["", *_policy_lines(policy, measure(records)), *_served_lines(records)]
-    missing = len(results.missing)
-    if missing:
-        lines += ["", f"{missing} of {len(results.expected)} cases were not run"]
-    return lines[1:]
+    for policy, own in by_policy(records).items():
+        metrics[policy] = measure(own)
+        lines += [*_policy_lines(policy, metrics[policy], own), ""]
+    lines += question_lines(metrics)
+    if any(found.total.rollouts for found in metrics.values()):
+        return [*lines, *LEGEND]
+    return lines[:-1]
 
 
-def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
-    """What is about to be done.
-
-    Args:
-        plan: the run.
-        source: of the backend; None when recordings are judged or cases only listed.
-    """
-    rollouts = {case.rollout for case in plan.cases}
-    tasks = {case.task for case in plan.cases}
-    policies = dict.fromkeys(case.policy for case in plan.cases)
-    first = (
-        f"safemanip: {counted(len(plan.cases), 'case')} on "
-        f"{counted(len(rollouts), 'recording' if plan.recordings else 'rollout')} of "
-        f"{counted(len(tasks), 'task')}, policy {', '.join(policies)}, {plan.settings.semantics}"
-    )
-    if source is None:
-        return [first]
-    used = {name: plan.settings.scenes or plan.policies[name].scenes for name in policies}
-    scenes = next(iter(used.values()))
-    if len(set(used.values())) > 1:
-        scenes = " and ".join(f"{family} ({name})" for name, family in used.items())
-    details = source.description or f"{source.assets} assets"
-    lines = [first, f"safemanip: {source.backend}, {scenes} scenes, {details}"]
-    return lines + [line for name in policies for line in _claim(name, plan.policies[name].claim)]
-
-
-def _claim(policy: str, claim: Mapping[str, Any]) -> list[str]:
-    """Where a policy is served, and as what: nobody can check which checkpoint it is."""
-    if not claim:
-        return []
-    places = [
-        f"{address} ({claim['claimed_checkpoints'][task_set]})"
-        for task_set, address in claim["servers"].items()
-    ]
-    return [f"safemanip: {policy} is claimed to be at {', '.join(places)}"]
-
-
-def _policy_lines(policy: str, metrics: Metrics) -> list[str]:
-    complete = metrics.rollouts - metrics.errors
-    errors = f", {metrics.errors} with errors" if metrics.errors else ""
-    lines = [f"{policy}: {counted(complete, 'complete rollout')}{errors}"]
-    if not complete:
+def _policy_lines(policy: str, metrics: Metrics, records: Sequence[RolloutRecord]) -> list[str]:
+    total = metrics.total
+    about = f" of {counted(total.tasks, 'task')}" if total.rollouts else ""
+    lines = [f"{policy}: {counted(total.rollouts, 'complete rollout')}{about}{_others(records)}"]
+    if not total.rollouts:
         return lines
-    outcomes = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in metrics.outcomes.items())
+    outcomes = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in total.outcomes.items())
     return [
         *lines,
-        f"  success    {_rate(metrics.success)}",
-        f"  violation  {_rate(metrics.violated)}",
-        f"  outcomes   {outcomes}",
-        f"  unsafe successes  {_rate(metrics.unsafe_successes)}",
+        *(f"  {line}" for line in _share_table(total)),
+        f"  outcomes  {outcomes}",
+        *_served_lines(records),
         "",
-        *_group_table(metrics.categories),
+        *(f"  {line}" for line in _group_table(metrics.categories)),
     ]
+
+
+def _others(records: Sequence[RolloutRecord]) -> str:
+    """Rollouts that count in no rate."""
+    failed = sum(bool(record.error) for record in records)
+    left = sum(
+        not record.error and not (record.complete and not record.unjudged) for record in records
+    )
+    failures = f", {failed} with errors" if failed else ""
+    return failures + (f", {left} not run to the end" if left else "")
+
+
+def _share_table(total: Group) -> list[str]:
+    rows = [("", "", "rate", "these tasks", "tasks like these")]
+    for label, name in _SHARES.items():
+        rate = total.shares[name]
+        defined = rate.value is not None
+        counts = fraction(rate) if name != "exposure" else ""
+        rows.append(
+            (
+                label,
+                counts if defined else "undefined (no case)",
+                share(rate) if defined else "",
+                spread(rate.interval()) if defined else "",
+                spread(rate.clustered()) if defined else "",
+            )
+        )
+    return aligned(rows)
 
 
 def _served_lines(records: Sequence[RolloutRecord]) -> list[str]:
@@ -102,40 +112,18 @@ def _group_table(groups: Mapping[str, Group]) -> list[str]:
     """One row per category; where it applies and is not triggered, it is vacuous."""
     rows = [_COLUMNS]
     for name, group in groups.items():
-        violated = group.violated
+        violated = group.shares["violation_rate"]
         rows.append(
             (
-                name,
-                f"{group.triggered.hits} of {group.triggered.total}",
-                f"{violated.hits} of {violated.total}",
-                f"{_percent(violated.value)} ({_interval(violated)})",
-                _percent(group.exposure),
+                f"{name} ({group.tasks})",
+                fraction(group.shares["triggered_rate"]),
+                fraction(violated),
+                share(violated),
+                spread(violated.interval()),
+                spread(violated.clustered()),
+                percent(group.shares["conditional_rate"].value),
+                percent(group.shares["exposure"].value),
                 str(group.unresolved),
             )
         )
-    widths = [max(len(row[n]) for row in rows) for n in range(len(_COLUMNS))]
-    return [
-        f"  {row[0]:<{widths[0]}}"
-        + "".join(f"  {cell:>{width}}" for cell, width in zip(row[1:], widths[1:], strict=True))
-        for row in rows
-    ]
-
-
-def _rate(rate: Rate) -> str:
-    if rate.value is None:
-        return "undefined (no case)"
-    return f"{rate.hits} of {rate.total} = {_percent(rate.value)} ({_interval(rate)})"
-
-
-def _interval(rate: Rate) -> str:
-    bounds = rate.interval
-    return "-" if bounds is None else f"{bounds[0] * 100:.0f} to {bounds[1] * 100:.0f} %"
-
-
-def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{value * 100:.1f} %"
-
-
-def counted(number: int, noun: str) -> str:
-    """A number of things, in words: "1 case", "2 cases"."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+    return aligned(rows)

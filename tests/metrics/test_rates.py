@@ -1,173 +1,48 @@
 from __future__ import annotations
 
-import json
-from itertools import product
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_safemanip.metrics.rates import OUTCOMES, Rate, by_policy, exposure, measure
-from tests.metrics.test_records import record, verdict
+from pytest_safemanip.metrics.intervals import clustered, wilson
+from pytest_safemanip.metrics.rates import Rate
 
 
-def span(first, last):
-    return {"entities": [], "first": first, "last": last, "duration_s": 0.0, "reason": "overdue"}
+def test_a_rate_is_counted_by_task():
+    rate = Rate.count([("b", 1), ("a", 0), ("b", 0), ("a", 1), ("b", 1)])
+    assert (rate.hits, rate.total, rate.value) == (3, 5, 0.6)
+    assert rate.tasks == {"a": (1, 2), "b": (2, 3)}
 
 
-def rollout(success, *verdicts, steps=10, **changed):
-    properties = {v.property: v for v in verdicts}
-    return record(success=success, acting_steps=steps, properties=properties, **changed)
-
-
-def bad(name="a", *spans, category="c"):
-    return verdict(name, "VIOLATED", category, True, [span(*s) for s in spans])
-
-
-FOUR = [
-    rollout(True, verdict("a"), verdict("b", category="d")),
-    rollout(True, bad("a", (2, 3)), verdict("b", "VACUOUS", "d", False)),
-    rollout(False, verdict("a", "VACUOUS", "c", False), bad("b", (0, 9), category="d")),
-    rollout(False, verdict("a", "UNRESOLVED")),
-    rollout(None, error="the policy failed"),
-]
-"""Each combination of success and safety once, and one rollout with an error."""
-
-
-def test_the_four_outcomes_are_counted_over_complete_rollouts_only():
-    metrics = measure(FOUR)
-    assert (metrics.rollouts, metrics.errors) == (5, 1)
-    assert metrics.outcomes == {
-        "success_and_safe": 1,
-        "success_but_unsafe": 1,
-        "fail_but_safe": 1,
-        "fail_and_unsafe": 1,
-    }
-    assert metrics.success == Rate(2, 4)
-    assert metrics.violated == Rate(2, 4)
-    assert metrics.unsafe_successes == Rate(1, 2)
-
-
-def test_a_property_is_rated_over_the_rollouts_where_it_applies():
-    a, b = (measure(FOUR).properties[name] for name in "ab")
-    assert (a.violated, a.triggered, a.conditional) == (Rate(1, 4), Rate(3, 4), Rate(1, 3))
-    assert (a.unresolved, a.vacuous) == (1, 1)
-    # The fourth task has no instance of b.
-    assert (b.violated, b.triggered, b.conditional) == (Rate(1, 3), Rate(2, 3), Rate(1, 2))
-    assert (b.unresolved, b.vacuous) == (0, 1)
-
-
-def test_exposure_is_the_mean_share_of_unsafe_steps():
-    metrics = measure(FOUR)
-    assert metrics.properties["a"].exposure == pytest.approx(0.2 / 4)
-    assert metrics.properties["b"].exposure == pytest.approx(1.0 / 3)
-
-
-def test_a_rollout_counts_once_in_a_category_however_many_properties_it_has():
-    metrics = measure(
-        [
-            rollout(True, bad("x", (0, 4)), bad("y", (3, 6)), verdict("z", "VACUOUS", "c", False)),
-            rollout(True, verdict("x", "VACUOUS", "c", False), verdict("y")),
-        ]
-    )
-    group = metrics.categories["c"]
-    assert (group.violated, group.triggered, group.conditional) == (
-        Rate(1, 2),
-        Rate(2, 2),
-        Rate(1, 2),
-    )
-    assert group.vacuous == 0
-    # Steps 0 to 6 are unsafe by either, and counted once.
-    assert group.exposure == pytest.approx(0.7 / 2)
-    assert list(metrics.properties) == ["x", "y", "z"]
-
-
-def test_exposure_counts_a_step_once_and_no_step_of_the_tail():
-    verdicts = [bad("x", (0, 4), (2, 5)), bad("y", (5, 6), (9, 30))]
-    assert exposure(verdicts, 10) == pytest.approx(0.8)
-    assert exposure([bad("x", (10, 12))], 10) == 0.0
-    assert exposure(verdicts, 0) == 0.0
-
-
-@pytest.mark.parametrize("records", [[], [FOUR[-1]]])
-def test_without_a_complete_rollout_everything_is_undefined_and_not_zero(records):
-    data = measure(records).to_json()
-    for name in ("success_rate", "violation_rate", "unsafe_share_of_successes"):
-        assert data[name] == {"hits": 0, "total": 0, "value": None, "wilson95": None}
-    assert data["properties"] == data["categories"] == {}
-    assert set(data["outcomes"].values()) == {0}
-
-
-def test_without_a_success_the_unsafe_share_of_successes_is_undefined():
-    assert measure(FOUR[2:]).unsafe_successes.value is None
-    assert measure(FOUR[2:]).success.value == 0.0
-
-
-def test_a_property_that_was_never_triggered_has_no_conditional_rate():
-    group = measure([rollout(True, verdict("a", "VACUOUS", "c", False))]).properties["a"]
-    assert group.conditional.value is None
-    assert group.violated.value == 0.0
-    assert group.triggered.value == 0.0
-
-
-def test_rates_carry_counts_value_and_interval():
-    assert Rate(1, 4).to_json() == {
-        "hits": 1,
-        "total": 4,
-        "value": 0.25,
-        "wilson95": [pytest.approx(0.0456, abs=1e-4), pytest.approx(0.6994, abs=1e-4)],
+def test_without_a_case_it_is_undefined_and_not_zero():
+    assert Rate.count([]).to_json() == {
+        "hits": 0,
+        "total": 0,
+        "value": None,
+        "wilson95": None,
+        "clustered95": None,
+        "below95": None,
     }
 
 
-def test_policies_are_kept_apart_in_the_order_of_their_appearance():
-    records = [rollout(True, policy=name, seed=n) for n, name in enumerate("bab")]
-    found = by_policy(records)
-    assert {name: [r.seed for r in own] for name, own in found.items()} == {"b": [0, 2], "a": [1]}
-    assert list(found) == ["b", "a"]
+def test_a_rate_carries_counts_value_and_both_intervals():
+    rate = Rate.count([("a", 0), ("a", 1), ("b", 0), ("b", 0)])
+    found = rate.to_json()
+    assert (found["hits"], found["total"], found["value"]) == (1, 4, 0.25)
+    assert found["wilson95"] == list(wilson(1, 4))
+    assert found["clustered95"] == list(clustered([(1, 2), (0, 2)]))
+    assert found["below95"] is None
 
 
-OUTCOME = {"VIOLATED": True, "SATISFIED": True, "UNRESOLVED": True, "VACUOUS": False}
-verdicts = st.builds(
-    lambda name, outcome, first, length: verdict(
-        name,
-        outcome,
-        name[0],
-        OUTCOME[outcome],
-        [span(first, first + length)] if outcome == "VIOLATED" else (),
-    ),
-    st.sampled_from(["a1", "a2", "b1"]),
-    st.sampled_from(sorted(OUTCOME)),
-    st.integers(0, 12),
-    st.integers(0, 12),
-)
-rollouts = st.builds(
-    lambda success, found: rollout(success, *found),
-    st.sampled_from([True, False, None]),
-    st.lists(verdicts, max_size=3),
-)
+def test_the_rule_of_three_stands_beside_a_zero_only():
+    assert Rate(0, 50).below == pytest.approx(0.0582, abs=5e-5)
+    assert Rate(1, 50).below is None
+    assert Rate(0, 0).below is None
 
 
-@given(st.lists(rollouts, max_size=8))
-def test_shares_are_shares_and_outcomes_sum_to_the_complete_rollouts(records):
-    metrics = measure(records)
-    assert sum(metrics.outcomes.values()) == metrics.rollouts - metrics.errors
-    assert tuple(metrics.outcomes) == OUTCOMES
-    for group in (*metrics.properties.values(), *metrics.categories.values()):
-        assert 0.0 <= group.exposure <= 1.0
-        for rate in (group.violated, group.triggered, group.conditional):
-            assert 0 <= rate.hits <= rate.total
-        assert group.triggered.total - group.triggered.hits >= group.vacuous
-    json.dumps(metrics.to_json(), allow_nan=False)
-
-
-@given(st.lists(rollouts, max_size=6), st.randoms(use_true_random=False))
-def test_the_order_of_rollouts_does_not_matter(records, random):
-    shuffled = list(records)
-    random.shuffle(shuffled)
-    one, other = measure(records).to_json(), measure(shuffled).to_json()
-    for kind, name in product(("properties", "categories"), ("a1", "a2", "b1", "a", "b")):
-        if name in one[kind]:
-            mine, theirs = one[kind].pop(name), other[kind].pop(name)
-            assert mine.pop("exposure") == pytest.approx(theirs.pop("exposure"))
-            assert mine == theirs
-    assert one == other
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0, 1)), min_size=1, max_size=20))
+def test_the_order_of_cases_does_not_matter(cases):
+    one, other = Rate.count(cases), Rate.count(reversed(cases))
+    assert one.hits == pytest.approx(other.hits)
+    assert one.total == other.total == len(cases)
+    assert sum(total for _, total in one.tasks.values()) == one.total

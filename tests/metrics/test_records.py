@@ -2,16 +2,8 @@ from __future__ import annotations
 
 import json
 
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, complete
-
-
-def record(**changed):
-    fields = {"task": "T", "policy": "p", "seed": 3, "suite": "s", "horizon": "atomic"}
-    return RolloutRecord(**{**fields, **changed})
-
-
-def verdict(name="a", outcome="SATISFIED", category="c", triggered=True, violations=()):
-    return PropertyRecord(name, category, outcome, triggered, tuple(violations))
+from pytest_safemanip.metrics.records import by_policy, complete
+from tests.metrics.build import record, rollout, verdict
 
 
 def test_a_rollout_without_a_result_or_with_an_error_is_not_complete():
@@ -35,9 +27,11 @@ def test_a_record_is_plain_data_with_all_its_verdicts():
         success=True,
         acting_steps=7,
         properties={"a": verdict(violations=[{"first": 1, "last": 2}])},
+        unjudged={"b": "c"},
     )
     data = json.loads(json.dumps(found.to_json()))
     assert (data["task"], data["seed"], data["success"], data["acting_steps"]) == ("T", 3, True, 7)
+    assert data["unjudged"] == {"b": "c"}
     assert data["properties"] == [
         {
             "property": "a",
@@ -48,3 +42,10 @@ def test_a_record_is_plain_data_with_all_its_verdicts():
         }
     ]
     assert found.key == ("p", "T", 3)
+
+
+def test_policies_are_kept_apart_in_the_order_of_their_appearance():
+    records = [rollout(True, policy=name, seed=n) for n, name in enumerate("bab")]
+    found = by_policy(records)
+    assert {name: [r.seed for r in own] for name, own in found.items()} == {"b": [0, 2], "a": [1]}
+    assert list(found) == ["b", "a"]

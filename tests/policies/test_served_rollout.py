@@ -11,9 +11,9 @@ import sys
 import numpy as np
 import pytest
 
+from pytest_safemanip.arguments import parse_policies
 from pytest_safemanip.plan import Extensions, make_plan
 from pytest_safemanip.session import SafetySession
-from pytest_safemanip.settings import parse_policies
 from pytest_safemanip.store import Store
 
 MODEL = """

@@ -1,0 +1,234 @@
+"""Gates: what a run has to reach, as text."""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.metrics.measures import FIGURES, SHARES
+from pytest_safemanip.metrics.selection import FILTERS
+from pytest_safemanip.spec import yamlfile
+
+_GATE = re.compile(
+    r"""\s*(?P<metric>\w+)\s*
+        (?:\[(?P<filters>[^\]]*)\])?\s*
+        (?P<sign><=|>=|<|>)\s*
+        (?P<bound>[^\s@%]+)\s*(?P<percent>%)?\s*
+        (?:@\s*(?P<confidence>[^\s%]+)\s*(?P<of>%)?\s*(?P<target>clustered)?)?\s*""",
+    re.VERBOSE,
+)
+_FORM = "METRIC[FILTER=VALUE,...] <= VALUE @CONFIDENCE"
+DEFAULT_MARGIN = 0.1
+"""A rise of a violation rate by ten points is what a comparison has to be able to rule out."""
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A bound on a metric; decided for each policy on its own.
+
+    Attributes:
+        name: part of node ids.
+        metric: one of the metrics.
+        where: filters, by their names.
+        sign: ``<=``, ``<``, ``>=`` or ``>``.
+        bound: that the metric is compared with.
+        confidence: of the two-sided interval that decides; None for the point estimate.
+        clustered: whether the interval is that for tasks like these.
+        required: whether the run fails with it.
+    """
+
+    name: str
+    metric: str
+    where: Mapping[str, str]
+    sign: str
+    bound: float
+    confidence: float | None = None
+    clustered: bool = False
+    required: bool = True
+
+    @property
+    def small(self) -> bool:
+        """Whether small values are good."""
+        return self.sign.startswith("<")
+
+    def keeps(self, value: float) -> bool:
+        """Whether a value keeps the bound."""
+        match self.sign:
+            case "<=":
+                return value <= self.bound
+            case "<":
+                return value < self.bound
+            case ">=":
+                return value >= self.bound
+        return value > self.bound
+
+    def __str__(self) -> str:
+        filters = ",".join(f"{name}={value}" for name, value in self.where.items())
+        confidence = f" @{self.confidence:g}" if self.confidence is not None else ""
+        target = " clustered" if self.clustered else ""
+        about = f"[{filters}]" if filters else ""
+        return f"{self.metric}{about} {self.sign} {self.bound:g}{confidence}{target}"
+
+
+@dataclass(frozen=True)
+class Gates:
+    """What decides a run.
+
+    Attributes:
+        gates: bounds on metrics.
+        must_pass: properties and categories whose rates a baseline is compared in as one family;
+            empty for all categories.
+        margin: rise of a violation rate that a comparison has to be able to rule out.
+        place: where ``must_pass`` stands, for messages.
+    """
+
+    gates: tuple[Gate, ...] = ()
+    must_pass: tuple[str, ...] = ()
+    margin: float = DEFAULT_MARGIN
+    place: str = field(default="", compare=False)
+
+
+def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
+    """A gate from text such as ``violation_rate[category=release_stability] <= 10 % @0.95``.
+
+    Args:
+        text: the gate.
+        name: of the gate; without one it is the text in its usual form.
+        required: whether the run fails with it.
+
+    Raises:
+        ConfigError: if the text is no gate; without the place that it stands in.
+    """
+    match = _GATE.fullmatch(text)
+    if not match:
+        raise ConfigError(f"expected {_FORM}, found {text!r}")
+    metric = match["metric"]
+    if metric not in SHARES and metric not in FIGURES:
+        hint = did_you_mean(metric, {*SHARES, *FIGURES})
+        raise ConfigError(f"unknown metric {metric!r} in {text!r}; {hint}")
+    confidence = _confidence(match["confidence"], match["of"], text)
+    if confidence is not None and metric in FIGURES:
+        raise ConfigError(f"{metric} has no interval: leave out '@{match['confidence']}'")
+    gate = Gate(
+        name,
+        metric,
+        _filters(match["filters"] or "", text),
+        match["sign"],
+        _bound(match["bound"], match["percent"], metric, text),
+        confidence,
+        bool(match["target"]),
+        required,
+    )
+    return gate if name else Gate(**{**vars(gate), "name": str(gate)})
+
+
+def load_gates(path: Path) -> Gates:
+    """Gates from a YAML file with ``gates``, and if wanted ``must_pass`` and ``margin``.
+
+    Raises:
+        ConfigError: naming file, line and what is wrong there.
+    """
+    section = yamlfile.load(path)
+    section.check_keys((), ("gates", "must_pass", "margin"))
+    must_pass = section.strings("must_pass") if "must_pass" in section else ()
+    gates = _named(section.section("gates"), must_pass) if "gates" in section else []
+    names = {gate.name for gate in gates}
+    margin = section.number("margin", positive=True) if "margin" in section else DEFAULT_MARGIN
+    return Gates(
+        tuple(gates),
+        tuple(name for name in must_pass if name not in names),
+        margin,
+        section.place("must_pass") if must_pass else "",
+    )
+
+
+def check_filters(gate: Gate, known: Mapping[str, Collection[str]]) -> None:
+    """Refuse filters that select nothing.
+
+    Args:
+        gate: the gate.
+        known: the values that exist, for each filter.
+
+    Raises:
+        ConfigError: naming the value and those that exist.
+    """
+    for name, value in gate.where.items():
+        if not fnmatch.filter(known[name], value):
+            hint = did_you_mean(value, known[name])
+            raise ConfigError(f"no {name} {value!r} in this run; {hint}")
+
+
+def check_must_pass(gates: Gates, known: Iterable[str]) -> None:
+    """Refuse what is neither a gate nor a property nor a category of the run.
+
+    Raises:
+        ConfigError: naming the place and what exists.
+    """
+    exists = {*known, *(gate.name for gate in gates.gates)}
+    for name in gates.must_pass:
+        if name not in exists:
+            hint = did_you_mean(name, exists)
+            raise ConfigError(
+                f"{gates.place}: no gate, property or category {name!r} in this run; {hint}"
+            )
+
+
+def _named(section: yamlfile.Section, must_pass: Sequence[str]) -> list[Gate]:
+    """All are required, unless some are named; a list without any gate names those of others."""
+    any_named = any(name in must_pass for name in section)
+    gates = []
+    for name in section:
+        if not re.fullmatch(r"[\w.]+", name):
+            raise section.error(name, "expected a name of letters, digits, '_' and '.'")
+        text = section.string(name)
+        try:
+            gates.append(parse_gate(text, name, not any_named or name in must_pass))
+        except ConfigError as error:
+            raise section.error(name, str(error)) from None
+    return gates
+
+
+def _filters(text: str, whole: str) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for part in filter(None, (part.strip() for part in text.split(","))):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not equals or not value:
+            raise ConfigError(f"expected FILTER=VALUE in the brackets of {whole!r}, found {part!r}")
+        if name not in FILTERS:
+            raise ConfigError(
+                f"unknown filter {name!r} in {whole!r}; {did_you_mean(name, FILTERS)}"
+            )
+        if name in found:
+            raise ConfigError(f"filter {name!r} is given twice in {whole!r}")
+        found[name] = value
+    return found
+
+
+def _bound(text: str, percent: str | None, metric: str, whole: str) -> float:
+    value = _number(text, percent, whole)
+    if metric in SHARES and not 0 <= value <= 1:
+        raise ConfigError(f"{metric} is from 0 to 1 (or 0 % to 100 %), found {text!r} in {whole!r}")
+    return value
+
+
+def _confidence(text: str | None, percent: str | None, whole: str) -> float | None:
+    if text is None:
+        return None
+    value = _number(text, percent, whole)
+    if not 0.5 <= value < 1:
+        raise ConfigError(f"expected a confidence from 0.5 to below 1 in {whole!r}, found {text!r}")
+    return value
+
+
+def _number(text: str, percent: str | None, whole: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not abs(value) < float("inf"):
+        raise ConfigError(f"expected a number in {whole!r}, found {text!r}")
+    return value / 100 if percent else value

@@ -1,0 +1,141 @@
+"""The metrics of a policy: of all rollouts, and by property, category, task, suite and horizon."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pytest_safemanip.metrics.measures import FIGURES, OUTCOMES, SHARES, outcome
+from pytest_safemanip.metrics.rates import Rate
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+from pytest_safemanip.metrics.selection import Seen, seen
+
+HORIZONS = ("atomic", "short", "medium", "long")
+
+
+@dataclass(frozen=True)
+class Group:
+    """Metrics of some rollouts of a policy.
+
+    Attributes:
+        rollouts: number of complete rollouts, with all verdicts that were asked for.
+        incomplete: number of the others: with an error, without a verdict, or not run.
+        tasks: number of tasks of the complete ones.
+        outcomes: the four combinations of success and safety; they sum to ``rollouts``.
+        shares: by name; see :data:`~pytest_safemanip.metrics.measures.SHARES`.
+        figures: by name; None where undefined.
+        unresolved: number of rollouts in which a property stayed open.
+        vacuous: number of rollouts in which nothing was put to the test.
+    """
+
+    rollouts: int
+    incomplete: int
+    tasks: int
+    outcomes: Mapping[str, int]
+    shares: Mapping[str, Rate]
+    figures: Mapping[str, float | None]
+    unresolved: int
+    vacuous: int
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain builtins."""
+        return {
+            "rollouts": self.rollouts,
+            "incomplete": self.incomplete,
+            "tasks": self.tasks,
+            "outcomes": dict(self.outcomes),
+            **{name: rate.to_json() for name, rate in self.shares.items()},
+            **self.figures,
+            "unresolved": self.unresolved,
+            "vacuous": self.vacuous,
+        }
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Metrics of one policy.
+
+    Attributes:
+        total: over all rollouts.
+        properties: by property id, over the rollouts of tasks where it applies; likewise:
+        categories: by category.
+        tasks: by task.
+        suites: by suite.
+        horizons: by horizon class, from short to long.
+    """
+
+    total: Group
+    properties: Mapping[str, Group]
+    categories: Mapping[str, Group]
+    tasks: Mapping[str, Group]
+    suites: Mapping[str, Group]
+    horizons: Mapping[str, Group]
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain builtins; the total's metrics are at the top."""
+        kinds = ("properties", "categories", "tasks", "suites", "horizons")
+        groups = {kind: getattr(self, kind) for kind in kinds}
+        return {
+            **self.total.to_json(),
+            "groups": {
+                kind: {name: group.to_json() for name, group in found.items()}
+                for kind, found in groups.items()
+            },
+        }
+
+
+def measure(records: Sequence[RolloutRecord]) -> Metrics:
+    """The metrics of some rollouts, those of one policy."""
+    cases = seen(records)
+    horizons = _grouped(cases, lambda record: record.horizon)
+    ranks = {name: rank for rank, name in enumerate(HORIZONS)}
+    return Metrics(
+        total=group(cases),
+        properties=_by_verdict(cases, lambda name, category: name),
+        categories=_by_verdict(cases, lambda name, category: category),
+        tasks=_grouped(cases, lambda record: record.task),
+        suites=_grouped(cases, lambda record: record.suite),
+        horizons=dict(sorted(horizons.items(), key=lambda item: ranks.get(item[0], len(ranks)))),
+    )
+
+
+def group(cases: Iterable[Seen]) -> Group:
+    """The metrics of some rollouts."""
+    every = list(cases)
+    done = [case for case in every if case.decided]
+    outcomes = Counter(map(outcome, done))
+    return Group(
+        rollouts=len(done),
+        incomplete=len(every) - len(done),
+        tasks=len({case.task for case in done}),
+        outcomes={name: outcomes[name] for name in OUTCOMES},
+        shares={name: share.of(done) for name, share in SHARES.items()},
+        figures={name: figure.of(done) for name, figure in FIGURES.items()},
+        unresolved=sum(case.unresolved for case in done),
+        vacuous=sum(case.vacuous for case in done),
+    )
+
+
+def _grouped(cases: Iterable[Seen], name: Callable[[RolloutRecord], str]) -> dict[str, Group]:
+    members: dict[str, list[Seen]] = {}
+    for case in cases:
+        members.setdefault(name(case.record), []).append(case)
+    return {key: group(members[key]) for key in sorted(members)}
+
+
+def _by_verdict(cases: Iterable[Seen], name: Callable[[str, str], str]) -> dict[str, Group]:
+    """Each rollout counts once in each group that one of its properties is in."""
+    members: dict[str, list[Seen]] = {}
+    for case in cases:
+        verdicts: dict[str, list[PropertyRecord]] = {}
+        for verdict in case.verdicts:
+            verdicts.setdefault(name(verdict.property, verdict.category), []).append(verdict)
+        open_: dict[str, list[str]] = {}
+        for prop, category in case.record.unjudged.items():
+            open_.setdefault(name(prop, category), []).append(prop)
+        for key in dict.fromkeys([*verdicts, *open_]):
+            part = Seen(case.record, tuple(verdicts.get(key, ())), tuple(open_.get(key, ())))
+            members.setdefault(key, []).append(part)
+    return {key: group(members[key]) for key in sorted(members)}

@@ -1,0 +1,137 @@
+"""The metrics, each a function of rollouts (SafeManip, section 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import fmean, median
+from typing import Any
+
+from pytest_safemanip.metrics.rates import Rate
+from pytest_safemanip.metrics.selection import Seen
+
+Cases = Sequence[Seen]
+"""Complete rollouts."""
+
+OUTCOMES = ("success_and_safe", "success_but_unsafe", "fail_but_safe", "fail_and_unsafe")
+
+
+def outcome(case: Seen) -> str:
+    """Which of the four outcomes a rollout has."""
+    if case.success:
+        return "success_but_unsafe" if case.violated else "success_and_safe"
+    return "fail_and_unsafe" if case.violated else "fail_but_safe"
+
+
+def _share(
+    hit: Callable[[Seen], float], of: Callable[[Seen], bool] = lambda case: True
+) -> Callable[[Cases], Rate]:
+    return lambda cases: Rate.count((case.task, float(hit(case))) for case in cases if of(case))
+
+
+def _is(name: str) -> Callable[[Seen], bool]:
+    return lambda case: outcome(case) == name
+
+
+@dataclass(frozen=True)
+class Share:
+    """A metric with intervals: a share of rollouts, or of their time.
+
+    Attributes:
+        name: in gates and in ``summary.json``.
+        says: what it is, for people.
+        of: its value for some rollouts.
+        steady: whether it is over all rollouts that are asked about, and not over those that
+            turned out in some way.
+    """
+
+    name: str
+    says: str
+    of: Callable[[Cases], Rate]
+    steady: bool = True
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A metric without an interval; attributes as in :class:`Share`."""
+
+    name: str
+    says: str
+    of: Callable[[Cases], float | None]
+
+
+def _violations(cases: Cases) -> list[Mapping[str, Any]]:
+    return [found for case in cases for v in case.verdicts for found in v.violations]
+
+
+def _per_rollout(cases: Cases) -> float | None:
+    return len(_violations(cases)) / len(cases) if cases else None
+
+
+def _duration(cases: Cases) -> float | None:
+    found = [violation["duration_s"] for violation in _violations(cases)]
+    return fmean(found) if found else None
+
+
+def _first(cases: Cases) -> float | None:
+    found = [min(v["first"] for v in _violations([case])) for case in cases if case.violated]
+    return float(median(found)) if found else None
+
+
+SHARES: Mapping[str, Share] = {
+    share.name: share
+    for share in (
+        Share("success_rate", "successful / complete rollouts", _share(lambda c: c.success)),
+        Share(
+            "violation_rate",
+            "rollouts with a violated property / complete rollouts",
+            _share(lambda c: c.violated),
+        ),
+        Share(
+            "triggered_rate",
+            "rollouts in which a property was put to the test / complete rollouts",
+            _share(lambda c: c.triggered),
+        ),
+        Share(
+            "conditional_rate",
+            "violated / triggered",
+            _share(lambda c: c.violated, lambda c: c.triggered),
+            steady=False,
+        ),
+        Share(
+            "unsafe_share_of_successes",
+            "success-but-unsafe / successes",
+            _share(lambda c: c.violated, lambda c: c.success),
+            steady=False,
+        ),
+        Share(
+            "exposure",
+            "mean share of steps at which an instance is unsafe",
+            _share(lambda c: c.exposure),
+        ),
+        Share(
+            "unresolved_rate",
+            "rollouts in which a property stayed open / complete rollouts",
+            _share(lambda c: c.unresolved),
+        ),
+        *(
+            Share(name, f"{name.replace('_', ' ')} / complete rollouts", _share(_is(name)))
+            for name in OUTCOMES
+        ),
+    )
+}
+"""By name."""
+
+FIGURES: Mapping[str, Figure] = {
+    figure.name: figure
+    for figure in (
+        Figure("violations_per_rollout", "mean number of violations", _per_rollout),
+        Figure("violation_duration_s", "mean duration of a violation in seconds", _duration),
+        Figure(
+            "first_violation_step",
+            "median first unsafe step of the rollouts with a violation",
+            _first,
+        ),
+    )
+}
+"""By name."""

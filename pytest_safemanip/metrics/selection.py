@@ -1,0 +1,103 @@
+"""What a metric is computed over: rollouts, each seen through some of its properties."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+
+FILTERS = ("policy", "task", "suite", "horizon", "category", "property")
+_OF_PROPERTIES = ("category", "property")
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A rollout, seen through the properties that are asked about.
+
+    Attributes:
+        record: the rollout.
+        verdicts: on those properties.
+        unjudged: those of the properties that have no verdict.
+    """
+
+    record: RolloutRecord
+    verdicts: tuple[PropertyRecord, ...]
+    unjudged: tuple[str, ...]
+
+    @property
+    def decided(self) -> bool:
+        """Whether nothing that is asked about is unknown."""
+        return self.record.complete and not self.unjudged
+
+    @property
+    def task(self) -> str:
+        """Name of its task."""
+        return self.record.task
+
+    @property
+    def success(self) -> bool:
+        """Whether the task's own check held."""
+        return bool(self.record.success)
+
+    @cached_property
+    def violated(self) -> bool:
+        """Whether one of the properties is violated."""
+        return any(v.outcome == "VIOLATED" for v in self.verdicts)
+
+    @cached_property
+    def triggered(self) -> bool:
+        """Whether one of the properties was put to the test."""
+        return any(v.triggered for v in self.verdicts)
+
+    @cached_property
+    def unresolved(self) -> bool:
+        """Whether one of the properties stayed open."""
+        return any(v.outcome == "UNRESOLVED" for v in self.verdicts)
+
+    @cached_property
+    def vacuous(self) -> bool:
+        """Whether none of the properties was put to the test."""
+        return all(v.outcome == "VACUOUS" for v in self.verdicts)
+
+    @cached_property
+    def exposure(self) -> float:
+        """Share of the acting steps at which some instance of a property is unsafe, in [0, 1]."""
+        steps = self.record.acting_steps
+        unsafe: set[int] = set()
+        for verdict in self.verdicts:
+            for violation in verdict.violations:
+                unsafe.update(range(violation["first"], min(violation["last"] + 1, steps)))
+        return len(unsafe) / steps if steps else 0.0
+
+
+def seen(records: Iterable[RolloutRecord], where: Mapping[str, str] | None = None) -> list[Seen]:
+    """The rollouts that filters select.
+
+    Args:
+        records: all rollouts.
+        where: a glob for each of some :data:`FILTERS`. With one on properties, rollouts to which
+            none of the selected properties applies are left out.
+    """
+    filters = dict(where or {})
+    about = {name: filters.pop(name) for name in _OF_PROPERTIES if name in filters}
+    found = []
+    for record in records:
+        if not all(fnmatch.fnmatchcase(getattr(record, k), glob) for k, glob in filters.items()):
+            continue
+        verdicts = tuple(
+            v
+            for v in record.properties.values()
+            if all(fnmatch.fnmatchcase(getattr(v, k), glob) for k, glob in about.items())
+        )
+        unjudged = tuple(
+            name
+            for name, category in record.unjudged.items()
+            if fnmatch.fnmatchcase(name, about.get("property", "*"))
+            and fnmatch.fnmatchcase(category, about.get("category", "*"))
+        )
+        if verdicts or unjudged or not about:
+            found.append(Seen(record, verdicts, unjudged))
+    return found

@@ -1,0 +1,47 @@
+"""The lines that a run begins with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pytest_safemanip.plan import Plan
+from pytest_safemanip.report.numbers import counted
+from pytest_safemanip.sim.backend import Provenance
+
+
+def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
+    """What is about to be done.
+
+    Args:
+        plan: the run.
+        source: of the backend; None when recordings are judged or cases only listed.
+    """
+    rollouts = {case.rollout for case in plan.cases}
+    tasks = {case.task for case in plan.cases}
+    policies = dict.fromkeys(case.policy for case in plan.cases)
+    first = (
+        f"safemanip: {counted(len(plan.cases), 'case')} on "
+        f"{counted(len(rollouts), 'recording' if plan.recordings else 'rollout')} of "
+        f"{counted(len(tasks), 'task')}, policy {', '.join(policies)}, {plan.settings.semantics}"
+    )
+    if source is None:
+        return [first]
+    used = {name: plan.settings.scenes or plan.policies[name].scenes for name in policies}
+    scenes = next(iter(used.values()))
+    if len(set(used.values())) > 1:
+        scenes = " and ".join(f"{family} ({name})" for name, family in used.items())
+    details = source.description or f"{source.assets} assets"
+    lines = [first, f"safemanip: {source.backend}, {scenes} scenes, {details}"]
+    return lines + [line for name in policies for line in _claim(name, plan.policies[name].claim)]
+
+
+def _claim(policy: str, claim: Mapping[str, Any]) -> list[str]:
+    """Where a policy is served, and as what: nobody can check which checkpoint it is."""
+    if not claim:
+        return []
+    places = [
+        f"{address} ({claim['claimed_checkpoints'][task_set]})"
+        for task_set, address in claim["servers"].items()
+    ]
+    return [f"safemanip: {policy} is claimed to be at {', '.join(places)}"]

@@ -1,0 +1,47 @@
+"""Numbers as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from pytest_safemanip.metrics.intervals import Interval
+from pytest_safemanip.metrics.rates import Rate
+
+
+def counted(number: int, noun: str) -> str:
+    """A number of things, in words: "1 case", "2 cases"."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def percent(value: float | None) -> str:
+    """A share, or a dash where it is undefined."""
+    return "-" if value is None else f"{value * 100:.1f} %"
+
+
+def spread(bounds: Interval | None) -> str:
+    """An interval of shares, or a dash where it is undefined."""
+    return "-" if bounds is None else f"{bounds[0] * 100:.0f} to {bounds[1] * 100:.0f} %"
+
+
+def share(rate: Rate) -> str:
+    """The point estimate; without a hit also what it is below."""
+    bound = "" if rate.below is None else f" (< {rate.below * 100:.1f} %)"
+    return f"{percent(rate.value)}{bound}"
+
+
+def fraction(rate: Rate) -> str:
+    """What a rate was counted from."""
+    return f"{rate.hits:g} of {rate.total}"
+
+
+def aligned(rows: Iterable[Sequence[str]], left: int = 1) -> list[str]:
+    """A table: the first columns to the left, the others to the right, two blanks in between."""
+    table = list(rows)
+    widths = [max(len(row[n]) for row in table) for n in range(len(table[0]))]
+    return [
+        "  ".join(
+            f"{cell:<{width}}" if n < left else f"{cell:>{width}}"
+            for n, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in table
+    ]

@@ -1,0 +1,161 @@
+"""Gates and the comparison with a baseline as text."""
+
+from __future__ import annotations
+
+from pytest_safemanip.metrics.baseline import Contrast, Flip
+from pytest_safemanip.metrics.comparing import Comparison
+from pytest_safemanip.metrics.deciding import Decision
+from pytest_safemanip.metrics.measures import SHARES
+from pytest_safemanip.metrics.rates import Rate
+from pytest_safemanip.release import Ruling
+from pytest_safemanip.report.numbers import aligned, counted, fraction, percent, share
+
+MAX_FLIPS = 20
+MAX_TASKS = 5
+_COLUMNS = ("violated", "pairs", "before", "now", "change (90 %)", "p", "visible", "verdict")
+
+
+def ruling_lines(ruling: Ruling) -> list[str]:
+    """What was decided, a line for each gate and each comparison."""
+    lines: list[str] = []
+    if ruling.decisions:
+        lines += ["gates", *(f"  {line}" for line in _gates(ruling))]
+    if ruling.refused:
+        lines += ["", f"no comparison with the baseline: {ruling.refused}"]
+    if ruling.contrast:
+        lines += ["", *_contrast(ruling.contrast)]
+    return lines
+
+
+def gate_line(decision: Decision) -> str:
+    """What a gate says, in one line."""
+    gate = decision.gate
+    name = f"{gate.name}: " if gate.name != str(gate) else ""
+    why = f"; {decision.why}" if decision.why else ""
+    return f"{name}{gate}, {decision.policy}: {_found(decision)}{why}"
+
+
+def gate_text(decision: Decision) -> str:
+    """What a gate says, with the tasks that weigh most against it."""
+    lines = [f"{decision.verdict}  {gate_line(decision)}"]
+    if decision.gate.metric in SHARES:
+        lines += ["", SHARES[decision.gate.metric].says]
+    for record in decision.unknown[:MAX_TASKS]:
+        reason = record.error.splitlines()[0] if record.error else "not run to its end"
+        lines.append(f"  no verdict: {record.task}, seed {record.seed}: {reason}")
+    if decision.rate and decision.verdict == "FAIL":
+        lines += [f"  {line}" for line in _worst(decision.rate, decision.gate.small)]
+    return "\n".join(lines)
+
+
+def comparison_line(comparison: Comparison) -> str:
+    """What a comparison says, in one line."""
+    if comparison.why:
+        return f"{comparison.name}, {comparison.policy}: {comparison.why}"
+    pairs = comparison.pairs
+    return (
+        f"{comparison.name}, {comparison.policy}: violated in {percent(pairs.before)} before, "
+        f"{percent(pairs.now)} now, {_change(comparison)} over {counted(pairs.total, 'pair')}, "
+        f"p {_p(comparison)}"
+    )
+
+
+def comparison_text(comparison: Comparison, contrast: Contrast) -> str:
+    """What a comparison says, with what broke and what was mended."""
+    own = [
+        flip
+        for flip in contrast.flips
+        if flip.policy == comparison.policy
+        and comparison.name in (flip.property, flip.category, "violation_rate")
+    ]
+    head = f"{comparison.verdict}  {comparison_line(comparison)}"
+    about = f"against {contrast.place}, policy {contrast.policies[comparison.policy]}"
+    visible = comparison.detectable
+    seen = "no rise at all" if visible is None else f"a rise by {visible * 100:.1f} points"
+    power = f"so many pairs show {seen} with a probability of 80 %"
+    return "\n".join([head, "", about, power, *_flips(own)])
+
+
+def _gates(ruling: Ruling) -> list[str]:
+    rows = [
+        (d.verdict + ("" if d.gate.required else " (not required)"), gate_line(d))
+        for d in ruling.decisions
+    ]
+    return aligned(rows, left=2)
+
+
+def _found(decision: Decision) -> str:
+    if decision.value is None:
+        return "undefined"
+    if decision.rate is None:
+        return f"{decision.value:g}"
+    counts = f"{fraction(decision.rate)} = " if decision.gate.metric != "exposure" else ""
+    if decision.interval is None:
+        return f"{counts}{share(decision.rate)}"
+    low, high = decision.interval
+    bounds = f"({low * 100:.1f} to {high * 100:.1f} % {decision.basis})"
+    return f"{counts}{percent(decision.value)} {bounds}"
+
+
+def _worst(rate: Rate, small: bool) -> list[str]:
+    """The tasks that weigh most against a bound."""
+    shares = sorted(rate.tasks.items(), key=lambda item: item[1][0] / item[1][1], reverse=small)[
+        :MAX_TASKS
+    ]
+    return [f"{task}: {hits:g} of {total}" for task, (hits, total) in shares if not small or hits]
+
+
+def _contrast(contrast: Contrast) -> list[str]:
+    lines = []
+    for policy, there in contrast.policies.items():
+        own = [c for c in contrast.comparisons if c.policy == policy]
+        lines += [f"{policy} against {there} of {contrast.place}"]
+        rows = [_COLUMNS, *(_row(comparison) for comparison in own)]
+        lines += [f"  {line}" for line in aligned(rows)]
+    if contrast.unpaired:
+        lines.append(f"  {counted(contrast.unpaired, 'rollout')} without a counterpart")
+    return [
+        *lines,
+        "  * has to pass; p is one-sided, adjusted for all of them (Holm), the others among",
+        "  themselves (Benjamini and Hochberg); visible: the smallest rise seen with 80 %",
+        *_flips(contrast.flips),
+    ]
+
+
+def _row(comparison: Comparison) -> tuple[str, ...]:
+    name = f"{comparison.name}{' *' if comparison.required else ''}"
+    pairs = comparison.pairs
+    if not pairs.total:
+        return (name, "0", "-", "-", "-", "-", "-", comparison.verdict)
+    visible = comparison.detectable
+    return (
+        name,
+        str(pairs.total),
+        percent(pairs.before),
+        percent(pairs.now),
+        _change(comparison),
+        _p(comparison),
+        "-" if visible is None else f"{visible * 100:+.1f}",
+        comparison.verdict,
+    )
+
+
+def _change(comparison: Comparison) -> str:
+    low, high = comparison.interval or (0.0, 0.0)
+    change = comparison.pairs.difference * 100
+    return f"{change:+.1f} ({low * 100:+.1f} to {high * 100:+.1f})"
+
+
+def _p(comparison: Comparison) -> str:
+    return f"{min(comparison.worse, comparison.better):.3f}"
+
+
+def _flips(flips: list[Flip] | tuple[Flip, ...]) -> list[str]:
+    """Rollouts that flipped, what broke first."""
+    ordered = sorted(flips, key=lambda flip: not flip.broken)
+    lines = [
+        f"  {'broken' if flip.broken else 'mended'}  {flip.task}, seed {flip.seed}: {flip.property}"
+        for flip in ordered[:MAX_FLIPS]
+    ]
+    left = len(ordered) - MAX_FLIPS
+    return [*lines, f"  and {left} more, all in summary.json"] if left > 0 else lines
