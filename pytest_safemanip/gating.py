@@ -12,7 +12,7 @@ from pytest_safemanip.cases import SUITE
 from pytest_safemanip.metrics.comparing import Comparison
 from pytest_safemanip.metrics.deciding import Decision
 from pytest_safemanip.plan import Plan
-from pytest_safemanip.release import Release, Ruling
+from pytest_safemanip.release import OPEN, Release, Ruling
 from pytest_safemanip.report import failure
 from pytest_safemanip.report.document import as_summary
 from pytest_safemanip.report.junit import Pairs, comparison_properties, gate_properties
@@ -25,7 +25,6 @@ from pytest_safemanip.report.rulings import (
 )
 
 PREFIXES = (f"{SUITE}::gate[", f"{SUITE}::baseline")
-_OPEN = ("INCONCLUSIVE", "UNDERPOWERED")
 
 
 class Gating:
@@ -116,7 +115,7 @@ class Gating:
         if not required:
             report.outcome, report.wasxfail = "skipped", f"not required: {reason}"
             report.longrepr = (SUITE, 0, reason)
-        elif verdict in _OPEN and self._plan.settings.inconclusive == "skip":
+        elif verdict in OPEN and self._plan.settings.inconclusive == "skip":
             report.outcome, report.longrepr = "skipped", (SUITE, 0, f"Skipped: {reason}")
         else:
             report.outcome = "failed"

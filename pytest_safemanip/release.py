@@ -16,6 +16,9 @@ from pytest_safemanip.metrics.records import by_policy
 from pytest_safemanip.metrics.summaries import Summary, check_alike, read
 from pytest_safemanip.metrics.until import decide_early
 
+OPEN = ("INCONCLUSIVE", "UNDERPOWERED")
+"""Verdicts of what too few rollouts were run for."""
+
 
 @dataclass(frozen=True)
 class Ruling:
@@ -30,6 +33,21 @@ class Ruling:
     decisions: tuple[Decision, ...] = ()
     contrast: Contrast | None = None
     refused: str = ""
+
+    def failures(self, inconclusive: bool = True) -> list[str]:
+        """Names of what fails the run.
+
+        Args:
+            inconclusive: whether what too few rollouts were run for is among them.
+        """
+        good = {"PASS", "HELD", "IMPROVED"} | (set() if inconclusive else set(OPEN))
+        verdicts: list[tuple[str, str]] = [
+            (d.name, d.verdict) for d in self.decisions if d.gate.required
+        ]
+        if self.contrast:
+            verdicts += [(c.case, c.verdict) for c in self.contrast.comparisons if c.required]
+        found = [name for name, verdict in verdicts if verdict not in good]
+        return [*found, *(["baseline"] if self.refused else [])]
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins."""

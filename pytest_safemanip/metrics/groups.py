@@ -20,10 +20,11 @@ class Group:
     """Metrics of some rollouts of a policy.
 
     Attributes:
-        rollouts: number of complete rollouts, with all verdicts that were asked for.
-        incomplete: number of the others: with an error, without a verdict, or not run.
+        rollouts: number of rollouts that were asked for.
+        complete: number of those with all verdicts that were asked for.
+        errors: number of those that failed for another reason than the policy's doing.
         tasks: number of tasks of the complete ones.
-        outcomes: the four combinations of success and safety; they sum to ``rollouts``.
+        outcomes: the four combinations of success and safety; they sum to ``complete``.
         shares: by name; see :data:`~pytest_safemanip.metrics.measures.SHARES`.
         figures: by name; None where undefined.
         unresolved: number of rollouts in which a property stayed open.
@@ -31,7 +32,8 @@ class Group:
     """
 
     rollouts: int
-    incomplete: int
+    complete: int
+    errors: int
     tasks: int
     outcomes: Mapping[str, int]
     shares: Mapping[str, Rate]
@@ -43,7 +45,8 @@ class Group:
         """Plain builtins."""
         return {
             "rollouts": self.rollouts,
-            "incomplete": self.incomplete,
+            "complete": self.complete,
+            "errors": self.errors,
             "tasks": self.tasks,
             "outcomes": dict(self.outcomes),
             **{name: rate.to_json() for name, rate in self.shares.items()},
@@ -107,8 +110,9 @@ def group(cases: Iterable[Seen]) -> Group:
     done = [case for case in every if case.decided]
     outcomes = Counter(map(outcome, done))
     return Group(
-        rollouts=len(done),
-        incomplete=len(every) - len(done),
+        rollouts=len(every),
+        complete=len(done),
+        errors=sum(bool(case.record.error) for case in every),
         tasks=len({case.task for case in done}),
         outcomes={name: outcomes[name] for name in OUTCOMES},
         shares={name: share.of(done) for name, share in SHARES.items()},

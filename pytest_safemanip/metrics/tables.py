@@ -25,7 +25,7 @@ def tables(metrics: Mapping[str, Metrics]) -> dict[str, list[Row]]:
                 "success_rate": _value(found.total, "success_rate"),
                 "violation_rate": _value(found.total, "violation_rate"),
                 "outcomes": {
-                    name: count / found.total.rollouts if found.total.rollouts else None
+                    name: count / found.total.complete if found.total.complete else None
                     for name, count in found.total.outcomes.items()
                 },
             }

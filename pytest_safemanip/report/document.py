@@ -63,6 +63,19 @@ def findings(records: Sequence[RolloutRecord], folder: Path) -> dict[str, Any]:
     }
 
 
+def merged(found: Summary, folder: Path) -> dict[str, Any]:
+    """The document of several runs; it can be read, and merged, like that of one."""
+    chosen = ("semantics", "stop", "horizon_scale")
+    return {
+        **head(),
+        "merged": list(found.places),
+        "settings": {name: found.decisive.get(name) for name in chosen},
+        "hashes": {k: v for k, v in found.decisive.items() if k not in chosen},
+        "provenance": [dict(origin) for origin in found.origins],
+        **findings(found.records, folder),
+    }
+
+
 def as_summary(plan: Plan, results: Results) -> Summary:
     """The run as metrics see it, without the way through a file."""
     return Summary(("this run",), tuple(results.records), decisive(plan), tuple(results.provenance))

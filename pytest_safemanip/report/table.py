@@ -40,16 +40,16 @@ def summary_lines(records: Sequence[RolloutRecord]) -> list[str]:
         metrics[policy] = measure(own)
         lines += [*_policy_lines(policy, metrics[policy], own), ""]
     lines += question_lines(metrics)
-    if any(found.total.rollouts for found in metrics.values()):
+    if any(found.total.complete for found in metrics.values()):
         return [*lines, *LEGEND]
     return lines[:-1]
 
 
 def _policy_lines(policy: str, metrics: Metrics, records: Sequence[RolloutRecord]) -> list[str]:
     total = metrics.total
-    about = f" of {counted(total.tasks, 'task')}" if total.rollouts else ""
-    lines = [f"{policy}: {counted(total.rollouts, 'complete rollout')}{about}{_others(records)}"]
-    if not total.rollouts:
+    about = f" of {counted(total.tasks, 'task')}" if total.complete else ""
+    lines = [f"{policy}: {counted(total.complete, 'complete rollout')}{about}{_others(records)}"]
+    if not total.complete:
         return lines
     outcomes = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in total.outcomes.items())
     return [

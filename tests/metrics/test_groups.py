@@ -23,7 +23,7 @@ FOUR = [
 
 def test_the_four_outcomes_are_counted_over_complete_rollouts_only():
     total = measure(FOUR).total
-    assert (total.rollouts, total.incomplete, total.tasks) == (4, 1, 1)
+    assert (total.rollouts, total.complete, total.errors, total.tasks) == (5, 4, 1, 1)
     assert total.outcomes == {
         "success_and_safe": 1,
         "success_but_unsafe": 1,
@@ -138,9 +138,10 @@ def test_what_has_no_verdict_counts_in_no_rate():
     metrics = measure([rollout(True, bad("a"), bad("b", category="d")), half])
     assert metrics.properties["a"].shares["violation_rate"] == Rate(1, 2)
     assert metrics.properties["b"].shares["violation_rate"] == Rate(1, 1)
-    assert (metrics.properties["b"].rollouts, metrics.properties["b"].incomplete) == (1, 1)
+    assert (metrics.properties["b"].rollouts, metrics.properties["b"].complete) == (2, 1)
     assert metrics.total.shares["violation_rate"] == Rate(1, 1)
-    assert measure([record(unjudged={"b": "d"})]).categories["d"].incomplete == 1
+    none = measure([record(unjudged={"b": "d"})]).categories["d"]
+    assert (none.rollouts, none.complete, none.errors) == (1, 0, 0)
 
 
 OUTCOME = {"VIOLATED": True, "SATISFIED": True, "UNRESOLVED": True, "VACUOUS": False}
@@ -173,14 +174,14 @@ def test_shares_are_shares_and_outcomes_sum_to_the_complete_rollouts(records):
         groups += getattr(metrics, kind).values()
     for group in groups:
         assert tuple(group.outcomes) == OUTCOMES
-        assert sum(group.outcomes.values()) == group.rollouts
+        assert sum(group.outcomes.values()) == group.complete
         for rate in group.shares.values():
             assert 0 <= rate.hits <= rate.total
             if rate.value is not None:
                 assert 0.0 <= rate.value <= 1.0
                 low, high = rate.interval()
                 assert low <= rate.value <= high
-    assert metrics.total.rollouts + metrics.total.incomplete == len(records)
+    assert metrics.total.rollouts == len(records)
     json.dumps(metrics.to_json(), allow_nan=False)
 
 

@@ -162,7 +162,10 @@ def test_looking_after_every_rollout_misses_no_more_often_than_promised():
         hits = (random.random((1000, 200)) < rate).cumsum(axis=1)
         totals = np.arange(1, 201)
         ever = [
-            any(evidence(int(h), int(n), rate) > np.log(20) for h, n in zip(row, totals, strict=True))
+            any(
+                evidence(int(h), int(n), rate) > np.log(20)
+                for h, n in zip(row, totals, strict=True)
+            )
             for row in hits
         ]
         assert np.mean(ever) <= 0.05

@@ -80,7 +80,7 @@ def test_metrics_over_a_number_that_depends_on_the_outcome_are_refused():
         if share.steady:
             check_gate(gate)
         else:
-            with pytest.raises(ConfigError, match="cannot be decided early.*violation_rate"):
+            with pytest.raises(ConfigError, match=r"cannot be decided early.*violation_rate"):
                 check_gate(gate)
     with pytest.raises(ConfigError, match="cannot be decided early"):
         check_gate(parse_gate("violations_per_rollout <= 1"))

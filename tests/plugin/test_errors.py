@@ -97,7 +97,7 @@ def test_errors_for_the_rollout_that_failed_and_for_no_other(failing: Suite) -> 
             "the simulator broke at step 3",
             "*ERROR at setup of Reach / fails / stays_near / seed 2*",
             "the policy failed at step 3: ValueError: the network exploded",
-            "fails: 2 complete rollouts, 2 with errors",
+            "fails: 2 complete rollouts of 1 task, 2 with errors",
         ]
     )
     # The policy's traceback is shown, this package's and pytest's are not.

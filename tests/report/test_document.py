@@ -6,6 +6,9 @@ import json
 import pytest
 
 from pytest_safemanip.ltlf import parse
+from pytest_safemanip.metrics.groups import measure
+from pytest_safemanip.metrics.merging import merge
+from pytest_safemanip.metrics.summaries import read
 from pytest_safemanip.report import document
 from pytest_safemanip.report.results import Results, error_data, judged_data
 from tests import toy
@@ -16,7 +19,7 @@ from tests.report.conftest import finding, verdict
 def run(make):
     """Two rollouts: one with a violation, one with an error; one case was not run."""
     plan = make(seeds=(0, 1), properties=("grasp_stability", "action_onset"))
-    results = Results(plan.tasks)
+    results = Results(plan.tasks, plan.properties)
     results.expect(plan.cases)
     first, second, failed = plan.cases[:3]
     path = plan.settings.out / "recordings" / "one.rollout"
@@ -39,12 +42,14 @@ def test_the_document_says_what_was_found_and_what_decided_it(run):
         "cases",
         "rollouts",
         "metrics",
+        "tables",
     }
     assert found["schema"] == 1
     assert found["cases"] == {
         "expected": 4,
         "missing": [plan.cases[3].node_id],
         "errors": {plan.cases[2].node_id: "the simulator died"},
+        "saved_rollouts": 0,
     }
     assert {"pytest-safemanip", "pytest", "numpy", "python"} <= set(found["versions"])
     assert found["settings"]["seeds"] == [0, 1]
@@ -53,7 +58,7 @@ def test_the_document_says_what_was_found_and_what_decided_it(run):
     assert set(found["hashes"]["properties"]) == {"grasp_stability", "action_onset"}
     assert set(found["hashes"]["tasks"]) == {plan.cases[0].task}
     metrics = found["metrics"]["hold"]
-    assert (metrics["rollouts"], metrics["errors"]) == (2, 1)
+    assert (metrics["rollouts"], metrics["complete"], metrics["errors"]) == (2, 1, 1)
     assert metrics["violation_rate"]["value"] == 1.0
     assert metrics["unsafe_share_of_successes"]["value"] is None
 
@@ -111,7 +116,9 @@ def test_the_hash_of_a_property_changes_with_what_decides_a_verdict(make, change
     other = dataclasses.replace(plan.properties["grasp_stability"], **changed)
     changed_plan = dataclasses.replace(plan, properties={**plan.properties, other.id: other})
     one, two = (
-        document.summary(p, Results(p.tasks))["hashes"]["properties"]["grasp_stability"]
+        document.summary(p, Results(p.tasks, p.properties))["hashes"]["properties"][
+            "grasp_stability"
+        ]
         for p in (plan, changed_plan)
     )
     assert (one != two) == decides
@@ -119,5 +126,41 @@ def test_the_hash_of_a_property_changes_with_what_decides_a_verdict(make, change
 
 def test_a_changed_parameter_is_in_the_document(make):
     plan = make(params={"settled.speed": 0.5})
-    found = document.summary(plan, Results(plan.tasks))
+    found = document.summary(plan, Results(plan.tasks, plan.properties))
     assert found["hashes"]["parameters"]["settled.speed"] == 0.5
+
+
+def test_the_tables_have_a_row_for_each_question(run):
+    plan, results = run
+    tables = document.summary(plan, results)["tables"]
+    assert tables["rq1"][0]["policy"] == "hold"
+    assert tables["rq1"][0]["violation_rate"] == 1.0
+    assert sum(tables["rq1"][0]["outcomes"].values()) == 1.0
+    assert [(row["category"], row["tasks"]) for row in tables["rq2"]] == [
+        ("action_onset", 1),
+        ("grasp_stability", 1),
+    ]
+    for kind in ("horizon", "suite"):
+        (row,) = tables[f"rq3_{kind}"]
+        assert row["policies"]["hold"] == {"violation_rate": 1.0, "unsafe_share_of_successes": None}
+
+
+def test_a_written_summary_is_read_as_it_was(run, tmp_path):
+    plan, results = run
+    document.write(document.summary(plan, results), tmp_path / "summary.json")
+    found = read(tmp_path)
+    known = document.as_summary(plan, results)
+    assert found.decisive == known.decisive
+    assert [r.key for r in found.records] == [r.key for r in known.records]
+    assert [measure([r]) for r in found.records] == [measure([r]) for r in known.records]
+
+
+def test_a_merged_summary_is_a_summary(run, tmp_path):
+    plan, results = run
+    document.write(document.summary(plan, results), tmp_path / "summary.json")
+    one = merge([read(tmp_path)])
+    document.write(document.merged(one, tmp_path), tmp_path / "merged.json")
+    again = read(tmp_path / "merged.json")
+    assert again.decisive == one.decisive
+    assert again.records == one.records
+    assert merge([again, read(tmp_path)]).records == one.records

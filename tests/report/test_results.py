@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_safemanip.report.results import Results, error_data, judged_data
+from pytest_safemanip.report.results import Results, error_data, judged_data, saved_data
 from tests import toy
 from tests.report.conftest import finding, verdict
 
@@ -33,15 +33,17 @@ def test_a_rollout_collects_the_verdicts_of_its_cases_in_any_order(plan):
     own = [case for case in plan.cases if case.seed == 0][:3]
     expected = None
     for order in itertools.permutations(own):
-        results = Results(plan.tasks)
+        results = Results(plan.tasks, plan.properties)
         results.expect(plan.cases)
         for case in order:
             outcome = ("VIOLATED", finding()) if case == own[0] else ("VACUOUS",)
             results.add(data(plan, case, *outcome))
-        (record,) = results.records
+        record, other = results.records
         assert record.key == ("hold", own[0].task, 0)
         assert record.violated
         assert (record.success, record.acting_steps, record.recording) == (False, 6, str(PATH))
+        assert not other.complete
+        assert set(other.unjudged) == {c.property_id for c in plan.cases if c.seed == 1}
         found = {name: p.outcome for name, p in record.properties.items()}
         assert expected in (None, found)
         expected = found
@@ -50,7 +52,7 @@ def test_a_rollout_collects_the_verdicts_of_its_cases_in_any_order(plan):
 def test_a_case_with_an_error_makes_its_rollout_incomplete_whichever_comes_first(plan):
     good, bad = plan.cases[:2]
     for order in ((good, bad), (bad, good)):
-        results = Results(plan.tasks)
+        results = Results(plan.tasks, plan.properties)
         for case in order:
             results.add(error_data(case, "died") if case == bad else data(plan, case))
         assert not results.records[0].complete
@@ -59,7 +61,7 @@ def test_a_case_with_an_error_makes_its_rollout_incomplete_whichever_comes_first
 
 
 def test_records_are_in_the_order_of_the_plan_and_unseen_cases_are_missing(plan):
-    results = Results(plan.tasks)
+    results = Results(plan.tasks, plan.properties)
     results.expect(plan.cases)
     results.expect(plan.cases)
     last, first = plan.cases[-1], plan.cases[0]
@@ -71,7 +73,7 @@ def test_records_are_in_the_order_of_the_plan_and_unseen_cases_are_missing(plan)
 
 
 def test_origins_are_kept_once_and_without_what_is_of_one_rollout_only(plan):
-    results = Results(plan.tasks)
+    results = Results(plan.tasks, plan.properties)
     episodes = [
         toy.episode(seed=n, hashes={"key": str(n), "start": str(n), "policy": "p", "backend": "b"})
         for n in range(2)
@@ -83,3 +85,15 @@ def test_origins_are_kept_once_and_without_what_is_of_one_rollout_only(plan):
         results.add(data(plan, case, recording=toy.recording(about=about)))
     assert [origin["assets"] for origin in results.provenance] == ["primitive", "official"]
     assert results.provenance[0]["hashes"] == {"backend": "b"}
+
+
+def test_saved_rollouts_are_neither_missing_nor_incomplete(plan):
+    results = Results(plan.tasks, plan.properties)
+    results.expect(plan.cases)
+    for case in plan.cases:
+        results.add(data(plan, case) if case.seed == 0 else saved_data(case))
+    assert [record.seed for record in results.records] == [0]
+    assert results.records[0].complete
+    assert not results.records[0].unjudged
+    assert len(results.saved) == 1
+    assert not results.missing

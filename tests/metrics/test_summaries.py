@@ -1,0 +1,235 @@
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.metrics.merging import merge
+from pytest_safemanip.metrics.summaries import SCHEMA, Summary, differences, read
+from tests.metrics.build import bad, rollout, rollouts, verdict
+
+ORIGIN = {"backend": "toy", "versions": {"mujoco": "3.9.0"}, "hashes": {"assets": "1"}}
+DECISIVE = {"semantics": "timed", "parameters.settled.speed": 0.02, "properties.a": "123"}
+
+
+def summary(records, place="one", origins=(ORIGIN,), **decisive):
+    return Summary((place,), tuple(records), {**DECISIVE, **decisive}, tuple(origins))
+
+
+def document(records):
+    return {
+        "schema": SCHEMA,
+        "settings": {"semantics": "timed", "stop": "success", "horizon_scale": 1.0},
+        "hashes": {"parameters": {"settled.speed": 0.02}, "properties": {"a": "123"}},
+        "provenance": [ORIGIN],
+        "rollouts": [record.to_json() for record in records],
+    }
+
+
+def written(tmp_path, found, name="summary.json"):
+    path = tmp_path / name
+    path.write_text(json.dumps(found))
+    return path
+
+
+RECORDS = [
+    rollout(True, bad("a", (2, 3)), verdict("b"), provenance=0, recording="r", seed=0),
+    rollout(False, verdict("a"), unjudged={"b": "d"}, served={"protocol": "openpi"}, seed=1),
+    *rollouts("e-", first=2),
+]
+
+
+def test_what_was_written_is_read(tmp_path):
+    path = written(tmp_path, document(RECORDS))
+    for place in (tmp_path, path):
+        found = read(place)
+        assert list(found.records) == RECORDS
+        assert found.origins == (ORIGIN,)
+        assert found.place == str(path)
+        assert found.decisive["parameters.settled.speed"] == 0.02
+        assert found.decisive["semantics"] == "timed"
+
+
+def broken(change):
+    found = document(RECORDS)
+    change(found, found["rollouts"][0], found["rollouts"][0]["properties"][0])
+    return found
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda d, r, p: d.update(schema=2), "schema 2, this version reads 1"),
+        (lambda d, r, p: d.pop("schema"), "schema: expected a number, found None"),
+        (lambda d, r, p: d.update(rollouts={}), "rollouts: expected a list, found {}"),
+        (lambda d, r, p: d.update(rollouts=[3]), "rollouts[0]: expected a mapping, found 3"),
+        (lambda d, r, p: r.update(task=""), "rollouts[0]: task: expected text, found ''"),
+        (lambda d, r, p: r.update(seed=-1), "rollouts[0]: seed: expected a whole number"),
+        (lambda d, r, p: r.update(seed=True), "rollouts[0]: seed: expected a whole number"),
+        (lambda d, r, p: r.update(success=1.5), "success: expected true, false or null"),
+        (lambda d, r, p: r.update(provenance=1), "provenance: expected an index below 1"),
+        (lambda d, r, p: r.update(served=[]), "served: expected a mapping"),
+        (lambda d, r, p: p.update(outcome="SAFE"), "outcome: expected one of VIOLATED"),
+        (lambda d, r, p: p.update(triggered="yes"), "triggered: expected true or false"),
+        (lambda d, r, p: p["violations"][0].update(last=1), "last: expected a step from 2 on"),
+        (lambda d, r, p: p["violations"][0].update(duration_s=-1), "expected a number from 0"),
+        (lambda d, r, p: p["violations"][0].update(entities=[1]), "expected a list of texts"),
+        (lambda d, r, p: d["rollouts"].append(r), "two rollouts with the same policy, task and"),
+    ],
+)
+def test_what_is_broken_is_refused_with_its_place(tmp_path, change, message):
+    with pytest.raises(ConfigError) as caught:
+        read(written(tmp_path, broken(change)))
+    assert str(tmp_path / "summary.json") in str(caught.value)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "not a summary"),
+        ("[1, 2]", "expected a mapping"),
+        ('{"schema": NaN}', "NaN is no JSON"),
+        ("[" * 100_000, "not a summary"),
+        ("\xff", "not a summary"),
+    ],
+)
+def test_a_file_that_is_no_summary_is_refused(tmp_path, text, message):
+    path = tmp_path / "summary.json"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(ConfigError, match=message):
+        read(path)
+
+
+def test_a_folder_without_a_summary_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match=r"there is no summary\.json; name the folder of a run"):
+        read(tmp_path)
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner),
+    max_leaves=5,
+)
+
+
+@given(st.data())
+def test_any_value_anywhere_is_read_or_refused(tmp_path_factory, data):
+    found = document(RECORDS)
+    place = data.draw(st.sampled_from([found, found["rollouts"][0]]))
+    place = data.draw(st.sampled_from([place, found["rollouts"][0]["properties"][0]]))
+    place[data.draw(st.sampled_from(sorted(place)))] = data.draw(json_values)
+    path = written(tmp_path_factory.getbasetemp(), found, "any.json")
+    try:
+        found = read(path)
+    except ConfigError as error:
+        found = error
+    assert isinstance(found, Summary) or "any.json" in str(found)
+
+
+def test_rollouts_of_several_runs_count_once():
+    one = summary(rollouts("x..", task="A"), "one")
+    two = summary([*rollouts("x", task="A"), *rollouts("..", task="B")], "two")
+    found = merge([one, two])
+    assert len(found.records) == 5
+    assert found.places == ("one", "two")
+    assert {record.task for record in found.records} == {"A", "B"}
+
+
+def test_properties_that_were_judged_apart_come_together():
+    one = rollout(True, verdict("a"), unjudged={"b": "d"})
+    two = rollout(True, bad("b", category="d"), unjudged={"a": "c"})
+    (found,) = merge([summary([one]), summary([two], "two")]).records
+    assert set(found.properties) == {"a", "b"}
+    assert not found.unjudged
+    assert found.violated
+
+
+def test_what_was_done_elsewhere_is_no_longer_missing():
+    for hole in "e-":
+        found = merge([summary(rollouts(hole)), summary(rollouts("."), "two")])
+        assert [record.complete for record in found.records] == [True]
+    found = merge([summary(rollouts("-")), summary(rollouts("e"), "two")])
+    assert [record.error for record in found.records] == ["the server is gone"]
+
+
+def test_two_runs_of_one_rollout_are_not_one():
+    one, two = summary(rollouts("x")), summary(rollouts("."), "two")
+    with pytest.raises(ConfigError, match="one and two differ on a in the rollout of T, policy p"):
+        merge([one, two])
+    longer = [dataclasses.replace(record, acting_steps=11) for record in one.records]
+    with pytest.raises(ConfigError, match="two runs of it cannot count as one"):
+        merge([one, summary(longer, "two")])
+
+
+def test_runs_that_were_decided_in_different_ways_are_refused_with_the_difference():
+    for name, value in (
+        ("semantics", "paper"),
+        ("parameters.settled.speed", 0.05),
+        ("parameters.new", 1.0),
+        ("properties.a", "456"),
+    ):
+        with pytest.raises(ConfigError, match=rf"{name} is .* and {value}.*--safemanip-recordings"):
+            merge([summary([]), summary([], "two", **{name: value})])
+    # A property that one of them has only decides nothing about the other.
+    found = merge([summary([]), summary([], "two", **{"properties.b": "1"})])
+    assert found.decisive["properties.b"] == "1"
+    with pytest.raises(ConfigError, match=r"properties\.b is 1 and 2"):
+        merge(
+            [
+                summary([]),
+                summary([], "2", **{"properties.b": "1"}),
+                summary([], "3", **{"properties.b": "2"}),
+            ]
+        )
+
+
+def test_few_of_many_differences_are_shown():
+    one = {f"p{n}": n for n in range(9)}
+    found = differences(one, dict.fromkeys(one, -1))
+    assert len(found) == 6
+    assert found[-1] == "and 4 more"
+
+
+verdicts = st.dictionaries(st.sampled_from("ab"), st.booleans(), max_size=2)
+HIDDEN = {(seed, name): (seed * 7 + ord(name)) % 3 == 0 for seed in range(4) for name in "ab"}
+"""What would be found out about each rollout by whoever runs it."""
+
+
+@st.composite
+def shards(draw):
+    """A run of some rollouts, some of which fail, of some properties of each."""
+    records = []
+    for seed in draw(st.sets(st.integers(0, 3))):
+        done = draw(st.sets(st.sampled_from("ab")))
+        if draw(st.booleans()):
+            records += rollouts(draw(st.sampled_from("e-")), first=seed)
+            continue
+        found = [bad(n) if HIDDEN[seed, n] else verdict(n) for n in sorted(done)]
+        left = dict.fromkeys(sorted(set("ab") - done), "c")
+        path = draw(st.sampled_from(["here", "there"]))
+        record = rollout(True, *found, seed=seed, unjudged=left, provenance=0, recording=path)
+        records.append(record)
+    origin = {**ORIGIN, "scenes": draw(st.sampled_from(["compact"]))}
+    return summary(records, draw(st.sampled_from(["one", "two", "three"])), [origin])
+
+
+@given(st.lists(shards(), min_size=1, max_size=3))
+def test_the_order_of_runs_does_not_matter(found):
+    wanted = merge(found)
+    for order in itertools.permutations(found):
+        assert merge(order) == wanted
+
+
+@given(st.lists(shards(), min_size=1, max_size=3))
+def test_merging_again_changes_nothing(found):
+    wanted = merge(found)
+    assert merge([*found, *found]) == wanted
+    assert merge([wanted]) == wanted
+    assert merge([wanted, found[0]]) == wanted
+    assert merge([merge(found[:1]), *found[1:]]) == wanted

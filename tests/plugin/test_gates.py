@@ -1,0 +1,312 @@
+"""Gates, comparisons and early stopping as a user of pytest meets them."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+from tests.plugin.conftest import Suite
+from tests.plugin.toyfolder import set_up
+
+STRAYS = """
+class Strays:
+    '''Leaves its place in some episodes; dies, or raises, where it is told to.'''
+
+    strays, fails, dies = (), (), ()
+    fingerprint = "1"
+
+    def __init__(self, **told):
+        vars(self).update(told)
+
+    def reset(self, episode):
+        self.seed = episode.seed
+        with open("resets.txt", "a") as log:
+            log.write(f"{episode.seed}\\n")
+
+    def act(self, observation):
+        if self.seed in self.dies:
+            import os
+            os._exit(1)
+        if self.seed in self.fails:
+            raise ValueError("lost")
+        return np.array([0, 0, 0.5 * (self.seed in self.strays)] + [0] * 9)
+
+def pytest_safemanip_policies():
+    return {
+        "half": lambda: Strays(strays=range(1, 1000, 2)),
+        "tenth": lambda: Strays(strays=range(0, 1000, 10)),
+        "never": Strays,
+        "fails": lambda: Strays(fails=(1,)),
+        "dies": lambda: Strays(dies=(1,)),
+    }
+"""
+
+
+@pytest.fixture
+def gated(suite: Suite) -> Suite:
+    set_up(suite)
+    with (suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(STRAYS)
+    return suite
+
+
+def run(suite: Suite, policy: str, seeds: int, *arguments: str) -> pytest.RunResult:
+    chosen = (f"--safemanip-policy={policy}", f"--safemanip-seeds={seeds}", "-k", "near")
+    return suite.run(*chosen, *arguments)
+
+
+def test_gates_decide_instead_of_single_violations(gated: Suite) -> None:
+    result = run(
+        gated,
+        "half",
+        4,
+        "--safemanip-gate=violation_rate <= 60 %",
+        "--safemanip-gate=violation_rate[category=housekeeping,task=Re*] <= 0.5",
+        "--junitxml=junit.xml",
+    )
+    assert result.ret == pytest.ExitCode.OK
+    result.assert_outcomes(passed=4, xfailed=2, deselected=gated.seen_deselected(4))
+    result.stdout.fnmatch_lines(
+        [
+            "gates",
+            "  PASS  violation_rate <= 0.6, half: 2 of 4 = 50.0 %",
+            "  PASS  violation_rate[[]category=housekeeping,task=Re*] <= 0.5, half: 2 of 4 = *",
+        ]
+    )
+    cases = junit(gated.pytester.path / "junit.xml")
+    assert len(cases) == 6
+    properties = {
+        p.get("name"): p.get("value")
+        for p in cases["gate[violation_rate <= 0.6-half]"].iter("property")
+    }
+    assert properties["safemanip.verdict"] == "PASS"
+    assert properties["safemanip.value"] == "0.5"
+    decided = gated.summary()["release"]["gates"]
+    assert [(d["verdict"], d["hits"], d["total"]) for d in decided] == [("PASS", 2, 4)] * 2
+
+
+def junit(path: Path) -> dict[str | None, ElementTree.Element]:
+    suites = ElementTree.parse(path).getroot()  # noqa: S314 (pytest wrote it)
+    assert {case.get("classname") for case in suites.iter("testcase")} == {"safemanip"}
+    return {case.get("name"): case for case in suites.iter("testcase")}
+
+
+def test_each_verdict_is_what_pytest_makes_of_it(gated: Suite) -> None:
+    (gated.pytester.path / "gates.yaml").write_text(
+        """
+gates:
+  fails: violation_rate < 0.5
+  open: violation_rate <= 0.6 @0.95
+  shown: violation_rate <= 0.1      # for information
+must_pass: [fails, open]
+"""
+    )
+    chosen = ("--safemanip-gates=gates.yaml", "--junitxml=junit.xml", "-v")
+    result = run(gated, "half", 4, *chosen)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.assert_outcomes(passed=2, xfailed=3, failed=2, deselected=gated.seen_deselected(4))
+    result.stdout.fnmatch_lines(
+        [
+            "  FAIL                 fails: violation_rate < 0.5, half: 2 of 4 = 50.0 %",
+            "  INCONCLUSIVE         open: *about * more rollouts would likely decide it*",
+            "  FAIL (not required)  shown: *",
+            "FAILED *gate[[]fails-half[]] - FAIL: fails: *",
+            "FAILED *gate[[]open-half[]] - INCONCLUSIVE: *",
+        ]
+    )
+    text = result.stdout.str()
+    assert "Reach: 2 of 4" in text
+    assert "[1" not in text.split("[100%]", 1)[1].split("FAILURES")[0]
+    cases = junit(gated.pytester.path / "junit.xml")
+    assert cases["gate[fails-half]"].find("failure") is not None
+    assert cases["gate[shown-half]"].find("skipped") is not None
+    allowed = run(
+        gated,
+        "half",
+        4,
+        "--safemanip-gate=violation_rate <= 0.6 @0.95",
+        "--safemanip-inconclusive=skip",
+    )
+    assert allowed.ret == pytest.ExitCode.OK
+    allowed.assert_outcomes(passed=2, xfailed=2, skipped=1, deselected=gated.seen_deselected(4))
+
+
+def test_single_violations_fail_too_if_the_user_says_so(gated: Suite) -> None:
+    result = run(
+        gated, "half", 2, "--safemanip-gate=violation_rate <= 1", "--safemanip-violations=fail"
+    )
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.assert_outcomes(passed=2, failed=1, deselected=gated.seen_deselected(2))
+
+
+def test_a_run_with_an_error_is_never_a_pass(gated: Suite) -> None:
+    result = run(gated, "fails", 3, "--safemanip-gate=violation_rate <= 1", "--junitxml=junit.xml")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.assert_outcomes(passed=2, errors=2, deselected=gated.seen_deselected(3))
+    result.stdout.fnmatch_lines(
+        ["  INCOMPLETE  violation_rate <= 1, fails: 0 of 2 = 0.0 % *; 1 of 3 rollouts have no ver*"]
+    )
+    error = junit(gated.pytester.path / "junit.xml")["gate[violation_rate <= 1-fails]"].find(
+        "error"
+    )
+    assert error is not None
+    assert gated.summary()["release"]["gates"][0]["verdict"] == "INCOMPLETE"
+
+
+def test_a_worker_that_dies_leaves_the_gate_incomplete(gated: Suite) -> None:
+    if gated.mode != ("-n", "2"):
+        pytest.skip("there are no workers")
+    result = run(gated, "dies", 4, "--safemanip-gate=violation_rate <= 1")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(
+        ["  INCOMPLETE  violation_rate <= 1, dies: *seed 1: the worker process died*"]
+    )
+
+
+def test_what_was_not_run_is_never_a_pass(gated: Suite) -> None:
+    result = run(
+        gated,
+        "half",
+        6,
+        "--safemanip-gate=violation_rate <= 1",
+        "-x",
+        "--safemanip-violations=fail",
+    )
+    assert result.ret != pytest.ExitCode.OK
+    result.stdout.fnmatch_lines(["  INCOMPLETE  violation_rate <= 1, half: *not run to its end"])
+
+
+def test_a_gate_for_each_policy(gated: Suite) -> None:
+    result = run(gated, "half,never", 2, "--safemanip-gate=violation_rate <= 0.1")
+    result.assert_outcomes(passed=4, xfailed=1, failed=1, deselected=gated.seen_deselected(4))
+    verdicts = {d["policy"]: d["verdict"] for d in gated.summary()["release"]["gates"]}
+    assert verdicts == {"half": "FAIL", "never": "PASS"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--safemanip-gate=violation_rat <= 1"], "--safemanip-gate: unknown metric*did you *"),
+        (["--safemanip-gate=exposure[task=Rech] <= 1"], "*no task 'Rech'*did you mean 'Reach'?"),
+        (["--safemanip-gate=exposure[policy=pi] <= 1"], "*no policy 'pi' in this run; known: half"),
+        (["--safemanip-gates=none.yaml"], "*none.yaml: cannot be read: No such file*"),
+        (["--safemanip-baseline=none"], "--safemanip-baseline: *there is no summary.json; name*"),
+        (["--safemanip-until=0.05"], "--safemanip-until stops where gates are decided; give *"),
+        (
+            ["--safemanip-gate=conditional_rate <= 1", "--safemanip-until=0.05"],
+            "--safemanip-until: gate 'conditional_rate <= 1': *cannot be decided early*",
+        ),
+        (
+            ["--safemanip-gate=exposure <= 1", "--safemanip-until=5"],
+            "--safemanip-until: expected a probability above 0, at most 0.5, found '5'",
+        ),
+    ],
+)
+def test_what_cannot_be_decided_is_refused_before_anything_runs(
+    one_suite: Suite, arguments: list[str], message: str
+) -> None:
+    set_up(one_suite)
+    with (one_suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(STRAYS)
+    result = run(one_suite, "half", 2, *arguments)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: {message}"])
+    assert not one_suite.recordings()
+
+
+def test_a_baseline_is_compared_on_the_same_seeds(gated: Suite) -> None:
+    base, now = "--safemanip-out=base", "--safemanip-out=now"
+    run(gated, "never", 12, base)
+    # The same again is held within a wide margin; half of them violated is a regression.
+    (gated.pytester.path / "gates.yaml").write_text("margin: 0.2\n")
+    margin = "--safemanip-gates=gates.yaml"
+    same = run(gated, "never", 12, now, "--safemanip-baseline=base", margin)
+    assert same.ret == pytest.ExitCode.OK
+    same.stdout.fnmatch_lines(
+        ["never against never of *summary.json", "  violated *", "  housekeeping *  HELD"]
+    )
+    worse = run(gated, "half", 12, now, "--safemanip-baseline=base", margin, "--junitxml=junit.xml")
+    assert worse.ret == pytest.ExitCode.TESTS_FAILED
+    worse.assert_outcomes(passed=6, xfailed=6, failed=1, deselected=gated.seen_deselected(12))
+    worse.stdout.fnmatch_lines(
+        [
+            "half against never of *",
+            "  housekeeping [*] *12 * REGRESSED",
+            "  broken  Reach, seed 1: stays_near",
+            "FAILED *baseline[[]housekeeping-half[]] - REGRESSED: *",
+        ]
+    )
+    assert "baseline[housekeeping-half]" in junit(gated.pytester.path / "junit.xml")
+    few = run(gated, "never", 3, now, "--safemanip-baseline=base")
+    assert few.ret == pytest.ExitCode.TESTS_FAILED
+    few.stdout.fnmatch_lines(["  housekeeping [*] * UNDERPOWERED"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--safemanip-semantics=paper"], "*semantics is timed and paper*"),
+        (["--safemanip-params=straying.distance=0.5"], "*straying.distance is 0.12 and 0.5*"),
+        (["--safemanip-scenes=target"], "*another simulation: scenes is compact and target*"),
+        (["--safemanip-seeds=7:9"], "*has none of the tasks and seeds of this run"),
+    ],
+)
+def test_a_baseline_of_another_kind_is_refused_before_anything_runs(
+    one_suite: Suite, arguments: list[str], message: str
+) -> None:
+    set_up(one_suite)
+    with (one_suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(STRAYS)
+    run(one_suite, "never", 2, "--safemanip-out=base")
+    before = len((one_suite.pytester.path / "resets.txt").read_text().split())
+    result = run(one_suite, "never", 2, "--safemanip-baseline=base", *arguments)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: --safemanip-baseline: {message}"])
+    assert len((one_suite.pytester.path / "resets.txt").read_text().split()) == before
+
+
+def test_seeds_are_added_until_the_gate_is_decided(gated: Suite) -> None:
+    chosen = ("--safemanip-until=0.05", "--safemanip-gate=violation_rate <= 0.4")
+    result = run(gated, "never", 40, *chosen)
+    assert result.ret == pytest.ExitCode.OK
+    result.stdout.fnmatch_lines(
+        [
+            "  PASS  violation_rate <= 0.4, never: 0 of 11 = 0.0 % (0.0 to 39.2 % at any time, "
+            "at 95 %, for these tasks); decided after 11 of its seeds",
+            "  * rollouts saved by deciding early",
+        ]
+    )
+    begun = len((gated.pytester.path / "resets.txt").read_text().split())
+    # With two processes one more rollout may be under way when the gate is decided.
+    assert 11 <= begun <= (13 if gated.mode == ("-n", "2") else 11)
+    summary = gated.summary()
+    assert summary["cases"]["saved_rollouts"] == 40 - begun
+    assert not summary["cases"]["missing"]
+    assert summary["metrics"]["never"]["rollouts"] == begun
+    assert not list((gated.out / "until").iterdir())
+
+
+def test_a_gate_that_is_not_decided_uses_all_seeds(gated: Suite) -> None:
+    chosen = ("--safemanip-until=0.05", "--safemanip-gate=violation_rate <= 0.5")
+    result = run(gated, "half", 8, *chosen)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(["  INCONCLUSIVE  *; not decided after 8 seeds; give more"])
+    assert len((gated.pytester.path / "resets.txt").read_text().split()) == 8
+
+
+def test_rollouts_go_on_as_long_as_one_gate_needs_them(gated: Suite) -> None:
+    result = run(
+        gated,
+        "tenth",
+        30,
+        "--safemanip-until=0.05",
+        "--safemanip-gate=violation_rate <= 0.9",
+        "--safemanip-gate=violation_rate <= 0.5",
+    )
+    assert result.ret == pytest.ExitCode.OK
+    first, second = gated.summary()["release"]["gates"]
+    assert first["verdict"] == second["verdict"] == "PASS"
+    assert first["total"] < second["total"] < 30
+    assert gated.summary()["metrics"]["tenth"]["rollouts"] >= second["total"]

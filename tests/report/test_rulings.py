@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+import json
+
+from pytest_safemanip.metrics.gates import Gates, parse_gate
+from pytest_safemanip.release import Release
+from pytest_safemanip.report.rulings import (
+    comparison_text,
+    gate_line,
+    gate_text,
+    ruling_lines,
+)
+from tests.metrics.build import rollouts
+from tests.metrics.test_summaries import summary
+
+
+def ruled(records, *gates, before=None, **changed):
+    own = Gates(tuple(gates), **changed)
+    baseline = summary(before, "runs/main") if before is not None else None
+    return Release(own, baseline).rule(summary(records))
+
+
+def test_a_gate_is_a_line_with_counts_interval_and_what_would_help():
+    ruling = ruled(
+        rollouts("x........."),
+        parse_gate("violation_rate <= 0.05 @0.95", "strict"),
+        parse_gate("violation_rate <= 20 %"),
+        parse_gate("violations_per_rollout <= 0.5", "few", required=False),
+    )
+    assert ruling_lines(ruling) == [
+        "gates",
+        "  INCONCLUSIVE         strict: violation_rate <= 0.05 @0.95, p: 1 of 10 = 10.0 % "
+        "(1.8 to 40.4 % at 95 %, for these tasks); about 180 more rollouts would likely decide "
+        "it, if the rate stays",
+        "  PASS                 violation_rate <= 0.2, p: 1 of 10 = 10.0 %",
+        "  PASS (not required)  few: violations_per_rollout <= 0.5, p: 0.1",
+    ]
+
+
+def test_the_text_of_a_broken_gate_names_the_tasks_that_weigh_most():
+    records = [*rollouts("xx..", "A"), *rollouts("....", "B"), *rollouts("xxx.", "C")]
+    (decision,) = ruled(records, parse_gate("violation_rate <= 0.1")).decisions
+    assert gate_text(decision).splitlines() == [
+        "FAIL  violation_rate <= 0.1, p: 5 of 12 = 41.7 %",
+        "",
+        "rollouts with a violated property / complete rollouts",
+        "  C: 3 of 4",
+        "  A: 2 of 4",
+    ]
+
+
+def test_the_text_of_an_incomplete_gate_names_what_is_missing():
+    (decision,) = ruled(rollouts("..e-"), parse_gate("violation_rate <= 0.1")).decisions
+    assert "2 of 4 rollouts have no verdict" in gate_line(decision)
+    assert gate_text(decision).splitlines()[-2:] == [
+        "  no verdict: T, seed 2: the server is gone",
+        "  no verdict: T, seed 3: not run to its end",
+    ]
+
+
+def test_what_is_undefined_is_said_to_be():
+    (decision,) = ruled(rollouts("...."), parse_gate("violation_duration_s <= 1")).decisions
+    assert gate_line(decision).endswith("p: undefined; undefined: no violation in 4 rollouts")
+
+
+def test_a_comparison_is_a_row_and_flipped_rollouts_are_listed():
+    before, now = "." * 30, "x" * 25 + "." * 5
+    ruling = ruled(rollouts(now), before=rollouts(before))
+    lines = ruling_lines(ruling)
+    assert lines[1] == "p against p of runs/main"
+    row = next(line for line in lines if line.strip().startswith("c *"))
+    assert row.split()[:7] == ["c", "*", "30", "0.0", "%", "83.3", "%"]
+    assert row.endswith("REGRESSED")
+    assert "  broken  T, seed 0: a" in lines
+    assert lines[-1] == "  and 5 more, all in summary.json"
+    text = comparison_text(ruling.contrast.comparisons[0], ruling.contrast)
+    assert text.startswith("REGRESSED  c, p: violated in 0.0 % before, 83.3 % now, +83.3 (")
+    assert "against runs/main, policy p" in text
+    assert "broken  T, seed 0: a" in text
+
+
+def test_runs_that_cannot_be_compared_are_refused_with_the_difference():
+    release = Release(Gates(), summary([], "runs/main", semantics="paper"))
+    ruling = release.rule(summary(rollouts("..")))
+    assert ruling.refused
+    assert "semantics is paper and timed" in ruling_lines(ruling)[-1]
+    assert ruling.failures() == ["baseline"]
+
+
+def test_what_fails_the_run():
+    ruling = ruled(
+        rollouts("x" * 3 + "." * 27),
+        parse_gate("violation_rate <= 0.05", "fails"),
+        parse_gate("violation_rate <= 0.05 @0.99", "open"),
+        parse_gate("violation_rate <= 0.05", "shown", required=False),
+        parse_gate("violation_rate <= 0.5", "passes"),
+        before=rollouts("." * 30),
+    )
+    assert ruling.failures() == ["fails-p", "open-p", "c-p"]
+    assert ruling.failures(inconclusive=False) == ["fails-p"]
+    json.dumps(ruling.to_json(), allow_nan=False)
