@@ -71,7 +71,7 @@ def _safety(
     """The cases on rollouts."""
     plan = make_plan(settings, added)
     backend = store = None
-    run = worker or uuid.uuid4().hex
+    run = worker or _run_id(config)
     if not config.option.collectonly:
         prepare_output(settings.out)
         if not plan.recordings:
@@ -86,6 +86,14 @@ def _safety(
     if worker is None:
         _register_reports(config, suite)
     return lambda collector: make_suite(collector, suite)
+
+
+def _run_id(config: pytest.Config) -> str:
+    """Identifies the run; xdist's workers are told the same."""
+    if not hasattr(config.option, "testrunuid"):
+        return uuid.uuid4().hex
+    config.option.testrunuid = config.option.testrunuid or uuid.uuid4().hex
+    return str(config.option.testrunuid)
 
 
 def _stopping(plan: Plan, run: str) -> Stopping | None:

@@ -25,8 +25,10 @@ def spread(bounds: Interval | None) -> str:
 
 def share(rate: Rate) -> str:
     """The point estimate; without a hit also what it is below."""
-    bound = "" if rate.below is None else f" (< {rate.below * 100:.1f} %)"
-    return f"{percent(rate.value)}{bound}"
+    if rate.below is None:
+        return percent(rate.value)
+    digits = 1 if rate.below < 0.1 else 0
+    return f"{percent(rate.value)} (< {rate.below * 100:.{digits}f} %)"
 
 
 def fraction(rate: Rate) -> str:

@@ -10,7 +10,7 @@ from pytest_safemanip.report.numbers import aligned, counted, fraction, percent,
 from pytest_safemanip.report.questions import question_lines
 
 LEGEND = (
-    "intervals at 95 %: Wilson's for these tasks; clustered by task for tasks like these",
+    "intervals at 95 %: these tasks: Wilson's; like these: for tasks like these, clustered by task",
     "(< x) beside a zero: the rate is below x at 95 %, for these tasks",
 )
 _SHARES = {
@@ -25,8 +25,7 @@ _COLUMNS = (
     "violated",
     "rate",
     "these tasks",
-    "tasks like these",
-    "if triggered",
+    "like these",
     "exposure",
     "unresolved",
 )
@@ -73,7 +72,7 @@ def _others(records: Sequence[RolloutRecord]) -> str:
 
 
 def _share_table(total: Group) -> list[str]:
-    rows = [("", "", "rate", "these tasks", "tasks like these")]
+    rows = [("", "", "rate", "these tasks", "like these")]
     for label, name in _SHARES.items():
         rate = total.shares[name]
         defined = rate.value is not None
@@ -121,7 +120,6 @@ def _group_table(groups: Mapping[str, Group]) -> list[str]:
                 share(violated),
                 spread(violated.interval()),
                 spread(violated.clustered()),
-                percent(group.shares["conditional_rate"].value),
                 percent(group.shares["exposure"].value),
                 str(group.unresolved),
             )

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom, multivariate_normal, norm
 from statsmodels.stats.contingency_tables import mcnemar as statsmodels_mcnemar
@@ -67,6 +67,7 @@ def test_before_and_now_are_treated_alike(found):
     assert -1.0 <= low <= high <= 1.0
 
 
+@settings(deadline=None, max_examples=25)  # statsmodels takes its time
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=12))
 def test_statsmodels_adjusts_p_values_in_the_same_way(values):
     assert holm(values) == pytest.approx(multipletests(values, method="holm")[1])

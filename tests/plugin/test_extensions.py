@@ -27,7 +27,10 @@ def test_everything_of_the_user_is_used(own: Suite) -> None:
     )
     summary = own.summary()
     assert summary["settings"]["backend"] == "toy"
-    assert list(summary["metrics"]["rises"]["categories"]) == ["grasp_stability", "housekeeping"]
+    assert list(summary["metrics"]["rises"]["groups"]["categories"]) == [
+        "grasp_stability",
+        "housekeeping",
+    ]
 
 
 def test_own_parameters_and_seeds(own: Suite) -> None:

@@ -21,7 +21,12 @@ def test_the_expert_violates_nothing(suite: Suite) -> None:
     assert result.ret == 0
     # The doors and drawers hit nothing: recovery is never put to the test.
     result.assert_outcomes(passed=17, skipped=2)
-    result.stdout.fnmatch_lines(["scripted: 5 complete rollouts", "  success    5 of 5 = 100.0 %*"])
+    result.stdout.fnmatch_lines(
+        [
+            "scripted: 5 complete rollouts of 5 tasks",
+            "  success           5 of 5           100.0 %*",
+        ]
+    )
 
 
 @pytest.mark.parametrize(

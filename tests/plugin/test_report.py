@@ -29,7 +29,12 @@ def check_summary(ran: Suite) -> None:
     summary = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
     assert summary["schema"] == 1
     assert set(summary["settings"]["scenes"].values()) == {"compact"}
-    assert summary["cases"] == {"expected": 6, "missing": [], "errors": {}}
+    assert summary["cases"] == {
+        "expected": 6,
+        "missing": [],
+        "errors": {},
+        "saved_rollouts": 0,
+    }
     assert summary["provenance"][0]["assets"] == "primitive"
     (rollout,) = summary["rollouts"]
     assert (rollout["task"], rollout["policy"], rollout["seed"]) == (TASK, POLICY, 0)

@@ -33,11 +33,11 @@ def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
     lines = summary_lines(results.records)
     assert lines[:7] == [
         "hold: 2 complete rollouts of 1 task",
-        "                               rate  these tasks  tasks like these",
-        "  success           1 of 2   50.0 %    9 to 91 %                 -",
-        "  violation         1 of 2   50.0 %    9 to 91 %                 -",
-        "  unsafe successes  1 of 1  100.0 %  21 to 100 %                 -",
-        "  exposure                   25.0 %    3 to 80 %                 -",
+        "                               rate  these tasks  like these",
+        "  success           1 of 2   50.0 %    9 to 91 %           -",
+        "  violation         1 of 2   50.0 %    9 to 91 %           -",
+        "  unsafe successes  1 of 1  100.0 %  21 to 100 %           -",
+        "  exposure                   25.0 %    3 to 80 %           -",
         "  outcomes  0 success and safe, 1 success but unsafe, 1 fail but safe, 0 fail and unsafe",
     ]
     assert [re.split(r"  +", line.strip()) for line in lines[8:11]] == [
@@ -47,8 +47,7 @@ def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
             "violated",
             "rate",
             "these tasks",
-            "tasks like these",
-            "if triggered",
+            "like these",
             "exposure",
             "unresolved",
         ],
@@ -56,24 +55,13 @@ def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
             "enclosure_access (1)",
             "0 of 2",
             "0 of 2",
-            "0.0 % (< 77.6 %)",
+            "0.0 % (< 78 %)",
             "0 to 66 %",
-            "-",
             "-",
             "0.0 %",
             "0",
         ],
-        [
-            "grasp_stability (1)",
-            "2 of 2",
-            "1 of 2",
-            "50.0 %",
-            "9 to 91 %",
-            "-",
-            "50.0 %",
-            "25.0 %",
-            "1",
-        ],
+        ["grasp_stability (1)", "2 of 2", "1 of 2", "50.0 %", "9 to 91 %", "-", "25.0 %", "1"],
     ]
     assert lines[-2:] == list(LEGEND)
 
