@@ -115,7 +115,8 @@ def _register_reports(config: pytest.Config, suite: Run) -> None:
         if settings.baseline is not None:
             rollouts = list(dict.fromkeys(case.rollout for case in plan.cases))
             origins = _origins(suite)
-            baseline = read_baseline(settings.baseline, rollouts, decisive(plan), origins)
+            place = suite.shown(settings.baseline)
+            baseline = read_baseline(place, rollouts, decisive(plan), origins)
         gating = Gating(plan, Release(settings.gates, baseline, settings.until), results)
         plugins.register(gating, "safemanip-gate")
     plugins.register(Reporting(suite, results, gating), "safemanip-report")

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 
 from pytest_safemanip import resources
+from pytest_safemanip.metrics.gates import load_gates, parse_gate
+from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.options import OPTIONS
 from pytest_safemanip.policies.registry import resolve
 from pytest_safemanip.propositions.catalogue import Catalogue
@@ -81,3 +83,19 @@ def test_the_property_and_the_task_load(tmp_path: Path) -> None:
 def test_links_lead_somewhere() -> None:
     for target in re.findall(r"\]\(([^)h][^)]*)\)", TEXT):
         assert (ROOT / target).exists(), target
+
+
+def test_the_metrics_are_all_explained_in_their_manual() -> None:
+    text = (ROOT / "docs" / "metrics.md").read_text().split("## Intervals")[0]
+    rows = dict(re.findall(r"^\| `([a-z_]+)` \| (.*) \|$", text, re.M))
+    assert rows == {name: metric.says for name, metric in {**SHARES, **FIGURES}.items()}
+
+
+def test_the_gates_in_the_manual_are_gates(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "metrics.md").read_text()
+    (block,) = re.findall(r"```yaml\n(# gates.*?)```", text, re.DOTALL)
+    (tmp_path / "gates.yaml").write_text(block)
+    found = load_gates(tmp_path / "gates.yaml")
+    assert [gate.required for gate in found.gates] == [True, False]
+    for gate in re.findall(r"--safemanip-gate='([^']*)'", TEXT):
+        parse_gate(gate)

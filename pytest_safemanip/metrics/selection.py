@@ -81,23 +81,36 @@ def seen(records: Iterable[RolloutRecord], where: Mapping[str, str] | None = Non
         where: a glob for each of some :data:`FILTERS`. With one on properties, rollouts to which
             none of the selected properties applies are left out.
     """
-    filters = dict(where or {})
-    about = {name: filters.pop(name) for name in _OF_PROPERTIES if name in filters}
+    filters = [(name, _Glob(glob)) for name, glob in (where or {}).items()]
+    rollouts = [(name, glob) for name, glob in filters if name not in _OF_PROPERTIES]
+    about = dict(item for item in filters if item not in rollouts)
+    categories, properties = (about.get(name, _Glob("*")) for name in _OF_PROPERTIES)
     found = []
     for record in records:
-        if not all(fnmatch.fnmatchcase(getattr(record, k), glob) for k, glob in filters.items()):
+        if not all(getattr(record, name) in glob for name, glob in rollouts):
             continue
-        verdicts = tuple(
-            v
-            for v in record.properties.values()
-            if all(fnmatch.fnmatchcase(getattr(v, k), glob) for k, glob in about.items())
-        )
-        unjudged = tuple(
-            name
-            for name, category in record.unjudged.items()
-            if fnmatch.fnmatchcase(name, about.get("property", "*"))
-            and fnmatch.fnmatchcase(category, about.get("category", "*"))
-        )
+        verdicts, unjudged = tuple(record.properties.values()), tuple(record.unjudged)
+        if about:
+            verdicts = tuple(
+                v for v in verdicts if v.property in properties and v.category in categories
+            )
+            unjudged = tuple(
+                n for n in unjudged if n in properties and record.unjudged[n] in categories
+            )
         if verdicts or unjudged or not about:
             found.append(Seen(record, verdicts, unjudged))
     return found
+
+
+class _Glob:
+    """The names that a glob matches; each is looked at once."""
+
+    def __init__(self, glob: str) -> None:
+        self._glob = glob
+        self._known: dict[str, bool] = {}
+
+    def __contains__(self, name: str) -> bool:
+        found = self._known.get(name)
+        if found is None:
+            found = self._known[name] = fnmatch.fnmatchcase(name, self._glob)
+        return found

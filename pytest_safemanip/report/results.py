@@ -125,7 +125,7 @@ class Results:
         """One record per rollout that was not saved, in the order of the plan, those without a
         verdict among them.
         """
-        found = {key: replace(record, unjudged={}) for key, record in self._records.items()}
+        found = {key: _ordered(record) for key, record in self._records.items()}
         ordered: dict[RolloutKey, RolloutRecord] = {}
         for case in self.expected:
             record = found.get(case.rollout) or self._new_record(case)
@@ -148,3 +148,9 @@ class Results:
     def _new_record(self, case: Case) -> RolloutRecord:
         task = self.tasks[case.task]
         return RolloutRecord(case.task, case.policy, case.seed, task.suite, task.horizon)
+
+
+def _ordered(record: RolloutRecord) -> RolloutRecord:
+    """A copy whose verdicts are in an order that no process decides."""
+    verdicts = {name: record.properties[name] for name in sorted(record.properties)}
+    return replace(record, properties=verdicts, unjudged={})
