@@ -72,8 +72,9 @@ def test_the_proposition_works_and_is_the_manuals() -> None:
 def test_the_property_and_the_task_load(tmp_path: Path) -> None:
     for block in blocks("yaml"):
         path = tmp_path / block.split("\n")[0].removeprefix("# ")
-        path.parent.mkdir()
+        path.parent.mkdir(exist_ok=True)
         path.write_text(block)
+    load_gates(tmp_path / "gates.yaml")
     known = {name: len(p.arguments) for name, p in Catalogue().items()}
     assert list(load_properties([tmp_path / "rules"], propositions=known)) == ["hands_off"]
     tasks = load_tasks([resources.folder("tasks"), tmp_path / "tasks"])

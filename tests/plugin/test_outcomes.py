@@ -24,7 +24,7 @@ def test_the_expert_violates_nothing(suite: Suite) -> None:
     result.stdout.fnmatch_lines(
         [
             "scripted: 5 complete rollouts of 5 tasks",
-            "  success           5 of 5           100.0 %*",
+            "  success           5 of 5         100.0 %*",
         ]
     )
 

@@ -68,7 +68,7 @@ def test_a_rollout_lists_its_verdicts_violations_and_recording(run):
     # The folder may be moved: paths are relative to it.
     assert done["recording"] == "recordings/one.rollout"
     assert (done["success"], done["acting_steps"], done["provenance"]) == (False, 6, 0)
-    violated, vacuous = done["properties"]
+    vacuous, violated = done["properties"]
     assert (violated["outcome"], vacuous["outcome"]) == ("VIOLATED", "VACUOUS")
     assert list(violated["violations"]) == [
         {"entities": ["mug"], "first": 3, "last": 4, "duration_s": 0.1, "reason": "bad prefix"}
