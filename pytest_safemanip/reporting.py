@@ -10,7 +10,7 @@ from pytest_safemanip.cases import is_case_id, parse_node_id
 from pytest_safemanip.gating import Gating
 from pytest_safemanip.items import SafetyItem
 from pytest_safemanip.report import document
-from pytest_safemanip.report.header import header_lines
+from pytest_safemanip.report.header import header_lines, not_grounded_lines
 from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.report.results import Results, error_data
 from pytest_safemanip.report.rulings import ruling_lines
@@ -37,7 +37,9 @@ class Reporting:
     def pytest_report_header(self) -> list[str]:
         """What is about to be done."""
         source = self._run.backend.provenance if self._run.backend else None
-        return header_lines(self._run.plan, source)
+        lines = header_lines(self._run.plan, source)
+        # Asked for a list of cases, one wants to know which are not on it.
+        return lines + (not_grounded_lines(self._run.plan) if source is None else [])
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """What is left to run after deselection, without xdist."""

@@ -193,13 +193,15 @@ class SafetySession:
         scenes = settings.scenes or policy.scenes
         compact = scenes == "compact"
         groups = task.object_groups if compact else {}
-        request = Request(case.task, case.seed, scenes, groups)
+        kitchen = task.kitchen if compact else ""
+        request = Request(case.task, case.seed, scenes, groups, kitchen)
         protocol = rollout.Protocol(settings.stop, settings.horizon_scale)
         source = backend.provenance
         parts: Mapping[str, Any] = {
             "task": case.task,
             "seed": case.seed,
             "scenes": scenes,
+            "kitchen": kitchen,
             "object_groups": {role: list(names) for role, names in groups.items()},
             "policy": case.policy,
             # Nobody can tell whether a policy without a fingerprint is still the same.

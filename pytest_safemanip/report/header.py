@@ -36,6 +36,16 @@ def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
     return lines + [line for name in policies for line in _claim(name, plan.policies[name].claim)]
 
 
+def not_grounded_lines(plan: Plan) -> list[str]:
+    """What one would expect to be judged in the tasks of a run, and cannot be."""
+    tasks = dict.fromkeys(case.task for case in plan.cases)
+    return [
+        f"safemanip: {name}: {prop} is not judged: {reason}"
+        for name in tasks
+        for prop, reason in plan.tasks[name].not_grounded.items()
+    ]
+
+
 def _claim(policy: str, claim: Mapping[str, Any]) -> list[str]:
     """Where a policy is served, and as what: nobody can check which checkpoint it is."""
     if not claim:

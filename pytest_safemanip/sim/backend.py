@@ -33,12 +33,14 @@ class Request:
         scenes: ``compact``, ``target`` or ``pretrain``.
         object_groups: for some of the task's objects, by role, the groups or categories to draw
             them from instead of the task's own.
+        kitchen: which of the compact kitchens.
     """
 
     task: str
     seed: int
     scenes: str
     object_groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    kitchen: str = "small"
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -37,6 +37,9 @@ class Task:
         touch: role to the parts that fingers and palm may touch.
         supports: object role to the roles it may rest on and touch while held.
         upright: roles of objects that must not tip.
+        optional: roles of objects that an episode may lack.
+        not_grounded: why a property that one would expect cannot be judged here, by its id.
+        kitchen: which of the compact kitchens has what the task needs.
         object_groups: role to the object groups to draw from in the compact scene.
     """
 
@@ -58,6 +61,9 @@ class Task:
     touch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     supports: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     upright: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
+    not_grounded: Mapping[str, str] = field(default_factory=dict)
+    kitchen: str = "small"
     object_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
@@ -77,21 +83,40 @@ class Task:
                 raise TraceError(f"{self.path}: the scene has no role {role!r}; {hint}")
             return scene.roles[role]
 
+        lacking = {role for role in self.optional if role not in scene.roles}
+
+        def entities(roles: Iterable[str]) -> tuple[str, ...]:
+            return tuple(entity(role) for role in roles if role not in lacking)
+
+        def pairs(found: Iterable[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
+            return tuple((entity(a), entity(b)) for a, b in found if not {a, b} & lacking)
+
         return Binding(
-            objects=tuple(map(entity, self.objects)),
-            enclosures=tuple(map(entity, self.enclosures)),
-            exclusive_enclosures=tuple(map(entity, self.exclusive_enclosures)),
-            mechanisms=tuple(map(entity, self.mechanisms)),
-            placements=tuple((entity(o), entity(f)) for o, f in self.placements),
-            skills=tuple((skill, entity(x)) for skill, x in self.skills),
-            transfers=tuple((entity(c), entity(r)) for c, r in self.transfers),
-            tools=tuple(ROBOT if role == ROBOT else entity(role) for role in self.tools),
+            objects=entities(self.objects),
+            enclosures=entities(self.enclosures),
+            exclusive_enclosures=entities(self.exclusive_enclosures),
+            mechanisms=entities(self.mechanisms),
+            placements=pairs(self.placements),
+            skills=tuple((skill, entity(x)) for skill, x in self.skills if x not in lacking),
+            transfers=pairs(self.transfers),
+            tools=tuple(
+                ROBOT if role == ROBOT else entity(role)
+                for role in self.tools
+                if role not in lacking
+            ),
             open_at={entity(role): value for role, value in self.open_at.items()},
-            touch=frozenset((entity(r), part) for r, parts in self.touch.items() for part in parts),
+            touch=frozenset(
+                (entity(role), part)
+                for role, parts in self.touch.items()
+                if role not in lacking
+                for part in parts
+            ),
             supports={
-                entity(role): frozenset(map(entity, below)) for role, below in self.supports.items()
+                entity(role): frozenset(entities(below))
+                for role, below in self.supports.items()
+                if role not in lacking
             },
-            upright=frozenset(map(entity, self.upright)),
+            upright=frozenset(entities(self.upright)),
             attributes={
                 b.entity: _attributes(scene.entity[b.entity].category, attributes)
                 for b in scene.bodies

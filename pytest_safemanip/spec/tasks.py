@@ -20,8 +20,10 @@ and fixtures), and resolved to the entities of an episode's scene.
 Optional keys: ``objects``, ``enclosures``, ``exclusive_enclosures`` (those of them that take one
 item at a time), ``mechanisms``, ``placements``, ``skills``, ``transfers`` (``obj into
 pan``), ``tools`` (what may carry contamination: ``robot`` for its hand, and objects), ``open_at``
-(role to openness that counts as open), ``touch``, ``supports``, ``upright``, ``compact``
-(``object_groups``: role to the categories or groups drawn in the compact scene).
+(role to openness that counts as open), ``touch``, ``supports``, ``upright``, ``optional`` (objects
+that an episode may lack), ``not_grounded`` (property to the reason why it cannot be judged here),
+``compact`` (``kitchen``: which compact kitchen, ``small`` or ``full``; ``object_groups``: role to
+the categories or groups drawn in it).
 """
 
 from __future__ import annotations
@@ -51,8 +53,12 @@ _OPTIONAL = (
     "touch",
     "supports",
     "upright",
+    "optional",
+    "not_grounded",
     "compact",
 )
+KITCHENS = ("small", "full")
+"""The compact kitchens, the usual one first."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -91,7 +97,7 @@ def load_task(path: Path) -> Task:
     enclosures = _strings(section, "enclosures")
     compact = section.section("compact") if "compact" in section else None
     if compact:
-        compact.check_keys(("object_groups",))
+        compact.check_keys((), ("kitchen", "object_groups"))
     return Task(
         name=name,
         path=path,
@@ -111,8 +117,31 @@ def load_task(path: Path) -> Task:
         touch=_lists(section, "touch"),
         supports=_lists(section, "supports"),
         upright=_strings(section, "upright"),
-        object_groups=_lists(compact, "object_groups") if compact else {},
+        optional=_members(section, "optional", objects, "objects"),
+        not_grounded=_reasons(section),
+        kitchen=_kitchen(compact),
+        object_groups=_lists(compact, "object_groups"),
     )
+
+
+def _reasons(section: Section) -> Mapping[str, str]:
+    if "not_grounded" not in section:
+        return {}
+    inner = section.section("not_grounded")
+    for name in inner:
+        if name in section.strings("properties"):
+            raise inner.error(name, "is among the properties too")
+    return {name: inner.string(name) for name in inner}
+
+
+def _kitchen(compact: Section | None) -> str:
+    if compact is None or "kitchen" not in compact:
+        return KITCHENS[0]
+    name = compact.string("kitchen")
+    if name not in KITCHENS:
+        hint = did_you_mean(name, KITCHENS)
+        raise compact.error("kitchen", f"unknown kitchen {name!r}; {hint}")
+    return name
 
 
 def _strings(section: Section, key: str) -> tuple[str, ...]:
@@ -134,8 +163,8 @@ def _numbers(section: Section, key: str) -> Mapping[str, float]:
     return {role: inner.number(role, positive=True) for role in inner}
 
 
-def _lists(section: Section, key: str) -> Mapping[str, tuple[str, ...]]:
-    if key not in section:
+def _lists(section: Section | None, key: str) -> Mapping[str, tuple[str, ...]]:
+    if section is None or key not in section:
         return {}
     inner = section.section(key)
     return {role: inner.strings(role) for role in inner}

@@ -38,8 +38,12 @@ touch:
 supports:
   obj: [counter, cab]
 upright: [obj]
+optional: [other]
+not_grounded:
+  object_containment: water is not simulated
 properties: [release_stability]
 compact:
+  kitchen: full
   object_groups:
     obj: [mug, cup]
 """
@@ -68,7 +72,21 @@ def test_a_task_is_read_as_written(written):
     assert task.placements == (("obj", "cab"),)
     assert task.skills == (("pick", "obj"), ("open", "cab"))
     assert task.open_at == {"cab": 0.5}
+    assert task.kitchen == "full"
     assert task.object_groups == {"obj": ("mug", "cup")}
+    assert task.not_grounded == {"object_containment": "water is not simulated"}
+
+
+def test_what_an_episode_lacks_is_left_out_of_its_binding(written):
+    path = written()
+    roles = {name: role for name, role in SCENE.roles.items() if name != "other"}
+    found = load_task(path).bind(dataclasses.replace(SCENE, roles=roles), CATEGORIES)
+    assert found.objects == ("mug",)
+    assert found.transfers == ()
+    assert found.tools == ("robot",)
+    path.write_text(path.read_text().replace("optional: [other]\n", ""))
+    with pytest.raises(TraceError, match="the scene has no role 'other'"):
+        load_task(path).bind(dataclasses.replace(SCENE, roles=roles), CATEGORIES)
 
 
 def test_the_binding_names_the_entities_that_play_the_roles(written):
@@ -137,7 +155,7 @@ def test_a_category_without_attributes_is_an_error(written):
         ("cab: 0.5", "cab: -0.5", 14, "'open_at.cab': expected a positive number"),
         ("cab: 0.5", "cab: wide", 14, "'open_at.cab': expected a positive number, found 'wide'"),
         ("obj: [body]", "obj: body", 16, "'touch.obj': expected a list"),
-        ("  object_groups:", "  groups:", 23, "'compact.groups'; did you mean"),
+        ("  object_groups:", "  groups:", 27, "'compact.groups'; did you mean"),
     ],
 )
 def test_a_mistake_is_named_with_file_line_and_remedy(written, old, new, line, message):
@@ -182,6 +200,13 @@ def test_a_shipped_task_names_only_what_exists(task):
     attributes = load_attributes(ROOT / "tasks" / OBJECTS_FILE)
     for names in task.object_groups.values():
         assert set(names) <= set(attributes)
+    assert set(task.not_grounded) <= set(PROPERTIES)
+
+
+def test_all_target_tasks_of_robocasa_are_shipped():
+    sets = [name for task in SHIPPED.values() for name in task.sets if name != "quick"]
+    found = {name: sets.count(name) for name in sets}
+    assert found == {"atomic_seen": 18, "composite_seen": 16, "composite_unseen": 16}
 
 
 @pytest.mark.parametrize("name", ["OpenDrawer", "PickPlaceCounterToCabinet"])

@@ -122,16 +122,24 @@ def describe(env: Any, data: Any) -> Description:
 def _fixture_roles(env: Any, meta: Any) -> dict[str, str]:
     """The task's own names for its fixtures: registered references, and its attributes.
 
-    Most tasks register theirs (``env.cab`` is reference ``cab``); some only keep an attribute.
+    Most tasks register theirs (``env.cab`` is reference ``cab``); some only keep an attribute. What
+    belongs to a fixture and comes off it has that fixture's name for it, such as ``blender_lid``.
     """
     from robocasa.models.fixtures import Fixture
 
     held = {
-        role: str(value.name)
+        role: value
         for role, value in vars(env).items()
         if isinstance(value, Fixture) and role != "init_robot_base_ref"
     }
-    return {**held, **{role: str(name) for role, name in meta["fixture_refs"].items()}}
+    loose = {
+        role: value
+        for fixture in held.values()
+        for role, value in vars(fixture).items()
+        if isinstance(value, Fixture)
+    }
+    own = {role: str(fixture.name) for role, fixture in {**loose, **held}.items()}
+    return {**own, **{role: str(name) for role, name in meta["fixture_refs"].items()}}
 
 
 def _kind(fixture: Any) -> EntityKind:

@@ -40,7 +40,7 @@ def make(request: Request, assets_root: Path) -> Any:
         renderer="mujoco",
         ignore_done=True,
         seed=request.seed,
-        **scenes.arguments(request.scenes, assets_root),
+        **scenes.arguments(request.scenes, assets_root, request.kitchen),
     )
     scenes.keep_layout_fresh(env)
     if request.object_groups:

@@ -1,0 +1,67 @@
+"""The shipped tasks in real kitchens: loaded, reset, stepped, bound and judged.
+
+A sample that changes with the day; all of them, in the compact kitchens and in RoboCasa's target
+scenes, with
+
+    pytest --safemanip-policy=random --safemanip-tasks=all --safemanip-horizon-scale=0.01
+    pytest --safemanip-policy=random --safemanip-tasks=all --safemanip-horizon-scale=0.01 \\
+        --safemanip-scenes=target --safemanip-seeds=3
+"""
+
+from __future__ import annotations
+
+import datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pytest_safemanip import rollout
+from pytest_safemanip.judge import Judge
+from pytest_safemanip.policies.simple import Random
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.sim.backend import Backend, Request
+from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.properties import load_properties
+from pytest_safemanip.spec.task import OBJECTS_FILE, Task
+from pytest_safemanip.spec.tasks import load_tasks
+
+ROOT = Path(__file__).parents[2]
+TASKS = load_tasks([ROOT / "tasks"])
+PROPERTIES = load_properties([ROOT / "properties"])
+ATTRIBUTES = load_attributes(ROOT / "tasks" / OBJECTS_FILE)
+OTHERS = [name for name, task in TASKS.items() if "quick" not in task.sets]
+
+
+def of_the_day(names: list[str], count: int) -> list[str]:
+    """So many of them, all of them in turn."""
+    first = datetime.date.today().toordinal() * count
+    return [names[(first + n) % len(names)] for n in range(count)]
+
+
+def judged(backend: Backend, task: Task, scenes: str) -> list[str]:
+    """The outcome of each property of a few random steps."""
+    groups = task.object_groups if scenes == "compact" else {}
+    request = Request(task.name, 0, scenes, groups, task.kitchen)
+    job = rollout.Job(task.name, "random", request, rollout.Protocol("success", 0.01))
+    recording = rollout.run(job, backend, Random())
+    assert np.isfinite(recording.steps.qpos).all()
+    catalogue = Catalogue()
+    judge = Judge(recording, task, ATTRIBUTES, catalogue, catalogue.parameters({}))
+    return [judge.judge(PROPERTIES[name]).outcome.label for name in task.properties]
+
+
+@pytest.mark.parametrize("name", of_the_day(OTHERS, 3))
+def test_a_task_is_judged_in_the_compact_kitchen(backend: Backend, name: str) -> None:
+    assert len(judged(backend, TASKS[name], "compact")) == len(TASKS[name].properties)
+
+
+@pytest.mark.parametrize("name", of_the_day(OTHERS, 1))
+def test_a_task_is_judged_in_a_target_scene(backend: Backend, name: str) -> None:
+    assert len(judged(backend, TASKS[name], "target")) == len(TASKS[name].properties)
+
+
+def test_a_property_that_cannot_be_judged_says_why() -> None:
+    reasons = {n: why for task in TASKS.values() for n, why in task.not_grounded.items()}
+    assert reasons
+    assert all(len(why) > 10 for why in reasons.values())
