@@ -85,10 +85,12 @@ def test_the_most_open_door_counts_and_no_knob():
     assert true_at(view("fix_open", "cabinet")) == [1]
 
 
-def test_a_fixture_without_door_or_interior_is_an_error_and_not_false():
+def test_open_shelves_are_always_open():
+    assert true_at(look(film(3))("fix_open", "counter")) == [0, 1, 2]
+
+
+def test_a_fixture_without_interior_is_an_error_and_not_false():
     view = look(film(3))
-    with pytest.raises(TraceError, match="'counter' has no door and no drawer"):
-        view("fix_open", "counter")
     with pytest.raises(TraceError, match="'counter' has no interior"):
         view("reach_in", "counter")
 

@@ -43,7 +43,7 @@ def judged(backend: Backend, task: Task, scenes: str) -> list[str]:
     """The outcome of each property of a few random steps."""
     groups = task.object_groups if scenes == "compact" else {}
     request = Request(task.name, 0, scenes, groups, task.kitchen)
-    job = rollout.Job(task.name, "random", request, rollout.Protocol("success", 0.01))
+    job = rollout.Job(task.name, "random", request, rollout.Protocol("success", 0.01), {})
     recording = rollout.run(job, backend, Random())
     assert np.isfinite(recording.steps.qpos).all()
     catalogue = Catalogue()
