@@ -7,8 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom, multivariate_normal, norm
-from statsmodels.stats.contingency_tables import mcnemar as statsmodels_mcnemar
-from statsmodels.stats.multitest import multipletests
 
 from pytest_safemanip.metrics.paired import (
     Pairs,
@@ -43,9 +41,12 @@ def test_the_published_intervals(table, interval):
     assert newcombe(table, 0.95) == pytest.approx(interval, abs=5e-5)
 
 
+@settings(deadline=None)
 @given(pairs)
 def test_half_the_probability_of_the_exact_test_lies_at_the_value_itself(found):
     """Against the exact two-sided p value of statsmodels."""
+    from statsmodels.stats.contingency_tables import mcnemar as statsmodels_mcnemar  # slow
+
     table = [[found.both, found.mended], [found.broken, found.neither]]
     exact = statsmodels_mcnemar(table, exact=True).pvalue
     few, changed = min(found.mended, found.broken), found.mended + found.broken
@@ -67,9 +68,11 @@ def test_before_and_now_are_treated_alike(found):
     assert -1.0 <= low <= high <= 1.0
 
 
-@settings(deadline=None, max_examples=25)  # statsmodels takes its time
+@settings(deadline=None, max_examples=10)  # statsmodels takes its time
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=12))
 def test_statsmodels_adjusts_p_values_in_the_same_way(values):
+    from statsmodels.stats.multitest import multipletests
+
     assert holm(values) == pytest.approx(multipletests(values, method="holm")[1])
     assert benjamini_hochberg(values) == pytest.approx(multipletests(values, method="fdr_bh")[1])
 
@@ -88,7 +91,7 @@ def test_a_regression_from_20_to_30_percent_is_found(number, wanted):
     assert power(number, mended, broken) == pytest.approx(wanted, abs=0.015)
     random = np.random.default_rng(6)
     shares = [both, mended, broken, 1 - both - mended - broken]
-    drawn = random.multinomial(number, shares, size=3000)
+    drawn = random.multinomial(number, shares, size=1500)
     found = np.mean([mcnemar(Pairs(*map(int, row))) <= 0.05 for row in drawn])
     assert found == pytest.approx(wanted, abs=0.03)
 

@@ -48,6 +48,17 @@ def pytest_safemanip_policies():
     }
 """
 
+UNUSABLE = """
+from pytest_safemanip.errors import ConfigError
+
+class Unusable(World):
+    def reset(self, request):
+        raise ConfigError("there is no physics here")
+
+def pytest_safemanip_backends():
+    return {"toy": lambda options: Unusable()}
+"""
+
 KILLS = """
 import os, pathlib, signal
 
@@ -153,14 +164,10 @@ def test_a_worker_that_dies_takes_its_case_only(failing: Suite) -> None:
 
 
 def test_a_simulator_that_cannot_start_is_said_once(suite: Suite) -> None:
-    shadow = suite.pytester.mkdir("shadow") / "robocasa"
-    shadow.mkdir()
-    for path in package_assets().parents[1].iterdir():
-        if path.name != "__init__.py":
-            (shadow / path.name).symlink_to(path)
-    (shadow / "__init__.py").write_text("assert False, 'mujoco must be another one'")
-    suite.pytester.makeconftest(f"import sys\nsys.path.insert(0, {str(shadow.parent)!r})")
-    result = suite.run("--safemanip-policy=hold", "--safemanip-tasks=quick")
+    set_up(suite)
+    with (suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(UNUSABLE)
+    result = suite.run("--safemanip-seeds=4")
     assert result.ret in (pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED)
     # Each worker finds out for itself.
     outcomes = result.parseoutcomes()
@@ -168,8 +175,27 @@ def test_a_simulator_that_cannot_start_is_said_once(suite: Suite) -> None:
     assert outcomes["errors"] <= 2
     result.stdout.fnmatch_lines(
         [
+            "there is no physics here",
+            "[67] of 8 cases were not run",
+            "!*the suite cannot be run like this !*",
+        ]
+    )
+
+
+def test_a_simulator_that_cannot_start_says_why(one_suite: Suite) -> None:
+    shadow = one_suite.pytester.mkdir("shadow") / "robocasa"
+    shadow.mkdir()
+    for path in package_assets().parents[1].iterdir():
+        if path.name != "__init__.py":
+            (shadow / path.name).symlink_to(path)
+    (shadow / "__init__.py").write_text("assert False, 'mujoco must be another one'")
+    one_suite.pytester.makeconftest(f"import sys\nsys.path.insert(0, {str(shadow.parent)!r})")
+    result = one_suite.run("--safemanip-policy=hold", "--safemanip-tasks=quick")
+    assert result.parseoutcomes() == {"errors": 1}
+    result.stdout.fnmatch_lines(
+        [
             "the simulator failed at start-up: AssertionError: mujoco must be another one; log: *",
-            "1[78] of 19 cases were not run",
+            "18 of 19 cases were not run",
             "!*the suite cannot be run like this !*",
         ]
     )
