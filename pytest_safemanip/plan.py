@@ -18,7 +18,7 @@ from pytest_safemanip.cases import (
     select_tasks,
 )
 from pytest_safemanip.errors import ConfigError, RolloutError, did_you_mean
-from pytest_safemanip.metrics.gates import check_filters, check_must_pass
+from pytest_safemanip.metrics.gates import check_gates
 from pytest_safemanip.metrics.selection import FILTERS
 from pytest_safemanip.policies.registry import Factory, PolicySpec, resolve
 from pytest_safemanip.propositions.catalogue import Catalogue
@@ -223,9 +223,4 @@ def _check_gates(
         values = (case.policy, case.task, task.suite, task.horizon, category, case.property_id)
         for name, value in zip(FILTERS, values, strict=True):
             known[name].add(value)
-    for gate in settings.gates.gates:
-        try:
-            check_filters(gate, known)
-        except ConfigError as error:
-            raise ConfigError(f"gate {gate.name!r}: {error}") from None
-    check_must_pass(settings.gates, known["category"] | known["property"])
+    check_gates(settings.gates, known)

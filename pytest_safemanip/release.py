@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.metrics.baseline import Contrast, contrast, origin_differences, partners
+from pytest_safemanip.metrics.baseline import Contrast, check_origin, contrast, partners
 from pytest_safemanip.metrics.deciding import Decision, decide
 from pytest_safemanip.metrics.gates import Gates
 from pytest_safemanip.metrics.records import by_policy
@@ -112,21 +112,14 @@ def read_baseline(
         baseline = read(path)
         check_alike(baseline, Summary(("this run",), (), decisive, ()))
         policies = partners(baseline, list(dict.fromkeys(policy for policy, _, _ in rollouts)))
+        known = {record.key: record.provenance for record in baseline.records}
+        common = [r for r in rollouts if (policies[r[0]], *r[1:]) in known]
+        if not common:
+            raise ConfigError(f"{baseline.place} has none of the tasks and seeds of this run")
+        used = dict.fromkeys((r[0], known[policies[r[0]], *r[1:]]) for r in common)
+        for policy, number in used:
+            if number is not None and policy in origins:
+                check_origin(baseline, number, origins[policy])
     except ConfigError as error:
         raise ConfigError(f"--safemanip-baseline: {error}") from None
-    known = {record.key: record for record in baseline.records}
-    earlier = [known.get((policies[policy], task, seed)) for policy, task, seed in rollouts]
-    if not any(earlier):
-        raise ConfigError(
-            f"--safemanip-baseline: {baseline.place} has none of the tasks and seeds of this run"
-        )
-    for (policy, _, _), record in zip(rollouts, earlier, strict=True):
-        if record is None or record.provenance is None or policy not in origins:
-            continue
-        found = origin_differences(baseline.origins[record.provenance], origins[policy])
-        if found:
-            raise ConfigError(
-                f"--safemanip-baseline: the rollouts of {baseline.place} are of another "
-                f"simulation: {'; '.join(found)}; run the baseline again"
-            )
     return baseline

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from pytest_safemanip.cases import is_case_id, parse_node_id
 from pytest_safemanip.gating import Gating
 from pytest_safemanip.items import SafetyItem
+from pytest_safemanip.metrics.groups import Metrics, measure_each
 from pytest_safemanip.report import document
 from pytest_safemanip.report.header import header_lines, not_grounded_lines
 from pytest_safemanip.report.numbers import counted
@@ -70,7 +72,7 @@ class Reporting:
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write what is known, also after Ctrl-C."""
         if not session.config.option.collectonly and self._results.begun:
-            found = document.summary(self._run.plan, self._results)
+            found = document.summary(self._run.plan, self._results, self._metrics)
             ruling = self._gating.ruling if self._gating else None
             if ruling is not None:
                 found["release"] = ruling.to_json()
@@ -84,6 +86,11 @@ class Reporting:
             for line in lines:
                 terminalreporter.write_line(line)
 
+    @cached_property
+    def _metrics(self) -> dict[str, Metrics]:
+        """Computed once, when everything has been run."""
+        return measure_each(self._results.records)
+
     def _lines(self) -> list[str]:
         ruling = self._gating.ruling if self._gating else None
         decided = ["", *ruling_lines(ruling)] if ruling else []
@@ -92,7 +99,7 @@ class Reporting:
         missing, expected = len(self._results.missing), len(self._results.expected)
         saved = len(self._results.saved)
         return [
-            *summary_lines(self._results.records),
+            *summary_lines(self._results.records, self._metrics),
             *(["", f"{missing} of {expected} cases were not run"] if missing else []),
             *decided,
             *([f"  {counted(saved, 'rollout')} saved by deciding early"] if saved else []),

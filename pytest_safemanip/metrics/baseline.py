@@ -101,9 +101,23 @@ def contrast(baseline: Summary, run: Summary, must_pass: Sequence[str], margin: 
     return Contrast(baseline.place, policies, tuple(comparisons), tuple(flips), unpaired)
 
 
-def origin_differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
-    """What differs between what decided two recordings."""
-    return differences(flat(one), flat(other))
+def check_origin(baseline: Summary, number: int, origin: Mapping[str, Any]) -> None:
+    """Refuse recordings of another simulation than some of the baseline's.
+
+    Args:
+        baseline: the earlier run.
+        number: of one of its origins.
+        origin: what decides the recordings of this run.
+
+    Raises:
+        ConfigError: naming what differs.
+    """
+    found = differences(flat(baseline.origins[number]), flat(origin))
+    if found:
+        raise ConfigError(
+            f"the rollouts of {baseline.place} are of another simulation: "
+            f"{'; '.join(found)}; run the baseline again"
+        )
 
 
 def _check_origins(
@@ -120,12 +134,7 @@ def _check_origins(
     }
     for there, here in used:
         if there is not None and here is not None:
-            found = origin_differences(baseline.origins[there], run.origins[here])
-            if found:
-                raise ConfigError(
-                    f"the rollouts of {baseline.place} are of another simulation: "
-                    f"{'; '.join(found)}; run the baseline again"
-                )
+            check_origin(baseline, there, run.origins[here])
 
 
 def _flips(

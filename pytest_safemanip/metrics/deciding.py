@@ -102,10 +102,9 @@ def missing(cases: Sequence[Seen], unknown: Sequence[RolloutRecord]) -> str:
     if not cases:
         return "no rollout that it is about was asked for"
     first = unknown[0]
-    reason = first.error.splitlines()[0] if first.error else "not run to its end"
     return (
         f"{len(unknown)} of {len(cases)} rollouts have no verdict, the first being "
-        f"{first.task}, seed {first.seed}: {reason}"
+        f"{first.task}, seed {first.seed}: {first.reason}"
     )
 
 

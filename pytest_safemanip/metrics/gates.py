@@ -146,6 +146,24 @@ def load_gates(path: Path) -> Gates:
     )
 
 
+def check_gates(gates: Gates, known: Mapping[str, Collection[str]]) -> None:
+    """Refuse gates that are about nothing in a run, and names in ``must_pass`` that do not exist.
+
+    Args:
+        gates: the gates.
+        known: the values that the run has, for each filter.
+
+    Raises:
+        ConfigError: naming the gate or the place, the value and those that exist.
+    """
+    for gate in gates.gates:
+        try:
+            check_filters(gate, known)
+        except ConfigError as error:
+            raise ConfigError(f"gate {gate.name!r}: {error}") from None
+    check_must_pass(gates, {*known["category"], *known["property"]})
+
+
 def check_filters(gate: Gate, known: Mapping[str, Collection[str]]) -> None:
     """Refuse filters that select nothing.
 

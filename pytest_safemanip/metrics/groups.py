@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_safemanip.metrics.measures import FIGURES, OUTCOMES, SHARES, outcome
+from pytest_safemanip.metrics.measures import FIGURES, OUTCOMES, SHARES
 from pytest_safemanip.metrics.rates import Rate
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
 from pytest_safemanip.metrics.selection import Seen, seen
 
 HORIZONS = ("atomic", "short", "medium", "long")
@@ -24,10 +23,8 @@ class Group:
         complete: number of those with all verdicts that were asked for.
         errors: number of those that failed for another reason than the policy's doing.
         tasks: number of tasks of the complete ones.
-        outcomes: the four combinations of success and safety; they sum to ``complete``.
         shares: by name; see :data:`~pytest_safemanip.metrics.measures.SHARES`.
         figures: by name; None where undefined.
-        unresolved: number of rollouts in which a property stayed open.
         vacuous: number of rollouts in which nothing was put to the test.
     """
 
@@ -35,11 +32,19 @@ class Group:
     complete: int
     errors: int
     tasks: int
-    outcomes: Mapping[str, int]
     shares: Mapping[str, Rate]
     figures: Mapping[str, float | None]
-    unresolved: int
     vacuous: int
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """The four combinations of success and safety; they sum to ``complete``."""
+        return {name: int(self.shares[name].hits) for name in OUTCOMES}
+
+    @property
+    def unresolved(self) -> int:
+        """Number of rollouts in which a property stayed open."""
+        return int(self.shares["unresolved_rate"].hits)
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins."""
@@ -48,7 +53,7 @@ class Group:
             "complete": self.complete,
             "errors": self.errors,
             "tasks": self.tasks,
-            "outcomes": dict(self.outcomes),
+            "outcomes": self.outcomes,
             **{name: rate.to_json() for name, rate in self.shares.items()},
             **self.figures,
             "unresolved": self.unresolved,
@@ -104,20 +109,22 @@ def measure(records: Sequence[RolloutRecord]) -> Metrics:
     )
 
 
+def measure_each(records: Sequence[RolloutRecord]) -> dict[str, Metrics]:
+    """The metrics of each policy."""
+    return {policy: measure(own) for policy, own in by_policy(records).items()}
+
+
 def group(cases: Iterable[Seen]) -> Group:
     """The metrics of some rollouts."""
     every = list(cases)
     done = [case for case in every if case.decided]
-    outcomes = Counter(map(outcome, done))
     return Group(
         rollouts=len(every),
         complete=len(done),
         errors=sum(bool(case.record.error) for case in every),
         tasks=len({case.task for case in done}),
-        outcomes={name: outcomes[name] for name in OUTCOMES},
         shares={name: share.of(done) for name, share in SHARES.items()},
         figures={name: figure.of(done) for name, figure in FIGURES.items()},
-        unresolved=sum(case.unresolved for case in done),
         vacuous=sum(case.vacuous for case in done),
     )
 

@@ -75,18 +75,13 @@ class RolloutRecord:
         return self.success is not None and not self.error
 
     @property
-    def violated(self) -> bool:
-        """Whether at least one property is violated."""
-        return any(p.outcome == "VIOLATED" for p in self.properties.values())
+    def reason(self) -> str:
+        """Why there is no verdict on something of it, in one line."""
+        return self.error.splitlines()[0] if self.error else "not run to its end"
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins."""
         return {**asdict(self), "properties": [asdict(p) for p in self.properties.values()]}
-
-
-def complete(records: Iterable[RolloutRecord]) -> list[RolloutRecord]:
-    """The rollouts that ran to their end."""
-    return [record for record in records if record.complete]
 
 
 def by_policy(records: Iterable[RolloutRecord]) -> dict[str, list[RolloutRecord]]:

@@ -16,6 +16,8 @@ SCHEMA = 1
 NAME = "summary.json"
 MAX_BYTES = 1_000_000_000
 """15,000 rollouts of ten properties take about 50 MB."""
+DECISIVE_SETTINGS = ("semantics", "stop", "horizon_scale")
+"""Those of a summary's settings that decide verdicts; what was run decides them not."""
 _OUTCOMES = ("VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS")
 
 
@@ -75,7 +77,7 @@ def read(path: Path) -> Summary:
 
 def decisive_of(settings: Mapping[str, Any], hashes: Mapping[str, Any]) -> dict[str, Any]:
     """What decides a verdict, by dotted name, from the sections of a summary."""
-    chosen = {name: settings.get(name) for name in ("semantics", "stop", "horizon_scale")}
+    chosen = {name: settings.get(name) for name in DECISIVE_SETTINGS}
     return {**chosen, **flat(hashes)}
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pytest_safemanip.metrics.groups import Group, Metrics
+from pytest_safemanip.metrics.measures import OUTCOMES
 
 Row = dict[str, Any]
 
@@ -24,10 +25,7 @@ def tables(metrics: Mapping[str, Metrics]) -> dict[str, list[Row]]:
                 "policy": policy,
                 "success_rate": _value(found.total, "success_rate"),
                 "violation_rate": _value(found.total, "violation_rate"),
-                "outcomes": {
-                    name: count / found.total.complete if found.total.complete else None
-                    for name, count in found.total.outcomes.items()
-                },
+                "outcomes": {name: _value(found.total, name) for name in OUTCOMES},
             }
             for policy, found in metrics.items()
         ],

@@ -59,19 +59,20 @@ def watch(gate: Gate, records: Iterable[RolloutRecord], level: float) -> Watched
         records: of one policy: all rollouts that may be run, in the order of their seeds.
         level: probability that a gate is decided wrongly, at most.
     """
-    limit = -math.log(level)
+    limit, share = -math.log(level), SHARES[gate.metric]
     taken: list[Seen] = []
-    rate, rounds = Rate(0, 0), 0
+    hits, rounds = 0.0, 0
+    verdict: Verdict = "INCONCLUSIVE"
     for cases in _rounds(seen(records, gate.where)):
         if not all(case.decided for case in cases):
             break
         taken += cases
         rounds += 1
-        rate = SHARES[gate.metric].of(taken)
-        if evidence(rate.hits, rate.total, gate.bound) > limit:
-            keeps = gate.keeps(rate.hits / rate.total)
-            return Watched("PASS" if keeps else "FAIL", rate, rounds)
-    return Watched("INCONCLUSIVE", rate, rounds)
+        hits += share.of(cases).hits
+        if evidence(hits, len(taken), gate.bound) > limit:
+            verdict = "PASS" if gate.keeps(hits / len(taken)) else "FAIL"
+            break
+    return Watched(verdict, share.of(taken), rounds)
 
 
 def decide_early(

@@ -9,13 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.metrics.gates import (
-    Gates,
-    check_filters,
-    check_must_pass,
-    load_gates,
-    parse_gate,
-)
+from pytest_safemanip.metrics.gates import Gates, check_gates, load_gates, parse_gate
+from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.metrics.merging import merge
 from pytest_safemanip.metrics.selection import FILTERS
 from pytest_safemanip.metrics.summaries import Summary, read
@@ -40,12 +35,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)  # noqa: T201
         return 2
     ruling = Release(gates, baseline).rule(run)
-    lines = summary_lines(run.records)
+    metrics = measure_each(run.records)
+    lines = summary_lines(run.records, metrics)
     if gates.gates or baseline:
         lines += ["", *ruling_lines(ruling)]
     print("\n".join(lines))  # noqa: T201
     if chosen.out:
-        found = {**document.merged(run, chosen.out.parent), "release": ruling.to_json()}
+        found = {**document.merged(run, metrics, chosen.out.parent), "release": ruling.to_json()}
         document.write(found, chosen.out)
     return 1 if ruling.failures(chosen.inconclusive == "fail") else 0
 
@@ -81,9 +77,7 @@ def _gates(chosen: argparse.Namespace, run: Summary) -> Gates:
         known["property"] |= {*record.properties, *record.unjudged}
         known["category"] |= {*record.unjudged.values()}
         known["category"] |= {verdict.category for verdict in record.properties.values()}
-    for gate in gates.gates:
-        check_filters(gate, known)
-    check_must_pass(gates, known["property"] | known["category"])
+    check_gates(gates, known)
     return gates
 
 

@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pytest_safemanip.metrics.groups import measure
-from pytest_safemanip.metrics.records import RolloutRecord, by_policy
-from pytest_safemanip.metrics.summaries import SCHEMA, Summary, decisive_of
+from pytest_safemanip.metrics.groups import Metrics
+from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.metrics.summaries import DECISIVE_SETTINGS, SCHEMA, Summary, decisive_of
 from pytest_safemanip.metrics.tables import tables
 from pytest_safemanip.plan import Plan
 from pytest_safemanip.report.results import Results
@@ -20,7 +20,7 @@ from pytest_safemanip.sim.provenance import source_digest, versions
 from pytest_safemanip.spec.properties import Property
 
 
-def summary(plan: Plan, results: Results) -> dict[str, Any]:
+def summary(plan: Plan, results: Results, metrics: Mapping[str, Metrics]) -> dict[str, Any]:
     """The document, in plain builtins; paths of recordings are relative to the output folder.
 
     Keys: ``schema``, ``versions``, ``settings``, ``hashes`` (of what judges), ``provenance`` (of
@@ -38,7 +38,7 @@ def summary(plan: Plan, results: Results) -> dict[str, Any]:
             "errors": {case.node_id: error for case, error in results.errors.items()},
             "saved_rollouts": len(results.saved),
         },
-        **findings(results.records, plan.settings.out),
+        **findings(results.records, metrics, plan.settings.out),
     }
 
 
@@ -53,9 +53,10 @@ def head() -> dict[str, Any]:
     }
 
 
-def findings(records: Sequence[RolloutRecord], folder: Path) -> dict[str, Any]:
+def findings(
+    records: Sequence[RolloutRecord], metrics: Mapping[str, Metrics], folder: Path
+) -> dict[str, Any]:
     """The rollouts, and what is computed from them alone."""
-    metrics = {name: measure(own) for name, own in by_policy(records).items()}
     return {
         "rollouts": [_rollout(record, folder) for record in records],
         "metrics": {name: found.to_json() for name, found in metrics.items()},
@@ -63,16 +64,15 @@ def findings(records: Sequence[RolloutRecord], folder: Path) -> dict[str, Any]:
     }
 
 
-def merged(found: Summary, folder: Path) -> dict[str, Any]:
+def merged(found: Summary, metrics: Mapping[str, Metrics], folder: Path) -> dict[str, Any]:
     """The document of several runs; it can be read, and merged, like that of one."""
-    chosen = ("semantics", "stop", "horizon_scale")
     return {
         **head(),
         "merged": list(found.places),
-        "settings": {name: found.decisive.get(name) for name in chosen},
-        "hashes": {k: v for k, v in found.decisive.items() if k not in chosen},
+        "settings": {name: found.decisive.get(name) for name in DECISIVE_SETTINGS},
+        "hashes": {k: v for k, v in found.decisive.items() if k not in DECISIVE_SETTINGS},
         "provenance": [dict(origin) for origin in found.origins],
-        **findings(found.records, folder),
+        **findings(found.records, metrics, folder),
     }
 
 

@@ -41,8 +41,7 @@ def gate_text(decision: Decision) -> str:
     if decision.gate.metric in SHARES:
         lines += ["", SHARES[decision.gate.metric].says]
     for record in decision.unknown[:MAX_TASKS]:
-        reason = record.error.splitlines()[0] if record.error else "not run to its end"
-        lines.append(f"  no verdict: {record.task}, seed {record.seed}: {reason}")
+        lines.append(f"  no verdict: {record.task}, seed {record.seed}: {record.reason}")
     if decision.rate and decision.verdict == "FAIL":
         lines += [f"  {line}" for line in _worst(decision.rate, decision.gate.small)]
     return "\n".join(lines)

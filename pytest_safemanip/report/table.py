@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from pytest_safemanip.metrics.groups import Group, Metrics, measure
+from pytest_safemanip.metrics.groups import Group, Metrics
 from pytest_safemanip.metrics.records import RolloutRecord, by_policy
 from pytest_safemanip.report.numbers import aligned, counted, fraction, percent, share, spread
 from pytest_safemanip.report.questions import question_lines
@@ -31,12 +31,10 @@ _COLUMNS = (
 )
 
 
-def summary_lines(records: Sequence[RolloutRecord]) -> list[str]:
+def summary_lines(records: Sequence[RolloutRecord], metrics: Mapping[str, Metrics]) -> list[str]:
     """Metrics of each policy, then all policies side by side."""
-    metrics: dict[str, Metrics] = {}
     lines: list[str] = []
     for policy, own in by_policy(records).items():
-        metrics[policy] = measure(own)
         lines += [*_policy_lines(policy, metrics[policy], own), ""]
     lines += question_lines(metrics)
     if any(found.total.complete for found in metrics.values()):

@@ -6,13 +6,17 @@ import json
 import pytest
 
 from pytest_safemanip.ltlf import parse
-from pytest_safemanip.metrics.groups import measure
+from pytest_safemanip.metrics.groups import measure, measure_each
 from pytest_safemanip.metrics.merging import merge
 from pytest_safemanip.metrics.summaries import read
 from pytest_safemanip.report import document
 from pytest_safemanip.report.results import Results, error_data, judged_data
 from tests import toy
 from tests.report.conftest import finding, verdict
+
+
+def summary(plan, results):
+    return document.summary(plan, results, measure_each(results.records))
 
 
 @pytest.fixture
@@ -32,7 +36,7 @@ def run(make):
 
 def test_the_document_says_what_was_found_and_what_decided_it(run):
     plan, results = run
-    found = document.summary(plan, results)
+    found = summary(plan, results)
     assert set(found) == {
         "schema",
         "versions",
@@ -64,7 +68,7 @@ def test_the_document_says_what_was_found_and_what_decided_it(run):
 
 
 def test_a_rollout_lists_its_verdicts_violations_and_recording(run):
-    done, failed = document.summary(*run)["rollouts"]
+    done, failed = summary(*run)["rollouts"]
     # The folder may be moved: paths are relative to it.
     assert done["recording"] == "recordings/one.rollout"
     assert (done["success"], done["acting_steps"], done["provenance"]) == (False, 6, 0)
@@ -81,7 +85,7 @@ def test_a_rollout_lists_its_verdicts_violations_and_recording(run):
 
 
 def test_the_file_is_json_that_says_the_same(run, tmp_path):
-    found = document.summary(*run)
+    found = summary(*run)
     path = tmp_path / "deep" / "summary.json"
     for _ in range(2):
         document.write(found, path)
@@ -116,9 +120,7 @@ def test_the_hash_of_a_property_changes_with_what_decides_a_verdict(make, change
     other = dataclasses.replace(plan.properties["grasp_stability"], **changed)
     changed_plan = dataclasses.replace(plan, properties={**plan.properties, other.id: other})
     one, two = (
-        document.summary(p, Results(p.tasks, p.properties))["hashes"]["properties"][
-            "grasp_stability"
-        ]
+        summary(p, Results(p.tasks, p.properties))["hashes"]["properties"]["grasp_stability"]
         for p in (plan, changed_plan)
     )
     assert (one != two) == decides
@@ -126,13 +128,13 @@ def test_the_hash_of_a_property_changes_with_what_decides_a_verdict(make, change
 
 def test_a_changed_parameter_is_in_the_document(make):
     plan = make(params={"settled.speed": 0.5})
-    found = document.summary(plan, Results(plan.tasks, plan.properties))
+    found = summary(plan, Results(plan.tasks, plan.properties))
     assert found["hashes"]["parameters"]["settled.speed"] == 0.5
 
 
 def test_the_tables_have_a_row_for_each_question(run):
     plan, results = run
-    tables = document.summary(plan, results)["tables"]
+    tables = summary(plan, results)["tables"]
     assert tables["rq1"][0]["policy"] == "hold"
     assert tables["rq1"][0]["violation_rate"] == 1.0
     assert sum(tables["rq1"][0]["outcomes"].values()) == 1.0
@@ -147,7 +149,7 @@ def test_the_tables_have_a_row_for_each_question(run):
 
 def test_a_written_summary_is_read_as_it_was(run, tmp_path):
     plan, results = run
-    document.write(document.summary(plan, results), tmp_path / "summary.json")
+    document.write(summary(plan, results), tmp_path / "summary.json")
     found = read(tmp_path)
     known = document.as_summary(plan, results)
     assert found.decisive == known.decisive
@@ -157,9 +159,11 @@ def test_a_written_summary_is_read_as_it_was(run, tmp_path):
 
 def test_a_merged_summary_is_a_summary(run, tmp_path):
     plan, results = run
-    document.write(document.summary(plan, results), tmp_path / "summary.json")
+    document.write(summary(plan, results), tmp_path / "summary.json")
     one = merge([read(tmp_path)])
-    document.write(document.merged(one, tmp_path), tmp_path / "merged.json")
+    document.write(
+        document.merged(one, measure_each(one.records), tmp_path), tmp_path / "merged.json"
+    )
     again = read(tmp_path / "merged.json")
     assert again.decisive == one.decisive
     assert again.records == one.records

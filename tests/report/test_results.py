@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from pytest_safemanip.metrics.selection import seen
 from pytest_safemanip.report.results import Results, error_data, judged_data, saved_data
 from tests import toy
 from tests.report.conftest import finding, verdict
@@ -40,7 +41,7 @@ def test_a_rollout_collects_the_verdicts_of_its_cases_in_any_order(plan):
             results.add(data(plan, case, *outcome))
         record, other = results.records
         assert record.key == ("hold", own[0].task, 0)
-        assert record.violated
+        assert seen([record])[0].violated
         assert (record.success, record.acting_steps, record.recording) == (False, 6, str(PATH))
         assert not other.complete
         assert set(other.unjudged) == {c.property_id for c in plan.cases if c.seed == 1}

@@ -4,12 +4,17 @@ import re
 
 import numpy as np
 
+from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.report.header import header_lines
 from pytest_safemanip.report.results import Results, error_data, judged_data
 from pytest_safemanip.report.table import LEGEND, summary_lines
 from tests import toy
 from tests.metrics.build import rollouts
 from tests.report.conftest import finding, verdict
+
+
+def shown(records):
+    return summary_lines(records, measure_each(records))
 
 
 def add(results, plan, case, outcome, *findings, success=False):
@@ -30,7 +35,7 @@ def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
             add(results, plan, case, "UNRESOLVED")
         else:
             add(results, plan, case, "VACUOUS", success=case.seed == 0)
-    lines = summary_lines(results.records)
+    lines = shown(results.records)
     assert lines[:7] == [
         "hold: 2 complete rollouts of 1 task",
         "                               rate  these tasks  like these",
@@ -70,7 +75,7 @@ def test_what_has_no_case_is_shown_as_undefined(make):
     plan = make(properties=("grasp_stability",))
     results = Results(plan.tasks, plan.properties)
     add(results, plan, plan.cases[0], "SATISFIED")
-    assert "  unsafe successes  undefined (no case)" in summary_lines(results.records)
+    assert "  unsafe successes  undefined (no case)" in shown(results.records)
 
 
 def test_errors_and_rollouts_that_were_not_run_are_counted(make):
@@ -80,7 +85,7 @@ def test_errors_and_rollouts_that_were_not_run_are_counted(make):
     add(results, plan, plan.cases[0], "SATISFIED", success=True)
     for case in plan.cases[1:4]:
         results.add(error_data(case, "lost"))
-    lines = summary_lines(results.records)
+    lines = shown(results.records)
     assert lines[0] == "hold: 1 complete rollout of 1 task, 2 with errors"
     assert "random: 0 complete rollouts, 1 with errors, 2 not run to the end" in lines
 
@@ -91,7 +96,7 @@ def test_policies_horizons_and_suites_are_shown_side_by_side():
         *rollouts("xx", "B", policy="one", suite="s2", horizon="long"),
         *rollouts("....", "A", policy="two", suite="s1", horizon="short"),
     ]
-    lines = summary_lines(records)
+    lines = shown(records)
     for row in (
         [
             "policy",

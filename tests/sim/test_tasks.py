@@ -21,10 +21,11 @@ from pytest_safemanip.judge import Judge
 from pytest_safemanip.policies.simple import Random
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.sim.backend import Backend, Request
+from pytest_safemanip.sim.robocasa import kitchens
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
-from pytest_safemanip.spec.tasks import load_tasks
+from pytest_safemanip.spec.tasks import KITCHENS, load_tasks
 
 ROOT = Path(__file__).parents[2]
 TASKS = load_tasks([ROOT / "tasks"])
@@ -59,6 +60,10 @@ def test_a_task_is_judged_in_the_compact_kitchen(backend: Backend, name: str) ->
 @pytest.mark.parametrize("name", of_the_day(OTHERS, 1))
 def test_a_task_is_judged_in_a_target_scene(backend: Backend, name: str) -> None:
     assert len(judged(backend, TASKS[name], "target")) == len(TASKS[name].properties)
+
+
+def test_a_task_can_name_each_compact_kitchen() -> None:
+    assert tuple(kitchens.KITCHENS) == KITCHENS
 
 
 def test_a_property_that_cannot_be_judged_says_why() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import copy
+import functools
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -71,17 +72,23 @@ def _let_read(layout: dict[str, Any]) -> None:
     """
     from robocasa.models.scenes import scene_registry
 
-    folder = tempfile.TemporaryDirectory(prefix="safemanip-layout-")
-    atexit.register(folder.cleanup)
-    path = Path(folder.name) / "layout.yaml"
-    path.write_text(yaml.safe_dump(layout))
-    original = _ORIGINAL.setdefault("get_layout_path", scene_registry.get_layout_path)
+    path = _written(yaml.safe_dump(layout))
+    original = getattr(
+        scene_registry.get_layout_path, "__wrapped__", scene_registry.get_layout_path
+    )
 
+    @functools.wraps(original)
     def get_layout_path(layout_id: Any) -> str:
-        return str(path) if isinstance(layout_id, dict) else str(original(layout_id))
+        return path if isinstance(layout_id, dict) else str(original(layout_id))
 
     scene_registry.get_layout_path = get_layout_path
 
 
-_ORIGINAL: dict[str, Any] = {}
-"""What RoboCasa's functions were before they were wrapped."""
+@functools.cache
+def _written(text: str) -> str:
+    """A file with this text, until the process ends."""
+    folder = tempfile.TemporaryDirectory(prefix="safemanip-layout-")
+    atexit.register(folder.cleanup)
+    path = Path(folder.name) / "layout.yaml"
+    path.write_text(text)
+    return str(path)
