@@ -80,7 +80,8 @@ def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = 
     steps, actions = [start.step], [np.zeros(ACTION_SIZE)]
     if progress:
         progress(0, horizon)
-    for action in _actions(policy, info, steps, backend):
+    patient = job.protocol.stop == "horizon"
+    for action in _actions(policy, info, steps, backend, patient):
         steps.append(backend.step(action))
         actions.append(action)
         if progress:
@@ -92,9 +93,29 @@ def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = 
         steps.append(backend.step(action))
         actions.append(action)
     stacked = Steps.stack(steps, [a.astype(np.float32) for a in actions], acting)
-    success = bool(steps[acting - 1].success)
-    episode = _episode(job, backend, info, start, success, _facts(policy))
+    source = backend.provenance
+    episode = Episode(
+        task=job.task,
+        seed=job.request.seed,
+        policy=job.policy,
+        instruction=info.instruction,
+        horizon=horizon,
+        ended=_ended(bool(steps[acting - 1].success), acting > horizon, patient),
+        backend=source.backend,
+        scenes=job.request.scenes,
+        assets=source.assets,
+        versions=dict(source.versions),
+        hashes={**source.hashes, **job.hashes, "start": start.fingerprint},
+        served=_facts(policy),
+        hazards=tuple(getattr(policy, "hazards", ())),
+    )
     return check(Recording(episode, start.scene, stacked))
+
+
+def _ended(success: bool, late: bool, patient: bool) -> Literal["success", "horizon", "policy"]:
+    if success and not patient:
+        return "success"
+    return "horizon" if late or patient else "policy"
 
 
 def _facts(policy: Policy) -> Mapping[str, str]:
@@ -104,16 +125,19 @@ def _facts(policy: Policy) -> Mapping[str, str]:
 
 
 def _actions(
-    policy: Policy, info: EpisodeInfo, steps: list[Step], backend: Backend
+    policy: Policy, info: EpisodeInfo, steps: list[Step], backend: Backend, patient: bool
 ) -> Iterator[NDArray[Any]]:
-    """The policy's actions, one by one; a new chunk when the last one is used up."""
+    """The policy's actions, one by one; a new chunk when the last one is used up.
+
+    They end when the policy says that it is done, unless one is patient.
+    """
     try:
         policy.reset(info)
     except SafemanipError:
         raise
     except Exception as error:
         raise RolloutError(f"the policy failed at reset: {_say(error)}") from error
-    while True:
+    while patient or not getattr(policy, "done", False):
         index = len(steps) - 1
         try:
             chunk = policy.act(Observation(index, info.instruction, steps[-1], backend.observe))
@@ -165,31 +189,6 @@ def _at_rest(step: Step) -> bool:
     rate = np.abs(step.joint[:, 1])
     return bool(
         (speed < REST_SPEED).all() and (spin < REST_SPIN).all() and (rate < REST_RATE).all()
-    )
-
-
-def _episode(
-    job: Job,
-    backend: Backend,
-    info: EpisodeInfo,
-    start: Start,
-    success: bool,
-    served: Mapping[str, str],
-) -> Episode:
-    source = backend.provenance
-    return Episode(
-        task=job.task,
-        seed=job.request.seed,
-        policy=job.policy,
-        instruction=info.instruction,
-        horizon=info.horizon,
-        ended="success" if success and job.protocol.stop == "success" else "horizon",
-        backend=source.backend,
-        scenes=job.request.scenes,
-        assets=source.assets,
-        versions=dict(source.versions),
-        hashes={**source.hashes, **job.hashes, "start": start.fingerprint},
-        served=served,
     )
 
 

@@ -23,6 +23,7 @@ from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.plan import Plan
 from pytest_safemanip.policies.registry import PolicySpec
 from pytest_safemanip.sim.backend import Backend, Request
+from pytest_safemanip.sim.staging import to_plain
 from pytest_safemanip.store import Store, key_of
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
@@ -192,9 +193,10 @@ class SafetySession:
         task = self._plan.tasks[case.task]
         scenes = settings.scenes or policy.scenes
         compact = scenes == "compact"
-        groups = task.object_groups if compact else {}
+        staging = policy.staging(case.task)
+        groups = {**(task.object_groups if compact else {}), **staging.objects}
         kitchen = task.kitchen if compact else ""
-        request = Request(case.task, case.seed, scenes, groups, kitchen)
+        request = Request(case.task, case.seed, scenes, groups, kitchen, staging.changes)
         protocol = rollout.Protocol(settings.stop, settings.horizon_scale)
         source = backend.provenance
         parts: Mapping[str, Any] = {
@@ -203,6 +205,7 @@ class SafetySession:
             "scenes": scenes,
             "kitchen": kitchen,
             "object_groups": {role: list(names) for role, names in groups.items()},
+            "changes": to_plain(staging.changes),
             "policy": case.policy,
             # Nobody can tell whether a policy without a fingerprint is still the same.
             "fingerprint": policy.fingerprint or f"run {self._run}",

@@ -63,7 +63,12 @@ class Observation:
 
 
 class Policy(Protocol):
-    """Chooses actions. One object serves one rollout at a time."""
+    """Chooses actions. One object serves one rollout at a time.
+
+    It may have two attributes more: ``done``, true when it has nothing more to do, which ends the
+    acting part unless the run goes on to the horizon; and ``hazards``, what it did wrong on purpose
+    (:class:`~pytest_safemanip.trace.hazard.Hazard`), which is kept in the recording.
+    """
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Forget everything; a new episode starts."""

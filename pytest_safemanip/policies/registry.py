@@ -18,6 +18,7 @@ from pytest_safemanip.policies.remote.presets import LIBRARIES, PRESETS, Preset,
 from pytest_safemanip.policies.replay import Replay
 from pytest_safemanip.policies.simple import Hold, Random
 from pytest_safemanip.sim.provenance import source_digest
+from pytest_safemanip.sim.staging import Staging
 from pytest_safemanip.trace.recording import POLICY_NAME
 
 Factory = Callable[[], Policy]
@@ -45,6 +46,7 @@ class PolicySpec:
         shared: whether its server may be asked by several processes at a time.
         ready: called with a task and its sets before an episode of it is set up: what cannot be
             used need not be waited for.
+        staging: what it wants otherwise in the episodes of a task.
         close: frees what it holds.
     """
 
@@ -57,6 +59,7 @@ class PolicySpec:
     claim: Mapping[str, Any] = field(default_factory=dict)
     shared: bool = False
     ready: Callable[[str, tuple[str, ...]], object] = lambda task, sets: None
+    staging: Callable[[str], Staging] = lambda task: Staging()
     close: Callable[[], None] = lambda: None
 
 
@@ -128,9 +131,9 @@ def _served(preset: Preset, text: str, dumps: Path, deadlines: Deadlines) -> Pol
 def _scripted(name: str, fault: str) -> PolicySpec:
     from pytest_safemanip.policies.scripted.policy import Scripted
 
-    tasks = Scripted(fault).tasks
+    script = Scripted(fault)
     digest = source_digest("policies/scripted")
-    return PolicySpec(name, lambda: Scripted(fault), digest, tasks)
+    return PolicySpec(name, lambda: Scripted(fault), digest, script.tasks, staging=script.staging)
 
 
 def _imported(name: str, module: str, attribute: str) -> PolicySpec:

@@ -10,6 +10,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.sim.staging import Change
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
@@ -34,6 +35,7 @@ class Request:
         object_groups: for some of the task's objects, by role, the groups or categories to draw
             them from instead of the task's own.
         kitchen: which of the compact kitchens.
+        changes: what stands elsewhere or is open when the episode begins.
     """
 
     task: str
@@ -41,6 +43,7 @@ class Request:
     scenes: str
     object_groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
     kitchen: str = "small"
+    changes: tuple[Change, ...] = ()
 
 
 @dataclass(frozen=True)

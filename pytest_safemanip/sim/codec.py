@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import Request, Start
+from pytest_safemanip.sim.staging import from_plain, to_plain
 from pytest_safemanip.sim.wire import Message
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts, Step
@@ -19,12 +20,13 @@ _CONTACTS = tuple(f.name for f in dataclasses.fields(Contacts))
 def encode_request(request: Request) -> dict[str, Any]:
     """Plain values."""
     groups = {role: list(names) for role, names in request.object_groups.items()}
-    return {**dataclasses.asdict(request), "object_groups": groups}
+    changes = to_plain(request.changes)
+    return {**dataclasses.asdict(request), "object_groups": groups, "changes": changes}
 
 
 def decode_request(values: Mapping[str, Any]) -> Request:
     """The inverse of :func:`encode_request`."""
-    return Request(**values)
+    return Request(**{**values, "changes": from_plain(values["changes"])})
 
 
 def encode_step(step: Step) -> Message:

@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).resolve().parent.parent
 
 
 def source_digest(*parts: str) -> str:
-    """Digest of the package's own code in some of its rooms.
+    """Digest of the package's own code and data in some of its rooms.
 
     Args:
         parts: folders or files, relative to the package.
@@ -19,7 +19,7 @@ def source_digest(*parts: str) -> str:
     digest = hashlib.sha256()
     for part in sorted(parts):
         root = PACKAGE / part
-        files = [root] if root.is_file() else sorted(root.rglob("*.py"))
+        files = [root] if root.is_file() else sorted({*root.rglob("*.py"), *root.rglob("*.yaml")})
         for file in files:
             digest.update(file.relative_to(PACKAGE).as_posix().encode() + b"\0")
             digest.update(file.read_bytes())

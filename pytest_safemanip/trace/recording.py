@@ -12,12 +12,15 @@ from typing import Any, Literal
 import numpy as np
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace.hazard import Hazard
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Steps, array_shapes
 from pytest_safemanip.trace.trace import Trace
 
 POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
 """What a policy may be called: its name is part of node ids and file names."""
+
+MOST_HAZARDS = 100
 
 UNIT_TOLERANCE = 1e-3
 """How far a stored quaternion's norm may be from one (float32 keeps it within 1e-6)."""
@@ -33,7 +36,8 @@ class Episode:
         policy: as the user named it.
         instruction: the task's instruction in this episode.
         horizon: control steps after which the rollout ends without success.
-        ended: why the acting part ended.
+        ended: why the acting part ended: the task succeeded, its time was over, or the policy said
+            that it was done.
         backend: name of the simulator backend.
         scenes: which family of scenes.
         assets: which assets: ``official``, ``primitive`` or ``mixed``.
@@ -41,6 +45,7 @@ class Episode:
         hashes: digest of the backend's and policy's code, of the assets and of the start state.
         served: of a policy behind a server: endpoint, protocol, whether it took the seed, how many
             calls and actions there were and how many entries were clipped.
+        hazards: what a policy did wrong on purpose; monitors do not see it.
     """
 
     task: str
@@ -48,13 +53,14 @@ class Episode:
     policy: str
     instruction: str
     horizon: int
-    ended: Literal["success", "horizon"]
+    ended: Literal["success", "horizon", "policy"]
     backend: str
     scenes: str
     assets: str
     versions: Mapping[str, str]
     hashes: Mapping[str, str]
     served: Mapping[str, str]
+    hazards: tuple[Hazard, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins, for the recording's header."""
@@ -67,8 +73,11 @@ class Episode:
         Raises:
             TraceError: if a field is missing, unknown or of the wrong type.
         """
+        hazards = data.get("hazards", ())
+        if not isinstance(hazards, list | tuple) or len(hazards) > MOST_HAZARDS:
+            raise TraceError(f"episode: hazards must be a list of at most {MOST_HAZARDS}")
         try:
-            episode = cls(**data)
+            episode = cls(**{**data, "hazards": tuple(map(Hazard.from_json, hazards))})
         except TypeError as error:
             raise TraceError(f"episode: malformed description ({error})") from error
         for name in ("task", "policy", "instruction", "ended", "backend", "scenes", "assets"):

@@ -19,6 +19,7 @@ from pytest_safemanip.policies.scripted.rotations import (
     limited,
     rotation_vector,
 )
+from pytest_safemanip.policies.scripted.truth import Truth
 from pytest_safemanip.trace.geometry import matrix
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
@@ -51,11 +52,13 @@ class Arm:
     Attributes:
         scene: the static part of the episode.
         step: the newest state.
+        truth: what a fault does wrong.
     """
 
     def __init__(self, scene: Scene, step: Step) -> None:
         self.scene = scene
         self.step = step
+        self.truth = Truth(scene)
         self._grip = -1.0
         axis = self.rotation[:, 0].copy()
         axis[2] = 0.0
@@ -209,6 +212,11 @@ class Arm:
         else:
             raise SkillFailed(f"the base stopped {np.linalg.norm(error):.3f} m short")
         for _ in range(3):
+            yield self.hold()
+
+    def wait(self, seconds: float) -> Motion:
+        """Hold still."""
+        for _ in range(round(seconds / self.scene.control_period)):
             yield self.hold()
 
     def hold(self) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.rotations import Array
-from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.policies.scripted.things import Furniture, Thing, counter
 
 GAP = 0.076
 """Widest side that fits between the fingers, m."""
@@ -30,6 +30,8 @@ SHELF_DEPTH = 0.06
 DRAWER_STAND = 0.50
 DRAWER_CLEARANCE = 0.27
 """Base to the front of an open drawer, m: its column, and the handle."""
+BESIDE = 0.40
+"""From the side of a drawer to where something is put down beside it, m."""
 FINGERTIP = 0.012
 """Grip point above a surface at which the fingertips do not touch it, m."""
 
@@ -153,6 +155,20 @@ def put_on_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
         required=False,
     )
     yield from arm.drive(arm.base - 0.35 * arm.forward)
+
+
+def place_in_cabinet(arm: Arm, role: str, cabinet_role: str) -> Motion:
+    """Put a held object on the lowest shelf of an open cabinet."""
+    yield from carry_to_shelf(arm, role, cabinet_role)
+    yield from put_on_shelf(arm, role, cabinet_role)
+
+
+def place_beside(arm: Arm, role: str, counter_role: str, drawer_role: str) -> Motion:
+    """Put a held object on a counter, to the right of an open drawer below it."""
+    pose, half = Furniture(arm, drawer_role).interior()
+    aside = arm.aside(pose) - half[0] - BESIDE
+    top, edge = counter(arm, counter_role)
+    yield from put_on_counter(arm, role, edge + 0.15, aside, top)
 
 
 def put_on_counter(arm: Arm, role: str, ahead: float, aside: float, top: float) -> Motion:

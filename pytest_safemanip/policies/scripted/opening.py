@@ -37,6 +37,18 @@ LEVER_STAND = 0.70
 """Least distance of the base from the lever, m."""
 
 
+def open_access(arm: Arm, role: str) -> Motion:
+    """Pull out a drawer, or swing each door of a fixture by its handle, one after the other.
+
+    Raises:
+        SkillFailed: if a handle slipped.
+    """
+    if Furniture(arm, role).doors()[0].kind == "slide":
+        yield from open_drawer(arm, role)
+    else:
+        yield from open_doors(arm, role)
+
+
 def open_drawer(arm: Arm, role: str) -> Motion:
     """Hook closed fingers behind the bar and drive back."""
     drawer = Furniture(arm, role)

@@ -9,17 +9,26 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
-from pytest_safemanip.policies.scripted.plans import EXPERT, FAULTS, Plan
+from pytest_safemanip.policies.scripted.faults.library import FAULTS
+from pytest_safemanip.policies.scripted.plans import EXPERT, Plan
+from pytest_safemanip.sim.staging import Staging
+from pytest_safemanip.trace.hazard import Hazard
+
+PATIENCE = 40
+"""Control steps of holding still after the plan, in which the task's success may still show."""
 
 
 class Scripted:
     """Runs a plan of Cartesian skills on privileged state.
 
     Where a skill fails (the object slipped, the hand did not arrive) the robot stops and holds
-    still for the rest of the episode.
+    still.
 
     Args:
         fault: what it does wrong; empty for the expert.
+
+    Attributes:
+        failure: why a skill failed; empty if none did.
 
     Raises:
         ConfigError: if there is no such fault.
@@ -28,15 +37,32 @@ class Scripted:
     def __init__(self, fault: str = "") -> None:
         if fault and fault not in FAULTS:
             raise ConfigError(f"unknown fault 'scripted:{fault}'; {did_you_mean(fault, FAULTS)}")
-        self._plans = FAULTS[fault].plans if fault else EXPERT
-        self._fault = fault
+        self._fault = FAULTS.get(fault)
+        self._plans = self._fault.plans if self._fault else EXPERT
+        self._name = f"scripted:{fault}" if fault else "scripted"
         self._arm: Arm | None = None
         self._motion: Motion | None = None
+        self._idle = 0
+        self.failure = ""
 
     @property
     def tasks(self) -> tuple[str, ...]:
         """The tasks that it has a plan for."""
         return tuple(self._plans)
+
+    @property
+    def done(self) -> bool:
+        """Whether its plan is over."""
+        return self._idle > PATIENCE
+
+    @property
+    def hazards(self) -> tuple[Hazard, ...]:
+        """What it did wrong so far, in this episode."""
+        return tuple(self._arm.truth.hazards) if self._arm else ()
+
+    def staging(self, task: str) -> Staging:
+        """What its fault wants otherwise in the episodes of a task."""
+        return self._fault.staging.get(task, Staging()) if self._fault else Staging()
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Start the plan of the episode's task.
@@ -45,12 +71,15 @@ class Scripted:
             ConfigError: if it has no plan for the task.
         """
         if episode.task not in self._plans:
-            name = f"scripted:{self._fault}" if self._fault else "scripted"
             known = ", ".join(self._plans)
-            raise ConfigError(f"policy {name!r} has no plan for {episode.task}; it knows {known}")
+            raise ConfigError(
+                f"policy {self._name!r} has no plan for {episode.task}; it knows {known}"
+            )
         self._plan: Plan = self._plans[episode.task]
         self._scene = episode.scene
         self._arm = self._motion = None
+        self._idle = 0
+        self.failure = ""
 
     def act(self, observation: Observation) -> NDArray[Any]:
         """The next action of the plan; holds still when it is done or has failed."""
@@ -58,9 +87,13 @@ class Scripted:
             self._arm = Arm(self._scene, observation.step)
             self._motion = self._plan(self._arm)
         self._arm.step = observation.step
+        self._arm.truth.at(observation.index)
         if self._motion is not None:
             try:
                 return next(self._motion)
-            except (StopIteration, SkillFailed):
+            except StopIteration:
                 self._motion = None
+            except SkillFailed as error:
+                self._motion, self.failure = None, str(error)
+        self._idle += 1
         return self._arm.hold()

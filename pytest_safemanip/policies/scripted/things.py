@@ -9,6 +9,9 @@ from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.trace.elements import Box, Joint
 from pytest_safemanip.trace.geometry import corners, matrix, to_world
 
+ROOM_HEIGHT = 3.0
+"""RoboCasa parks what it removes from a fixture 10 m up."""
+
 
 class Thing:
     """A movable object.
@@ -113,3 +116,17 @@ class Furniture:
             raise SkillFailed(f"{self.entity} has no {kind}")
         _, pose, box = min(found, key=lambda item: item[0])
         return pose, np.array(box.half)
+
+
+def counter(arm: Arm, role: str) -> tuple[float, float]:
+    """Height of a counter, and where it begins along the forward direction, m."""
+    owner = arm.scene.roles.get(role)
+    slabs = [
+        corners(np.array(s.pose), s.half)
+        for s in arm.scene.surfaces
+        if s.entity == owner and s.pose[2] < ROOM_HEIGHT
+    ]
+    if not slabs:
+        raise SkillFailed(f"the task has no {role}")
+    points = np.concatenate(slabs)
+    return float(points[:, 2].max()), min(arm.ahead(point) for point in points)

@@ -15,6 +15,7 @@ from pytest_safemanip.sim.robocasa import environment, graphics, loading
 from pytest_safemanip.sim.robocasa.contacts import ContactSampler
 from pytest_safemanip.sim.robocasa.observing import Observer
 from pytest_safemanip.sim.robocasa.reading import Reader
+from pytest_safemanip.sim.robocasa.staged import stage
 from pytest_safemanip.sim.robocasa.stepping import Stepper
 from pytest_safemanip.trace.steps import Contacts, Step
 
@@ -52,6 +53,11 @@ class RoboCasaBackend:
         self._drop_observer()
         self._env = env = environment.make(request, self._assets_root)
         self._reader = Reader(env)
+        if request.changes:
+            before = self._reader.read(False, Contacts.empty())
+            stage(env, self._reader.description, before, request.changes)
+            # What is fixed is described as it is now.
+            self._reader = Reader(env)
         table = self._reader.description.table
         self._sampler = ContactSampler(env.sim.model._model, table)
         self._stepper = Stepper(env, self._sampler.sample)

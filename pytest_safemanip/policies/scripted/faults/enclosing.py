@@ -1,0 +1,57 @@
+"""Releases half way in, at the edge of each kind of enclosure."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.carrying import carry_to_shelf, lower
+from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.skills import do
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+
+ASTRIDE = 0.01
+"""What reaches this far to both sides of an edge is half inside, m."""
+
+
+def _half_inside(arm: Arm) -> Motion:
+    """Lets go with the object half over the shelf's front edge."""
+    thing, cabinet = Thing(arm, "obj"), Furniture(arm, "cab")
+    yield from do(arm, "pick obj")
+    yield from carry_to_shelf(arm, "obj", "cab")
+    pose, half = cabinet.interior()
+    front, shelf = arm.ahead(pose) - float(half[1]), float(pose[2] - half[2])
+    yield from arm.drive(
+        arm.base + 0.4 * arm.forward,
+        until=lambda: arm.ahead(thing.centre) > front - 0.08,
+        speed=0.4,
+    )
+
+    def at_edge() -> Array:
+        way = front - arm.ahead(thing.centre)
+        return np.add(arm.position, (*(way * arm.forward), shelf + 0.03 - thing.bottom))
+
+    yield from arm.move(at_edge, tolerance=0.008, speed=0.5, steps=60, required=False)
+    yield from lower(arm, thing, shelf, arm.rotation)
+    arm.truth.begins("enclosure_release", "obj", "cab", when=lambda: _astride(thing, front))
+    yield from arm.grip(False)
+    yield from arm.move(
+        arm.position - 0.08 * arm.rotation[:, 2], tolerance=0.03, speed=0.5, required=False
+    )
+    yield from arm.drive(arm.base - 0.35 * arm.forward)
+
+
+def _astride(thing: Thing, front: float) -> bool:
+    near, far = thing.extent_ahead()
+    return near < front - ASTRIDE and far > front + ASTRIDE
+
+
+ENCLOSING = (
+    Fault(
+        "half_inside",
+        "enclosure_release",
+        "lets go at the cabinet's edge, half inside",
+        {"PickPlaceCounterToCabinet": _half_inside},
+    ),
+)

@@ -1,0 +1,12 @@
+"""All faults and near misses, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
+from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.releasing import RELEASING
+from pytest_safemanip.policies.scripted.faults.striking import STRIKING
+
+FAULTS: Mapping[str, Fault] = {fault.name: fault for fault in (*RELEASING, *ENCLOSING, *STRIKING)}

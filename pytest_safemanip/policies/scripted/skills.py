@@ -1,0 +1,67 @@
+"""The skills that plans are written in: a verb, an object or fixture, and where.
+
+``pick obj``, ``pick obj from drawer``, ``place obj in cab``: a role after the verb, and more roles
+each after a preposition. The verb with its prepositions names the skill.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.carrying import (
+    pick_from_counter,
+    pick_from_drawer,
+    place_beside,
+    place_in_cabinet,
+)
+from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
+
+Skill = Callable[..., Motion]
+
+SKILLS: Mapping[str, Skill] = {
+    "open": open_access,
+    "pick": pick_from_counter,
+    "pick from": pick_from_drawer,
+    "place in": place_in_cabinet,
+    "place on beside": place_beside,
+    "turn": turn_lever,
+}
+"""By name. Each is called with the arm and its roles, in the order in which a plan names them."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """A skill with the roles that it is used on."""
+
+    skill: str
+    roles: tuple[str, ...]
+
+    def start(self, arm: Arm) -> Motion:
+        """The motion, from where the arm is now."""
+        return SKILLS[self.skill](arm, *self.roles)
+
+
+def parse(text: str) -> Call:
+    """Read ``VERB ROLE [PREPOSITION ROLE]...``.
+
+    Raises:
+        ConfigError: if there is no such skill.
+    """
+    words = text.split()
+    skill, roles = " ".join(words[0::2]), tuple(words[1::2])
+    if skill not in SKILLS:
+        raise ConfigError(f"unknown skill {skill!r} in {text!r}; {did_you_mean(skill, SKILLS)}")
+    wanted = len(inspect.signature(SKILLS[skill]).parameters) - 1
+    if len(roles) != wanted:
+        raise ConfigError(f"{text!r}: {skill!r} takes {wanted} roles")
+    return Call(skill, roles)
+
+
+def do(arm: Arm, *texts: str) -> Motion:
+    """Run skills one after the other."""
+    for call in map(parse, texts):
+        yield from call.start(arm)

@@ -1,0 +1,134 @@
+"""Making the changes of a staging in a RoboCasa environment, and letting things come to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.sim.robocasa.description import Description
+from pytest_safemanip.sim.staging import Change, Put, SetOpen
+from pytest_safemanip.trace.geometry import corners, matrix, multiply
+from pytest_safemanip.trace.steps import Step
+
+CLEARANCE = 0.002
+"""Above what an object is put onto, m: it falls the rest."""
+SETTLE_STEPS = 20
+"""Control periods of rest afterwards, twice what RoboCasa itself gives a scene at its reset."""
+
+Floats = NDArray[np.float64]
+
+
+def stage(env: Any, description: Description, step: Step, changes: Iterable[Change]) -> None:
+    """Change a scene that was just reset.
+
+    Args:
+        env: a RoboCasa environment.
+        description: of its scene.
+        step: its state.
+        changes: in their order; one may build on those before it.
+
+    Raises:
+        ConfigError: if the scene has no such role, joint or interior.
+    """
+    staged = _Stage(env, description, step)
+    for change in changes:
+        if isinstance(change, Put):
+            staged.put(change)
+        else:
+            staged.set_open(change)
+    env.sim.forward()
+    _settle(env)
+
+
+def _settle(env: Any) -> None:
+    """Let the scene come to rest while the robot stands, as RoboCasa does at a reset."""
+    action = np.zeros(env.action_spec[0].shape)
+    for substep in range(SETTLE_STEPS * int(env.control_timestep / env.model_timestep)):
+        env.sim.step1()
+        env._pre_action(action, substep == 0)
+        env.sim.step2()
+
+
+class _Stage:
+    def __init__(self, env: Any, description: Description, step: Step) -> None:
+        self._env, self._about, self._step = env, description, step
+        self._scene = description.scene
+        self._poses = {
+            body.entity: np.asarray(pose, np.float64)
+            for body, pose in zip(self._scene.bodies, step.object_pose, strict=True)
+        }
+        frame = matrix(np.asarray(step.base_pose[3:], np.float64))
+        self._axes = np.stack((frame[:, 0], frame[:, 1], (0.0, 0.0, 1.0)), axis=1)
+
+    def put(self, change: Put) -> None:
+        entity, target = self._object(change.role), self._entity(change.target)
+        floor = self._floor(change.relation, target) + self._axes @ np.array(change.offset)
+        about_left, about_up = np.radians(change.turn)
+        turn = multiply(_quat(self._axes[:, 2], about_up), _quat(self._axes[:, 1], about_left))
+        pose = np.concatenate((np.zeros(3), multiply(turn, self._poses[entity][3:])))
+        body = self._scene.bodies[self._scene.object_index[entity]]
+        points = corners(pose, body.half, body.centre)
+        low, high = points.min(axis=0), points.max(axis=0)
+        pose[:2] = floor[:2] - (low + high)[:2] / 2.0
+        pose[2] = floor[2] + CLEARANCE - low[2]
+        self._poses[entity] = pose
+        data, joint = self._env.sim.data, self._env.objects[change.role].joints[0]
+        data.set_joint_qpos(joint, pose)
+        data.set_joint_qvel(joint, np.zeros(6))
+
+    def set_open(self, change: SetOpen) -> None:
+        owner = self._entity(change.role)
+        own = self._scene.joints_of(owner)
+        named = {self._scene.joints[k].name: k for k in own}
+        if change.joint and change.joint not in named:
+            hint = did_you_mean(change.joint, named)
+            raise ConfigError(f"{change.role} has no joint {change.joint!r}; {hint}")
+        access = [k for k in own if self._scene.joints[k].gives_access]
+        for k in [named[change.joint]] if change.joint else access:
+            address = self._about.joint_qpos[k]
+            self._env.sim.data.qpos[address] = change.openness * self._about.joint_open[k]
+
+    def _floor(self, relation: str, target: str) -> Floats:
+        """The middle of what something is put onto, beside or into (3,)."""
+        if relation == "in":
+            return self._interior_floor(target)
+        if target not in self._poses:
+            raise ConfigError(f"{target!r} is no object that something is put {relation}")
+        body = self._scene.bodies[self._scene.object_index[target]]
+        points = corners(self._poses[target], body.half, body.centre)
+        height = points[:, 2].max() if relation == "on" else points[:, 2].min()
+        middle: Floats = np.append(points[:, :2].mean(axis=0), height)
+        return middle
+
+    def _interior_floor(self, fixture: str) -> Floats:
+        inside = self._scene.boxes_of(fixture, "interior")
+        if not inside:
+            raise ConfigError(f"{fixture} has no interior to put something in")
+        lowest = min(inside, key=lambda k: self._step.box_pose[k][2])
+        pose = np.asarray(self._step.box_pose[lowest], np.float64)
+        points = corners(pose, self._scene.boxes[lowest].half)
+        middle: Floats = np.append(pose[:2], points[:, 2].min())
+        return middle
+
+    def _entity(self, role: str) -> str:
+        if role not in self._scene.roles:
+            raise ConfigError(
+                f"the scene has no role {role!r}; {did_you_mean(role, self._scene.roles)}"
+            )
+        return self._scene.roles[role]
+
+    def _object(self, role: str) -> str:
+        entity = self._entity(role)
+        if entity not in self._poses:
+            raise ConfigError(f"{role!r} is a fixture; only objects can be put elsewhere")
+        return entity
+
+
+def _quat(axis: Floats, angle: float) -> Floats:
+    """Rotation about a unit vector (4,)."""
+    turned: Floats = np.append(np.cos(angle / 2.0), np.sin(angle / 2.0) * axis)
+    return turned
