@@ -28,11 +28,12 @@ from pytest_safemanip.sim.robocasa.standins.paint import STEEL, UNSEEN, Paint
 DENSITY = 500.0
 """Density of a collision geom without a mass of its own, kg/m^3; counts for moving parts only."""
 
-ROLLING = {"condim": "6"}
-"""Contacts of a round thing resist spinning and rolling too, so that it comes to rest.
+SPINNING = {"condim": "4"}
+"""Contacts of a round thing resist spinning (a finger touches it in one point), but not rolling.
 
-RoboCasa sets the coefficients itself: its rolling friction is so high that a round thing hardly
-rolls on its own.
+RoboCasa sets the coefficients itself, and its rolling friction of 0.1 m would hold a ball on any
+slope. What rolls comes to rest by the damping of RoboCasa's free joints, 0.0005 N m s/rad: an apple
+within about 0.6 s.
 """
 
 
@@ -81,7 +82,7 @@ class Part:
     def ball(self, centre: Vec3, radius: float, *, paint: Paint, kg: float) -> None:
         """A sphere that collides and is seen; it rolls."""
         size = (radius, radius, radius)
-        self._collide("sphere", centre, size, size, paint, kg, ROLLING)
+        self._collide("sphere", centre, size, size, paint, kg, SPINNING)
         self._see("sphere", centre, size, paint, {})
 
     def capsule(
@@ -93,8 +94,16 @@ class Part:
         """
         size, turn = (radius, half_length), {"quat": numbers(LYING)}
         reach = (half_length + radius, radius, radius)
-        self._collide("capsule", centre, size, reach, paint, kg, {**ROLLING, **turn})
+        self._collide("capsule", centre, size, reach, paint, kg, {**SPINNING, **turn})
         self._see("capsule", centre, size, paint, turn)
+
+    def roller(self, centre: Vec3, radius: float, half_length: float, *, kg: float) -> None:
+        """An unseen upright capsule, what a can rolls on when it lies.
+
+        ``half_length`` is that of its straight part.
+        """
+        reach = (radius, radius, half_length + radius)
+        self._collide("capsule", centre, (radius, half_length), reach, UNSEEN, kg, SPINNING)
 
     def look(
         self,

@@ -15,6 +15,12 @@ from pytest_safemanip.sim.robocasa.standins.part import Part
 FLAT = math.tan(math.pi / 8)
 """Half the length of an octagon's side, for an octagon of half width one."""
 
+ROUND_OFF = 0.92
+"""Half width of an octagon whose corners lie within a circle of radius one (0.9239)."""
+
+LIFT = 0.001
+"""How much shorter than its octagon a barrel's capsule is at either end, m: it stands on boxes."""
+
 
 def octagon(
     part: Part,
@@ -25,6 +31,7 @@ def octagon(
     paint: Paint,
     name: str | None = None,
     kg: float | None = None,
+    shown: bool = True,
 ) -> None:
     """An upright solid octagon that looks like a cylinder.
 
@@ -36,6 +43,7 @@ def octagon(
         paint: its colour.
         name: of the first of its two boxes.
         kg: its mass.
+        shown: whether the cylinder is there to be seen.
     """
     share = None if kg is None else kg / 2
     for index, half in enumerate(((radius, radius * FLAT), (radius * FLAT, radius))):
@@ -47,6 +55,33 @@ def octagon(
             kg=share,
             shown=False,
         )
+    if shown:
+        part.look("cylinder", centre, (radius, half_height), paint)
+
+
+def barrel(
+    part: Part, centre: Vec3, radius: float, half_height: float, *, paint: Paint, kg: float
+) -> None:
+    """An upright cylinder that stands firmly, and rolls when it lies: a tin, a bottle.
+
+    It stands on an octagon and rolls on a capsule within it, which is the wider of the two and a
+    little shorter. What is flatter than it is wide is an octagon alone.
+
+    Args:
+        part: the body that gets it.
+        centre: its middle.
+        radius: half its width.
+        half_height: half its height.
+        paint: its colour.
+        kg: its mass.
+    """
+    straight = half_height - radius - LIFT
+    if straight <= 0.0:
+        octagon(part, centre, radius, half_height, paint=paint, kg=kg)
+        return
+    inset = ROUND_OFF * radius
+    octagon(part, centre, inset, half_height, paint=paint, kg=kg / 2, shown=False)
+    part.roller(centre, radius, straight, kg=kg / 2)
     part.look("cylinder", centre, (radius, half_height), paint)
 
 

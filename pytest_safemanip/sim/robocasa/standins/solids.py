@@ -10,7 +10,7 @@ from pytest_safemanip.sim.robocasa.standins.blenders import FLANGE, KNOB, PLUG, 
 from pytest_safemanip.sim.robocasa.standins.elements import LYING, Vec3
 from pytest_safemanip.sim.robocasa.standins.mjcf import Model
 from pytest_safemanip.sim.robocasa.standins.paint import BLACK, WHITE, Paint
-from pytest_safemanip.sim.robocasa.standins.shapes import octagon
+from pytest_safemanip.sim.robocasa.standins.shapes import barrel, octagon
 
 LID_HEIGHT = PLUG + FLANGE + KNOB
 TOOL_GRIP = 0.018
@@ -44,15 +44,15 @@ def log(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
 
 
 def can(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
-    """Upright round things, from a pancake to a tin: an octagon."""
-    octagon(model, (0.0, 0.0, 0.0), size[0] / 2, size[2] / 2, paint=paint, kg=kg)
+    """Upright round things, from a pancake to a tin; what is higher than wide can roll."""
+    barrel(model, (0.0, 0.0, 0.0), size[0] / 2, size[2] / 2, paint=paint, kg=kg)
 
 
 def bottle(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
-    """A bottle: an octagonal body up to 70 % of the height, a neck, a cap."""
+    """A bottle: a round body up to 70 % of the height, a neck, a cap."""
     radius, height = size[0] / 2, size[2]
     body = 0.70 * height
-    octagon(model, (0.0, 0.0, (body - height) / 2), radius, body / 2, paint=paint, kg=0.92 * kg)
+    barrel(model, (0.0, 0.0, (body - height) / 2), radius, body / 2, paint=paint, kg=0.92 * kg)
     neck = (height - body) / 2
     octagon(model, (0.0, 0.0, height / 2 - neck), 0.42 * radius, neck, paint=paint, kg=0.08 * kg)
     model.look("cylinder", (0.0, 0.0, height / 2 - 0.01), (0.45 * radius, 0.01), BLACK)

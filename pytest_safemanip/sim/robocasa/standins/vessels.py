@@ -17,8 +17,12 @@ THIN, THICK = 0.003, 0.006
 """Least and greatest thickness of walls, m."""
 
 PAN_HANDLE = 0.15
-LOOP = 0.030
-"""How far a mug's handle stands out, m: a finger fits through."""
+LOOP = 0.040
+"""How far a mug's handle stands out, m: a finger of the gripper, 2 cm thick, fits through."""
+
+EAR_HALF = 0.038
+EAR_BAR = 0.006
+"""Half length and half thickness of the bar of a pot's ear, m."""
 
 
 def bowl(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
@@ -50,11 +54,16 @@ def pan(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
 
 
 def pot(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
-    """A round vessel with an ear at either side (x): pot, colander."""
-    bowl(model, size, 0.94 * kg, paint)
+    """A round vessel with an ear at either side (x), a loop as wide as a mug's: pot, colander."""
+    bowl(model, size, 0.88 * kg, paint)
+    radius, z, bar = size[0] / 2, 0.32 * size[2], EAR_BAR
+    post = (LOOP - 2 * bar) / 2
     for side in (-1.0, 1.0):
-        place = (side * (size[0] / 2 + 0.014), 0.0, 0.32 * size[2])
-        model.box(place, (0.014, 0.032, 0.006), paint=DARK_STEEL, kg=0.03 * kg)
+        outer = (side * (radius + LOOP - bar), 0.0, z)
+        model.box(outer, (bar, EAR_HALF, bar), paint=DARK_STEEL, kg=0.03 * kg)
+        for end in (-1.0, 1.0):
+            place = (side * (radius + post), end * (EAR_HALF - bar), z)
+            model.box(place, (post, bar, bar), paint=DARK_STEEL, kg=0.015 * kg)
 
 
 def goblet(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
