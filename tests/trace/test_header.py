@@ -1,16 +1,19 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 
 import pytest
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.elements import Body, Box, Entity, Part, Surface
+from pytest_safemanip.trace.hazard import Hazard
 from pytest_safemanip.trace.recording import Episode, check
 from pytest_safemanip.trace.scene import Scene
 from tests import toy
 
 JSON = toy.episode().to_json()
+HAZARD = {"property_id": "release_stability", "entities": ["mug"], "first": 3, "last": 5}
 
 
 def test_an_episode_survives_as_json():
@@ -41,7 +44,38 @@ def test_a_bad_field_of_an_episode_is_refused_by_name(changed, message):
     assert message in str(caught.value)
 
 
-@pytest.mark.parametrize("field", sorted(JSON))
+def test_an_episode_without_hazards_has_none():
+    rest = {name: value for name, value in JSON.items() if name != "hazards"}
+    assert Episode.from_json(rest).hazards == ()
+
+
+@pytest.mark.parametrize(
+    ("hazards", "message"),
+    [
+        ("no list", "hazards must be a list of at most 100"),
+        ([HAZARD] * 101, "hazards must be a list of at most 100"),
+        ([1], "not a hazard: 1"),
+        ([{**HAZARD, "extra": 1}], "not a hazard"),
+        ([{**HAZARD, "property_id": 1}], "a hazard of what?"),
+        ([{**HAZARD, "entities": [1]}], "a hazard of what?"),
+        ([{**HAZARD, "first": 6}], "steps 0 <= first <= last"),
+        ([{**HAZARD, "first": -1}], "steps 0 <= first <= last"),
+        ([{**HAZARD, "last": 5.0}], "steps 0 <= first <= last"),
+    ],
+)
+def test_a_bad_hazard_is_refused(hazards, message):
+    with pytest.raises(TraceError) as caught:
+        Episode.from_json({**JSON, "hazards": hazards})
+    assert message in str(caught.value)
+
+
+def test_hazards_survive_as_json():
+    episode = Episode.from_json({**JSON, "hazards": [HAZARD]})
+    assert episode.hazards == (Hazard("release_stability", ("mug",), 3, 5),)
+    assert Episode.from_json(json.loads(json.dumps(episode.to_json()))) == episode
+
+
+@pytest.mark.parametrize("field", sorted(set(JSON) - {"hazards"}))
 def test_a_missing_field_of_an_episode_is_refused_by_name(field):
     rest = {name: value for name, value in JSON.items() if name != field}
     with pytest.raises(TraceError, match=f"malformed description .*{field}"):

@@ -1,0 +1,266 @@
+"""What the monitors find, what they miss, and what they say about rollouts that are safe.
+
+    python benchmarks/recall.py --seeds 100:150 [--only GLOB,...] [--out DIR] [-n 2]
+
+The scripted policy's faults know from their plans and the physics when their hazard begins; its
+near misses and its expert are safe. All are rolled out (what DIR already has is used again) and
+judged by the shipped properties. A rollout of a fault whose hazard did not come about is left out
+of its recall, and counted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fnmatch
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from pytest_safemanip.judge import Judge
+from pytest_safemanip.metrics.intervals import wilson
+from pytest_safemanip.metrics.recall import Detection, detect
+from pytest_safemanip.policies.scripted.faults.library import FAULTS
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.resources import folder
+from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.properties import load_properties
+from pytest_safemanip.spec.tasks import load_tasks
+from pytest_safemanip.trace import files
+from pytest_safemanip.trace.recording import Recording
+
+EXPERT = "scripted"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A rollout, judged.
+
+    Attributes:
+        policy: ``scripted`` or ``scripted:FAULT``.
+        task: its name.
+        success: whether the task succeeded.
+        detections: what became of its hazards.
+        alarms: properties that were violated by anything else.
+        triggered: properties that were put to the test.
+    """
+
+    policy: str
+    task: str
+    success: bool
+    detections: tuple[Detection, ...]
+    alarms: frozenset[str]
+    triggered: frozenset[str]
+
+    @property
+    def fault(self) -> str:
+        """Name of the fault; empty for the expert."""
+        return self.policy.partition(":")[2]
+
+
+class Judging:
+    """The shipped properties, on recordings."""
+
+    def __init__(self) -> None:
+        self.tasks = load_tasks([folder("tasks")])
+        self.properties = load_properties([folder("properties")])
+        self._attributes = load_attributes(folder("tasks") / "objects.yaml")
+        self._catalogue = Catalogue()
+        self._parameters = self._catalogue.parameters({})
+        self._deadlines = {
+            name: prop.deadline_s for name, prop in self.properties.items() if prop.deadline_s
+        }
+
+    def __call__(self, recording: Recording) -> Judged:
+        """Judge a rollout by all properties that apply to its task."""
+        about = recording.episode
+        task = self.tasks[about.task]
+        judge = Judge(recording, task, self._attributes, self._catalogue, self._parameters)
+        verdicts = {name: judge.judge(self.properties[name]) for name in task.properties}
+        detections, alarms = detect(
+            about.hazards,
+            {name: verdict.findings for name, verdict in verdicts.items()},
+            self._deadlines,
+            recording.trace.dt,
+        )
+        triggered = frozenset(name for name, verdict in verdicts.items() if verdict.triggered)
+        return Judged(
+            about.policy,
+            about.task,
+            recording.success,
+            tuple(detections),
+            frozenset(alarms),
+            triggered,
+        )
+
+
+def record(policies: Sequence[str], seeds: str, out: Path, processes: int) -> None:
+    """Roll out what is not there yet; a line of pytest's own tells how it gets on."""
+    chosen = ",".join(policies)
+    command = [sys.executable, "-m", "pytest", "-q", "--tb=no", "-p", "no:cacheprovider"]
+    command += [f"--safemanip-policy={chosen}", f"--safemanip-seeds={seeds}"]
+    command += [f"--safemanip-out={out}", "--safemanip-violations=xfail", f"-n{processes}"]
+    status = subprocess.run(command, check=False).returncode
+    if status not in (0, 1):
+        sys.exit(f"the rollouts did not run through (pytest exit status {status})")
+
+
+def judged(policies: Iterable[str], seeds: range, out: Path) -> Iterator[Judged]:
+    """The rollouts of these policies and seeds that are on disk."""
+    judge, wanted = Judging(), set(policies)
+    for path in sorted((out / "recordings").glob(f"*{files.SUFFIX}")):
+        about = files.load_episode(path)
+        if about.policy in wanted and about.seed in seeds:
+            yield judge(files.load(path))
+
+
+@dataclass(frozen=True)
+class Found:
+    """How often faults came about and were found.
+
+    Attributes:
+        rollouts: of faults.
+        injected: those whose hazard came about.
+        found: those of them in which every hazard of the fault's own property was found.
+        latencies: of all detections, s.
+        others: how often which other property was violated by something that is no hazard.
+    """
+
+    rollouts: int
+    injected: int
+    found: int
+    latencies: list[float]
+    others: Counter[str]
+
+    @classmethod
+    def count(cls, rollouts: Iterable[Judged]) -> Found:
+        """From rollouts of faults."""
+        rows = list(rollouts)
+        own = [
+            [d for d in row.detections if d.hazard.property_id == FAULTS[row.fault].property_id]
+            for row in rows
+        ]
+        return cls(
+            len(rows),
+            sum(bool(found) for found in own),
+            sum(bool(found) and all(d.step is not None for d in found) for found in own),
+            [d.latency_s for found in own for d in found if d.latency_s is not None],
+            Counter(name for row in rows for name in sorted(row.alarms)),
+        )
+
+    def cells(self) -> list[str]:
+        """Rollouts, injected, found, recall, median and largest latency."""
+        latency = [f"{f(self.latencies):.2f}" if self.latencies else "-" for f in (median, max)]
+        counts = [str(n) for n in (self.rollouts, self.injected, self.found)]
+        return [*counts, share(self.found, self.injected), *latency]
+
+
+def share(hits: int, total: int) -> str:
+    """A share with its interval, in percent."""
+    if not total:
+        return "-"
+    low, high = wilson(hits, total)
+    return f"{100 * hits / total:.1f} ({100 * low:.0f}-{100 * high:.0f})"
+
+
+def by_property(rollouts: Sequence[Judged]) -> list[list[str]]:
+    """A line for each property, and their sum."""
+    names = sorted({fault.property_id for fault in FAULTS.values()})
+    lines = []
+    for name in [*names, ""]:
+        mine = [r for r in rollouts if r.fault and name in ("", FAULTS[r.fault].property_id)]
+        faults = [r for r in mine if not FAULTS[r.fault].near_miss]
+        near = [r for r in mine if FAULTS[r.fault].near_miss]
+        tested = [r for r in rollouts if not r.fault and (not name or name in r.triggered)]
+        alarms = [
+            sum((name in r.alarms) if name else bool(r.alarms) for r in group)
+            for group in (near, tested)
+        ]
+        lines.append(
+            [
+                name or "all",
+                str(len({r.fault for r in faults})),
+                *Found.count(faults).cells(),
+                f"{alarms[0]} of {len(near)}",
+                f"{alarms[1]} of {len(tested)}",
+            ]
+        )
+    return lines
+
+
+def by_fault(rollouts: Sequence[Judged]) -> list[list[str]]:
+    """A line for each fault and each near miss."""
+    lines = []
+    for fault in sorted(FAULTS.values(), key=lambda f: (f.property_id, f.near_miss)):
+        mine = [r for r in rollouts if r.fault == fault.name]
+        if not mine:
+            continue
+        found = Found.count(mine)
+        cells = [str(len(mine)), *["-"] * 5] if fault.near_miss else found.cells()
+        others = ", ".join(f"{name} {count}" for name, count in found.others.most_common())
+        lines.append([f"{fault.name}", fault.property_id, *cells, others or "-"])
+    return lines
+
+
+def by_task(rollouts: Sequence[Judged]) -> list[list[str]]:
+    """A line for each of the expert's tasks."""
+    lines = []
+    for task in sorted({r.task for r in rollouts if not r.fault}):
+        mine = [r for r in rollouts if not r.fault and r.task == task]
+        alarms = Counter(name for r in mine for name in sorted(r.alarms))
+        said = ", ".join(f"{name} {count}" for name, count in alarms.most_common())
+        lines.append([task, str(len(mine)), str(sum(r.success for r in mine)), said or "-"])
+    return lines
+
+
+def show(title: str, head: Sequence[str], lines: Sequence[Sequence[str]]) -> None:
+    """Print a table that is Markdown as well."""
+    widths = [max(len(row[k]) for row in (head, *lines)) for k in range(len(head))]
+
+    def line(row: Sequence[str]) -> str:
+        return "| " + " | ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) + " |"
+
+    rule = "|" + "|".join("-" * (width + 2) for width in widths) + "|"
+    print(f"\n{title}\n", line(head), rule, *map(line, lines), sep="\n")
+
+
+def seeds_of(text: str) -> range:
+    """``A:B`` as a range."""
+    first, _, end = text.partition(":")
+    return range(int(first), int(end))
+
+
+def main() -> None:
+    """Roll out, judge, print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", default="100:150", help="A:B (default: %(default)s)")
+    parser.add_argument("--only", default="*", help="globs of scripted, scripted:FAULT")
+    parser.add_argument("--out", type=Path, default=Path(".safemanip/recall"))
+    parser.add_argument(
+        "--judge", action="store_true", help="judge what is there, roll nothing out"
+    )
+    parser.add_argument("-n", type=int, default=2, help="processes (default: %(default)s)")
+    options = parser.parse_args()
+    known = [EXPERT, *(f"scripted:{name}" for name in FAULTS)]
+    globs = options.only.split(",")
+    policies = [name for name in known if any(fnmatch.fnmatch(name, glob) for glob in globs)]
+    if not policies:
+        parser.error(f"--only {options.only}: nothing of that name; there are {', '.join(known)}")
+    if not options.judge:
+        record(policies, options.seeds, options.out, options.n)
+    rollouts = list(judged(policies, seeds_of(options.seeds), options.out))
+    counts = ["rollouts", "injected", "found", "recall % (95 %)", "median s", "max s"]
+    show(
+        "By property",
+        ["property", "faults", *counts, "near misses flagged", "expert flagged (triggered)"],
+        by_property(rollouts),
+    )
+    show("By fault", ["fault", "property", *counts, "what else fired"], by_fault(rollouts))
+    show("Expert", ["task", "rollouts", "successes", "violations"], by_task(rollouts))
+
+
+if __name__ == "__main__":
+    main()
