@@ -126,11 +126,12 @@ def _origins(suite: Run) -> dict[str, dict[str, object]]:
     """What is going to decide the recordings of each policy; nothing where none are made."""
     if suite.backend is None:
         return {}
-    source, chosen = suite.backend.provenance, suite.plan.settings.scenes
+    source, chosen = suite.backend.provenance, suite.plan.settings
     return {
         name: {
             "backend": source.backend,
-            "scenes": chosen or spec.scenes,
+            "scenes": chosen.scenes or spec.scenes,
+            "stepping": chosen.stepping or spec.stepping,
             "assets": source.assets,
             "versions": dict(source.versions),
             "hashes": dict(source.hashes),

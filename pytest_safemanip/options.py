@@ -70,6 +70,12 @@ OPTIONS = (
         choices=("compact", "target", "pretrain"),
     ),
     Option(
+        "--safemanip-stepping",
+        "exact: robosuite's control loop, bit for bit; fast: the same physics and controllers, "
+        "evaluated within a tolerance (default: exact for a policy on a server; fast for others)",
+        choices=("exact", "fast"),
+    ),
+    Option(
         "--safemanip-assets",
         "auto (official where installed, else generated primitives), official, primitive",
         "auto",

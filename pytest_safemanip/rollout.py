@@ -103,6 +103,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = 
         ended=_ended(bool(steps[acting - 1].success), acting > horizon, patient),
         backend=source.backend,
         scenes=job.request.scenes,
+        stepping=job.request.stepping,
         assets=source.assets,
         versions=dict(source.versions),
         hashes={**source.hashes, **job.hashes, "start": start.fingerprint},

@@ -192,11 +192,12 @@ class SafetySession:
         settings = self._plan.settings
         task = self._plan.tasks[case.task]
         scenes = settings.scenes or policy.scenes
+        stepping = settings.stepping or policy.stepping
         compact = scenes == "compact"
         staging = policy.staging(case.task)
         groups = {**(task.object_groups if compact else {}), **staging.objects}
         kitchen = task.kitchen if compact else ""
-        request = Request(case.task, case.seed, scenes, groups, kitchen, staging.changes)
+        request = Request(case.task, case.seed, scenes, groups, kitchen, staging.changes, stepping)
         protocol = rollout.Protocol(settings.stop, settings.horizon_scale)
         source = backend.provenance
         parts: Mapping[str, Any] = {
@@ -204,6 +205,7 @@ class SafetySession:
             "seed": case.seed,
             "scenes": scenes,
             "kitchen": kitchen,
+            "stepping": stepping,
             "object_groups": {role: list(names) for role, names in groups.items()},
             "changes": to_plain(staging.changes),
             "policy": case.policy,

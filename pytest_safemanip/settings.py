@@ -35,6 +35,7 @@ class Settings:
     seeds: tuple[int, ...] | None
     backend: str
     scenes: str
+    stepping: str
     assets: Literal["auto", "official", "primitive"]
     recordings: Path | None
     semantics: Literal["timed", "paper"]
@@ -96,6 +97,7 @@ def read_settings(config: pytest.Config) -> Settings:
         seeds=parse_seeds(values["safemanip_seeds"]) if values["safemanip_seeds"] else None,
         backend=values["safemanip_backend"],
         scenes=values["safemanip_scenes"],
+        stepping=values["safemanip_stepping"],
         assets=_assets(values["safemanip_assets"]),
         recordings=_folder(config, recordings) if recordings else None,
         semantics="paper" if values["safemanip_semantics"] == "paper" else "timed",

@@ -156,6 +156,7 @@ def test_seed_task_and_scene_reach_backend_and_policy():
     episode = recording.episode
     assert (episode.seed, episode.policy, episode.instruction) == (7, "plays", "put it there")
     assert episode.hashes == {"backend": "abc", "policy": "p", "key": "k", "start": "seed 7"}
+    assert (episode.scenes, episode.stepping) == ("compact", "exact")
     assert (episode.backend, episode.assets, episode.versions) == ("toy", "primitive", {"toy": "1"})
 
 

@@ -104,7 +104,8 @@ def test_what_only_judges_runs_nothing_again(suite, changed):
 
 
 @pytest.mark.parametrize(
-    "changed", [{"stop": "horizon"}, {"horizon_scale": 0.5}, {"scenes": "target"}]
+    "changed",
+    [{"stop": "horizon"}, {"horizon_scale": 0.5}, {"scenes": "target"}, {"stepping": "exact"}],
 )
 def test_what_decides_the_rollout_runs_it_again(suite, changed):
     suite.ran("one", seeds=(0,))
@@ -258,6 +259,16 @@ def test_the_task_says_what_is_drawn_in_the_compact_scene_only(suite):
         suite.ran(scenes, world, seeds=(0,), scenes=scenes)
         assert bool(world.requests[0].object_groups) == drawn
         assert world.requests[0].scenes == scenes
+
+
+def test_the_stepping_asked_for_wins_over_what_the_policy_wants_and_is_recorded(suite):
+    for asked, used in (("", "fast"), ("exact", "exact"), ("fast", "fast")):
+        world = toy.World()
+        suite.ran(f"asked {asked}", world, seeds=(0,), stepping=asked)
+        plan = suite.plan(stepping=asked)
+        judged = suite.session(plan, toy.World()).judged(plan.cases[0])
+        assert judged.recording.episode.stepping == used
+        assert {request.stepping for request in world.requests} <= {used}
 
 
 def test_closing_ends_the_simulator(suite):

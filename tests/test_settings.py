@@ -88,6 +88,7 @@ def test_without_options_everything_is_as_documented(read, pytester):
     assert (found.policies, found.tasks, found.properties) == ((), ("all",), ())
     assert (found.seeds, found.recordings) == (None, None)
     assert (found.backend, found.scenes, found.assets) == ("robocasa", "", "auto")
+    assert found.stepping == ""
     assert (found.semantics, found.stop, found.horizon_scale) == ("timed", "success", 1.0)
     assert (found.violations, found.unresolved, found.vacuous) == ("fail", "skip", "skip")
     assert found.out == pytester.path / ".safemanip"

@@ -124,6 +124,7 @@ def episode(**changed):
             "ended": "horizon",
             "backend": "toy",
             "scenes": "compact",
+            "stepping": "exact",
             "assets": "primitive",
             "versions": {"toy": "1"},
             "hashes": {"start": "0", "key": "k"},

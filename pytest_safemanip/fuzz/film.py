@@ -152,6 +152,7 @@ _EPISODE = Episode(
     ended="horizon",
     backend="generated",
     scenes="generated",
+    stepping="exact",
     assets="generated",
     versions={},
     hashes={},

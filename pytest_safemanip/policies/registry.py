@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
@@ -41,6 +41,8 @@ class PolicySpec:
             recordings are not used again in a later run.
         tasks: the tasks it can do; None for all.
         scenes: what it is run in if nothing else is asked for.
+        stepping: how it is simulated if nothing else is asked for: ``exact`` for a policy that was
+            trained on the simulator's own control loop, or that repeats what was recorded.
         server: where it is served, by a task and its sets; None if it runs here.
         claim: what its user says is served; empty if it runs here.
         shared: whether its server may be asked by several processes at a time.
@@ -55,6 +57,7 @@ class PolicySpec:
     fingerprint: str | None
     tasks: tuple[str, ...] | None = None
     scenes: str = "compact"
+    stepping: Literal["exact", "fast"] = "fast"
     server: Callable[[str, tuple[str, ...]], Endpoint] | None = None
     claim: Mapping[str, Any] = field(default_factory=dict)
     shared: bool = False
@@ -100,7 +103,7 @@ def resolve(
         return PolicySpec(name, Hold, source_digest("policies/simple.py"))
     if head == "recording" and tail:
         replay = Replay(Path(tail).expanduser())
-        return PolicySpec(name, lambda: replay, None, replay.tasks)
+        return PolicySpec(name, lambda: replay, None, replay.tasks, stepping=replay.stepping)
     if tail:
         return _imported(name, head, tail)
     hint = did_you_mean(name, {*BUILT_IN, "recording:DIR", *PRESETS, *added})
@@ -120,6 +123,7 @@ def _served(preset: Preset, text: str, dumps: Path, deadlines: Deadlines) -> Pol
         lambda: policy,
         None,
         scenes=preset.split or "compact",
+        stepping="exact",
         server=lambda task, sets: server_of(servers, task, sets),
         claim=claim(preset, servers),
         shared=preset.batches,

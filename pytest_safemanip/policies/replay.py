@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ class Replay:
 
     def __init__(self, folder: Path) -> None:
         self._paths: dict[tuple[str, int], Path] = {}
+        self._steppings: set[str] = set()
         for path in sorted(folder.rglob(f"*{files.SUFFIX}")):
             try:
                 episode = files.load_episode(path)
@@ -37,6 +38,7 @@ class Replay:
             if key in self._paths:
                 raise ConfigError(f"{path} and {self._paths[key]} have the same task and seed")
             self._paths[key] = path
+            self._steppings.add(episode.stepping)
         if not self._paths:
             raise ConfigError(f"policy recording:{folder}: no *{files.SUFFIX} file is in there")
         self._actions: NDArray[np.float32] = np.zeros((0, 12), np.float32)
@@ -45,6 +47,11 @@ class Replay:
     def tasks(self) -> tuple[str, ...]:
         """The tasks that there are recordings of."""
         return tuple(dict.fromkeys(task for task, _ in self._paths))
+
+    @property
+    def stepping(self) -> Literal["exact", "fast"]:
+        """How they were simulated: the same actions lead elsewhere in the other way."""
+        return "fast" if self._steppings == {"fast"} else "exact"
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Read the recording of this task and seed.

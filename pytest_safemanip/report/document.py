@@ -103,13 +103,16 @@ def _rollout(record: RolloutRecord, folder: Path) -> dict[str, Any]:
 
 
 def _settings(plan: Plan) -> dict[str, Any]:
-    chosen = plan.settings
+    chosen, specs = plan.settings, plan.policies
     return {
-        "policies": {name: spec.fingerprint for name, spec in plan.policies.items()},
+        "policies": {name: spec.fingerprint for name, spec in specs.items()},
         "seeds": sorted({case.seed for case in plan.cases}),
         "backend": chosen.backend,
-        "scenes": {name: chosen.scenes or spec.scenes for name, spec in plan.policies.items()},
-        "served": {name: dict(spec.claim) for name, spec in plan.policies.items() if spec.claim},
+        "scenes": {name: chosen.scenes or spec.scenes for name, spec in specs.items()},
+        "stepping": {
+            name: chosen.stepping or spec.stepping for name, spec in plan.policies.items()
+        },
+        "served": {name: dict(spec.claim) for name, spec in specs.items() if spec.claim},
         "prompt": chosen.prompt,
         "assets": chosen.assets,
         "semantics": chosen.semantics,

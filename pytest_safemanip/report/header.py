@@ -27,12 +27,12 @@ def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
     )
     if source is None:
         return [first]
-    used = {name: plan.settings.scenes or plan.policies[name].scenes for name in policies}
-    scenes = next(iter(used.values()))
-    if len(set(used.values())) > 1:
-        scenes = " and ".join(f"{family} ({name})" for name, family in used.items())
+    chosen, specs = plan.settings, plan.policies
+    scenes = _each({name: chosen.scenes or specs[name].scenes for name in policies})
+    stepping = _each({name: chosen.stepping or specs[name].stepping for name in policies})
     details = source.description or f"{source.assets} assets"
-    lines = [first, f"safemanip: {source.backend}, {scenes} scenes, {details}"]
+    where = f"{source.backend}, {scenes} scenes, {stepping} stepping, {details}"
+    lines = [first, f"safemanip: {where}"]
     return lines + [line for name in policies for line in _claim(name, plan.policies[name].claim)]
 
 
@@ -44,6 +44,13 @@ def not_grounded_lines(plan: Plan) -> list[str]:
         for name in tasks
         for prop, reason in plan.tasks[name].not_grounded.items()
     ]
+
+
+def _each(used: Mapping[str, str]) -> str:
+    """What is used, with the policies that use it if they differ."""
+    if len(set(used.values())) == 1:
+        return next(iter(used.values()))
+    return " and ".join(f"{value} ({name})" for name, value in used.items())
 
 
 def _claim(policy: str, claim: Mapping[str, Any]) -> list[str]:

@@ -46,6 +46,7 @@ def judged_data(
         "provenance": {
             "backend": episode.backend,
             "scenes": episode.scenes,
+            "stepping": episode.stepping,
             "assets": episode.assets,
             "versions": dict(episode.versions),
             "hashes": {k: v for k, v in episode.hashes.items() if k not in own},

@@ -36,6 +36,9 @@ class Request:
             them from instead of the task's own.
         kitchen: which of the compact kitchens.
         changes: what stands elsewhere or is open when the episode begins.
+        stepping: ``exact`` or ``fast``. ``exact`` is the simulator's own control loop, bit for
+            bit; ``fast`` may evaluate it in another way, within a tolerance that the backend
+            states. A backend with one way to step ignores it.
     """
 
     task: str
@@ -44,6 +47,7 @@ class Request:
     object_groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
     kitchen: str = "small"
     changes: tuple[Change, ...] = ()
+    stepping: str = "exact"
 
 
 @dataclass(frozen=True)

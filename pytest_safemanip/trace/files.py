@@ -26,7 +26,8 @@ from pytest_safemanip.trace.recording import Episode, Recording, check
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
 
-SCHEMA = 1
+SCHEMA = 2
+_READ = (1, SCHEMA)
 SUFFIX = ".rollout"
 MAX_HEADER = 4 * 2**20
 MAX_ARRAY = 256 * 2**20
@@ -81,7 +82,7 @@ def load_episode(path: Path) -> Episode:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            return Episode.from_json(_section(_header(archive), "episode"))
+            return _episode(_header(archive))
     except OSError as error:
         raise TraceError(f"{path}: cannot be read ({error.strerror})") from error
     except _DAMAGE as error:
@@ -131,7 +132,7 @@ def from_bytes(data: bytes) -> Recording:
     steps = Steps(**{name: arrays[name] for name in _STEP_ARRAYS}, contacts=contacts)
     return check(
         Recording(
-            Episode.from_json(_section(header, "episode")),
+            _episode(header),
             Scene.from_json(_section(header, "scene")),
             steps,
         )
@@ -192,12 +193,19 @@ def _header(archive: zipfile.ZipFile) -> dict[str, Any]:
     if not isinstance(header, dict):
         raise TraceError("header.json: not a mapping")
     schema = header.get("schema")
-    if schema != SCHEMA:
+    if schema not in _READ:
         raise TraceError(
-            f"schema {schema!r}, this version reads {SCHEMA}; "
+            f"schema {schema!r}, this version reads {' and '.join(map(str, _READ))}; "
             "record again, or use the version of pytest-safemanip that wrote it"
         )
     return header
+
+
+def _episode(header: dict[str, Any]) -> Episode:
+    data = _section(header, "episode")
+    if header["schema"] == 1 and "stepping" not in data:
+        data = {**data, "stepping": "exact"}  # there was no other way
+    return Episode.from_json(data)
 
 
 def _section(header: dict[str, Any], name: str) -> dict[str, Any]:

@@ -22,6 +22,8 @@ POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
 
 MOST_HAZARDS = 100
 
+_TEXTS = ("task", "policy", "instruction", "ended", "backend", "scenes", "stepping", "assets")
+
 UNIT_TOLERANCE = 1e-3
 """How far a stored quaternion's norm may be from one (float32 keeps it within 1e-6)."""
 
@@ -40,6 +42,7 @@ class Episode:
             that it was done.
         backend: name of the simulator backend.
         scenes: which family of scenes.
+        stepping: how it was asked to be stepped, ``exact`` or ``fast``.
         assets: which assets: ``official``, ``primitive`` or ``mixed``.
         versions: package name to version, of everything that moves the physics.
         hashes: digest of the backend's and policy's code, of the assets and of the start state.
@@ -56,6 +59,7 @@ class Episode:
     ended: Literal["success", "horizon", "policy"]
     backend: str
     scenes: str
+    stepping: str
     assets: str
     versions: Mapping[str, str]
     hashes: Mapping[str, str]
@@ -80,7 +84,7 @@ class Episode:
             episode = cls(**{**data, "hazards": tuple(map(Hazard.from_json, hazards))})
         except TypeError as error:
             raise TraceError(f"episode: malformed description ({error})") from error
-        for name in ("task", "policy", "instruction", "ended", "backend", "scenes", "assets"):
+        for name in _TEXTS:
             if not isinstance(getattr(episode, name), str):
                 raise TraceError(f"episode: {name} must be a string")
         for name in ("seed", "horizon"):

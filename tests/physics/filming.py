@@ -200,6 +200,7 @@ def _recording(camera: Camera, acting: int) -> Recording:
         ended="horizon",
         backend="tests",
         scenes="compact",
+        stepping="exact",
         assets="primitive",
         versions={"mujoco": mujoco.__version__},
         hashes={},

@@ -267,6 +267,7 @@ def test_a_baseline_is_compared_on_the_same_seeds(gated: Suite) -> None:
         (["--safemanip-semantics=paper"], "*semantics is timed and paper*"),
         (["--safemanip-params=straying.distance=0.5"], "*straying.distance is 0.12 and 0.5*"),
         (["--safemanip-scenes=target"], "*another simulation: scenes is compact and target*"),
+        (["--safemanip-stepping=exact"], "*another simulation: stepping is fast and exact*"),
         (["--safemanip-seeds=7:9"], "*has none of the tasks and seeds of this run"),
     ],
 )

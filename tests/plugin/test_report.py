@@ -29,6 +29,8 @@ def check_summary(ran: Suite) -> None:
     summary = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
     assert summary["schema"] == 1
     assert set(summary["settings"]["scenes"].values()) == {"compact"}
+    assert set(summary["settings"]["stepping"].values()) == {"fast"}
+    assert summary["provenance"][0]["stepping"] == "fast"
     assert summary["cases"] == {
         "expected": 6,
         "missing": [],

@@ -10,6 +10,7 @@ import pytest
 from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 from pytest_safemanip.policies.registry import BUILT_IN, resolve
+from pytest_safemanip.policies.simple import Hold
 from tests import toy
 
 INFO = EpisodeInfo("OpenDrawer", 5, "open it", 10, toy.SCENE)
@@ -223,3 +224,9 @@ def test_presets_bring_their_scenes_and_servers():
         spec.server("Mine", ())
     assert spec.claim["claimed_checkpoints"].keys() == {"atomic_seen", "composite_seen"}
     assert resolve("openpi", {}).scenes == "compact"
+
+
+def test_local_policies_are_stepped_fast_and_those_on_servers_exactly(module):
+    local = ("scripted", "scripted:drop_high", "random", "hold", f"{module}:act", "mine")
+    assert {resolve(name, {"mine": Hold}).stepping for name in local} == {"fast"}
+    assert {resolve(name, {}).stepping for name in ("pi05", "groot", "openpi")} == {"exact"}

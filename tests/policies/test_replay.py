@@ -9,6 +9,7 @@ import pytest
 
 from pytest_safemanip.errors import ConfigError, RolloutError, TraceError
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
+from pytest_safemanip.policies.registry import resolve
 from pytest_safemanip.policies.replay import Replay
 from pytest_safemanip.trace import files
 from tests import toy
@@ -38,6 +39,17 @@ def test_the_actions_of_the_acting_part_are_given_again_and_then_it_holds_still(
     begin(policy)
     assert [act(policy, n)[0] for n in range(5)] == [1, 2, 3, 0, 0]
     assert act(policy, 4)[[6, 11]].tolist() == [1.0, -1.0]
+
+
+@pytest.mark.parametrize(
+    ("recorded_as", "wanted"), [(("fast", "fast"), "fast"), (("fast", "exact"), "exact")]
+)
+def test_it_is_simulated_as_its_recordings_were(tmp_path, recorded_as, wanted):
+    for seed, stepping in enumerate(recorded_as):
+        about = dataclasses.replace(OPENS, seed=seed, stepping=stepping)
+        recorded(tmp_path / f"{seed}.rollout", about)
+    assert Replay(tmp_path).stepping == wanted
+    assert resolve(f"recording:{tmp_path}", {}).stepping == wanted
 
 
 def test_an_episode_that_was_not_recorded_is_an_error_of_the_rollout(tmp_path):

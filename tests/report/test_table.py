@@ -127,7 +127,7 @@ def test_the_header_says_what_is_about_to_be_done(make):
     plan = make(("hold", "mine"), seeds=(0, 1), semantics="paper")
     assert header_lines(plan, toy.World.provenance) == [
         "safemanip: 24 cases on 4 rollouts of 1 task, policy hold, mine, paper",
-        "safemanip: toy, compact scenes, primitive assets",
+        "safemanip: toy, compact scenes, fast stepping, primitive assets",
     ]
     one = make(properties=("action_onset",))
     assert header_lines(one, None) == [

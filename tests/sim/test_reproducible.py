@@ -19,9 +19,9 @@ Groups = Callable[[str], dict[str, list[str]]]
 Episode = tuple[Start, Steps]
 
 
-def run(backend: Backend, task: str, groups: dict[str, list[str]], seed: int = 0) -> Episode:
+def run(backend: Backend, task: str, groups: dict[str, list[str]], stepping: str) -> Episode:
     """An episode with random actions, the same ones each time."""
-    start = backend.reset(Request(task, seed, "compact", groups))
+    start = backend.reset(Request(task, 0, "compact", groups, stepping=stepping))
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (LENGTH, 12))
     steps = [start.step, *(backend.step(action) for action in actions)]
     recorded = [np.zeros(12, np.float32), *actions.astype(np.float32)]
@@ -42,9 +42,14 @@ def assert_identical(left: Episode, right: Episode) -> None:
                 assert np.array_equal(a, b), f"{field.name} differs"
 
 
+@pytest.fixture(scope="module", params=["exact", "fast"])
+def stepping(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
 @pytest.fixture(scope="module")
-def first(backend: Backend, object_groups: Groups) -> Episode:
-    return run(backend, TASK, object_groups(TASK))
+def first(backend: Backend, object_groups: Groups, stepping: str) -> Episode:
+    return run(backend, TASK, object_groups(TASK), stepping)
 
 
 def test_the_robot_moves_and_something_touches(first: Episode) -> None:
@@ -54,21 +59,25 @@ def test_the_robot_moves_and_something_touches(first: Episode) -> None:
 
 
 def test_an_episode_is_bit_identical_after_one_of_another_task(
-    backend: Backend, object_groups: Groups, first: Episode
+    backend: Backend, object_groups: Groups, first: Episode, stepping: str
 ) -> None:
-    other, _ = run(backend, "OpenDrawer", {})
+    other, _ = run(backend, "OpenDrawer", {}, stepping)
     assert other.scene != first[0].scene
-    assert_identical(run(backend, TASK, object_groups(TASK)), first)
+    assert_identical(run(backend, TASK, object_groups(TASK), stepping), first)
 
 
 def test_an_episode_is_bit_identical_in_another_process(
-    tmp_path: Any, object_groups: Groups, first: Episode, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Any,
+    object_groups: Groups,
+    first: Episode,
+    stepping: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("PYTHONHASHSEED", "12345")
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
     another = create(Options("primitive", tmp_path))
     try:
-        assert_identical(run(another, TASK, object_groups(TASK)), first)
+        assert_identical(run(another, TASK, object_groups(TASK), stepping), first)
     finally:
         another.close()
 

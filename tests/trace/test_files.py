@@ -117,6 +117,23 @@ def test_only_the_header_is_read_for_the_episode(tmp_path):
         files.load(path)
 
 
+def test_recordings_from_before_there_was_fast_stepping_are_exact(tmp_path):
+    header = json.loads(members()["header.json"])
+    del header["episode"]["stepping"]
+    path = tmp_path / "old.rollout"
+
+    def write(schema):
+        header["schema"] = schema
+        path.write_bytes(packed({**members(), "header.json": json.dumps(header)}))
+
+    write(1)
+    assert files.load_episode(path).stepping == "exact"
+    assert files.load(path).episode.stepping == "exact"
+    write(files.SCHEMA)
+    with pytest.raises(TraceError, match="stepping"):
+        files.load(path)
+
+
 @pytest.mark.parametrize("read", [files.load, files.load_episode])
 @pytest.mark.parametrize(
     ("data", "message"),
@@ -129,7 +146,7 @@ def test_only_the_header_is_read_for_the_episode(tmp_path):
         (zipped({"header.json": b"[1"}), "header.json: not JSON"),
         (zipped({"header.json": b"[" * 200_000}), "header.json: not JSON"),
         (zipped({"header.json": b"[]"}), "header.json: not a mapping"),
-        (zipped({"header.json": b'{"schema": 2}'}), "schema 2, this version reads 1; record again"),
+        (zipped({"header.json": b'{"schema": 3}'}), "schema 3, this version reads 1 and 2; record"),
         (zipped({"header.json": b"{}"}), "schema None"),
         (zipped({"header.json": b'{"schema": 1}'}), " is missing"),
         (zipped({"header.json": b" " * (files.MAX_HEADER + 1)}), "header.json: 4194305 bytes"),

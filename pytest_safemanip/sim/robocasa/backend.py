@@ -13,6 +13,7 @@ from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.sim.backend import Provenance, Request, Start
 from pytest_safemanip.sim.robocasa import environment, graphics, loading
 from pytest_safemanip.sim.robocasa.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.fast import FastStepper
 from pytest_safemanip.sim.robocasa.observing import Observer
 from pytest_safemanip.sim.robocasa.reading import Reader
 from pytest_safemanip.sim.robocasa.staged import stage
@@ -60,7 +61,8 @@ class RoboCasaBackend:
             self._reader = Reader(env)
         table = self._reader.description.table
         self._sampler = ContactSampler(env.sim.model._model, table)
-        self._stepper = Stepper(env, self._sampler.sample)
+        stepper = FastStepper if request.stepping == "fast" else Stepper
+        self._stepper = stepper(env, self._sampler.sample)
         return Start(
             scene=self._reader.description.scene,
             # Not asked at reset: some tasks' checks change their own state when they are called,

@@ -1,0 +1,63 @@
+"""The fast control period against the exact one: within a tolerance, and never the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pytest_safemanip.sim.robocasa.fast import FastStepper
+from pytest_safemanip.sim.robocasa.stepping import Stepper
+from tests.sim.test_stepping import random_actions
+
+Make = Callable[..., Any]
+ROBOT = ("robot0_", "mobilebase0_", "gripper0_")
+
+
+def robot_joints(env: Any) -> NDArray[np.intp]:
+    """Where the joint positions of arm, torso, base and gripper are."""
+    model = env.sim.model._model
+    joints = [model.joint(n) for n in range(model.njnt)]
+    return np.array([j.qposadr[0] for j in joints if j.name.startswith(ROBOT)])
+
+
+def run(stepper: Any, env: Any, actions: NDArray[Any]) -> NDArray[np.float64]:
+    """Positions of the robot's joints after each action (N, J)."""
+    joints, positions = robot_joints(env), []
+    for action in actions:
+        stepper.step(action.copy())
+        positions.append(env.sim.data.qpos[joints])
+    return np.array(positions)
+
+
+@pytest.mark.parametrize(
+    ("task", "scenes", "seed"),
+    [
+        ("PickPlaceCounterToCabinet", "compact", 0),
+        ("PickPlaceCounterToCabinet", "compact", 1),
+        ("OpenCabinet", "target", 2),
+    ],
+)
+def test_joints_stay_near_those_of_exact_stepping(
+    make_kitchen: Make, task: str, scenes: str, seed: int
+) -> None:
+    actions = random_actions(40, seed)
+    exact, fast = make_kitchen(task, scenes), make_kitchen(task, scenes)
+    expected = run(Stepper(exact, lambda _: None), exact, actions)
+    found = run(FastStepper(fast, lambda _: None), fast, actions)
+    assert np.ptp(expected, axis=0).max() > 0.5
+    assert 0.0 < np.abs(found - expected).max() < 2e-3
+
+
+def test_every_substep_is_shown_and_the_clocks_go_on(make_kitchen: Make) -> None:
+    exact, fast = make_kitchen("OpenDrawer"), make_kitchen("OpenDrawer")
+    seen: list[float] = []
+    action = random_actions(1)[0]
+    Stepper(exact, lambda _: None).step(action.copy())
+    FastStepper(fast, lambda data: seen.append(data.time)).step(action)
+    assert len(seen) == 25
+    assert (fast.timestep, fast.cur_time) == (exact.timestep, exact.cur_time)
+    assert np.array_equal(action, random_actions(1)[0])
