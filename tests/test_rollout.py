@@ -8,6 +8,7 @@ from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.policies.simple import Random
 from pytest_safemanip.sim.backend import ACTION_SIZE, Request
 from pytest_safemanip.trace import files
+from pytest_safemanip.trace.hazard import Hazard
 from tests import toy
 
 REST_STEPS = round(rollout.REST_SECONDS / toy.DT)
@@ -249,3 +250,42 @@ def test_the_same_seed_gives_the_same_bytes_whatever_ran_before():
     assert files.to_bytes(run(world, Random(), seed=3)) == first
     assert files.to_bytes(run(toy.World(), Random(), seed=3)) == first
     assert other != first
+
+
+class Knows(Plays):
+    """Is done after some steps, and knows what it did wrong."""
+
+    def __init__(self, done_after):
+        super().__init__()
+        self._done_after = done_after
+        self.hazards = (Hazard("collision_contact", (), 1, 2),)
+
+    @property
+    def done(self):
+        return len(self.seen) >= self._done_after
+
+
+def test_a_policy_that_is_done_ends_the_acting_part():
+    recording = run(policy=Knows(3))
+    assert (recording.acting, recording.success) == (4, False)
+    assert recording.episode.ended == "policy"
+    assert len(recording.steps) > recording.acting
+
+
+def test_it_goes_on_to_the_horizon_where_that_is_asked_for():
+    recording = run(policy=Knows(3), stop="horizon")
+    assert (recording.acting, recording.episode.ended) == (11, "horizon")
+
+
+def test_success_with_the_last_step_of_a_policy_is_success():
+    recording = run(toy.World(succeeds_at=3), Knows(3))
+    assert (recording.acting, recording.episode.ended) == (4, "success")
+
+
+def test_the_horizon_comes_before_a_policy_that_is_never_done():
+    assert run(policy=Knows(99)).episode.ended == "horizon"
+
+
+def test_hazards_that_a_policy_knows_are_kept():
+    assert run(policy=Knows(3)).episode.hazards == (Hazard("collision_contact", (), 1, 2),)
+    assert run().episode.hazards == ()

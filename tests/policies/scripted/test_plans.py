@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.policies.scripted.__main__ import document
+from pytest_safemanip.policies.scripted.faults.library import FAULTS
+from pytest_safemanip.policies.scripted.plans import EXPERT
+from pytest_safemanip.policies.scripted.skills import Call, parse
+from pytest_safemanip.resources import folder
+from pytest_safemanip.spec.properties import load_properties
+from pytest_safemanip.spec.tasks import load_tasks
+
+TASKS = load_tasks([folder("tasks")])
+PROPERTIES = load_properties([folder("properties")])
+
+
+def test_a_skill_is_its_verb_and_prepositions_and_roles_stand_between_them():
+    assert parse("pick obj") == Call("pick", ("obj",))
+    assert parse("place obj on counter beside drawer") == Call(
+        "place on beside", ("obj", "counter", "drawer")
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("pik obj", "unknown skill 'pik' in 'pik obj'; did you mean 'pick'"),
+        ("pick obj near cab", "unknown skill 'pick near'"),
+        ("pick", "'pick': 'pick' takes 1 roles"),
+        ("", "unknown skill ''"),
+    ],
+)
+def test_what_is_no_skill_is_refused(text, message):
+    with pytest.raises(ConfigError) as caught:
+        parse(text)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("task", EXPERT)
+def test_every_plan_is_of_a_task(task):
+    assert task in TASKS
+
+
+@pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
+def test_every_fault_is_about_a_property_that_applies_to_its_tasks(fault):
+    assert fault.property_id in PROPERTIES
+    for task in fault.plans:
+        assert fault.property_id in TASKS[task].properties
+    assert set(fault.staging) <= set(fault.plans)
+
+
+def test_names_of_faults_are_unique_and_listed():
+    text = document()
+    for name, fault in FAULTS.items():
+        assert name == fault.name
+        assert f"scripted:{name} " in text

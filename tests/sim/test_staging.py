@@ -1,0 +1,85 @@
+"""Episodes that begin otherwise than their task and seed say."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.sim.backend import Backend, Request, Start
+from pytest_safemanip.sim.codec import decode_request, encode_request
+from pytest_safemanip.sim.staging import Change, Put, SetOpen
+from pytest_safemanip.trace.geometry import corners, tilt
+
+TASK = "PickPlaceCounterToCabinet"
+GROUPS = {"obj": ["can"]}
+
+
+def begun(backend: Backend, *changes: Change) -> Start:
+    return backend.reset(Request(TASK, 0, "compact", GROUPS, "small", changes))
+
+
+def box(start: Start, role: str) -> Any:
+    """Corners of an object's box (8, 3)."""
+    index = start.scene.object_index[start.scene.roles[role]]
+    body = start.scene.bodies[index]
+    return corners(np.asarray(start.step.object_pose[index], np.float64), body.half, body.centre)
+
+
+def test_a_request_with_changes_survives_a_message() -> None:
+    changes = (Put("obj", "in", "cab", (0.1, 0.0, 0.0), (90.0, 0.0)), SetOpen("cab", 0.5))
+    request = Request(TASK, 3, "compact", GROUPS, "small", changes)
+    assert decode_request(json.loads(json.dumps(encode_request(request)))) == request
+
+
+def test_an_object_stands_on_another_or_beside_it(backend: Backend) -> None:
+    plain = begun(backend)
+    beside = begun(backend, Put("obj", "beside", "distr_counter", (0.0, 0.15, 0.0)))
+    other = box(beside, "distr_counter").mean(axis=0)
+    step = plain.step.base_pose
+    assert np.allclose(step[:2], beside.step.base_pose[:2], atol=0.01)
+    assert np.linalg.norm(box(beside, "obj").mean(axis=0)[:2] - other[:2]) == pytest.approx(
+        0.15, abs=0.01
+    )
+    assert box(beside, "obj")[:, 2].min() == pytest.approx(box(plain, "obj")[:, 2].min(), abs=0.003)
+    assert beside.fingerprint != plain.fingerprint
+
+
+def test_a_door_stands_half_open_and_what_was_put_in_lies_on_its_side(backend: Backend) -> None:
+    start = begun(backend, SetOpen("cab", 0.5), Put("obj", "in", "cab", turn=(90.0, 0.0)))
+    cabinet = start.scene.roles["cab"]
+    doors = [k for k in start.scene.joints_of(cabinet) if start.scene.joints[k].gives_access]
+    assert start.step.joint[doors, 0] == pytest.approx(0.5, abs=0.02)
+    inside = min(start.scene.boxes_of(cabinet, "interior"), key=lambda k: start.step.box_pose[k][2])
+    region = corners(np.asarray(start.step.box_pose[inside]), start.scene.boxes[inside].half)
+    middle = box(start, "obj").mean(axis=0)
+    assert (region.min(axis=0) < middle).all()
+    assert (middle < region.max(axis=0)).all()
+    index = start.scene.object_index["obj"]
+    assert tilt(np.asarray(start.step.object_pose[index][3:])) == pytest.approx(np.pi / 2, abs=0.1)
+
+
+def test_the_same_changes_give_the_same_episode(backend: Backend) -> None:
+    changes = (SetOpen("cab", 0.5), Put("obj", "in", "cab"))
+    first, second = begun(backend, *changes), begun(backend, *changes)
+    assert first.fingerprint == second.fingerprint
+    assert np.array_equal(first.step.qpos, second.step.qpos)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (Put("objj", "in", "cab"), "no role 'objj'; did you mean 'obj'"),
+        (Put("cab", "in", "cab"), "'cab' is a fixture; only objects can be put elsewhere"),
+        (Put("obj", "on", "cab"), "is no object that something is put on"),
+        (SetOpen("cab", 1.0, "lid"), "cab has no joint 'lid'"),
+        (Put("obj", "in", "distr_counter"), "distr_counter has no interior"),
+    ],
+)
+def test_what_the_scene_lacks_is_said(backend: Backend, change: Change, message: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        begun(backend, change)
+    assert message in str(caught.value)
