@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+_SINGULAR = 1e10
+"""Condition from which on an inverse is taken by singular values: half of the digits are lost."""
+
 
 class Actuators:
     """The actuators of one part, which take commands within their range."""
@@ -102,8 +105,9 @@ class Arm:
             that does not move the end effector (7, 7).
         """
         self._relative_velocity()
-        jac, mass = self._jacobian, self._inertia[self._where].T
-        full, halves, _ = self._inertias(mass)
+        jac, mass = self._jacobian, self._inertia[self._where]
+        mobility = np.dot(jac, np.linalg.solve(mass, jac.T))
+        full, halves = _inverse(mobility), _inverse(np.stack((mobility[:3, :3], mobility[3:, 3:])))
         push = np.concatenate((np.dot(jac[:3].T, halves[0]), np.dot(jac[3:].T, halves[1])), axis=1)
         jac_p, jac_r, base_p, base_r = self._jac
         relative = np.concatenate((jac_p - base_p, jac_r - base_r))
@@ -186,6 +190,16 @@ def _pinv(matrices: Floats) -> Floats:
     scaled = s[..., np.newaxis] * u.swapaxes(-1, -2)
     inverse: Floats = np.matmul(vt.swapaxes(-1, -2), scaled)
     return inverse
+
+
+def _inverse(matrices: Floats) -> Floats:
+    """The inverse of matrices (..., K, K), or the pseudo-inverse close to singularity."""
+    try:
+        inverse: Floats = np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        return _pinv(matrices)
+    small = np.abs(matrices).max() * np.abs(inverse).max() < _SINGULAR
+    return inverse if small else _pinv(matrices)
 
 
 def _orientation_error(desired: Floats, current: Floats) -> tuple[float, float, float]:

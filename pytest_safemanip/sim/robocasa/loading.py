@@ -78,12 +78,13 @@ def load(assets_root: Path) -> types.ModuleType:
     with _quiet(), _robosuite_settings(), _stand_in_cv2(), _assets_root(assets_root):
         try:
             robosuite = importlib.import_module("robosuite")
-            from pytest_safemanip.sim.robocasa import compat, registry
+            from pytest_safemanip.sim.robocasa import compat, memo, registry
 
             compat.install()
             importlib.import_module("robocasa")
         except ModuleNotFoundError as error:
             raise ConfigError(f"{error.name} is not installed; {INSTALL_HINT}") from error
+        memo.install()
         registry.cache_yaml()
     return robosuite
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.sim.robocasa.control import Actuators, Arm, Torso
+from pytest_safemanip.sim.robocasa.memo import ContactCheck
 
 Floats = NDArray[np.float64]
 
@@ -44,8 +45,11 @@ class Stepper:
         self._torso = Torso(env.sim, controllers["torso"])
         self._constant = [(n, c) for n, c in controllers.items() if n not in ("right", "torso")]
         self._substeps = int(env.control_timestep / env.model_timestep)
-        # The fixtures ask for their joints' addresses at every step, by name.
+        # Nothing reads the sensors, which robosuite's grippers bring; the state is the same.
+        self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        # The fixtures ask for their joints' addresses and their buttons' contacts at every step.
         env.sim.model.get_joint_qpos_addr = functools.cache(env.sim.model.get_joint_qpos_addr)
+        env.check_contact = ContactCheck(env.sim)
 
     def step(self, action: Floats) -> None:
         """Run one control period, as ``env.step(action)`` does, without its observations."""
