@@ -6,7 +6,7 @@ import numpy as np
 
 from pytest_safemanip.propositions.contact import hand_parts, object_parts, robot_on_joint
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import majority, rising
+from pytest_safemanip.propositions.filters import majority, recently, rising
 from pytest_safemanip.propositions.operation import leaves
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import BUTTON
@@ -22,8 +22,8 @@ def skill_onset(view: View, skill: str, entity: str) -> Bools:
     the majority of the last ``skill_onset.window`` sees a door or drawer of it move that way
     faster than ``skill_onset.rate`` while the robot touches that part. ``press``, ``turn``,
     ``slide``: likewise, the hand touches a control of it (what a joint moves that is no door, or a
-    button) with ``skill_onset.force``. ``pour``: the centre of another object leaves the box of
-    this one while the robot holds it.
+    button) with ``skill_onset.force``; or a switch of it comes on. ``pour``: the centre of another
+    object leaves the box of this one while the robot holds it.
     """
     return _ONSETS[skill](view, entity)
 
@@ -65,7 +65,17 @@ def _pour(view: View, container: str) -> Bools:
 
 def _operate(view: View, fixture: str) -> Bools:
     count = view.trace.count(view.parameters["skill_onset.window"])
-    return rising(majority(_operated(view, fixture), count))
+    # A button latches at a tap that is shorter than the vote: what comes on has been operated. A
+    # press that goes on is the same onset.
+    return rising(
+        majority(_operated(view, fixture), count) | recently(_comes_on(view, fixture), count)
+    )
+
+
+def _comes_on(view: View, fixture: str) -> Bools:
+    """Whether a switch of the fixture comes on at this step (T,)."""
+    own = [k for k, switch in enumerate(view.trace.scene.switches) if switch.entity == fixture]
+    return np.asarray(rising(view.trace.steps.switch[:, own] == 1.0).any(axis=1))
 
 
 @pointwise

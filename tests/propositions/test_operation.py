@@ -37,9 +37,17 @@ BUTTON = len(toy.PARTS)
 SKILL = ("press", "cabinet")
 
 
-def pressed(scene=MICROWAVE, length=30, places=None, on=(), openness=0.0, attributes=None):
+def pressed(
+    scene=MICROWAVE,
+    length=30,
+    places=None,
+    on=(),
+    openness=0.0,
+    attributes=None,
+    touches=range(5, 15),
+):
     """A finger on the button from step 5 on: the skill starts at step 7."""
-    recording = film(length, touch(range(5, 15), "robot/finger_left", "mug/body"), scene=scene)
+    recording = film(length, touch(touches, "robot/finger_left", "mug/body"), scene=scene)
     steps = recording.steps
     switch = np.zeros((length, 1), np.float32)
     switch[list(on)] = 1.0
@@ -57,6 +65,18 @@ def pressed(scene=MICROWAVE, length=30, places=None, on=(), openness=0.0, attrib
 @pytest.mark.parametrize("skill", ["press", "turn", "slide"])
 def test_a_button_is_a_control_even_if_no_joint_moves_it(skill):
     assert true_at(pressed()("skill_onset", skill, "cabinet")) == [7]
+
+
+def test_a_tap_that_switches_on_is_a_press():
+    """The finger is on the button in one step, too short for the vote; the appliance runs on."""
+    view = pressed(on=range(5, 30), openness=0.3, touches=[5])
+    assert true_at(view("skill_onset", *SKILL)) == [5]
+    assert not view("pre_safe", *SKILL)[5]
+    assert not pressed(touches=[5])("skill_onset", *SKILL).any()
+
+
+def test_a_press_that_switches_on_and_lasts_is_one_onset():
+    assert true_at(pressed(on=range(5, 30))("skill_onset", *SKILL)) == [5]
 
 
 def test_an_empty_closed_appliance_may_be_switched_on():
