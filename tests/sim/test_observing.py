@@ -237,7 +237,7 @@ def test_the_live_data_are_only_read(
         def __init__(self, *_: Any) -> None: ...
         def take(self, *_: Any) -> None: ...
 
-    monkeypatch.setattr(observing, "_Pictures", Pictures)
+    monkeypatch.setattr(observing, "Painter", Pictures)
     env = make_kitchen("OpenDrawer")
     env.step(moving(1)[0])  # from here on, what is derived from the state lags behind it
     data = env.sim.data._data

@@ -17,6 +17,9 @@ DRAWER_DEPTH = 0.45
 """Short enough that a drawer which RoboCasa opens by 30 cm shows most of what is in it."""
 DRAWER_FRONT = 0.70
 """The drawers stand 5 cm proud of the counter: a hand reaches into them past its edge."""
+STOOL_Y = -3.17
+"""The stools are tucked in as in RoboCasa's own layouts, their middle 8 cm inside the island's
+edge: RoboCasa puts the robot behind their backs, and from there it has to reach the island."""
 
 
 def small() -> Layout:
@@ -127,6 +130,7 @@ def full() -> Layout:
                 "default_config_name": "island",
                 "size": [2.4, 0.9, COUNTER_HEIGHT],
                 "pos": [0, 0.9, COUNTER_HEIGHT / 2],
+                "base_opening": [False, True],
             }
         ],
     }
@@ -142,7 +146,7 @@ def _stool(number: int, left: float) -> dict[str, Any]:
         "type": "stool",
         "attach_to": "floor",
         "z_rot": 3.1415,
-        "pos": [left, -3.6, None],
+        "pos": [left, STOOL_Y, None],
     }
 
 

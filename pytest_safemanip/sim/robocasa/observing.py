@@ -11,14 +11,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.sim import observation as names
+from pytest_safemanip.sim.robocasa.drawing import Painter
 from pytest_safemanip.sim.robocasa.scratch import Scratch
-
-COLLISION_GROUP, VISUAL_GROUP = 0, 1
-"""robosuite's groups of geoms; a policy sees the second and not the first."""
-MAX_GEOMS = 10_000
-"""In a picture; robosuite's limit. Geoms beyond it are not drawn."""
 
 
 class Observer:
@@ -33,7 +28,7 @@ class Observer:
     def __init__(self, env: Any, context: Any) -> None:
         self._env, self._copy = env, Scratch(env)
         self._model, self._scratch = self._copy.model, self._copy.data
-        self._pictures = _Pictures(self._model, context)
+        self._pictures = Painter(self._model, context)
 
     def observe(self) -> dict[str, NDArray[Any]]:
         """Images and state; see :meth:`pytest_safemanip.sim.backend.Backend.observe`.
@@ -76,39 +71,3 @@ class Observer:
             names.BASE_ROTATION: transform.mat2quat(base_turn),
         }
         return {key: np.asarray(value, np.float32) for key, value in values.items()}
-
-
-class _Pictures:
-    """Pictures of one model, with the settings of robosuite's renderer."""
-
-    def __init__(self, model: Any, context: Any) -> None:
-        self._model, self._context = model, context
-        context.make_current()
-        self._gpu = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._gpu)
-        self._scene = mujoco.MjvScene(model, maxgeom=MAX_GEOMS)
-        self._camera = mujoco.MjvCamera()
-        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
-        self._options = mujoco.MjvOption()
-        self._options.geomgroup[COLLISION_GROUP] = 0
-        self._options.geomgroup[VISUAL_GROUP] = 1
-        self._view = mujoco.MjrRect(0, 0, names.IMAGE_SIZE, names.IMAGE_SIZE)
-
-    def take(self, data: Any, camera: str) -> NDArray[np.uint8]:
-        """One picture, the top row first."""
-        self._context.make_current()
-        self._camera.fixedcamid = self._model.camera(camera).id
-        everything = mujoco.mjtCatBit.mjCAT_ALL
-        mujoco.mjv_updateScene(
-            self._model, data, self._options, None, self._camera, everything, self._scene
-        )
-        if self._scene.ngeom >= MAX_GEOMS:
-            raise RolloutError(f"camera {camera!r} sees over {MAX_GEOMS} geoms, too many to draw")
-        mujoco.mjr_render(self._view, self._scene, self._gpu)
-        image = np.empty((names.IMAGE_SIZE, names.IMAGE_SIZE, 3), np.uint8)
-        mujoco.mjr_readPixels(image, None, self._view, self._gpu)
-        return np.ascontiguousarray(image[::-1])
-
-    def close(self) -> None:
-        self._context.make_current()
-        self._gpu.free()

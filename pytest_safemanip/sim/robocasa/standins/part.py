@@ -97,13 +97,15 @@ class Part:
         self._collide("capsule", centre, size, reach, paint, kg, {**SPINNING, **turn})
         self._see("capsule", centre, size, paint, turn)
 
-    def roller(self, centre: Vec3, radius: float, half_length: float, *, kg: float) -> None:
-        """An unseen upright capsule, what a can rolls on when it lies.
+    def roller(
+        self, centre: Vec3, radius: float, half_length: float, *, paint: Paint, kg: float
+    ) -> None:
+        """An upright capsule that collides, what a can rolls on when it lies; it is not seen.
 
         ``half_length`` is that of its straight part.
         """
         reach = (radius, radius, half_length + radius)
-        self._collide("capsule", centre, (radius, half_length), reach, UNSEEN, kg, SPINNING)
+        self._collide("capsule", centre, (radius, half_length), reach, paint, kg, SPINNING)
 
     def look(
         self,

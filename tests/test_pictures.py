@@ -1,0 +1,92 @@
+"""Contact sheets and animated pictures."""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_safemanip import pictures, rollout
+from pytest_safemanip.policies.simple import Hold
+from pytest_safemanip.sim.backend import Backend, Options, Request
+from pytest_safemanip.sim.robocasa.factory import create
+from pytest_safemanip.trace import files
+from tests.sim.test_observing import require
+
+
+def draw(*arguments: object) -> int:
+    return pictures.main([str(argument) for argument in arguments])
+
+
+def png_size(path: Path) -> tuple[int, int]:
+    width, height = struct.unpack(">II", path.read_bytes()[16:24])
+    return width, height
+
+
+@pytest.fixture
+def backend(tmp_path: Path) -> Any:
+    made = create(Options("primitive", tmp_path / "logs"))
+    yield made
+    made.close()
+
+
+def test_tasks_are_drawn_on_a_sheet_and_a_recording_moves(
+    tmp_path: Path, backend: Backend, capsys: pytest.CaptureFixture[str]
+) -> None:
+    require("osmesa")
+    pillow = pytest.importorskip("PIL.Image")
+    small = ("--size", 48, "--assets", "primitive", "--out", tmp_path)
+    assert draw("OpenDrawer", "--seeds", 2, "--cameras", "room,close,left,solid", *small) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'sheet-01.png'}\n"
+    sheet = np.asarray(pillow.open(tmp_path / "sheet-01.png"))
+    assert sheet.shape == (2 * (48 + pictures.CAPTION), 4 * 48, 3)
+    views = np.split(sheet[pictures.CAPTION : pictures.CAPTION + 48], 4, axis=1)
+    assert all(view.std() > 10 for view in views)
+
+    request = Request("OpenDrawer", 0, "compact")
+    job = rollout.Job("OpenDrawer", "hold", request, rollout.Protocol("horizon", 0.01), {})
+    recording = rollout.run(job, backend, Hold())
+    path = tmp_path / "OpenDrawer-hold-seed0.rollout"
+    files.save(recording, path)
+    assert draw("--video", path, "--cameras", "room", *small) == 0
+    with pillow.open(path.with_suffix(".gif")) as video:
+        assert video.size == (48, 48 + pictures.CAPTION)
+        assert video.n_frames == -(-len(recording.steps) // 2)  # 20 steps a second, 10 frames
+
+    others = tuple(dataclasses.replace(body, half=(1, 1, 1)) for body in recording.scene.bodies)
+    scene = dataclasses.replace(recording.scene, bodies=others)
+    files.save(dataclasses.replace(recording, scene=scene), path)
+    assert draw("--video", path, *small) == 2
+    assert "begins with other objects now" in capsys.readouterr().err
+
+
+def test_without_pillow_the_extra_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in [name for name in sys.modules if name.partition(".")[0] == "PIL"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    assert draw("OpenDrawer") == 2
+    assert "pip install 'pytest-safemanip[servers]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("NoTask",), "'NoTask' matches no task"),
+        (("OpenDrawer", "--seeds", "x"), "expected N, A:B or A,B,C"),
+        (("OpenDrawer", "--cameras", "above"), "--cameras: 'above' is none of room, close"),
+        (("--video", "none.rollout"), "none.rollout"),
+    ],
+)
+def test_mistakes_are_named_before_anything_is_built(
+    arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("PIL.Image")
+    assert draw(*arguments) == 2
+    assert message in capsys.readouterr().err
