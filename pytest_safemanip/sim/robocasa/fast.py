@@ -3,7 +3,8 @@
 The physics and the controllers' laws are the same. Operational-space control multiplies errors and
 velocities, which follow the state at every physics substep here too, by matrices that depend on the
 posture alone. These cost ten times as much as the rest, and within 10 ms a joint turns by less than
-0.03 rad: they are computed every 10 ms and continued linearly in between.
+0.03 rad: they are computed every 10 ms and continued linearly in between, and at every substep
+where they change much.
 """
 
 from __future__ import annotations
@@ -21,7 +22,10 @@ from pytest_safemanip.sim.robocasa.stepping import Stepper
 Floats = NDArray[np.float64]
 
 EVERY = 5
-"""Substeps between two evaluations of the matrices; divides those of a control period."""
+"""Substeps between two evaluations of the matrices."""
+LARGE = 0.05
+"""Relative change of the stiffness within that time from which on the matrices are evaluated at
+every substep: near singular postures. It is below 0.02 in random motion away from them."""
 
 
 class FastStepper(Stepper):
@@ -48,8 +52,6 @@ class FastStepper(Stepper):
             if substep == 0:
                 self._set_goals(action)
                 law.set_goals()
-            if substep % EVERY == 0:
-                law.refresh()
             torques = law.torques()
             np.maximum(torques, low, out=torques)
             np.minimum(torques, high, out=torques)
@@ -77,7 +79,9 @@ class _Law:
         shape = (len(self._dofs), 6 + self._joints + 1 + model.nv)
         # For the present substep, as computed last and before, and the change per substep.
         self._matrix, self._now, self._before, self._drift = (np.zeros(shape) for _ in range(4))
-        self._known = False
+        self._fill(self._now)
+        self._interval, self._left = 1, 0
+        self._stiff = slice(self._joints), slice(6)
         self._inputs, self._torques = np.zeros(shape[1]), np.zeros(shape[0])
         self._pose, self._rest = self._inputs[:6], self._inputs[6:]
 
@@ -88,15 +92,16 @@ class _Law:
         self._home = arm.initial_joint
         self._torso_goal = self._torso.goal
 
-    def refresh(self) -> None:
-        """Compute the matrix for the present posture."""
+    def _refresh(self) -> None:
+        """Compute the matrix for the present posture, and decide when to do so next."""
         self._now, self._before = self._before, self._now
         self._fill(self._now)
         self._matrix[:] = self._now
-        if self._known:
-            np.subtract(self._now, self._before, out=self._drift)
-            self._drift /= EVERY
-        self._known = True
+        np.subtract(self._now, self._before, out=self._drift)
+        self._drift /= self._interval
+        drift, size = (np.abs(matrix[self._stiff]).max() for matrix in (self._drift, self._now))
+        self._interval = EVERY if EVERY * drift < LARGE * size else 1
+        self._left = self._interval
 
     def _fill(self, matrix: Floats) -> None:
         arm, torso, joints = self._arm, self._torso, self._joints
@@ -112,6 +117,9 @@ class _Law:
 
     def torques(self) -> Floats:
         """Those of the present state (8,), not yet within their limits; call once a substep."""
+        if self._left == 0:
+            self._refresh()
+        self._left -= 1
         arm, data, rest, joints = self._arm, self._data, self._rest, self._joints
         x, y, z = arm.position.tolist()
         ox, oy, oz = arm.origin[0].tolist()
