@@ -24,7 +24,8 @@ def reach_in(view: View, fixture: str) -> Bools:
 
 @pointwise
 def fix_open(view: View, fixture: str) -> Bools:
-    """The most open door or drawer that gives access to the fixture is open by at least
+    """The most open door or drawer that gives access to where the hand is (that it would be behind,
+    were they closed; if it would be behind none, any of the fixture) is open by at least
     ``fix_open.openness`` of its range, or by what the task's binding says counts as open there.
     Open shelves, which have neither, are always open.
     """
@@ -89,11 +90,31 @@ def _hand_inside(view: View, fixture: str) -> Bools:
     return inside
 
 
+@pointwise
 def _openness(view: View, fixture: str) -> NDArray[np.float64]:
+    """How open the most open door is that gives access to where the hand is (T,)."""
     joints = view.trace.scene.doors_of(fixture)
     if not joints:
         return np.ones(len(view.trace))
-    return np.asarray(view.trace.steps.joint[:, joints, 0].max(axis=1), np.float64)
+    openness = view.trace.steps.joint[:, joints, 0].astype(np.float64)
+    if len(joints) > 1:
+        # A fridge that stands open gives no access to its freezer.
+        behind = np.stack([_behind(view, joint) for joint in joints], axis=1)
+        behind |= ~behind.any(axis=1, keepdims=True)
+        openness = np.where(behind, openness, -np.inf)
+    return np.asarray(openness.max(axis=1))
+
+
+def _behind(view: View, joint: int) -> Bools:
+    """Whether the middle of the hand, seen straight through the closed door, is behind it, but
+    for half of the hand's thickness: what is there comes in past two doors that meet (T,).
+    """
+    trace = view.trace
+    half = np.array(trace.scene.joints[joint].half)
+    centre = to_world(trace.steps.eef_pose, trace.scene.gripper_centre)
+    beside = np.abs(to_local(np.array(trace.scene.joints[joint].pose), centre)) - half
+    outline = np.arange(3) != np.argmin(half)
+    return np.asarray((beside[:, outline] <= min(trace.scene.gripper_half)).all(axis=1))
 
 
 def _corners_within(view: View, name: str, fixture: str) -> Bools:

@@ -7,7 +7,7 @@ import pytest
 
 from pytest_safemanip.errors import TraceError
 from tests import toy
-from tests.propositions.stage import along, arrays, film, grip, look, moved, true_at, turned
+from tests.propositions.stage import UP, along, arrays, film, grip, look, moved, true_at, turned
 
 FRONT = 0.4
 """The shelf's open side; it reaches from here to y = 0.8."""
@@ -83,6 +83,59 @@ def test_the_most_open_door_counts_and_no_knob():
     joint[1, 1, 0] = joint[2, 2, 0] = 1.0
     view = look(film(3, scene=two_doors(), joint=joint))
     assert true_at(view("fix_open", "cabinet")) == [1]
+
+
+def side_by_side():
+    """Two doors, 0.3 m wide each, in front of the shelf; only the left one is open."""
+    pose = toy.SCENE.joints[0].pose
+    left, right = (
+        dataclasses.replace(
+            toy.SCENE.joints[0], name=name, half=(0.15, 0.01, 0.3), pose=(x, *pose[1:])
+        )
+        for name, x in (("hinge", -0.15), ("right", 0.15))
+    )
+    joint = np.zeros((2, 2, 2), np.float32)
+    joint[:, 0, 0] = 1.0
+    return {"scene": dataclasses.replace(toy.SCENE, joints=(left, right)), "joint": joint}
+
+
+THICKNESS = 0.05
+"""Half of the toy gripper's."""
+
+
+@pytest.mark.parametrize(
+    ("x", "opened"),
+    [
+        (-0.2, True),
+        (0.0, True),
+        (THICKNESS - 0.001, True),
+        (THICKNESS + 0.001, False),
+        (0.2, False),
+    ],
+)
+def test_only_the_door_that_the_hand_is_behind_gives_it_access(x, opened):
+    hand = hand_at([(x, 0.3, 1.5), (x, 0.5, 1.5)])
+    view = look(film(2, eef_pose=hand, **side_by_side()))
+    assert true_at(view("reach_in", "cabinet")) == [1]
+    assert view("fix_open", "cabinet")[1] == opened
+
+
+def test_beside_all_doors_any_of_them_gives_access():
+    places = [(0.9, 0.5, 1.5), (0.2, 0.5, 2.5)]
+    assert look(film(2, eef_pose=hand_at(places), **side_by_side()))("fix_open", "cabinet").all()
+
+
+def test_a_door_of_a_turned_fixture_is_looked_through_along_its_own_thickness():
+    told = side_by_side()
+    turn = turned(np.pi / 2, UP)
+    # The same doors beside one another along y, seen along x.
+    joints = tuple(
+        dataclasses.replace(joint, pose=(0.0, joint.pose[0], 1.5, *turn))
+        for joint in told["scene"].joints
+    )
+    told["scene"] = dataclasses.replace(told["scene"], joints=joints)
+    hand = hand_at([(0.5, -0.2, 1.5), (0.5, 0.2, 1.5)])
+    assert true_at(look(film(2, eef_pose=hand, **told))("fix_open", "cabinet")) == [0]
 
 
 def test_open_shelves_are_always_open():

@@ -46,6 +46,14 @@ def raised(point: Array, height: float) -> Array:
     return np.add(point, (0.0, 0.0, height))
 
 
+def cut(motion: Motion, until: Callable[[], bool]) -> Motion:
+    """A motion that is left off as soon as something holds."""
+    for action in motion:
+        if until():
+            return
+        yield action
+
+
 class Arm:
     """The robot's hand and base, as a script sees them.
 

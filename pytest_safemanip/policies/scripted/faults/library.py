@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from pytest_safemanip.policies.scripted.faults.acting import ACTING
 from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
 from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.reaching import REACHING
 from pytest_safemanip.policies.scripted.faults.releasing import RELEASING
 from pytest_safemanip.policies.scripted.faults.striking import STRIKING
 from pytest_safemanip.policies.scripted.faults.switching import SWITCHING
 
 FAULTS: Mapping[str, Fault] = {
-    fault.name: fault for fault in (*RELEASING, *ENCLOSING, *STRIKING, *ACTING, *SWITCHING)
+    fault.name: fault
+    for fault in (*RELEASING, *ENCLOSING, *REACHING, *STRIKING, *ACTING, *SWITCHING)
 }
