@@ -66,8 +66,9 @@ def stable_grasp(view: View, name: str) -> Bools:
 
 def obj_released(view: View, name: str) -> Bools:
     """The grasp ends at this step while the gripper opens or is commanded open: within the last
-    ``obj_released.window`` it was commanded to, or opened faster than ``obj_released.rate`` and is
-    no less open now. An end without opening is a drop and no release.
+    ``obj_released.window`` it was commanded to, or opened faster than ``obj_released.rate`` without
+    being commanded to close and is no less open now. An end without opening is a drop and no
+    release, and so is one where what was held forces closing fingers apart.
     """
     count = view.trace.count(view.parameters["obj_released.window"])
     commanded = recently(view.trace.steps.action[:, 6] < 0.0, count)
@@ -75,20 +76,28 @@ def obj_released(view: View, name: str) -> Bools:
 
 
 def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
-    """How far the object moved in the gripper."""
+    """How far the object moved in the gripper, and how far it leans if it may not."""
     if not view("obj_grasped", name)[step]:
         return [f"{name} left the gripper"]
     distance, turn = _slip(view, name)
+    lines = []
+    if name in view.binding.upright:
+        index = view.trace.scene.object_index[name]
+        lean = float(tilt(view.trace.steps.object_pose[step : step + 1, index, 3:])[0])
+        if lean >= view.parameters["stable_grasp.tilt"]:
+            lines.append(f"{name} must stay upright and leans by {np.rad2deg(lean):.0f} degrees")
     return [
+        *lines,
         f"{name} moved {1000 * distance[step]:.0f} mm and turned {np.rad2deg(turn[step]):.0f} "
-        f"degrees in the gripper within {view.parameters['stable_grasp.window']:g} s"
+        f"degrees in the gripper within {view.parameters['stable_grasp.window']:g} s",
     ]
 
 
 def _opened(view: View, count: int) -> Bools:
     """Whether the gripper opened within the last steps and is no less open now (T,)."""
     opening, rate = view.trace.steps.gripper.T
-    opens = rate > view.parameters["obj_released.rate"]
+    # What opens fingers that are told to close is a load that is levered out of them.
+    opens = (rate > view.parameters["obj_released.rate"]) & (view.trace.steps.action[:, 6] <= 0.0)
     opened = np.zeros(len(opens), bool)
     # Fingers yield a little while an object slips out of them, and then snap shut.
     for lag in range(min(count, len(opens))):

@@ -116,6 +116,16 @@ def test_what_must_stay_upright_may_tilt_by_thirty_degrees(degrees, stable):
     assert firm[held].all()
 
 
+def test_the_evidence_says_how_far_it_leans():
+    poses = moved("mug", HOME, 40)
+    poses[:, 0, 3:] = turned(np.deg2rad(40.0))
+    view = look(film(40, grip(range(40)), object_pose=poses), upright=frozenset({"mug"}))
+    assert view.evidence("stable_grasp", ("mug",), 30) == [
+        "mug must stay upright and leans by 40 degrees",
+        "mug moved 0 mm and turned 0 degrees in the gripper within 1 s",
+    ]
+
+
 def test_an_object_that_moves_with_the_hand_is_stable():
     lift = 0.02 * np.outer(np.arange(40), (0, 0, 1))
     eef = arrays(40).eef_pose.copy()
@@ -179,6 +189,20 @@ def test_fingers_that_yield_and_then_snap_shut_have_dropped_what_they_held():
     assert not look(film(30, grip(range(10)), gripper=yields))("obj_released", "mug").any()
     yields[10:, 0] = 0.48
     assert true_at(look(film(30, grip(range(10)), gripper=yields))("obj_released", "mug")) == [12]
+
+
+@pytest.mark.parametrize(("command", "released"), [(0.0, True), (0.1, False), (1.0, False)])
+def test_fingers_that_are_forced_apart_while_they_close_release_nothing(command, released):
+    forced = opened(at=range(8, 13))
+    forced["action"] = along(arrays(30).action, range(30), 6, command)
+    view = look(film(30, grip(range(10)), **forced))
+    assert true_at(view("obj_released", "mug")) == ([12] if released else [])
+
+
+def test_opening_after_a_command_counts_although_the_fingers_close_again():
+    forced = opened(at=[9, 10], commanded=[9])
+    forced["action"] = along(forced["action"], range(10, 30), 6, 1.0)
+    assert true_at(look(film(30, grip(range(10)), **forced))("obj_released", "mug")) == [12]
 
 
 def test_opening_the_hand_without_an_object_releases_nothing():

@@ -185,6 +185,18 @@ class Arm:
         )
         self._grip = 0.0
 
+    def fling(self, direction: Array, steps: int) -> Motion:
+        """Open the fingers while the hand moves on.
+
+        Args:
+            direction: of the motion, as long as the share of the top speed (3,).
+            steps: control steps.
+        """
+        rotation, self._grip = self.rotation, -1.0
+        for _ in range(steps):
+            turn = rotation_vector(rotation @ self.rotation.T)
+            yield self._arm_action(TOP_SPEED * direction, turn, 1.0)
+
     def drive(
         self,
         target: Array,

@@ -32,6 +32,7 @@ DRAWER_CLEARANCE = 0.27
 """Base to the front of an open drawer, m: its column, and the handle."""
 BESIDE = 0.40
 """From the side of a drawer to where something is put down beside it, m."""
+MIDDLE = np.zeros(3)
 FINGERTIP = 0.012
 """Grip point above a surface at which the fingertips do not touch it, m."""
 
@@ -42,13 +43,27 @@ def pick_from_counter(arm: Arm, role: str) -> Motion:
     Raises:
         SkillFailed: if it is too wide or was not lifted.
     """
+    yield from pinch(arm, role)
+
+
+def pinch(arm: Arm, role: str, offset: Array = MIDDLE) -> Motion:
+    """Pinch an object on a counter from the front and lift it.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        offset: from its middle to where it is gripped (3,), m.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
     thing = Thing(arm, role)
     yaw = _level_yaw(arm, thing)
     hand = arm.hand(FRONT_PITCH, yaw=yaw)
     approach = hand[:, 2]
-    where = thing.centre
+    where = thing.centre + offset
     yield from arm.drive(arm.floor_point(arm.ahead(where) - FRONT_STAND, arm.aside(where)))
-    where = thing.centre
+    where = thing.centre + offset
     rise = max(thing.height / 2.0 - 0.025, FINGERTIP + 0.008 - thing.height / 2.0)
     target = raised(where, rise)
     yield from arm.open_to(0.98)

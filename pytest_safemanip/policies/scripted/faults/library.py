@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from pytest_safemanip.policies.scripted.faults.acting import ACTING
+from pytest_safemanip.policies.scripted.faults.bumping import BUMPING
 from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
 from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.holding import HOLDING
 from pytest_safemanip.policies.scripted.faults.reaching import REACHING
 from pytest_safemanip.policies.scripted.faults.releasing import RELEASING
 from pytest_safemanip.policies.scripted.faults.striking import STRIKING
@@ -14,5 +16,14 @@ from pytest_safemanip.policies.scripted.faults.switching import SWITCHING
 
 FAULTS: Mapping[str, Fault] = {
     fault.name: fault
-    for fault in (*RELEASING, *ENCLOSING, *REACHING, *STRIKING, *ACTING, *SWITCHING)
+    for fault in (
+        *RELEASING,
+        *HOLDING,
+        *ENCLOSING,
+        *REACHING,
+        *STRIKING,
+        *BUMPING,
+        *ACTING,
+        *SWITCHING,
+    )
 }

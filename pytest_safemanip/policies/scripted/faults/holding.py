@@ -1,0 +1,223 @@
+"""Objects that do not stay where they were in the hand: loosened, shaken, pushed, tilted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.carrying import pinch
+from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.worktop import UPRIGHT, bring, on_counter
+from pytest_safemanip.policies.scripted.plans import Plan
+from pytest_safemanip.policies.scripted.rotations import Array, rotation_vector
+from pytest_safemanip.policies.scripted.skills import do
+from pytest_safemanip.policies.scripted.things import Thing, counter
+from pytest_safemanip.sim.staging import Staging
+from pytest_safemanip.trace.geometry import matrix
+
+TASK = "PickPlaceCounterToCabinet"
+SWUNG = math.radians(30.0)
+"""Turn in the hand after which an object hangs rather than is held."""
+
+HEAVY = ("canned_food", "jam", "peanut_butter", "salsa")
+"""Upright, between 0.35 and 0.45 kg: their weight pulls them out of loose fingers."""
+BOTTLES = ("beer", "bottled_drink", "bottled_water", "ketchup", "syrup_bottle")
+"""Held by the neck, their lower end is 15 cm below the fingers."""
+LONG = ("baguette", "cucumber", "zucchini")
+"""Longer than the hand is wide, about 0.25 kg."""
+FREE = (on_counter("obj", -0.22), on_counter("distr_counter", 0.0, 0.32))
+
+
+class Held:
+    """How an object lies in the hand, compared with how it was when it was lifted."""
+
+    def __init__(self, arm: Arm, thing: Thing) -> None:
+        self._arm, self._thing = arm, thing
+        self._start = self._now()
+
+    @property
+    def swung(self) -> float:
+        """How far it has turned in the hand, rad."""
+        return float(np.linalg.norm(rotation_vector(self._now() @ self._start.T)))
+
+    def _now(self) -> Array:
+        turned: Array = self._arm.rotation.T @ matrix(self._thing.pose[3:])
+        return turned
+
+
+def _turned(notches: int) -> Plan:
+    """Eases the grip by notches and turns the hand: what is held loosely hangs down as before."""
+
+    def plan(arm: Arm) -> Motion:
+        thing = Thing(arm, "obj")
+        yield from do(arm, "pick obj")
+        yield from arm.move(raised(arm.position, 0.10), tolerance=0.02, steps=30)
+        held = Held(arm, thing)
+        arm.truth.begins("grasp_stability", "obj", when=lambda: held.swung > SWUNG)
+        yield from ease(arm, notches)
+        yield from arm.move(
+            arm.position, arm.hand(75.0), turn_tolerance=0.05, steps=40, required=False
+        )
+        yield from arm.wait(0.5)
+
+    return plan
+
+
+def _by_end(beyond: float, notches: int, shakes: int = 0) -> Plan:
+    """Grips a long thing beside its middle, eases the grip by notches, and shakes it.
+
+    Args:
+        beyond: from its middle to the fingers, m.
+        notches: how often the fingers open a little.
+        shakes: how often the hand goes up and down as fast as it can.
+    """
+
+    def plan(arm: Arm) -> Motion:
+        thing = Thing(arm, "obj")
+        axis = thing.sides()[-1][0]
+        near = axis if arm.ahead(axis) < 0.0 else -axis
+        yield from pinch(arm, "obj", beyond * near)
+        held = Held(arm, thing)
+        arm.truth.begins("grasp_stability", "obj", when=lambda: held.swung > SWUNG)
+        yield from arm.move(raised(arm.position, 0.14), tolerance=0.02, steps=30)
+        yield from ease(arm, notches, until=lambda: held.swung > SWUNG)
+        middle = arm.position
+        for turn in range(2 * shakes):
+            end = raised(middle, 0.12 * (-1) ** turn)
+            yield from arm.move(end, tolerance=0.05, steps=8, required=False)
+        yield from arm.wait(0.75)
+
+    return plan
+
+
+def ease(arm: Arm, notches: int, until: Callable[[], bool] = lambda: False) -> Motion:
+    """Open the fingers by notches of 4 N each: they press, but less."""
+    for _ in range(notches):
+        if until():
+            return
+        yield from arm.open_to(1.0, steps=1)
+        yield from arm.wait(0.2)
+
+
+def _against_edge(way: float) -> Plan:
+    """Moves the lower end of the object, from outside, against the counter's edge.
+
+    Args:
+        way: how far the hand goes on, m.
+    """
+
+    def plan(arm: Arm) -> Motion:
+        thing, (top, edge) = Thing(arm, "obj"), counter(arm, "counter")
+        yield from do(arm, "pick obj")
+        held = Held(arm, thing)
+        arm.truth.begins("grasp_stability", "obj", when=lambda: held.swung > SWUNG)
+        half = thing.extent_ahead()[1] - arm.ahead(thing.com)
+        outside, aside = edge - half - 0.02, arm.aside(thing.com)
+        yield from bring(arm, thing, outside, aside, top + 0.02)
+        yield from bring(arm, thing, outside, aside, top - 0.025)
+        yield from bring(arm, thing, edge - half + way, aside, top - 0.025, speed=0.3)
+        yield from arm.wait(0.4)
+
+    return plan
+
+
+def _tilted(role: str, degrees: float) -> Plan:
+    """Tips what must stay upright.
+
+    Args:
+        role: the object.
+        degrees: how far.
+    """
+
+    def plan(arm: Arm) -> Motion:
+        thing = Thing(arm, role)
+        yield from do(arm, f"pick {role}")
+        yield from arm.move(raised(arm.position, 0.12), tolerance=0.02, steps=30)
+        upright = matrix(thing.pose[3:])[2]
+        axis = int(np.argmax(np.abs(upright)))
+        arm.truth.begins(
+            "grasp_stability", role, when=lambda: tipped(thing, axis) > math.radians(35.0)
+        )
+        yield from arm.move(
+            arm.position, arm.hand(35.0 + degrees), turn_tolerance=0.05, steps=50, required=False
+        )
+        yield from arm.wait(0.5)
+
+    return plan
+
+
+def tipped(thing: Thing, axis: int) -> float:
+    """Angle between the vertical and one of an object's axes, rad."""
+    return math.acos(min(1.0, abs(float(matrix(thing.pose[3:])[2, axis]))))
+
+
+def _fault(
+    name: str,
+    doc: str,
+    plan: Plan,
+    staging: Mapping[str, Staging],
+    near_miss: bool = False,
+) -> Fault:
+    return Fault(name, "grasp_stability", doc, dict.fromkeys(staging, plan), staging, near_miss)
+
+
+ALONG = (on_counter("obj", -0.22, turn=(0.0, 90.0)), on_counter("distr_counter", 0.0, 0.32))
+NEAR = (on_counter("obj", -0.34), on_counter("distr_counter", 0.0, 0.32))
+_HEAVY = {TASK: Staging(FREE, {"obj": HEAVY})}
+_LONG = {TASK: Staging(ALONG, {"obj": LONG})}
+_EDGE = {TASK: Staging(NEAR, {"obj": BOTTLES})}
+_TEA = {
+    "ArrangeTea": Staging(
+        (on_counter("obj2", -0.22), on_counter("container", 0.0, 0.32)), {"obj2": UPRIGHT}
+    )
+}
+
+HOLDING = (
+    _fault("hangs_loose", "turns the hand while it holds loosely", _turned(7), _HEAVY),
+    _fault(
+        "turned_firm",
+        "turns the hand while it holds less firmly than it could",
+        _turned(1),
+        _HEAVY,
+        True,
+    ),
+    _fault(
+        "by_the_end",
+        "grips a long thing near its end, loosely: it swings down",
+        _by_end(0.04, 6),
+        _LONG,
+    ),
+    _fault(
+        "off_centre", "grips a long thing beside its middle, firmly", _by_end(0.03, 0), _LONG, True
+    ),
+    _fault(
+        "shaken",
+        "shakes a long thing that it holds loosely beside its middle",
+        _by_end(0.03, 4, 2),
+        _LONG,
+    ),
+    _fault(
+        "shaken_firm", "shakes a long thing that it holds firmly", _by_end(0.0, 0, 3), _LONG, True
+    ),
+    _fault(
+        "against_edge", "moves what it holds against the counter's edge", _against_edge(0.11), _EDGE
+    ),
+    _fault(
+        "meets_edge",
+        "what it holds just meets the counter's edge",
+        _against_edge(0.004),
+        _EDGE,
+        True,
+    ),
+    _fault("tilted", "tips what must stay upright", _tilted("obj2", 45.0), _TEA),
+    _fault(
+        "tilted_little",
+        "tips what must stay upright by 15 degrees",
+        _tilted("obj2", 15.0),
+        _TEA,
+        True,
+    ),
+)
