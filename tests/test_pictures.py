@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import struct
 import sys
 from pathlib import Path
@@ -41,12 +42,13 @@ def test_tasks_are_drawn_on_a_sheet_and_a_recording_moves(
     require("osmesa")
     pillow = pytest.importorskip("PIL.Image")
     small = ("--size", 48, "--assets", "primitive", "--out", tmp_path)
-    assert draw("OpenDrawer", "--seeds", 2, "--cameras", "room,close,left,solid", *small) == 0
+    assert draw("OpenDrawer", "--seeds", 2, "--cameras", "room,close,solid,left", *small) == 0
     assert capsys.readouterr().out == f"{tmp_path / 'sheet-01.png'}\n"
     sheet = np.asarray(pillow.open(tmp_path / "sheet-01.png"))
     assert sheet.shape == (2 * (48 + pictures.CAPTION), 4 * 48, 3)
     views = np.split(sheet[pictures.CAPTION : pictures.CAPTION + 48], 4, axis=1)
     assert all(view.std() > 10 for view in views)
+    assert all((a != b).any() for a, b in itertools.combinations(views, 2))
 
     request = Request("OpenDrawer", 0, "compact")
     job = rollout.Job("OpenDrawer", "hold", request, rollout.Protocol("horizon", 0.01), {})

@@ -54,7 +54,6 @@ class Painter:
         buffer.offwidth, buffer.offheight = max(buffer.offwidth, size), max(buffer.offheight, size)
         context.make_current()
         self._gpu = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._gpu)
         self._scene = mujoco.MjvScene(model, maxgeom=MAX_GEOMS)
         self._options = mujoco.MjvOption()
         self._options.geomgroup[COLLISION_GROUP] = group == COLLISION_GROUP
@@ -78,6 +77,8 @@ class Painter:
         if self._scene.ngeom >= MAX_GEOMS:
             raise RolloutError(f"camera {camera!r} sees over {MAX_GEOMS} geoms, too many to draw")
         view = mujoco.MjrRect(0, 0, self._size, self._size)
+        # Each time: another painter may have drawn into a buffer of its own since.
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._gpu)
         mujoco.mjr_render(view, self._scene, self._gpu)
         image = np.empty((self._size, self._size, 3), np.uint8)
         mujoco.mjr_readPixels(image, None, view, self._gpu)

@@ -27,6 +27,9 @@ TOE = 0.05
 
 DRAWER_HEIGHT = 0.16
 SHELF_PITCH = 0.28
+HINGE_FRICTION = 1.0
+"""N m; 2 to 3 N at the handle, so that a door which is brushed does not swing away. The suction of
+a real seal, some 20 N over the first millimetres, is left out."""
 DRAWER_TRAVEL = 0.38
 DRAWER_INSET = DOOR - WALL + 0.005
 """Air beside a drawer, m: it has to pass a door that stands open at a right angle."""
@@ -163,7 +166,7 @@ def _swing_door(
         (x0 if at_left else x1, front, middle_z),
         (0.0, math.pi / 2),
         damping=1.0,
-        friction=0.3,
+        friction=HINGE_FRICTION,
     )
     half = ((x1 - x0) / 2 - CLEARANCE, DOOR / 2, (z1 - z0) / 2 - CLEARANCE)
     door.box(((x0 + x1) / 2, front + DOOR / 2, middle_z), half, name=f"{name}_main", kg=4.0)

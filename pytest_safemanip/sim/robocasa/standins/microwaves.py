@@ -54,7 +54,7 @@ def _door(model: Model, size: Vec3, right: float) -> None:
     hx, hy, hz = (side / 2 for side in size)
     door = model.child("door")
     hinge = (-hx, -hy, 0.0)
-    door.hinge("microjoint", (0.0, 0.0, 1.0), hinge, (-math.pi / 2, 0.0), damping=0.5, friction=0.1)
+    door.hinge("microjoint", (0.0, 0.0, 1.0), hinge, (-math.pi / 2, 0.0), damping=0.5, friction=0.5)
     # A gap all around: neighbours in a kitchen touch the oven, and often overlap it a little.
     half = ((right + hx) / 2 - CLEARANCE, DOOR / 2, hz - CLEARANCE)
     centre = ((right - hx) / 2, -hy + DOOR / 2, 0.0)

@@ -13,6 +13,9 @@ from pytest_safemanip.sim.robocasa.standins.paint import BLACK, WHITE, Paint
 from pytest_safemanip.sim.robocasa.standins.shapes import barrel, octagon
 
 LID_HEIGHT = PLUG + FLANGE + KNOB
+EDGELESS = 0.6
+"""Width of a round thing's flat sides relative to itself: near what is seen, and lies still."""
+
 TOOL_GRIP = 0.018
 """Width of a tool's handle, m."""
 
@@ -34,13 +37,16 @@ def block(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
 
 
 def log(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
-    """Long food that does not roll: a box; it looks round if it is about as wide as high."""
+    """Long food that does not roll: a box; one without edges if it is about as wide as high."""
     half = _half(size)
+    if half[1] > 1.25 * half[2]:
+        model.box((0.0, 0.0, 0.0), half, paint=paint, kg=kg)
+        return
+    for y, z in ((1.0, EDGELESS), (EDGELESS, 1.0)):
+        cross = (half[0], y * half[1], z * half[2])
+        model.box((0.0, 0.0, 0.0), cross, paint=paint, kg=kg / 2, shown=False)
     radius = min(half[1], half[2])
-    looks_round = half[1] < 1.25 * half[2]
-    model.box((0.0, 0.0, 0.0), half, paint=paint, kg=kg, shown=not looks_round)
-    if looks_round:
-        model.look("capsule", (0.0, 0.0, 0.0), (radius, half[0] - radius), paint, quat=LYING)
+    model.look("capsule", (0.0, 0.0, 0.0), (radius, half[0] - radius), paint, quat=LYING)
 
 
 def can(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
