@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -243,3 +244,31 @@ def test_a_hand_lifts_it_by_its_handle(mujoco: ModuleType, name: str) -> None:
         mujoco.mj_step(model, data, nstep=5)
     assert data.body("object").xpos[2] - low > 0.08
     assert tilt(data.body("object").xquat) < 5.0
+
+
+@pytest.mark.parametrize(
+    ("content", "own", "vessel", "scale"),
+    [("bowl", 0.7, "bowl", 0.95), ("waffle", 1.0, "bowl", 1.0), ("straw", 1.5, "glass_cup", 1.0)],
+)
+def test_what_tasks_put_together_fits(
+    mujoco: ModuleType, content: str, own: float, vessel: str, scale: float
+) -> None:
+    def scaled(name: str, factor: float) -> Row:
+        x, y, z = (side * factor for side in table()[name].size)
+        return replace(table()[name], size=(x, y, z))
+
+    outer, inner = scaled(vessel, scale), scaled(content, own)
+    upright = content == "straw"
+    quat = "0.70 0.05 0.71 0" if upright else "0.924 0 0 0.383"  # leaning; turned by 45 degrees
+    high = outer.size[2] / 2 + 0.1 if upright else outer.size[2] + inner.size[2] / 2 + 0.01
+    bodies = [
+        put(outer, "outer", (0, 0, outer.size[2] / 2), free=True),
+        put(inner, "inner", (0.004, 0.003, high), free=True, quat=quat),
+    ]
+    model = mujoco.MjModel.from_xml_string(world([TABLE_TOP, *bodies]))
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=1000)
+    offset = data.body("inner").xpos - data.body("outer").xpos
+    assert abs(offset[:2]).max() < outer.size[0] / 2
+    assert offset[2] < (0.08 if upright else 0.0)  # on the floor of it, not on the rim
+    assert tilt(data.body("outer").xquat) < 1.0
