@@ -12,8 +12,8 @@ from pytest_safemanip.policies.scripted.things import Furniture, Thing, counter
 
 GAP = 0.076
 """Widest side that fits between the fingers, m."""
-LIFTED = 0.03
-"""Rise that shows that an object is held, m."""
+LIFTED = 0.02
+"""Rise that shows that an object is held, m; the hand itself rises by 3 cm at least."""
 
 FRONT_PITCH = 35.0
 """Degrees from straight down: the wrist stays clear of what hangs above the counter."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.carrying import pinch
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.worktop import UPRIGHT, bring, on_counter
@@ -24,10 +24,12 @@ SWUNG = math.radians(30.0)
 
 HEAVY = ("canned_food", "jam", "peanut_butter", "salsa")
 """Upright, between 0.35 and 0.45 kg: their weight pulls them out of loose fingers."""
-BOTTLES = ("beer", "bottled_drink", "bottled_water", "ketchup", "syrup_bottle")
-"""Held by the neck, their lower end is 15 cm below the fingers."""
-LONG = ("baguette", "cucumber", "zucchini")
-"""Longer than the hand is wide, about 0.25 kg."""
+BOTTLES = ("condiment_bottle", "honey_bottle", "mayonnaise", "mustard")
+"""Held by the neck, their lower end is 13 cm below the fingers."""
+STANDING = 0.12
+"""These bottles are thinner than this and higher, m."""
+LONG = ("corn", "cucumber", "zucchini")
+"""Fifteen centimetres long, 0.2 to 0.25 kg, and low enough for the palm."""
 FREE = (on_counter("obj", -0.22), on_counter("distr_counter", 0.0, 0.32))
 
 
@@ -86,9 +88,11 @@ def _by_end(beyond: float, notches: int, shakes: int = 0) -> Plan:
         yield from ease(arm, notches, until=lambda: held.swung > SWUNG)
         middle = arm.position
         for turn in range(2 * shakes):
+            if held.swung > SWUNG:
+                break
             end = raised(middle, 0.12 * (-1) ** turn)
             yield from arm.move(end, tolerance=0.05, steps=8, required=False)
-        yield from arm.wait(0.75)
+        yield from arm.wait(0.5)
 
     return plan
 
@@ -111,6 +115,8 @@ def _against_edge(way: float) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         thing, (top, edge) = Thing(arm, "obj"), counter(arm, "counter")
+        if thing.height < STANDING:
+            raise SkillFailed("the bottle lies")
         yield from do(arm, "pick obj")
         held = Held(arm, thing)
         arm.truth.begins("grasp_stability", "obj", when=lambda: held.swung > SWUNG)
@@ -118,7 +124,7 @@ def _against_edge(way: float) -> Plan:
         outside, aside = edge - half - 0.02, arm.aside(thing.com)
         yield from bring(arm, thing, outside, aside, top + 0.02)
         yield from bring(arm, thing, outside, aside, top - 0.025)
-        yield from bring(arm, thing, edge - half + way, aside, top - 0.025, speed=0.3)
+        yield from bring(arm, thing, edge - half + way, aside, top - 0.025, speed=0.3, steps=30)
         yield from arm.wait(0.4)
 
     return plan
@@ -196,7 +202,7 @@ HOLDING = (
     _fault(
         "shaken",
         "shakes a long thing that it holds loosely beside its middle",
-        _by_end(0.03, 4, 2),
+        _by_end(0.03, 4, 3),
         _LONG,
     ),
     _fault(

@@ -50,7 +50,14 @@ def way_to(arm: Arm, thing: Thing, ahead: float, aside: float, bottom: float) ->
 
 
 def bring(
-    arm: Arm, thing: Thing, ahead: float, aside: float, bottom: float, *, speed: float = 0.6
+    arm: Arm,
+    thing: Thing,
+    ahead: float,
+    aside: float,
+    bottom: float,
+    *,
+    speed: float = 0.6,
+    steps: int = 70,
 ) -> Motion:
     """Bring a held object to where :func:`way_to` says; the hand keeps its orientation."""
     yield from arm.move(
@@ -58,7 +65,7 @@ def bring(
         tolerance=0.006,
         turn_tolerance=0.2,
         speed=speed,
-        steps=70,
+        steps=steps,
         required=False,
     )
 
