@@ -57,6 +57,11 @@ class Thing:
         """Vertical extent of its box, m."""
         return float(np.ptp(self.corners[:, 2]))
 
+    @property
+    def top(self) -> Array:
+        """Middle of its upper side (3,)."""
+        return np.append(self.centre[:2], self.bottom + self.height)
+
     def extent_ahead(self) -> tuple[float, float]:
         """Nearest and farthest corner along the base's forward direction, m."""
         along = [self._arm.ahead(corner) for corner in self.corners]

@@ -74,7 +74,7 @@ def _onto(arm: Arm) -> Motion:
     arm.truth.begins("collision_contact", when=lambda: peak(arm, "obj", "distr_counter") > KNOCK)
     arm.truth.begins("action_onset", "place", "obj", when=let_go_there)
     arm.truth.begins("release_stability", "obj", when=let_go_there)
-    yield from carry_over(arm, thing, lambda: raised(_top(other), -PRESSED))
+    yield from carry_over(arm, thing, lambda: raised(other.top, -PRESSED))
     yield from let_go(arm)
 
 
@@ -105,10 +105,6 @@ def _pull_out(arm: Arm) -> Motion:
 
     arm.truth.begins("action_onset", "pick", "obj", when=lifted)
     yield from do(arm, "pick obj")
-
-
-def _top(thing: Thing) -> Array:
-    return np.append(thing.centre[:2], thing.bottom + thing.height)
 
 
 def _stands_over(arm: Arm, upper: Thing, lower: Thing) -> bool:

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.carrying import FINGERTIP, LIFTED
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.trace.elements import ROBOT
 
-CARRY_RISE = 0.16
+CARRY_RISE = 0.1
 """Height above where an object is to be put at which it is carried there, m."""
 
+STAND = 0.55
+"""Base to where a hand that points down works, m."""
+ARM_AHEAD, ARM_ASIDE = 0.1, 0.35
+"""How far from there, and to the side, the arm reaches, m."""
+TOUCH_PITCH = 20.0
+"""Degrees from straight down, so that one fingertip is lower than the other."""
 PRESS_PITCH, PRESS_STAND = 80.0, 0.62
 """Degrees from straight down, and base to button, m: the forearm stays level."""
 
@@ -57,6 +66,93 @@ def apart(one: Thing, other: Thing, ahead: Array) -> tuple[float, float]:
         a, b = one.corners[:, :2] @ axis, other.corners[:, :2] @ axis
         found.append(float(max(a.min() - b.max(), b.min() - a.max())))
     return found[0], found[1]
+
+
+def reach(arm: Arm, where: Array) -> Motion:
+    """Drive so that a point on a counter is in reach of a hand that points down."""
+    ahead, aside = arm.ahead(where) - STAND, arm.aside(where)
+    if abs(ahead - arm.ahead(arm.base)) < ARM_AHEAD:
+        ahead = arm.ahead(arm.base)
+    if abs(aside - arm.aside(arm.base)) < ARM_ASIDE:
+        aside = arm.aside(arm.base)
+    yield from arm.drive(arm.floor_point(ahead, aside))
+
+
+def touch(arm: Arm, role: str, force: float, aside: float = 0.0) -> Motion:
+    """Press on an object from above with the closed fingers for a quarter of a second.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        force: that lasts, N.
+        aside: from its middle along the base's left direction, m.
+
+    Raises:
+        SkillFailed: if it was not pressed.
+    """
+    pressed = 0
+
+    def long_enough() -> bool:
+        nonlocal pressed
+        pressed = pressed + 1 if peak(arm, ROBOT, role) > force else 0
+        return pressed >= 5
+
+    yield from _to(arm, role, 0.03, aside)
+    hand = arm.hand(TOUCH_PITCH, 90.0)
+    down = raised(arm.position, -0.12)
+    yield from arm.move(down, hand, speed=0.12, steps=80, until=long_enough)
+    yield from arm.move(raised(arm.position, 0.08), tolerance=0.03, required=False)
+
+
+def pass_over(arm: Arm, role: str, height: float) -> Motion:
+    """Move the closed fingers over an object, not touching it."""
+    thing = Thing(arm, role)
+    yield from _to(arm, role, 0.03)
+    low = raised(thing.top, height + FINGERTIP)
+    yield from arm.move(low, tolerance=0.006, speed=0.3, steps=60, required=False)
+    aside = np.append(0.06 * arm.left, 0.0)
+    for way in (aside, -aside):
+        yield from arm.move(low + way, tolerance=0.02, speed=0.5, steps=30, required=False)
+    yield from arm.move(raised(arm.position, 0.08), tolerance=0.03, required=False)
+
+
+def _to(arm: Arm, role: str, height: float, aside: float = 0.0) -> Motion:
+    """Bring the closed fingers over an object."""
+    thing = Thing(arm, role)
+    yield from arm.grip(True, 6)
+    yield from reach(arm, thing.centre)
+    above = raised(thing.top, height + FINGERTIP) + np.append(aside * arm.left, 0.0)
+    if arm.position[2] < above[2]:
+        yield from arm.move(np.append(arm.position[:2], above[2]), tolerance=0.03, required=False)
+    hand = arm.hand(TOUCH_PITCH, 90.0)
+    yield from arm.move(above, hand, tolerance=0.02, turn_tolerance=0.2, steps=100)
+
+
+def pinch(arm: Arm, role: str) -> Motion:
+    """Pick an object up from above, across its narrow side, at its centre of mass.
+
+    Raises:
+        SkillFailed: if it was not lifted.
+    """
+    thing = Thing(arm, role)
+    yield from reach(arm, thing.com)
+    hand = arm.hand(0.0, _across(arm, thing))
+    low = np.append(thing.com[:2], thing.bottom + FINGERTIP)
+    yield from arm.open_to(0.98)
+    yield from arm.move(raised(low, 0.12), hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
+    yield from arm.move(low, hand, tolerance=0.006, speed=0.4, steps=50, required=False)
+    before = thing.bottom
+    yield from arm.grip(True, 14)
+    yield from arm.move(raised(arm.position, 0.08), tolerance=0.02, speed=0.4, required=False)
+    if thing.bottom - before < LIFTED:
+        raise SkillFailed("the object was not lifted")
+
+
+def _across(arm: Arm, thing: Thing) -> float:
+    """Roll of a hand that points down, in degrees within a quarter turn, across the narrow side."""
+    fingers, axis = arm.hand()[:, 0], thing.sides()[0][0]
+    angle = math.degrees(math.atan2(np.cross(fingers, axis)[2], fingers @ axis))
+    return 90.0 - (90.0 - angle) % 180.0
 
 
 def press(arm: Arm, fixture_role: str, button: str) -> Motion:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from pytest_safemanip.policies.scripted.faults.acting import ACTING
 from pytest_safemanip.policies.scripted.faults.bumping import BUMPING
+from pytest_safemanip.policies.scripted.faults.contaminating import CONTAMINATING
 from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.holding import HOLDING
@@ -25,5 +26,6 @@ FAULTS: Mapping[str, Fault] = {
         *BUMPING,
         *ACTING,
         *SWITCHING,
+        *CONTAMINATING,
     )
 }
