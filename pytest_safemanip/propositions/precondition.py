@@ -13,7 +13,7 @@ from pytest_safemanip.propositions.filters import last_true, recently
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.interiors import centre_within
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
-from pytest_safemanip.propositions.release import UPRIGHT
+from pytest_safemanip.propositions.release import UPRIGHT, rests
 from pytest_safemanip.propositions.solids import solids
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners
@@ -31,8 +31,9 @@ Array = NDArray[np.float64]
 
 
 def pre_safe(view: View, skill: str, entity: str) -> Bools:
-    """The conditions of a skill hold at this step. ``pick``: the object was settled within the
-    last ``pre_safe.pick_window``, and no object stands on it but what lies inside it. ``place``:
+    """The conditions of a skill hold at this step. ``pick``: within the last
+    ``pre_safe.pick_window`` the object was settled, or would have been had the robot not touched
+    it, and no object stands on it but what lies inside it. ``place``:
     where it last was in the fingers, within ``pre_safe.place_window``, what lies below it is a
     permitted support, free of other objects, at most ``pre_safe.drop`` below. ``open`` and
     ``close``: no object stands in the rest of the part's way by more than ``pre_safe.overlap``.
@@ -59,7 +60,8 @@ def pre_safe_evidence(view: View, skill: str, entity: str, step: int) -> list[st
 def _pick(view: View, name: str, step: int) -> list[str]:
     trace, broken = view.trace, []
     count = trace.count(view.parameters["pre_safe.pick_window"])
-    if not recently(view("settled", name), count)[step]:
+    # A hand that lies against an object for long before it closes on it does not unsettle it.
+    if not recently(rests(view, name), count)[step]:
         broken.append(f"{name} was not at rest on a permitted support before it was grasped")
     own = object_parts(view, name)
     contacts, parts, stacked = trace.steps.contacts, trace.scene.parts, set()

@@ -60,14 +60,25 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
     return lines
 
 
+def rests(view: View, name: str) -> Bools:
+    """As :func:`settled`, whether or not the robot touches it."""
+    return held(_lies_still(view, name), view.trace.count(view.parameters["settled.window"]))
+
+
 @pointwise
 def _settled_now(view: View, name: str) -> Bools:
+    untouched = robot_force(view, name) < view.parameters["settled.touch"]
+    return np.asarray(_lies_still(view, name) & untouched)
+
+
+@pointwise
+def _lies_still(view: View, name: str) -> Bools:
     p, trace = view.parameters, view.trace
-    candidate = robot_force(view, name) < p["settled.touch"]
+    upright = np.ones(len(trace), bool)
     index = trace.scene.object_index[name]
     if name in view.binding.upright:
-        candidate &= tilt(trace.steps.object_pose[:, index, 3:]) < p["settled.tilt"]
-    steps = np.flatnonzero(candidate)
+        upright = tilt(trace.steps.object_pose[:, index, 3:]) < p["settled.tilt"]
+    steps = np.flatnonzero(upright)
     margin, speed, spin = _resting(view, name, steps)
     calm = (speed < p["settled.speed"]) & (spin < p["settled.spin"])
     result = np.zeros(len(trace), bool)

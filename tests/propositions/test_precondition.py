@@ -41,6 +41,12 @@ def test_what_never_was_at_rest_may_not_be_picked():
     assert evidence == ["mug was not at rest on a permitted support before it was grasped"]
 
 
+@pytest.mark.parametrize(("rests", "safe"), [(range(100), True), ([], False)])
+def test_a_hand_may_lie_against_it_for_long_before_it_grasps_it(rests, safe):
+    hand = touch(range(100), "robot/finger_left", "mug/body", 20.0, (0, 0, -1))
+    assert picked(160, rests, range(100, 160), hand)[0] == safe
+
+
 @pytest.mark.parametrize("dt", [0.05, 0.025])
 @pytest.mark.parametrize(("ago", "safe"), [(1.9, True), (2.1, False)])
 def test_it_was_at_rest_within_the_last_two_seconds(ago, safe, dt):
