@@ -18,17 +18,32 @@ from pytest_safemanip.policies.scripted.carrying import (
     place_beside,
     place_in_cabinet,
 )
+from pytest_safemanip.policies.scripted.closing import close_access
+from pytest_safemanip.policies.scripted.controls import press
+from pytest_safemanip.policies.scripted.covering import cover
+from pytest_safemanip.policies.scripted.driving import go
+from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
 from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
+from pytest_safemanip.policies.scripted.sliding import lift_head, slide_rack, swing_spout
 
 Skill = Callable[..., Motion]
 
 SKILLS: Mapping[str, Skill] = {
+    "close": close_access,
+    "cover with": cover,
+    "go": go,
+    "lift": lift_head,
     "open": open_access,
     "pick": pick_from_counter,
     "pick from": pick_from_drawer,
     "place in": place_in_cabinet,
     "place on beside": place_beside,
+    "press": press,
+    "slide": slide_rack,
+    "swing": swing_spout,
     "turn": turn_lever,
+    "unlight": turn_off,
+    "light under": turn_on_under,
 }
 """By name. Each is called with the arm and its roles, in the order in which a plan names them."""
 

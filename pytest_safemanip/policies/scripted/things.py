@@ -8,6 +8,7 @@ from pytest_safemanip.policies.scripted.arm import Arm, SkillFailed
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.trace.elements import Box, Joint
 from pytest_safemanip.trace.geometry import corners, matrix, to_world
+from pytest_safemanip.trace.kinematics import carried
 
 ROOM_HEIGHT = 3.0
 """RoboCasa parks what it removes from a fixture 10 m up."""
@@ -99,6 +100,48 @@ class Furniture:
         scene = self._arm.scene
         return scene.joints[scene.joint_index[f"{self.entity}/{name}"]]
 
+    def joints(self, prefix: str = "") -> list[Joint]:
+        """Its joints whose names begin so."""
+        scene = self._arm.scene
+        own = [scene.joints[k] for k in scene.joints_of(self.entity)]
+        return [joint for joint in own if joint.name.startswith(prefix)]
+
+    def part(self, joint: Joint) -> Array:
+        """Pose (7,) of the box around what a joint moves, where it is now."""
+        pose = np.array(joint.pose)
+        return np.asarray(carried(joint, pose, np.array(self.openness(joint))), np.float64)
+
+    def burning(self) -> list[Joint]:
+        """The knobs of its burners that are on."""
+        scene, on = self._arm.scene, self._arm.step.switch
+        return [
+            scene.joints[scene.joint_index[switch.joint]]
+            for number, switch in enumerate(scene.switches)
+            if switch.entity == self.entity and switch.joint and on[number]
+        ]
+
+    def knob_under(self, point: Array) -> Joint:
+        """The knob of the burner that is nearest to a point."""
+        scene, poses = self._arm.scene, self._arm.step.box_pose
+        burners = scene.boxes_of(self.entity, "burner")
+        nearest = min(burners, key=lambda k: float(np.linalg.norm(poses[k][:2] - point[:2])))
+        (knob,) = [
+            switch.joint
+            for switch in scene.switches
+            if switch.entity == self.entity and switch.name == scene.boxes[nearest].name
+        ]
+        return scene.joints[scene.joint_index[knob]]
+
+    def extent(self) -> tuple[Array, Array]:
+        """Lowest and highest corner (3,) of what does not move of it."""
+        pieces = [
+            corners(np.array(s.pose), s.half)
+            for s in self._arm.scene.surfaces
+            if s.entity == self.entity and not s.joint and s.pose[2] < ROOM_HEIGHT
+        ]
+        points = np.concatenate(pieces)
+        return points.min(axis=0), points.max(axis=0)
+
     def openness(self, joint: Joint) -> float:
         """How open a joint is: 0 closed, 1 open."""
         return float(self._arm.step.joint[self._arm.scene.joint_index[joint.key], 0])
@@ -107,18 +150,24 @@ class Furniture:
         """Pose (7,) and half extents (3,) of its handle, of several the nearest to a point."""
         return self._box("handle", near)
 
+    def control(self, name: str) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of a control, by name."""
+        return self._box("control", None, name)
+
     def interior(self) -> tuple[Array, Array]:
         """Pose (7,) and half extents (3,) of its lowest interior."""
         return self._box("interior", None)
 
-    def _box(self, kind: str, near: Array | None) -> tuple[Array, Array]:
+    def _box(self, kind: str, near: Array | None, name: str = "") -> tuple[Array, Array]:
         found: list[tuple[float, Array, Box]] = []
         for index in self._arm.scene.boxes_of(self.entity, kind):
+            if name not in ("", self._arm.scene.boxes[index].name):
+                continue
             pose = np.asarray(self._arm.step.box_pose[index], np.float64)
             rank = float(pose[2]) if near is None else float(np.linalg.norm(pose[:3] - near))
             found.append((rank, pose, self._arm.scene.boxes[index]))
         if not found:
-            raise SkillFailed(f"{self.entity} has no {kind}")
+            raise SkillFailed(f"{self.entity} has no {name or kind}")
         _, pose, box = min(found, key=lambda item: item[0])
         return pose, np.array(box.half)
 

@@ -158,10 +158,11 @@ def _appliances() -> list[dict[str, Any]]:
         "auxiliary_placement_args": {"ensure_valid_placement": False},
     }
     return [
-        _appliance("coffee_machine", "cab_1", (1.0, 0.52), (None, 1.0), enable=True),
+        _appliance("coffee_machine", "cab_1", (0.45, 0.52), (1.0, 1.0), enable=True),
         _appliance("toaster_oven", "cab_2", (1.0, 0.45), (None, 1.0)),
         _appliance("electric_kettle", "cab_2", (0.8, 0.3), (0.0, -0.75)),
-        _appliance("stand_mixer", "cab_1", (0.9, 0.25), (0.5, -1.0), turned=-1.57),
+        # Its head points away from the coffee machine's end of the counter, and has room to tilt.
+        _appliance("stand_mixer", "cab_1", (0.5, 0.25), (-1.0, -1.0), turned=-1.57),
         _appliance("blender", "cab_2", (0.5, 0.25), (0.0, -1.0), aux_fixture_config=loose),
         _appliance("toaster", None, (1.0, 0.4), (None, 1.0), enable=True),
         _appliance("digital_scale", "cab_1", (0.5, 0.3), (None, 1.0), is_clutter=True),

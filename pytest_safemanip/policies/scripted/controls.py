@@ -1,0 +1,74 @@
+"""Skills on what is pressed: a button on a panel, a switch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.things import Furniture
+from pytest_safemanip.trace.elements import Joint
+
+TIP = 0.012
+"""From the grip point to the end of the fingertips, m."""
+
+BUTTON_PITCH = 75.0
+BUTTON_STAND = 0.65
+BUTTON_AWAY = 0.22
+"""How far the hand draws back, m: RoboCasa wants 15 cm from the grip point to the button."""
+
+SWITCH_PITCH = 45.0
+SWITCH_YAW = 25.0
+"""Degrees: the hand comes from the side on which the switch sticks out."""
+SWITCH_STAND = 0.62
+
+
+def press(arm: Arm, role: str) -> Motion:
+    """Press a fixture's start button, or push down its switch, with closed fingertips.
+
+    Raises:
+        SkillFailed: if it has neither.
+    """
+    fixture = Furniture(arm, role)
+    yield from arm.grip(True)
+    switches = fixture.joints("switch")
+    if switches:
+        yield from push_switch(arm, fixture, switches[0])
+    else:
+        yield from push_button(arm, fixture.control("start_button")[0][:3])
+
+
+def push_button(arm: Arm, button: Array) -> Motion:
+    """Push a button on a front panel, and draw back.
+
+    Args:
+        arm: the arm, its fingers closed.
+        button: middle of the button (3,).
+    """
+    ahead = np.append(arm.forward, 0.0)
+    hand = arm.hand(BUTTON_PITCH, 90.0)
+    stand = min(arm.ahead(button) - BUTTON_STAND, arm.ahead(arm.base))
+    yield from arm.drive(arm.floor_point(stand, arm.aside(button)))
+    yield from arm.move(button - 0.12 * ahead, hand, tolerance=0.02, steps=160)
+    yield from arm.move(button - 0.04 * ahead, hand, tolerance=0.006, speed=0.5, steps=60)
+    yield from arm.move(button, hand, tolerance=0.005, speed=0.15, steps=25, required=False)
+    yield from arm.move(button - BUTTON_AWAY * ahead, hand, tolerance=0.03, steps=60)
+
+
+def push_switch(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
+    """Push a switch along its joint, from above."""
+    top = raised(np.asarray(joint.pose[:3]), joint.half[2])
+    yield from arm.drive(arm.floor_point(arm.ahead(top) - SWITCH_STAND, arm.aside(top) - 0.2))
+    hand = arm.hand(SWITCH_PITCH, yaw=SWITCH_YAW)
+    above = top + np.append(-0.012 * arm.left, TIP)
+    yield from arm.move(above - 0.14 * hand[:, 2], hand, tolerance=0.02, steps=160)
+    yield from arm.move(raised(above, 0.03), hand, tolerance=0.018, speed=0.5, steps=60)
+    yield from arm.move(
+        raised(above, -0.025),
+        hand,
+        speed=0.2,
+        steps=50,
+        until=lambda: fixture.openness(joint) >= 0.97,
+        required=False,
+    )
+    yield from arm.move(arm.position - 0.15 * hand[:, 2], hand, tolerance=0.03, required=False)

@@ -1,0 +1,43 @@
+"""Putting a lid on a vessel that is part of the kitchen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.things import Furniture
+
+LID_PITCH = 35.0
+LID_STAND = 0.60
+KNOB = 0.012
+"""Below the top of a lid's knob where it is pinched, m."""
+PLUG = 0.012
+"""Depth to which a lid's plug goes into the vessel, m."""
+AWAY = 0.20
+"""How far the hand draws back, m: RoboCasa wants 15 cm from the grip point to the lid."""
+
+
+def cover(arm: Arm, role: str, lid_role: str) -> Motion:
+    """Pick up a lid by its knob, put it on a vessel's rim, let go and draw back."""
+    low, high = Furniture(arm, role).extent()
+    rim = np.append((low + high)[:2] / 2.0, high[2])
+    bottom, top = Furniture(arm, lid_role).extent()
+    knob = np.append((bottom + top)[:2] / 2.0, top[2] - KNOB)
+    hand = arm.hand(LID_PITCH)
+    yield from arm.drive(arm.floor_point(arm.ahead(knob) - LID_STAND, arm.aside(knob)))
+    yield from arm.open_to(0.9)
+    yield from arm.move(raised(knob, 0.14), hand, tolerance=0.02, steps=160)
+    yield from arm.move(knob, hand, tolerance=0.008, speed=0.5, steps=60)
+    yield from arm.grip(True)
+    grip = arm.position - np.append(knob[:2], bottom[2])
+    lift = float(rim[2]) + 0.05 + grip[2]
+    yield from arm.move(np.append(arm.position[:2], lift), hand, tolerance=0.03, speed=0.5)
+    stand = arm.floor_point(arm.ahead(rim) - LID_STAND, arm.aside(rim))
+    yield from arm.drive(stand, speed=0.5)
+    on = rim + grip
+    yield from arm.move(raised(on, 0.05), hand, tolerance=0.01, speed=0.5)
+    yield from arm.move(
+        raised(on, -PLUG), hand, tolerance=0.008, speed=0.3, steps=60, required=False
+    )
+    yield from arm.grip(False)
+    yield from arm.move(arm.position - AWAY * hand[:, 2], hand, tolerance=0.03, required=False)

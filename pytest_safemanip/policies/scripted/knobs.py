@@ -1,0 +1,105 @@
+"""Skills on burners' knobs: turn one off, turn one on, with a fingertip that goes round it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.trace.elements import Joint
+from pytest_safemanip.trace.geometry import rotate
+
+KNOB_PITCH = 45.0
+"""Degrees from straight down: steeper is out of reach at the height of a stove's panel."""
+KNOB_STAND = 0.66
+ORBIT = 0.0285
+"""Radius on which the fingertip goes round, m: its middle passes just beyond the fin's end."""
+OUTWARD = 0.010
+"""Grip point before the knob's middle, m: the palm is 3 cm behind it, and the fin stands out."""
+TRAIL = math.radians(43.0)
+"""Angle by which the fingertip follows the fin's end when finger and fin touch."""
+PRESS = 0.03
+"""How far along its circle's tangent the finger aims ahead of touching, m: knobs yield to that."""
+OFF = 0.12
+"""Knob angle that is off for certain, rad: RoboCasa's limit is 0.35."""
+ON = 1.2
+"""Knob angle of a medium flame, rad."""
+
+
+def turn_off(arm: Arm, role: str) -> Motion:
+    """Turn off each burner of a stove that is on.
+
+    Raises:
+        SkillFailed: if a knob did not turn.
+    """
+    stove = Furniture(arm, role)
+    for joint in stove.burning():
+        yield from turn_knob(arm, stove, joint, OFF)
+
+
+def turn_on_under(arm: Arm, role: str, thing_role: str) -> Motion:
+    """Turn on the burner that an object stands on.
+
+    Raises:
+        SkillFailed: if the knob did not turn.
+    """
+    stove = Furniture(arm, role)
+    yield from turn_knob(arm, stove, stove.knob_under(Thing(arm, thing_role).centre), ON)
+
+
+def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
+    """Push a knob's fin round to an angle: the upper end to turn it up, the lower one down.
+
+    Args:
+        arm: the arm.
+        stove: whose knob it is.
+        joint: the knob.
+        angle: where to, rad.
+
+    Raises:
+        SkillFailed: if it did not turn.
+    """
+    centre = np.asarray(joint.pose[:3])
+    down = stove.openness(joint) * joint.travel > angle
+    way = -1.0 if down else 1.0
+    end = np.array((0.0, 0.0, way))
+    ahead = np.append(arm.forward, 0.0)
+    hand = arm.hand(KNOB_PITCH)
+
+    def turned() -> float:
+        return stove.openness(joint) * joint.travel
+
+    def beside(lead: float, out: float) -> Array:
+        at = about(np.asarray(joint.axis), turned() + way * (lead - TRAIL))
+        return np.asarray(centre + ORBIT * rotate(at, end) - (out + OUTWARD) * ahead)
+
+    def pressing() -> Array:
+        touching = beside(0.0, 0.0)
+        tangent = beside(0.01, 0.0) - touching
+        return touching + PRESS / float(np.linalg.norm(tangent)) * tangent
+
+    yield from arm.grip(True)
+    stand = min(arm.ahead(centre) - KNOB_STAND, arm.ahead(arm.base))
+    yield from arm.drive(arm.floor_point(stand, arm.aside(centre)))
+    yield from arm.move(beside(-0.4, 0.10), hand, tolerance=0.02, steps=160)
+    yield from arm.move(beside(-0.4, 0.03), hand, tolerance=0.012, speed=0.5, steps=60)
+    yield from arm.move(beside(-0.3, 0.0), hand, tolerance=0.01, speed=0.3, steps=40)
+    yield from arm.move(
+        pressing,
+        hand,
+        speed=0.5,
+        steps=150,
+        until=lambda: (turned() - angle) * way >= 0.0,
+        required=False,
+    )
+    yield from arm.move(arm.position - 0.12 * ahead, hand, tolerance=0.03, required=False)
+    if (turned() - angle) * way < -0.2:
+        raise SkillFailed(f"{joint.key} stopped at {turned():.2f} rad")
+
+
+def about(axis: Array, angle: float) -> Array:
+    """Rotation about a unit vector, as a quaternion (4,)."""
+    return np.append(math.cos(angle / 2.0), math.sin(angle / 2.0) * axis)
