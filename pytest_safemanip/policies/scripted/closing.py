@@ -44,6 +44,8 @@ FINGER = 0.04
 """From the grip point to the inner side of a finger of the open hand, m."""
 LEAD = 0.15
 """Share of a door's travel by which the hand aims ahead of it: its spring yields to that."""
+SLOW_AT, SLOW = 0.03, 0.07
+"""Openness from which a door is pushed slowly, and how slowly."""
 FLIPPED = 0.55
 """Openness of a drop door at which it is pushed instead of lifted."""
 
@@ -178,22 +180,18 @@ def _follow(
     at: Callable[[float], Array],
     until: float,
 ) -> Motion:
-    """Push a door along its arc; the hand aims a little ahead of where the door is, and less so
-    towards the end: it does not slam.
+    """Push a door along its arc; the hand aims a little ahead of where the door is. Slowly at the
+    end: the door does not slam.
     """
 
     def ahead() -> Array:
-        openness = fixture.openness(joint)
-        return at(openness - LEAD * float(np.clip(3.0 * openness, 0.3, 1.0)))
+        return at(fixture.openness(joint) - LEAD)
 
-    yield from arm.move(
-        ahead,
-        hand,
-        speed=0.6,
-        steps=150,
-        until=lambda: fixture.openness(joint) <= until,
-        required=False,
-    )
+    def past(goal: float) -> Callable[[], bool]:
+        return lambda: fixture.openness(joint) <= goal
+
+    for goal, speed in ((max(until, SLOW_AT), 0.6), (until, SLOW)):
+        yield from arm.move(ahead, hand, speed=speed, steps=150, until=past(goal), required=False)
 
 
 def _before(joint: Joint, spot: Array, openness: float, gap: float) -> Array:

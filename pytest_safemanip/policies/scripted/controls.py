@@ -51,7 +51,7 @@ def push_button(arm: Arm, button: Array) -> Motion:
     yield from arm.drive(arm.floor_point(stand, arm.aside(button)))
     yield from arm.move(button - 0.12 * ahead, hand, tolerance=0.02, steps=160)
     yield from arm.move(button - 0.04 * ahead, hand, tolerance=0.006, speed=0.5, steps=60)
-    yield from arm.move(button, hand, tolerance=0.005, speed=0.15, steps=25, required=False)
+    yield from arm.move(button, hand, tolerance=0.005, speed=0.1, steps=30, required=False)
     yield from arm.move(button - BUTTON_AWAY * ahead, hand, tolerance=0.03, steps=60)
 
 
