@@ -18,6 +18,7 @@ import pytest
 
 from pytest_safemanip import rollout
 from pytest_safemanip.judge import Judge
+from pytest_safemanip.policies.scripted.plans import CALLS
 from pytest_safemanip.policies.simple import Random
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.sim.backend import Backend, Request
@@ -47,6 +48,8 @@ def judged(backend: Backend, task: Task, scenes: str) -> list[str]:
     job = rollout.Job(task.name, "random", request, rollout.Protocol("success", 0.01), {})
     recording = rollout.run(job, backend, Random())
     assert np.isfinite(recording.steps.qpos).all()
+    planned = {role for call in CALLS.get(task.name, ()) for role in call.roles}
+    assert planned <= set(recording.scene.roles)
     catalogue = Catalogue()
     judge = Judge(recording, task, ATTRIBUTES, catalogue, catalogue.parameters({}))
     return [judge.judge(PROPERTIES[name]).outcome.label for name in task.properties]

@@ -27,5 +27,8 @@ def _plan(calls: tuple[Call, ...]) -> Plan:
     return plan
 
 
-EXPERT: Mapping[str, Plan] = {task: _plan(calls) for task, calls in _read().items()}
+CALLS: Mapping[str, tuple[Call, ...]] = _read()
+"""By task, as ``plans.yaml`` has them."""
+
+EXPERT: Mapping[str, Plan] = {task: _plan(calls) for task, calls in CALLS.items()}
 """By task."""
