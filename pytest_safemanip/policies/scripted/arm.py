@@ -33,6 +33,12 @@ TOP_SPIN = 0.5
 """Rotation delta per control step that a full-scale action asks for, rad."""
 TURN_GAIN = 0.75
 """Share of the remaining rotation that is asked for at each step."""
+CLOSING_LAG = 0.08
+"""Seconds for which the fingers go on closing when they are told to stop."""
+EXACT_GAIN = 0.5
+"""Share of the error that an exact motion asks for: some postures swing at more."""
+CALM = 0.03
+"""A hand that is slower than this is at rest, m/s."""
 BASE_DEAD_BAND = 0.27
 """Base commands below 0.25 do not overcome its friction."""
 
@@ -85,6 +91,12 @@ class Arm:
         and the approach direction out of the palm.
         """
         return np.asarray(matrix(self.step.eef_pose[3:]), np.float64)
+
+    @property
+    def pitch(self) -> float:
+        """Degrees from straight down to where the hand points, towards the base's forward."""
+        approach = self.rotation[:, 2]
+        return math.degrees(math.atan2(approach[:2] @ self.forward, -approach[2]))
 
     @property
     def base(self) -> Array:
@@ -141,6 +153,7 @@ class Arm:
         steps: int = 100,
         until: Callable[[], bool] | None = None,
         required: bool = True,
+        exact: bool = False,
     ) -> Motion:
         """Move the hand in a straight line.
 
@@ -153,6 +166,7 @@ class Arm:
             steps: control steps at most.
             until: replaces the tolerances.
             required: whether not arriving fails the skill.
+            exact: arrive at rest, and do not just pass.
 
         Raises:
             SkillFailed: if the hand does not arrive in time.
@@ -162,9 +176,12 @@ class Arm:
             error = (target() if callable(target) else target) - self.position
             turn = rotation_vector(keep @ self.rotation.T)
             near = np.linalg.norm(error) < tolerance and np.linalg.norm(turn) < turn_tolerance
+            if exact:
+                near &= np.linalg.norm(self.step.eef_twist[:3]) < CALM
             if until() if until else near:
                 return
-            yield self._arm_action(error, turn, speed)
+            gain = EXACT_GAIN if exact else 1.0
+            yield self._arm_action(gain * error, gain * turn, speed)
         if required:
             raise SkillFailed(f"the hand stopped {np.linalg.norm(error):.3f} m short")
 
@@ -180,9 +197,12 @@ class Arm:
             steps: control steps at most.
         """
         direction = math.copysign(1.0, self.step.gripper[0] - opening)
-        yield from self._fingers(
-            direction, steps, lambda: bool((self.step.gripper[0] - opening) * direction <= 0)
-        )
+
+        def there() -> bool:
+            soon = self.step.gripper[0] + CLOSING_LAG * min(0.0, float(self.step.gripper[1]))
+            return bool((soon - opening) * direction <= 0)
+
+        yield from self._fingers(direction, steps, there)
         self._grip = 0.0
 
     def fling(self, direction: Array, steps: int) -> Motion:

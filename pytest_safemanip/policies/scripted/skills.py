@@ -12,18 +12,15 @@ from dataclasses import dataclass
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
-from pytest_safemanip.policies.scripted.carrying import (
-    pick_from_counter,
-    pick_from_drawer,
-    place_beside,
-    place_in_cabinet,
-)
+from pytest_safemanip.policies.scripted.carrying import place_beside, place_in_cabinet
 from pytest_safemanip.policies.scripted.closing import close_access
 from pytest_safemanip.policies.scripted.controls import press
 from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.driving import go
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
 from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
+from pytest_safemanip.policies.scripted.picking import grasp_cup, pick_from, pick_from_counter
+from pytest_safemanip.policies.scripted.putting import lay_onto, place_onto, place_under
 from pytest_safemanip.policies.scripted.sliding import lift_head, slide_rack, swing_spout
 
 Skill = Callable[..., Motion]
@@ -33,10 +30,14 @@ SKILLS: Mapping[str, Skill] = {
     "cover with": cover,
     "go": go,
     "lift": lift_head,
+    "lay onto": lay_onto,
     "open": open_access,
     "pick": pick_from_counter,
-    "pick from": pick_from_drawer,
+    "grasp": grasp_cup,
+    "pick from": pick_from,
     "place in": place_in_cabinet,
+    "place onto": place_onto,
+    "place under": place_under,
     "place on beside": place_beside,
     "press": press,
     "slide": slide_rack,

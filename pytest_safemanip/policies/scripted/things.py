@@ -19,18 +19,27 @@ class Thing:
 
     Args:
         arm: gives the newest step.
-        role: the task's name for it.
+        role: the task's name for it, or the name of its entity.
+
+    Attributes:
+        entity: its entity.
     """
 
     def __init__(self, arm: Arm, role: str) -> None:
         self._arm = arm
-        self._index = arm.scene.object_index[arm.scene.roles[role]]
+        self.entity = arm.scene.roles.get(role, role)
+        self._index = arm.scene.object_index[self.entity]
         self._body = arm.scene.bodies[self._index]
 
     @property
     def pose(self) -> Array:
         """Pose of its frame (7,)."""
         return np.asarray(self._arm.step.object_pose[self._index], np.float64)
+
+    @property
+    def middle(self) -> Array:
+        """Origin of its frame (3,): the middle of a vessel, its handle left out."""
+        return self.pose[:3]
 
     @property
     def centre(self) -> Array:
@@ -54,6 +63,11 @@ class Thing:
         return float(self.corners[:, 2].min())
 
     @property
+    def highest(self) -> float:
+        """Height of its highest corner, m."""
+        return float(self.corners[:, 2].max())
+
+    @property
     def height(self) -> float:
         """Vertical extent of its box, m."""
         return float(np.ptp(self.corners[:, 2]))
@@ -62,6 +76,11 @@ class Thing:
     def top(self) -> Array:
         """Middle of its upper side (3,)."""
         return np.append(self.centre[:2], self.bottom + self.height)
+
+    def reach(self, direction: Array) -> float:
+        """How far it reaches from its centre along a unit vector, as if its box were rounded, m."""
+        axes = matrix(self.pose[3:])
+        return float(np.linalg.norm((direction @ axes) * self._body.half))
 
     def extent_ahead(self) -> tuple[float, float]:
         """Nearest and farthest corner along the base's forward direction, m."""
@@ -88,6 +107,19 @@ class Furniture:
     def __init__(self, arm: Arm, role: str) -> None:
         self._arm = arm
         self.entity = arm.scene.roles[role]
+
+    @property
+    def top(self) -> float:
+        """Height of its highest solid piece, m."""
+        return float(self._slabs()[:, :, 2].max())
+
+    def tray(self) -> tuple[Array, float]:
+        """Middle (3,) of the upper side of its lowest solid piece, and where that begins along
+        the base's forward direction, m.
+        """
+        slab = min(self._slabs(), key=lambda points: float(points[:, 2].max()))
+        middle = np.append(slab[:, :2].mean(axis=0), slab[:, 2].max())
+        return middle, min(self._arm.ahead(point) for point in slab)
 
     def doors(self) -> list[Joint]:
         """Its doors and drawers."""
@@ -157,6 +189,17 @@ class Furniture:
     def interior(self) -> tuple[Array, Array]:
         """Pose (7,) and half extents (3,) of its lowest interior."""
         return self._box("interior", None)
+
+    def _slabs(self) -> Array:
+        """Corners of its solid pieces, closed (S, 8, 3)."""
+        found = [
+            corners(np.array(s.pose), s.half)
+            for s in self._arm.scene.surfaces
+            if s.entity == self.entity and s.pose[2] < ROOM_HEIGHT
+        ]
+        if not found:
+            raise SkillFailed(f"{self.entity} has no solid piece")
+        return np.asarray(found, np.float64)
 
     def _box(self, kind: str, near: Array | None, name: str = "") -> tuple[Array, Array]:
         found: list[tuple[float, Array, Box]] = []

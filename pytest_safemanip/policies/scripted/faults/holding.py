@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
-from pytest_safemanip.policies.scripted.carrying import pinch
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.worktop import UPRIGHT, bring, on_counter
+from pytest_safemanip.policies.scripted.picking import pinch
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rotations import Array, rotation_vector
 from pytest_safemanip.policies.scripted.skills import do

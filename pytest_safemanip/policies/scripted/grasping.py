@@ -1,0 +1,197 @@
+"""Grasps from above: across the narrow side of a solid thing, on the wall of a hollow one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.rotations import Array, about_z
+from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.trace.geometry import matrix
+
+GAP = 0.076
+"""Widest side that fits between the fingers, m."""
+LIFTED = 0.02
+"""Rise that shows that an object is held, m; the hand itself rises by 3 cm at least."""
+FINGERTIP = 0.012
+"""Grip point above a surface at which the fingertips do not touch it, m."""
+FINGER = 0.022
+"""How far below an object's top the grip point goes, m: the palm stays clear of it."""
+
+CUP_DEPTH = 0.010
+"""Grip point below the rim of a cup, m: low enough for the pads, high enough for the palm."""
+MOST_YAW = 50.0
+"""Degrees to either side that the hand turns with level fingers; beyond, it rolls."""
+MOST_ROLLED = 20.0
+"""Pitch at which rolled fingers, which are not level, still reach under a thing, degrees."""
+PADS = 0.006
+"""Least depth of the grip point below an object's top, m."""
+PALM = 0.026
+"""From the grip point to the palm, m."""
+HANDLE = 0.05
+"""Off the middle by more than this share of the radius, a box shows where the handle is."""
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """Where and how the hand closes.
+
+    Attributes:
+        point: grip point (3,).
+        hand: orientation (3, 3).
+        opening: of the fingers on the way there, share of the full opening.
+    """
+
+    point: Array
+    hand: Array
+    opening: float
+
+
+def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0) -> Grasp:
+    """Across the narrow side of a solid thing.
+
+    Args:
+        arm: the arm.
+        thing: what is grasped.
+        pitch: of the hand, degrees; less where the palm would touch.
+        offset: from its middle along its long side, m.
+
+    Raises:
+        SkillFailed: if it is too wide.
+    """
+    narrow, long = thing.sides()
+    roll = narrow_roll(arm, thing)
+    yaw = _fold(roll, 90.0)
+    level = abs(yaw) <= MOST_YAW
+    middle = thing.centre + offset * long[0] * (1.0, 1.0, 0.0)
+    for tip in np.arange(pitch if level else min(pitch, MOST_ROLLED), -1.0, -5.0).tolist():
+        hand = arm.hand(tip, yaw=yaw) if level else arm.hand(tip, roll)
+        point = middle - max(0.0, thing.reach(hand[:, 2]) - FINGER) * hand[:, 2]
+        tilted = 0.01 * math.sin(math.radians(tip))
+        point[2] = max(point[2], thing.bottom + FINGERTIP + tilted)
+        # Tipped further, the palm would lie on what reaches out towards the robot.
+        if point[2] - middle[2] < thing.height / 2.0 - PADS:
+            break
+    return Grasp(point, hand, min(1.0, (narrow[1] + 0.03) / 0.08))
+
+
+def around(arm: Arm, thing: Thing, pitch: float) -> Grasp:
+    """Around an upright cup, the fingers level and off its handle, the palm just off its rim.
+
+    A rim alone cannot hold one: the gripper is a position servo, and presses with 1 N for each
+    millimetre that is between a finger and where it would go, 1.5 N on a wall of 3 mm.
+
+    Args:
+        arm: the arm.
+        thing: the cup.
+        pitch: of the hand, degrees.
+
+    Raises:
+        SkillFailed: if it is too wide.
+    """
+    width = thing.sides()[0][1]
+    if width > GAP:
+        raise SkillFailed("the cup is too wide for the gripper")
+    handle, axes = (thing.centre - thing.middle)[:2], matrix(thing.pose[3:])
+    best = math.inf
+    for turn in range(8):
+        side = about_z(45.0 * turn) @ (axes[:, 0] * (1.0, 1.0, 0.0))
+        yaw = _fold(_angle(arm, side), 90.0)
+        if abs(yaw) < best and abs(side[:2] @ handle) <= HANDLE * width:
+            best, turned = abs(yaw), yaw
+    hand, tip = arm.hand(pitch, yaw=turned), math.radians(pitch)
+    # The near rim is where the palm would touch first.
+    back = (width / 2.0 * math.sin(tip) + CUP_DEPTH * math.cos(tip) - PALM) / math.sin(tip)
+    level = hand[:, 2] * (1.0, 1.0, 0.0)
+    point = np.append(thing.middle[:2], thing.highest - CUP_DEPTH)
+    return Grasp(point - max(0.0, back) * level / np.linalg.norm(level), hand, 1.0)
+
+
+def reach(pitch: float) -> float:
+    """Base to hand at which the arm holds a pitch well, at the height of a counter, m."""
+    return float(np.interp(pitch, (0.0, 35.0, 45.0), (0.52, 0.63, 0.57)))
+
+
+def take(arm: Arm, thing: Thing, grasp: Grasp, rise: float = 0.08, back: float = 0.12) -> Motion:
+    """Come in along the approach, close, and lift straight up.
+
+    Args:
+        arm: the arm.
+        thing: what is grasped.
+        grasp: how.
+        rise: how far it is lifted, m.
+        back: length of the approach, m.
+
+    Raises:
+        SkillFailed: if it was not lifted.
+    """
+    approach = grasp.hand[:, 2]
+    yield from arm.open_to(grasp.opening)
+    start = raised(grasp.point - back * approach, 0.04)
+    yield from arm.move(start, grasp.hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
+    for before, tolerance, speed in ((0.06, 0.006, 0.8), (0.0, 0.006, 0.3)):
+        yield from arm.move(
+            grasp.point - before * approach,
+            grasp.hand,
+            tolerance=tolerance,
+            turn_tolerance=0.06,
+            speed=speed,
+            steps=60,
+            required=False,
+            exact=True,
+        )
+    yield from lift(arm, thing, grasp.hand, rise)
+
+
+def lift(arm: Arm, thing: Thing, hand: Array, rise: float) -> Motion:
+    """Close the fingers and rise.
+
+    Raises:
+        SkillFailed: if the object did not come along.
+    """
+    before = thing.bottom
+    yield from arm.grip(True, 14)
+    yield from arm.move(
+        raised(arm.position, rise), hand, tolerance=0.02, speed=0.35, steps=40, required=False
+    )
+    if thing.bottom - before < LIFTED:
+        raise SkillFailed("the object was not lifted")
+
+
+def level_yaw(arm: Arm, thing: Thing) -> float:
+    """Turn about the vertical, in degrees, that lays the fingers across a side that fits.
+
+    Raises:
+        SkillFailed: if no side fits.
+    """
+    fitting = [_fold(_angle(arm, axis), 90.0) for axis, width in thing.sides() if width <= GAP]
+    if not fitting:
+        raise SkillFailed("the object is too wide for the gripper")
+    best = min(fitting, key=abs)
+    return best if abs(best) <= 50.0 else 0.0
+
+
+def narrow_roll(arm: Arm, thing: Thing) -> float:
+    """Roll of a hand that points down, in degrees in (-60, 120], across the narrow side.
+
+    Raises:
+        SkillFailed: if it does not fit.
+    """
+    axis, width = thing.sides()[0]
+    if width > GAP:
+        raise SkillFailed("the object is too wide for the gripper")
+    return _fold(_angle(arm, axis), 120.0)
+
+
+def _angle(arm: Arm, axis: Array) -> float:
+    """Degrees about the vertical from the fingers' direction to an axis."""
+    fingers = arm.hand()[:, 0]
+    return math.degrees(math.atan2(np.cross(fingers, axis)[2], fingers @ axis))
+
+
+def _fold(degrees: float, top: float) -> float:
+    """The same line, as an angle in (top - 180, top]."""
+    return top - (top - degrees) % 180.0

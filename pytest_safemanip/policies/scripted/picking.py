@@ -1,0 +1,211 @@
+"""Picking up: from a counter, a drawer, a basin, a slot, a plate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.grasping import (
+    FINGERTIP,
+    across,
+    around,
+    level_yaw,
+    lift,
+    narrow_roll,
+    reach,
+    take,
+)
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import stand_before
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+
+FRONT_PITCH = 35.0
+"""Degrees from straight down: the wrist stays clear of what hangs above the counter."""
+FRONT_STAND = 0.63
+PLATE_PITCH = 35.0
+"""Degrees from straight down: wrist and elbow stay low enough for what hangs above a stove."""
+CUP_PITCH = 50.0
+"""Degrees from straight down: the hand goes in below a coffee machine's head with a cup."""
+DRAWER_STAND = 0.50
+DRAWER_CLEARANCE = 0.27
+"""Base to the front of an open drawer, m: its column, and the handle."""
+MIDDLE = np.zeros(3)
+SINK_PITCH = 20.0
+"""Degrees from straight down at the back of a basin: the hand goes in under the spout. Further to
+the front it is steeper, for the arm to stay off the front wall."""
+SPOUT = 0.05
+"""From the middle of a basin to where the hand passes in front of the spout, m."""
+
+
+def pick_from_counter(arm: Arm, role: str) -> Motion:
+    """Pinch an object from the front, the fingers level.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    yield from pinch(arm, role)
+
+
+def pinch(arm: Arm, role: str, offset: Array = MIDDLE) -> Motion:
+    """Pinch an object on a counter from the front and lift it.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        offset: from its middle to where it is gripped (3,), m.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    thing = Thing(arm, role)
+    yaw = level_yaw(arm, thing)
+    hand = arm.hand(FRONT_PITCH, yaw=yaw)
+    approach = hand[:, 2]
+    where = thing.centre + offset
+    yield from arm.drive(arm.floor_point(arm.ahead(where) - FRONT_STAND, arm.aside(where)))
+    where = thing.centre + offset
+    rise = max(thing.height / 2.0 - 0.025, FINGERTIP + 0.008 - thing.height / 2.0)
+    target = raised(where, rise)
+    yield from arm.open_to(0.98)
+    yield from arm.move(raised(target - 0.14 * approach, 0.03), hand, tolerance=0.03, steps=140)
+    yield from arm.move(
+        target - 0.07 * approach, hand, tolerance=0.012, turn_tolerance=0.08, steps=60
+    )
+    yield from arm.move(
+        target, hand, tolerance=0.008, turn_tolerance=0.08, speed=0.4, steps=45, required=False
+    )
+    yield from lift(arm, thing, hand, 0.05)
+
+
+def pick_from(arm: Arm, role: str, holder_role: str) -> Motion:
+    """Pick up what lies in an open drawer, in a basin, on another object, or sticks out of a slot.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    if arm.scene.roles[holder_role] in arm.scene.object_index:
+        yield from pick_from_above(arm, role, PLATE_PITCH)
+    elif Furniture(arm, holder_role).doors():
+        yield from pick_from_drawer(arm, role, holder_role)
+    elif Thing(arm, role).highest > Furniture(arm, holder_role).top:
+        yield from pick_from_slot(arm, role, holder_role)
+    else:
+        yield from pick_from_basin(arm, role, holder_role)
+
+
+def pick_from_basin(arm: Arm, role: str, sink_role: str) -> Motion:
+    """Pinch an object in a sink, and bring it out in front of the spout.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    thing, sink = Thing(arm, role), Furniture(arm, sink_role)
+    middle = arm.ahead(sink.interior()[0])
+    deep = arm.ahead(thing.centre) - middle
+    pitch = float(np.interp(deep, (-0.05, 0.03, 0.11), (-5.0, 10.0, SINK_PITCH)))
+    where, grasp = thing.centre, across(arm, thing, pitch)
+    yield from stand_before(arm, where, reach(pitch))
+    above = arm.ahead(grasp.point) - 0.15 * math.sin(math.radians(pitch))
+    front = arm.point(min(above, middle - 0.08), arm.aside(where), grasp.point[2] + 0.20)
+    yield from arm.move(front, grasp.hand, tolerance=0.03, turn_tolerance=0.1, steps=120)
+    yield from take(arm, thing, grasp, rise=0.05)
+    ahead = min(arm.ahead(arm.position), middle - SPOUT)
+    out = arm.point(ahead, arm.aside(arm.position), arm.position[2] + 0.18)
+    yield from arm.move(out, tolerance=0.03, speed=0.6, steps=60)
+
+
+def grasp_cup(arm: Arm, role: str) -> Motion:
+    """Pinch a cup that stands on a counter, the hand tipped as far as a coffee machine needs it.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    thing = Thing(arm, role)
+    where = thing.centre
+    yield from stand_before(arm, where, reach(CUP_PITCH))
+    yield from take(arm, thing, around(arm, thing, CUP_PITCH), rise=0.06)
+
+
+def pick_from_slot(arm: Arm, role: str, holder_role: str) -> Motion:
+    """Pinch what sticks out of a slot, above it, and pull it out.
+
+    Raises:
+        SkillFailed: if it was not lifted.
+    """
+    thing = Thing(arm, role)
+    where = thing.centre
+    yield from stand_before(arm, where, reach(0.0))
+    grasp = across(arm, thing, 0.0)
+    height = Furniture(arm, holder_role).top + FINGERTIP + 0.002
+    point = np.append(grasp.point[:2], max(grasp.point[2], height))
+    yield from take(arm, thing, replace(grasp, point=point), rise=thing.height + 0.03)
+
+
+def pick_from_above(
+    arm: Arm, role: str, pitch: float = 0.0, back: float = 0.12, rise: float = 0.08
+) -> Motion:
+    """Pinch an object across its narrow side.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        pitch: of the hand, degrees from straight down.
+        back: length of the straight approach, m.
+        rise: how far it is lifted, m.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    thing = Thing(arm, role)
+    where = thing.centre
+    yield from stand_before(arm, where, reach(pitch))
+    yield from take(arm, thing, across(arm, thing, pitch), rise, back)
+
+
+def pick_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
+    """Pinch an object in an open drawer from above, across its narrow side, and lift it out.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    thing, drawer = Thing(arm, role), Furniture(arm, drawer_role)
+    pose, half = drawer.interior()
+    middle, front = arm.aside(pose), arm.ahead(pose) - half[1]
+    roll = narrow_roll(arm, thing)
+    where = thing.com
+    hand = arm.hand(_drawer_pitch(arm.ahead(where) - arm.ahead(pose)), roll)
+    near = min(arm.ahead(where) - DRAWER_STAND, front - DRAWER_CLEARANCE)
+    # Out of the way sideways first: the base may stand so close that its column touches the drawer.
+    side = math.copysign(1.0, arm.aside(arm.base) - middle)
+    beside = middle + side * max(abs(arm.aside(arm.base) - middle), half[0] + 0.25)
+    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), beside))
+    yield from arm.drive(arm.floor_point(near - 0.08, beside))
+    yield from arm.drive(arm.floor_point(near - 0.08, arm.aside(where)))
+    yield from arm.drive(arm.floor_point(near, arm.aside(where)))
+    yield from arm.open_to(0.8)
+    target = np.append(where[:2], thing.bottom + FINGERTIP)
+    yield from arm.move(
+        np.append(where[:2], 1.05), hand, tolerance=0.02, turn_tolerance=0.08, steps=140
+    )
+    yield from arm.move(
+        raised(target, 0.06), hand, tolerance=0.012, turn_tolerance=0.06, speed=0.7, steps=80
+    )
+    yield from arm.move(
+        target, hand, tolerance=0.005, turn_tolerance=0.06, speed=0.3, steps=40, required=False
+    )
+    yield from lift(arm, thing, hand, 0.08)
+    yield from arm.move(
+        np.append(arm.position[:2], 1.10), arm.hand(0.0, roll), tolerance=0.03, speed=0.6, steps=60
+    )
+
+
+def _drawer_pitch(ahead: float) -> float:
+    """Tilt of the hand, in degrees, that keeps the palm off the drawer's front and the counter.
+
+    Args:
+        ahead: where the object lies, relative to the middle of the drawer, m.
+    """
+    return float(np.interp(ahead, (-0.11, -0.07, -0.05, 0.0, 0.02, 0.08), (-15, -10, 0, 0, 8, 18)))

@@ -1,0 +1,143 @@
+"""Putting down what is held: onto a plate or a board, into a pan or a bowl, on a free spot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, Target, raised
+from pytest_safemanip.policies.scripted.grasping import reach
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import stand, stand_before
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.trace.elements import ROBOT
+
+OVER = 0.03
+"""Free space below a load while it is carried over things, m."""
+LAY_PITCH = 55.0
+"""As far as the hand tips at the height of a counter, degrees from straight down."""
+CLEAR_OF_FRONT = 0.04
+"""From a load to a machine in front of it, m, while it is moved sideways."""
+SHORT = 0.010
+"""How far before the middle of a tray a vessel is set down, m: the hand stays off what hangs
+above."""
+TOUCH = 0.5
+"""Force that shows that a load stands on something, N."""
+
+
+def place_onto(arm: Arm, role: str, target_role: str) -> Motion:
+    """Put a held object onto the middle of another one, or into it."""
+    target = Thing(arm, target_role)
+    yield from carry_over(arm, role, target.middle, target.highest)
+    yield from set_down(arm, role)
+    yield from leave(arm)
+
+
+def lay_onto(arm: Arm, role: str, target_role: str) -> Motion:
+    """Lay a held slice flat onto another object: tip it over, away from the robot, and let go."""
+    away = arm.position + np.append(-0.10 * arm.forward, 0.02)
+    yield from arm.move(away, tolerance=0.03, speed=0.5, steps=40)
+    yield from arm.move(
+        arm.position, arm.hand(LAY_PITCH, 90.0), tolerance=0.04, turn_tolerance=0.1, steps=80
+    )
+    yield from place_onto(arm, role, target_role)
+
+
+def carry_over(arm: Arm, role: str, where: Array, top: float) -> Motion:
+    """Bring a held object above a point, over everything between.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        where: the point (3,); only its horizontal part counts.
+        top: height of what is highest there, m.
+    """
+    thing = Thing(arm, role)
+    hand, distance = arm.rotation, reach(arm.pitch)
+    clear = max(top, _highest_between(arm, thing, where)) + OVER - thing.bottom
+    if clear > 0.0:
+        yield from arm.move(
+            raised(arm.position, clear), hand, tolerance=0.02, turn_tolerance=0.2, speed=0.6
+        )
+    shift = arm.aside(arm.base) - arm.aside(thing.middle)
+    yield from stand_before(arm, where, distance, shift)
+
+    def above() -> Array:
+        way = where - thing.middle
+        way[2] = top + OVER / 2 - thing.bottom
+        return np.add(arm.position, way)
+
+    yield from arm.move(above, hand, tolerance=0.015, turn_tolerance=0.2, speed=0.6, steps=120)
+
+
+def place_under(arm: Arm, role: str, machine_role: str) -> Motion:
+    """Put a held vessel on the tray of a machine, in below what hangs over it."""
+    thing = Thing(arm, role)
+    where, front = Furniture(arm, machine_role).tray()
+    far = thing.extent_ahead()[1] - arm.ahead(arm.base)
+    aside = arm.aside(where) - arm.aside(thing.middle) + arm.aside(arm.base)
+    yield from stand(arm, front - CLEAR_OF_FRONT - far, arm.aside(arm.base))
+    yield from stand(arm, front - CLEAR_OF_FRONT - far, aside)
+
+    def to(ahead: float) -> Target:
+        here = arm.floor_point(ahead, arm.aside(where))
+        rise = where[2] + 0.010
+        return lambda: arm.position + np.append(here - thing.middle[:2], rise - thing.bottom)
+
+    before = arm.ahead(thing.middle)
+    hand = arm.rotation
+    for ahead in (before, arm.ahead(where) - SHORT):
+        yield from arm.move(to(ahead), hand, tolerance=0.012, speed=0.4, steps=100)
+    yield from set_down(arm, role, 0.05)
+    yield from leave(arm)
+
+
+def set_down(arm: Arm, role: str, depth: float = 0.15) -> Motion:
+    """Lower a held object until it stands on something, and let go.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        depth: how far down at most, m.
+    """
+    thing = Thing(arm, role)
+    yield from arm.move(
+        raised(arm.position, -depth),
+        arm.rotation,
+        speed=0.12,
+        steps=60,
+        until=lambda: carried_by_something(arm, thing),
+        required=False,
+    )
+    yield from arm.grip(False)
+
+
+def leave(arm: Arm) -> Motion:
+    """Draw the hand back, and the base."""
+    away = raised(arm.position - 0.10 * arm.rotation[:, 2], 0.04)
+    yield from arm.move(away, tolerance=0.03, speed=0.6, steps=40, required=False)
+    yield from arm.drive(arm.base - 0.25 * arm.forward)
+
+
+def carried_by_something(arm: Arm, thing: Thing) -> bool:
+    """Whether an object presses on anything but the robot."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
+        pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
+        if thing.entity in pair and ROBOT not in pair:
+            return True
+    return False
+
+
+def _highest_between(arm: Arm, thing: Thing, where: Array) -> float:
+    """Top of what stands between a held object and where it goes, m."""
+    side = 0.5 * float(np.ptp([arm.aside(corner) for corner in thing.corners])) + 0.03
+    ends = sorted((arm.aside(thing.middle), arm.aside(where)))
+    tops = [0.0]
+    for body in arm.scene.bodies:
+        if body.entity == thing.entity:
+            continue
+        other = Thing(arm, body.entity)
+        along = [arm.aside(corner) for corner in other.corners]
+        if min(along) < ends[1] + side and max(along) > ends[0] - side:
+            tops.append(other.highest)
+    return max(tops)

@@ -1,0 +1,93 @@
+"""Where the base can stand: in front of furniture, whatever of it is open."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.trace.geometry import corners
+from pytest_safemanip.trace.kinematics import carried
+
+PROFILE = (
+    (0.002, 0.39, 0.15, 0.25),
+    (0.30, 0.70, 0.07, 0.12),
+    (0.62, 0.89, 0.105, 0.10),
+    (0.80, 1.00, 0.09, 0.15),
+)
+"""The robot's front by height: from, to, how far before the base's origin, half width, m: wheels,
+column, foot and shoulder of the arm. Above, the arm goes where its hand goes."""
+OFFSETS = (0.0, 0.04, -0.04, 0.08, -0.08, 0.12, -0.12)
+"""How far beside a thing the base may stand to come closer to it, m."""
+ROOM = 0.02
+"""Kept free in front of it, m."""
+
+
+def stand_before(arm: Arm, point: Array, distance: float, shift: float = 0.0) -> Motion:
+    """Drive to where a point is at a distance ahead of the base, a little aside of it if what
+    stands there is in the way.
+
+    Args:
+        arm: the arm.
+        point: the point (2,) or (3,).
+        distance: from the base to it, m.
+        shift: how far to the left of it the base is to stand, m.
+
+    Raises:
+        SkillFailed: if the base does not arrive.
+    """
+    ahead, middle = arm.ahead(point) - distance, arm.aside(point) + shift
+    places = [middle + offset for offset in OFFSETS]
+    best = max(places, key=lambda aside: min(ahead, nearest(arm, aside, aside)))
+    yield from stand(arm, ahead, best)
+
+
+def stand(arm: Arm, ahead: float, aside: float) -> Motion:
+    """Drive to a place, or as near to it as furniture lets the base come.
+
+    Args:
+        arm: the arm.
+        ahead: along the base's forward direction, m.
+        aside: along its left direction, m.
+
+    Raises:
+        SkillFailed: if the base does not arrive.
+    """
+    here = arm.ahead(arm.base), arm.aside(arm.base)
+    passing = nearest(arm, min(here[1], aside), max(here[1], aside))
+    if passing < here[0]:
+        yield from arm.drive(arm.floor_point(passing, here[1]))
+    along = min(passing, max(here[0], min(ahead, passing)))
+    yield from arm.drive(arm.floor_point(min(along, here[0]), aside))
+    yield from arm.drive(arm.floor_point(min(ahead, nearest(arm, aside, aside)), aside))
+
+
+def nearest(arm: Arm, right: float, left: float) -> float:
+    """How far ahead the base may be anywhere between two places sideways, m."""
+    limit = math.inf
+    for points in _solids(arm):
+        low, high = points[:, 2].min(), points[:, 2].max()
+        along = points[:, :2] @ arm.forward
+        across = points[:, :2] @ arm.left
+        for bottom, top, front, half in PROFILE:
+            beside = across.max() < right - half - ROOM or across.min() > left + half + ROOM
+            if low < top and high > bottom and not beside and along.max() > arm.ahead(arm.base):
+                limit = min(limit, float(along.min()) - front - ROOM)
+    return limit
+
+
+def _solids(arm: Arm) -> list[Array]:
+    """Corners of every piece of furniture as it is now, each (8, 3)."""
+    found = []
+    for surface in arm.scene.surfaces:
+        if arm.scene.entity[surface.entity].kind != "fixture":
+            continue
+        pose = np.asarray(surface.pose, np.float64)
+        if surface.joint:
+            index = arm.scene.joint_index[surface.joint]
+            openness = np.asarray(arm.step.joint[index, 0], np.float64)
+            pose = carried(arm.scene.joints[index], pose, openness)
+        found.append(np.asarray(corners(pose, surface.half), np.float64))
+    return found
