@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
-from pytest_safemanip.policies.scripted.carrying import FINGERTIP, LIFTED
+from pytest_safemanip.policies.scripted.grasping import FINGERTIP, LIFTED
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.trace.elements import ROBOT
