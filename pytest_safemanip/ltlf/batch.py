@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -66,12 +67,18 @@ def judge(rules: Rules, letters: Letters, acting: BoolArray) -> Judgement:
 def _few_states(rules: Rules, letters: Letters) -> States:
     """The state of each instance after each step: uint[T, I]."""
     found = np.empty(letters.shape, dtype=rules.state_type)
+    changes = letters[1:] != letters[:-1]
     for instance in range(letters.shape[1]):
-        state, visited = 0, []
-        for letter in letters[:, instance].tolist():
-            state = rules.rows[state][letter]
-            visited.append(state)
-        found[:, instance] = visited
+        column, states, state = letters[:, instance], found[:, instance], 0
+        edges = [0, *(np.flatnonzero(changes[:, instance]) + 1).tolist(), len(column)]
+        for letter, (begin, end) in zip(column[edges[:-1]].tolist(), pairwise(edges), strict=True):
+            # While the letter stays, so does the state, once it led to itself.
+            for step in range(begin, end):
+                before, state = state, rules.rows[state][letter]
+                states[step] = state
+                if state == before:
+                    states[step:end] = state
+                    break
     return found
 
 

@@ -7,11 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.contact import object_parts
+from pytest_safemanip.propositions.contact import FINGERS, forces_on
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import falling, majority, recently, rising
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import angle, conjugate, multiply, relative, tilt
 
 GRASP_FORCE = Parameter(
@@ -32,14 +31,17 @@ OPENING_WINDOW = Parameter(
 )
 
 
-@pointwise
 def pressed(view: View, name: str) -> Bools:
     """Both finger groups press on the object at this very step (T,)."""
-    parts, limit = object_parts(view, name), view.parameters["obj_grasped.force"]
-    table = view.trace.pair_table
-    sides = [view.shared(_finger, side) for side in ("finger_left", "finger_right")]
-    forces = [table.force(side, parts) for side in sides]
-    return np.asarray((forces[0] >= limit) & (forces[1] >= limit))
+    return _all_pressed(view)[:, view.trace.scene.object_index[name]]
+
+
+@pointwise
+def _all_pressed(view: View) -> Bools:
+    """Both finger groups press on each object (T, N)."""
+    left, right = (forces_on(view, side) for side in FINGERS)
+    limit = view.parameters["obj_grasped.force"]
+    return np.asarray((left >= limit) & (right >= limit))
 
 
 def obj_grasped(view: View, name: str) -> Bools:
@@ -126,11 +128,6 @@ def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float6
     distance[steps] = np.where(same, moved, 0.0).max(axis=1)
     turn[steps] = np.where(same, turned, 0.0).max(axis=1)
     return distance, turn
-
-
-def _finger(view: View, side: str) -> frozenset[int]:
-    """Indices of the parts of one finger group."""
-    return frozenset(view.trace.scene.parts_of(ROBOT, (side,)))
 
 
 @pointwise

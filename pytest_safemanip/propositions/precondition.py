@@ -106,7 +106,7 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     best, owner = -np.inf, None
     centre = points.mean(axis=0)
     reach = float(np.linalg.norm(points - centre, axis=1).max())
-    for entity, box in solids(view, name, step, (centre, reach)):
+    for entity, box, _ in solids(view, name, step, (centre, reach)):
         top = box[:, 2].max()
         if best < top <= bottom + slack and footprints_overlap(points, box, slack):
             best, owner = float(top), entity

@@ -20,8 +20,9 @@ def solids(
     step: int,
     near: tuple[Array, float],
     only: Collection[str] | None = None,
-) -> list[tuple[str, Array]]:
-    """Box corners (8, 3) of everything solid but one object and the robot, with its entity.
+) -> list[tuple[str, Array, bool]]:
+    """Owner and box corners (8, 3) of everything solid but one object and the robot, and whether
+    nothing can move it.
 
     Args:
         view: what is looked at.
@@ -39,10 +40,10 @@ def solids(
         if only is None or owner in only:
             moves = scene.surfaces[index].joint
             box = _carried(view, int(index))[step] if moves else surfaces.boxes[index]
-            found.append((owner, box))
+            found.append((owner, box, not moves))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
-            found.append((body.entity, body_corners(view)[step, index]))
+            found.append((body.entity, body_corners(view)[step, index], False))
     return found
 
 

@@ -1,0 +1,247 @@
+"""What carries objects: the contacts below them, whether it moves, and whether they may tip off it.
+
+For all objects and steps at once. The margin of a hull cannot change by more than its points and
+the centre of mass move: what rests is looked at once, and again when it has moved too far for that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.contact import owners
+from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.solids import solids
+from pytest_safemanip.propositions.view import View
+from pytest_safemanip.trace.geometry import to_world
+from pytest_safemanip.trace.planar import hull_margin
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+SAME_LEVEL = 0.01
+"""How far a surface may be above or below a contact point to be what is touched there, m."""
+UPWARD = 0.5
+"""Vertical share of a contact normal from which it carries: 30 degrees from the horizontal up."""
+ROUNDING = 1e-5
+"""More than what float32 positions are off by, m: nothing is inferred from a smaller distance."""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Objects that permitted supports carry: by object, then by step.
+
+    Attributes:
+        body: the object (G,).
+        step: when (G,).
+        first: where its contact points begin (G,).
+        count: how many there are (G,).
+        points: all contact points (R, 3).
+        level: mean height of the contact points, m (G,).
+        com: centre of mass, world frame (G, 3).
+        speed: m/s relative to what carries it (G,).
+        spin: rad/s relative to what carries it (G,).
+    """
+
+    body: Indices
+    step: Indices
+    first: Indices
+    count: Indices
+    points: NDArray[np.float32]
+    level: Floats
+    com: Floats
+    speed: Floats
+    spin: Floats
+
+    def points_of(self, group: int) -> NDArray[np.float32]:
+        """Contact points of one object at one step (K, 3)."""
+        return self.points[self.first[group] : self.first[group] + self.count[group]]
+
+
+def carrying_rows(view: View) -> tuple[Indices, Indices, Indices]:
+    """Contact rows that carry an object, the object, and the part below it (R,), (R,), (R,)."""
+    contacts, owner = view.trace.steps.contacts, view.shared(owners)
+    up = contacts.normal[:, 2]
+    # The normal points from a to b: up if the lower side is a.
+    rows = np.flatnonzero((np.abs(up) >= UPWARD) & (contacts.force > 0))
+    a, b, rises = contacts.a[rows], contacts.b[rows], up[rows] > 0
+    upper, below = np.where(rises, owner[b], owner[a]), np.where(rises, a, b)
+    keep = (upper >= 0) & (owner[a] != owner[b])
+    return rows[keep], upper[keep], below[keep]
+
+
+def carried_objects(view: View) -> Carried:
+    """Who is carried by what may carry it, when, where and how calmly."""
+    steps = view.trace.steps
+    rows, body, below = carrying_rows(view)
+    permitted = view.shared(_permitted)[body, below]
+    rows, body, below = rows[permitted], body[permitted], below[permitted]
+    at = steps.contacts.step[rows]
+    order = np.argsort(body * len(steps) + at, kind="stable")
+    rows, body, below, at = rows[order], body[order], below[order], at[order]
+    starts = (body[1:] != body[:-1]) | (at[1:] != at[:-1])
+    first = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), starts)))
+    count = np.diff(first, append=len(rows))
+    body, step = body[first], at[first]
+    coms = np.array([b.com for b in view.trace.scene.bodies], float).reshape(-1, 3)
+    moving = _support_twists(view, below, at)
+    if moving is None:
+        relative = steps.object_twist[step, body].astype(np.float64)
+    else:
+        relative = steps.object_twist[step, body] - np.add.reduceat(moving, first) / count[:, None]
+    points = steps.contacts.position[rows]
+    return Carried(
+        body=body,
+        step=step,
+        first=first,
+        count=count,
+        points=points,
+        level=np.add.reduceat(points[:, 2], first, dtype=float) / count,
+        com=to_world(steps.object_pose[step, body], coms[body]),
+        speed=np.linalg.norm(relative[:, :3], axis=1),
+        spin=np.linalg.norm(relative[:, 3:], axis=1),
+    )
+
+
+def margin_at(view: View, found: Carried, group: int) -> float:
+    """How far the centre of mass is inside the hull of the points that carry it, m."""
+    return hull_margin(found.points_of(group)[:, :2], found.com[group, :2])
+
+
+def firm(view: View, found: Carried, groups: Indices) -> Bools:
+    """Whether what carries objects does so far enough around the centre of mass (groups,)."""
+    seen, result = view.shared(_seen), np.zeros(len(groups), bool)
+    bodies = found.body[groups]
+    for body in np.unique(bodies).tolist():
+        todo = np.flatnonzero(bodies == body)
+        known = seen.setdefault(body, [])
+        for rest in known:
+            todo = rest.strike(found, groups, todo, result)
+        while len(todo):
+            result[todo[0]], rest = _look(view, found, int(groups[todo[0]]))
+            todo = todo[1:]
+            if rest:
+                todo = rest.strike(found, groups, todo, result)
+                known[:] = [rest, *known[: _REMEMBERED - 1]]
+    return result
+
+
+_REMEMBERED = 4
+"""How many places of an object are remembered: it may rock between some."""
+
+
+@dataclass(frozen=True)
+class _Rest:
+    """Where an object was carried firmly, and how far from there it still is.
+
+    Attributes:
+        com: its centre of mass (2,).
+        slack: how far the centre of mass, and the points, may be from where they were, m.
+        points: contact points (K, 2); none if a surface below is what reaches far enough.
+        level: height of the contact points, m.
+        rise: how far they may be above or below it, m.
+    """
+
+    com: Floats
+    slack: float
+    points: NDArray[np.float32] | None = None
+    level: float = 0.0
+    rise: float = 0.0
+
+    def strike(self, found: Carried, groups: Indices, todo: Indices, result: Bools) -> Indices:
+        """Mark what is as firm as this; what is left to do."""
+        at = groups[todo]
+        moved = np.linalg.norm(found.com[at, :2] - self.com, axis=1)
+        if self.points is None:
+            same = (moved < self.slack) & (np.abs(found.level[at] - self.level) < self.rise)
+        else:
+            same = found.count[at] == len(self.points)
+            places = found.first[at[same]][:, None] + np.arange(len(self.points))
+            apart = np.linalg.norm(found.points[places, :2] - self.points, axis=-1)
+            same[same] = moved[same] + apart.max(axis=1) < self.slack
+        result[todo[same]] = True
+        return todo[~same]
+
+
+def _seen(view: View) -> dict[int, list[_Rest]]:
+    """Where objects were carried firmly, the latest first; filled while it is looked at."""
+    return {}
+
+
+def _look(view: View, found: Carried, group: int) -> tuple[bool, _Rest | None]:
+    """Whether one object is carried firmly at one step."""
+    needed = view.parameters["settled.margin"]
+    margin = margin_at(view, found, group)
+    if margin < needed:
+        return ground_around(view, found, group)
+    points = found.points_of(group)[:, :2]
+    return True, _Rest(found.com[group, :2], margin - needed - ROUNDING, points)
+
+
+def ground_around(view: View, found: Carried, group: int) -> tuple[bool, _Rest | None]:
+    """Whether permitted supports reach around below the centre of mass, by the margin.
+
+    A ball touches its support in one point, a can on its side in a line: their contact hull has
+    no inside, yet they do not fall as long as the surface goes on around them.
+    """
+    com, step = found.com[group], int(found.step[group])
+    name = view.trace.scene.bodies[found.body[group]].entity
+    allowed = view.binding.supports.get(name, frozenset())
+    level = float(found.level[group])
+    margin = view.parameters["settled.margin"]
+    tops = [
+        (box, still)
+        for _, box, still in solids(view, name, step, (com, margin), allowed)
+        if abs(box[:, 2].max() - level) < SAME_LEVEL
+    ]
+    for top, still in tops:
+        inside = hull_margin(top[:, :2], com[:2])
+        if inside >= margin:  # one surface alone reaches far enough
+            rise = SAME_LEVEL - abs(float(top[:, 2].max()) - level) - ROUNDING
+            rest = _Rest(com[:2], inside - margin - ROUNDING, None, level, rise)
+            return True, rest if still else None
+    turns = np.arange(8) * (np.pi / 4.0)
+    around = margin * np.stack((np.cos(turns), np.sin(turns)), axis=1)
+    places = com[:2] + around
+    return all(any(hull_margin(top[:, :2], p) >= 0.0 for top, _ in tops) for p in places), None
+
+
+def _permitted(view: View) -> Bools:
+    """On which parts each object may rest (N, parts)."""
+    scene, supports = view.trace.scene, view.binding.supports
+    rows = [
+        [part.entity in supports.get(body.entity, ()) for part in scene.parts]
+        for body in scene.bodies
+    ]
+    return np.array(rows, bool).reshape(len(scene.bodies), len(scene.parts))
+
+
+def _support_twists(view: View, below: Indices, at: Indices) -> Floats | None:
+    """Twists of supporting parts, as far as they move the object (R, 6); None if none moves."""
+    steps, owner = view.trace.steps, view.shared(owners)[below]
+    joint, way = view.shared(_slides)
+    slides = joint[below] >= 0
+    if not (slides | (owner >= 0)).any():
+        return None
+    twists = np.zeros((len(below), 6))
+    twists[slides, :3] = way[below[slides]]
+    twists[slides, :3] *= steps.joint[at[slides], joint[below[slides]], 1].astype(float)[:, None]
+    stacked = owner >= 0
+    twists[stacked] = steps.object_twist[at[stacked], owner[stacked]]
+    return twists
+
+
+def _slides(view: View) -> tuple[Indices, Floats]:
+    """The sliding joint that moves each part, -1 without one, and how it moves it in m at full
+    travel (parts,), (parts, 3).
+    """
+    scene = view.trace.scene
+    joint, way = np.full(len(scene.parts), -1, np.intp), np.zeros((len(scene.parts), 3))
+    for index, part in enumerate(scene.parts):
+        number = scene.joint_index.get(part.joint, -1)
+        if number >= 0 and scene.joints[number].kind == "slide":
+            joint[index] = number
+            way[index] = np.asarray(scene.joints[number].axis) * scene.joints[number].travel
+    return joint, way
