@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
+from functools import lru_cache
 
 from pytest_safemanip.ltlf.dfa import Dfa
 
@@ -43,8 +42,6 @@ class Search:
         self.dfa = dfa
         self.letters = letters
         self.every_atom = (1 << len(dfa.atoms)) - 1
-        self._images: dict[tuple[int, int, int], StateSet] = {}
-        self._letters = np.arange(self.every_atom + 1)
         self.sufficient = self._sufficient(allowed)
 
     def _sufficient(self, allowed: Sequence[StateSet]) -> list[StateSet]:
@@ -57,26 +54,6 @@ class Search:
                     found[step] &= ~(1 << state)
         return found
 
-    def image(self, states: StateSet, letter: int, fixed: int) -> StateSet:
-        """States reached from a set when only the fixed atoms of a letter are known."""
-        found, state = 0, 0
-        while states >> state:
-            if states >> state & 1:
-                found |= self._image(state, letter & fixed, fixed)
-            state += 1
-        return found
-
-    def _image(self, state: int, values: int, fixed: int) -> StateSet:
-        key = (state, values, fixed)
-        found = self._images.get(key)
-        if found is None:
-            agreeing = self._letters & fixed == values
-            found = 0
-            for successor in np.unique(self.dfa.table[state, agreeing]).tolist():
-                found |= 1 << successor
-            self._images[key] = found
-        return found
-
     def greedy(self) -> list[int]:
         """The atoms to fix at each step, as bitmasks: none of them can be left out.
 
@@ -87,9 +64,9 @@ class Search:
             fixed = self.every_atom
             for bit in range(len(self.dfa.atoms)):
                 fewer = fixed & ~(1 << bit)
-                if not self.image(states, letter, fewer) & ~goal:
+                if not image(self.dfa, states, letter, fewer) & ~goal:
                     fixed = fewer
-            states = self.image(states, letter, fixed)
+            states = image(self.dfa, states, letter, fixed)
             kept.append(fixed)
         return kept
 
@@ -97,7 +74,7 @@ class Search:
         """As `greedy`, with the fewest values possible; None if there is too much to try."""
         if len(self.dfa.atoms) > _MAX_ATOMS:
             return None
-        options: dict[tuple[StateSet, int, StateSet], list[tuple[int, StateSet]]] = {}
+        options: dict[tuple[StateSet, int, StateSet], tuple[tuple[int, StateSet], ...]] = {}
         layers: list[dict[StateSet, Choice]] = [{1: (0, 0, 0)}]
         work = 0
         for letter, goal in zip(self.letters, self.sufficient, strict=True):
@@ -105,7 +82,7 @@ class Search:
             for states, (cost, _, _) in layers[-1].items():
                 key = (states, letter, goal)
                 if key not in options:
-                    options[key] = self._options(*key)
+                    options[key] = _options(self.dfa, *key)
                     work += self.every_atom + 1
                 for fixed, after in options[key]:
                     total = cost + fixed.bit_count()
@@ -117,14 +94,38 @@ class Search:
                 return None
         return _trace_back(layers)
 
-    def _options(self, states: StateSet, letter: int, goal: StateSet) -> list[tuple[int, StateSet]]:
-        """Ways to fix atoms that stay inside the goal: the fewest atoms for each set reached."""
-        best: dict[StateSet, int] = {}
-        for fixed in sorted(range(self.every_atom + 1), key=int.bit_count):
-            after = self.image(states, letter, fixed)
-            if not after & ~goal:
-                best.setdefault(after, fixed)
-        return [(fixed, after) for after, fixed in best.items()]
+
+def image(dfa: Dfa, states: StateSet, letter: int, fixed: int) -> StateSet:
+    """States reached from a set when only the fixed atoms of a letter are known."""
+    found, state = 0, 0
+    while states >> state:
+        if states >> state & 1:
+            found |= _image(dfa, state, letter & fixed, fixed)
+        state += 1
+    return found
+
+
+# The same few questions come with every violation of a property.
+@lru_cache(maxsize=65536)
+def _image(dfa: Dfa, state: int, values: int, fixed: int) -> StateSet:
+    found, row = 0, dfa.rows[state]
+    for letter, successor in enumerate(row):
+        if letter & fixed == values:
+            found |= 1 << successor
+    return found
+
+
+@lru_cache(maxsize=65536)
+def _options(
+    dfa: Dfa, states: StateSet, letter: int, goal: StateSet
+) -> tuple[tuple[int, StateSet], ...]:
+    """Ways to fix atoms that stay inside the goal: the fewest atoms for each set reached."""
+    best: dict[StateSet, int] = {}
+    for fixed in sorted(range(1 << len(dfa.atoms)), key=int.bit_count):
+        after = image(dfa, states, letter, fixed)
+        if not after & ~goal:
+            best.setdefault(after, fixed)
+    return tuple((fixed, after) for after, fixed in best.items())
 
 
 def _undominated(layer: dict[StateSet, Choice]) -> dict[StateSet, Choice]:
