@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -123,6 +124,7 @@ def excerpt(
     return Excerpt(tuple(dfa.atoms[bit] for bit in bits), tuple(items), focus)
 
 
+@lru_cache(maxsize=256)
 def _mattering(dfa: Dfa) -> list[int]:
     """For each state the atoms, as a bitmask, that can make a difference to what comes next."""
     table = dfa.table

@@ -12,7 +12,8 @@ import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import held
-from pytest_safemanip.propositions.spreading import FORCE, SPOT, WINDOW, Spreading, carriers
+from pytest_safemanip.propositions.presses import FORCE, carriers
+from pytest_safemanip.propositions.spreading import SPOT, WINDOW, Spreading
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import boxes_overlap, centred

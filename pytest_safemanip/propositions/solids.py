@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -20,9 +21,9 @@ def solids(
     step: int,
     near: tuple[Array, float],
     only: Collection[str] | None = None,
-) -> list[tuple[str, Array, bool]]:
-    """Owner and box corners (8, 3) of everything solid but one object and the robot, and whether
-    nothing can move it.
+) -> list[tuple[str, Array, int]]:
+    """Owner and box corners (8, 3) of everything solid but one object and the robot, and the number
+    of the surface; of an object its own, from -1 down.
 
     Args:
         view: what is looked at.
@@ -39,12 +40,28 @@ def solids(
         owner = scene.surfaces[index].entity
         if only is None or owner in only:
             moves = scene.surfaces[index].joint
-            box = _carried(view, int(index))[step] if moves else surfaces.boxes[index]
-            found.append((owner, box, not moves))
+            box = _moved(view, int(index), step) if moves else surfaces.boxes[index]
+            found.append((owner, box, int(index)))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
-            found.append((body.entity, body_corners(view)[step, index], False))
+            found.append((body.entity, body_corners(view)[step, index], -1 - index))
     return found
+
+
+def pace(view: View, surface: int) -> tuple[int, float]:
+    """The joint that moves a surface, -1 without one, and the most that a point of the surface
+    moves while it opens by 1, m.
+    """
+    scene = view.trace.scene
+    item = scene.surfaces[surface]
+    if not item.joint:
+        return -1, 0.0
+    number = scene.joint_index[item.joint]
+    joint = scene.joints[number]
+    if joint.kind == "slide":
+        return number, joint.travel
+    arm = math.dist(item.pose[:3], joint.anchor) + math.hypot(*item.half)
+    return number, joint.travel * arm
 
 
 @pointwise
@@ -92,11 +109,12 @@ def _way(joint: Joint, pose: Array) -> float:
     return 2.0 * float(np.linalg.norm(pose[:3] - np.array(joint.anchor)))
 
 
-@pointwise
-def _carried(view: View, index: int) -> Array:
-    """Box corners of a surface that a joint moves (T, 8, 3)."""
+def _moved(view: View, index: int, step: int) -> Array:
+    """Box corners of a surface that a joint moves, at a step (8, 3)."""
     scene = view.trace.scene
     surface = scene.surfaces[index]
     joint = scene.joint_index[surface.joint]
-    openness = view.trace.steps.joint[:, joint, 0]
-    return corners(carried(scene.joints[joint], np.asarray(surface.pose), openness), surface.half)
+    openness = view.trace.steps.joint[step : step + 1, joint, 0]
+    pose = carried(scene.joints[joint], np.asarray(surface.pose), openness)
+    found: Array = corners(pose, surface.half)[0]
+    return found

@@ -1,7 +1,6 @@
-"""What carries objects: the contacts below them, whether it moves, and whether they may tip off it.
+"""What carries objects: the contacts below them, and how they move on it.
 
-For all objects and steps at once. The margin of a hull cannot change by more than its points and
-the centre of mass move: what rests is looked at once, and again when it has moved too far for that.
+For all objects and steps at once: a call costs more than its arithmetic.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.contact import owners
 from pytest_safemanip.propositions.definition import Bools
-from pytest_safemanip.propositions.solids import solids
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import to_world
 from pytest_safemanip.trace.planar import hull_margin
@@ -21,12 +19,8 @@ from pytest_safemanip.trace.planar import hull_margin
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-SAME_LEVEL = 0.01
-"""How far a surface may be above or below a contact point to be what is touched there, m."""
 UPWARD = 0.5
 """Vertical share of a contact normal from which it carries: 30 degrees from the horizontal up."""
-ROUNDING = 1e-5
-"""More than what float32 positions are off by, m: nothing is inferred from a smaller distance."""
 
 
 @dataclass(frozen=True)
@@ -108,104 +102,6 @@ def carried_objects(view: View) -> Carried:
 def margin_at(view: View, found: Carried, group: int) -> float:
     """How far the centre of mass is inside the hull of the points that carry it, m."""
     return hull_margin(found.points_of(group)[:, :2], found.com[group, :2])
-
-
-def firm(view: View, found: Carried, groups: Indices) -> Bools:
-    """Whether what carries objects does so far enough around the centre of mass (groups,)."""
-    seen, result = view.shared(_seen), np.zeros(len(groups), bool)
-    bodies = found.body[groups]
-    for body in np.unique(bodies).tolist():
-        todo = np.flatnonzero(bodies == body)
-        known = seen.setdefault(body, [])
-        for rest in known:
-            todo = rest.strike(found, groups, todo, result)
-        while len(todo):
-            result[todo[0]], rest = _look(view, found, int(groups[todo[0]]))
-            todo = todo[1:]
-            if rest:
-                todo = rest.strike(found, groups, todo, result)
-                known[:] = [rest, *known[: _REMEMBERED - 1]]
-    return result
-
-
-_REMEMBERED = 4
-"""How many places of an object are remembered: it may rock between some."""
-
-
-@dataclass(frozen=True)
-class _Rest:
-    """Where an object was carried firmly, and how far from there it still is.
-
-    Attributes:
-        com: its centre of mass (2,).
-        slack: how far the centre of mass, and the points, may be from where they were, m.
-        points: contact points (K, 2); none if a surface below is what reaches far enough.
-        level: height of the contact points, m.
-        rise: how far they may be above or below it, m.
-    """
-
-    com: Floats
-    slack: float
-    points: NDArray[np.float32] | None = None
-    level: float = 0.0
-    rise: float = 0.0
-
-    def strike(self, found: Carried, groups: Indices, todo: Indices, result: Bools) -> Indices:
-        """Mark what is as firm as this; what is left to do."""
-        at = groups[todo]
-        moved = np.linalg.norm(found.com[at, :2] - self.com, axis=1)
-        if self.points is None:
-            same = (moved < self.slack) & (np.abs(found.level[at] - self.level) < self.rise)
-        else:
-            same = found.count[at] == len(self.points)
-            places = found.first[at[same]][:, None] + np.arange(len(self.points))
-            apart = np.linalg.norm(found.points[places, :2] - self.points, axis=-1)
-            same[same] = moved[same] + apart.max(axis=1) < self.slack
-        result[todo[same]] = True
-        return todo[~same]
-
-
-def _seen(view: View) -> dict[int, list[_Rest]]:
-    """Where objects were carried firmly, the latest first; filled while it is looked at."""
-    return {}
-
-
-def _look(view: View, found: Carried, group: int) -> tuple[bool, _Rest | None]:
-    """Whether one object is carried firmly at one step."""
-    needed = view.parameters["settled.margin"]
-    margin = margin_at(view, found, group)
-    if margin < needed:
-        return ground_around(view, found, group)
-    points = found.points_of(group)[:, :2]
-    return True, _Rest(found.com[group, :2], margin - needed - ROUNDING, points)
-
-
-def ground_around(view: View, found: Carried, group: int) -> tuple[bool, _Rest | None]:
-    """Whether permitted supports reach around below the centre of mass, by the margin.
-
-    A ball touches its support in one point, a can on its side in a line: their contact hull has
-    no inside, yet they do not fall as long as the surface goes on around them.
-    """
-    com, step = found.com[group], int(found.step[group])
-    name = view.trace.scene.bodies[found.body[group]].entity
-    allowed = view.binding.supports.get(name, frozenset())
-    level = float(found.level[group])
-    margin = view.parameters["settled.margin"]
-    tops = [
-        (box, still)
-        for _, box, still in solids(view, name, step, (com, margin), allowed)
-        if abs(box[:, 2].max() - level) < SAME_LEVEL
-    ]
-    for top, still in tops:
-        inside = hull_margin(top[:, :2], com[:2])
-        if inside >= margin:  # one surface alone reaches far enough
-            rise = SAME_LEVEL - abs(float(top[:, 2].max()) - level) - ROUNDING
-            rest = _Rest(com[:2], inside - margin - ROUNDING, None, level, rise)
-            return True, rest if still else None
-    turns = np.arange(8) * (np.pi / 4.0)
-    around = margin * np.stack((np.cos(turns), np.sin(turns)), axis=1)
-    places = com[:2] + around
-    return all(any(hull_margin(top[:, :2], p) >= 0.0 for top, _ in tops) for p in places), None
 
 
 def _permitted(view: View) -> Bools:

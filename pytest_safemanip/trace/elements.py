@@ -6,8 +6,11 @@ World frame, metres, kilograms, radians; quaternions are ``wxyz``, as in MuJoCo.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
+
+import numpy as np
 
 from pytest_safemanip.errors import TraceError
 
@@ -166,6 +169,29 @@ _LENGTHS = {
     "gripper_half": 3,
     "gripper_centre": 3,
 }
+
+
+def numbers_fit(items: Sequence[object]) -> bool:
+    """Whether :func:`check_numbers` would surely let all these elements of one kind pass.
+
+    Looking at all of them together takes a tenth of the time.
+    """
+    for name in (*_LENGTHS, "mass", "travel"):
+        if not items or not hasattr(items[0], name):
+            continue
+        try:
+            values = np.array([getattr(item, name) for item in items])
+        except ValueError:  # of several lengths
+            return False
+        shape = (len(items), _LENGTHS[name]) if name in _LENGTHS else (len(items),)
+        if values.shape != shape or values.dtype.kind not in "fi" or not np.isfinite(values).all():
+            return False
+        if (name == "half" and (values < 0).any()) or (shape[1:] == () and (values <= 0).any()):
+            return False
+        direction = {"axis": values, "pose": values[..., 3:]}.get(name)
+        if direction is not None and (np.abs(np.linalg.norm(direction, axis=1) - 1) > 9e-4).any():
+            return False
+    return True
 
 
 def check_numbers(owner: str, item: object) -> None:

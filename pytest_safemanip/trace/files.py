@@ -1,7 +1,8 @@
 """The file of a recording: a zip of a JSON header and plain ``.npy`` arrays.
 
-The same recording always gives the same bytes. Nothing in a file is trusted: no pickle, every
-size is bounded before it is read, and every value is checked.
+The same recording always gives the same bytes. Nothing in a file is trusted: a digest covers all
+of it, there is no pickle, every size is bounded before it is read, and every value is checked
+before anything can depend on it.
 """
 
 from __future__ import annotations
@@ -16,26 +17,32 @@ import struct
 import tempfile
 import zipfile
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace.members import MAX_ARRAY, Array, Members, npy
 from pytest_safemanip.trace.recording import Episode, Recording, check
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
+from pytest_safemanip.trace.steps import ARRAYS, Contacts
+from pytest_safemanip.trace.stored import LATER, StoredSteps
 
-SCHEMA = 2
-_READ = (1, SCHEMA)
+SCHEMA = 3
+_EARLIER = (1, 2)
+"""Read too. Their header has the digest, of the unpacked content, and all of the scene."""
 SUFFIX = ".rollout"
 MAX_HEADER = 4 * 2**20
-MAX_ARRAY = 256 * 2**20
+_MAX_DIGEST = 64
+_HEADER, _DIGEST, _SURFACES = "header.json", "digest", "scene.surfaces.npy"
 _STEP_ARRAYS = (*ARRAYS, "action", "success", "tail")
 _CONTACT_ARRAYS = tuple(f.name for f in dataclasses.fields(Contacts))
+_NAMES = (*_STEP_ARRAYS, *(f"contacts.{name}" for name in _CONTACT_ARRAYS))
 _DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, RuntimeError, ValueError)
 """What ``zipfile`` raises on bytes that are no archive, or no archive any more."""
-_DTYPES = {"success": np.bool_, "tail": np.bool_, "step": np.int32, "a": np.int32, "b": np.int32}
+_TYPES = {"success": np.bool_, "tail": np.bool_, "step": np.int32, "a": np.int32, "b": np.int32}
 
 
 def save(recording: Recording, path: Path) -> None:
@@ -64,48 +71,33 @@ def load(path: Path) -> Recording:
     Raises:
         TraceError: naming the file and what is wrong with it.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise TraceError(f"{path}: cannot be read ({error.strerror})") from error
-    try:
-        return from_bytes(data)
-    except TraceError as error:
-        raise TraceError(f"{path}: {error}") from error
+    with _named(path):
+        return from_bytes(_read(path))
 
 
 def load_episode(path: Path) -> Episode:
-    """What was run, from the header alone; the arrays are not read.
+    """What was run, from the header alone; nothing else is looked at.
 
     Raises:
         TraceError: naming the file and what is wrong with it.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return _episode(_header(archive))
-    except OSError as error:
-        raise TraceError(f"{path}: cannot be read ({error.strerror})") from error
-    except _DAMAGE as error:
-        raise TraceError(f"{path}: not a recording, or a truncated one ({error})") from error
-    except TraceError as error:
-        raise TraceError(f"{path}: {error}") from error
+    with _named(path):
+        return _episode(_header(_members(_read(path))))
 
 
 def to_bytes(recording: Recording) -> bytes:
     """The content of a recording's file, deterministic."""
-    members = {f"{name}.npy": _npy(array) for name, array in _arrays(recording).items()}
-    header = {
-        "schema": SCHEMA,
-        "episode": recording.episode.to_json(),
-        "scene": recording.scene.to_json(),
-    }
-    header["digest"] = _digest(header, members)
-    text = _canonical(header)
+    scene = recording.scene.to_json()
+    surfaces = scene.pop("surfaces")
+    scene["surfaces"] = {name: [s[name] for s in surfaces] for name in ("entity", "joint")}
+    header = {"schema": SCHEMA, "episode": recording.episode.to_json(), "scene": scene}
+    numbers = np.array([(*s["half"], *s["pose"]) for s in surfaces], float).reshape(-1, 10)
+    members = {_HEADER: _canonical(header), _SURFACES: npy(numbers)}
+    members |= {f"{name}.npy": npy(array) for name, array in _arrays(recording).items()}
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
-        for name, content in {"header.json": text, **members}.items():
-            # A ZipInfo made by name has a fixed date: the same rollout, the same bytes.
-            archive.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED, 6)
+    _append(stream, members, zipfile.ZIP_DEFLATED)
+    digest = Members(stream.getvalue()).digest(but=_DIGEST)
+    _append(stream, {_DIGEST: digest.encode()}, zipfile.ZIP_STORED)
     return stream.getvalue()
 
 
@@ -114,88 +106,105 @@ def from_bytes(data: bytes) -> Recording:
 
     Raises:
         TraceError: if the content is truncated, tampered with, too large, of a future version or
-            physically impossible.
+            physically impossible. For what no verdict depends on, see :class:`StoredSteps`.
     """
+    members = _members(data)
+    header = _header(members)
+    earlier = header["schema"] in _EARLIER
+    with _damage():
+        right = _earlier_digest(header, members) if earlier else members.digest(but=_DIGEST)
+        said = header.get("digest") if earlier else _text(members, _DIGEST)
+        if right != said:
+            raise TraceError("the content does not match its digest: the file was changed")
+        scene = _section(header, "scene")
+        if not earlier:
+            scene["surfaces"] = _surfaces(scene, members)
+        ready = {name: _array(members, name) for name in _NAMES if name not in LATER}
+        later = {name: members.packed(f"{name}.npy") for name in LATER}
+    columns = {name: ready.pop(f"contacts.{name}") for name in _CONTACT_ARRAYS}
+    known = Scene.from_json(scene)
+    steps = StoredSteps.of(known, {**ready, "contacts": Contacts(**columns)}, later)
+    return check(Recording(_episode(header), known, steps))
+
+
+def _read(path: Path) -> bytes:
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            header = _header(archive)
-            members = {
-                f"{name}.npy": _member(archive, f"{name}.npy", MAX_ARRAY)
-                for name in _names(_STEP_ARRAYS, _CONTACT_ARRAYS)
-            }
+        return path.read_bytes()
+    except OSError as error:
+        raise TraceError(f"cannot be read ({error.strerror})") from error
+
+
+@contextlib.contextmanager
+def _named(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except TraceError as error:
+        raise TraceError(f"{path}: {error}") from error
+
+
+@contextlib.contextmanager
+def _damage() -> Iterator[None]:
+    try:
+        yield
     except _DAMAGE as error:
         raise TraceError(f"not a recording, or a truncated one ({error})") from error
-    if header.pop("digest", None) != _digest(header, members):
-        raise TraceError("the content does not match its digest: the file was changed")
-    arrays = {name.removesuffix(".npy"): _array(name, raw) for name, raw in members.items()}
-    contacts = Contacts(**{name: arrays[f"contacts.{name}"] for name in _CONTACT_ARRAYS})
-    steps = Steps(**{name: arrays[name] for name in _STEP_ARRAYS}, contacts=contacts)
-    return check(
-        Recording(
-            _episode(header),
-            Scene.from_json(_section(header, "scene")),
-            steps,
-        )
-    )
 
 
-def _names(steps: tuple[str, ...], contacts: tuple[str, ...]) -> list[str]:
-    return [*steps, *(f"contacts.{name}" for name in contacts)]
+def _members(data: bytes) -> Members:
+    with _damage():
+        return Members(data)
 
 
-def _arrays(recording: Recording) -> dict[str, np.ndarray[Any, Any]]:
+def _append(stream: io.BytesIO, members: dict[str, bytes], method: int) -> None:
+    with zipfile.ZipFile(stream, "a") as archive:
+        for name, content in members.items():
+            # A ZipInfo made by name has a fixed date: the same rollout, the same bytes.
+            archive.writestr(zipfile.ZipInfo(name), content, method, 6)
+
+
+def _arrays(recording: Recording) -> dict[str, Array]:
     steps = recording.steps
     arrays = {name: getattr(steps, name) for name in _STEP_ARRAYS}
     arrays |= {f"contacts.{name}": getattr(steps.contacts, name) for name in _CONTACT_ARRAYS}
     return arrays
 
 
-def _npy(array: np.ndarray[Any, Any]) -> bytes:
-    stream = io.BytesIO()
-    np.save(stream, np.ascontiguousarray(array), allow_pickle=False)
-    return stream.getvalue()
+def _array(members: Members, name: str) -> Array:
+    wanted = _TYPES.get(name.removeprefix("contacts."), np.float32)
+    return members.packed(f"{name}.npy").array(wanted)
 
 
-def _array(name: str, raw: bytes) -> np.ndarray[Any, Any]:
+def _text(members: Members, name: str) -> str:
+    return members.packed(name).unpacked(_MAX_DIGEST).decode()
+
+
+def _surfaces(scene: dict[str, Any], members: Members) -> list[dict[str, Any]]:
+    """The surfaces of a scene, as earlier schemas have them in the header."""
+    numbers = members.packed(_SURFACES).array(np.float64)
+    names = _section(scene, "surfaces")
+    entities, joints = names.get("entity") or [], names.get("joint") or []
+    sizes = [len(entities), len(joints)]
+    if numbers.shape[1:] != (10,) or sizes != [len(numbers)] * 2:
+        raise TraceError(f"{_SURFACES}: shape {numbers.shape} for {sizes} surfaces")
+    return [
+        {"entity": entity, "joint": joint, "half": row[:3], "pose": row[3:]}
+        for entity, joint, row in zip(entities, joints, numbers.tolist(), strict=True)
+    ]
+
+
+def _header(members: Members) -> dict[str, Any]:
     try:
-        array = np.load(io.BytesIO(raw), allow_pickle=False)
-    except Exception as error:  # numpy does not say what it raises on a header that lies
-        raise TraceError(f"{name}: not a readable array ({error})") from error
-    if not isinstance(array, np.ndarray):
-        raise TraceError(f"{name}: not an array")
-    wanted = _DTYPES.get(name.removesuffix(".npy").removeprefix("contacts."), np.float32)
-    if array.dtype != wanted:
-        raise TraceError(f"{name}: {array.dtype}, expected {np.dtype(wanted)}")
-    return np.asarray(array)
-
-
-def _member(archive: zipfile.ZipFile, name: str, limit: int) -> bytes:
-    try:
-        info = archive.getinfo(name)
-    except KeyError:
-        raise TraceError(f"{name} is missing") from None
-    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise TraceError(f"{name}: compressed in another way than recordings are")
-    if info.file_size > limit:
-        raise TraceError(f"{name}: {info.file_size} bytes, more than the limit of {limit}")
-    with archive.open(info) as stream:
-        content = stream.read(limit + 1)
-    if len(content) != info.file_size:
-        raise TraceError(f"{name}: {len(content)} bytes, the archive says {info.file_size}")
-    return content
-
-
-def _header(archive: zipfile.ZipFile) -> dict[str, Any]:
-    try:
-        header = json.loads(_member(archive, "header.json", MAX_HEADER))
+        with _damage():
+            text = members.packed(_HEADER).unpacked(MAX_HEADER)
+        header = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise TraceError(f"header.json: not JSON ({error})") from error
     if not isinstance(header, dict):
         raise TraceError("header.json: not a mapping")
     schema = header.get("schema")
-    if schema not in _READ:
+    if schema not in (*_EARLIER, SCHEMA):
         raise TraceError(
-            f"schema {schema!r}, this version reads {' and '.join(map(str, _READ))}; "
+            f"schema {schema!r}, this version reads {_EARLIER[0]} to {SCHEMA}; "
             "record again, or use the version of pytest-safemanip that wrote it"
         )
     return header
@@ -219,8 +228,9 @@ def _canonical(header: dict[str, Any]) -> bytes:
     return json.dumps(header, sort_keys=True, separators=(",", ":")).encode()
 
 
-def _digest(header: dict[str, Any], members: dict[str, bytes]) -> str:
-    digest = hashlib.sha256(_canonical(header))
-    for name in sorted(members):
-        digest.update(name.encode() + b"\0" + members[name])
+def _earlier_digest(header: dict[str, Any], members: Members) -> str:
+    signed = {name: value for name, value in header.items() if name != "digest"}
+    digest = hashlib.sha256(_canonical(signed))
+    for name in sorted(f"{name}.npy" for name in _NAMES):
+        digest.update(name.encode() + b"\0" + members.packed(name).unpacked(MAX_ARRAY))
     return digest.hexdigest()

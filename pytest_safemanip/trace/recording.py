@@ -171,24 +171,27 @@ def check_steps(scene: Scene, steps: Steps, first: int = 0) -> None:
     Raises:
         TraceError: naming the field, the step and the entity of the first impossible value.
     """
-    length = len(steps)
-    for name, shape in {**array_shapes(scene), "action": (12,), "success": (), "tail": ()}.items():
-        array = getattr(steps, name)
-        _check_shape(name, array, (length, *shape))
-        bad = ~np.isfinite(array)
-        if bad.any():
-            place = _place(scene, name, np.argwhere(bad)[0], first)
-            raise TraceError(f"{name}: not finite at {place}")
-    neither = (steps.switch != 0.0) & (steps.switch != 1.0)
-    if neither.any():
-        place = _place(scene, "switch", np.argwhere(neither)[0], first)
-        raise TraceError(f"switch: neither 0 nor 1 at {place}")
-    for name in ("eef_pose", "base_pose", "object_pose", "box_pose"):
-        bad = _not_unit(getattr(steps, name)[..., 3:])
-        if bad.any():
-            place = _place(scene, name, np.argwhere(bad)[0], first)
-            raise TraceError(f"{name}: not a unit quaternion at {place}")
+    for name in _CHECKED:
+        if name in vars(steps):  # what a file has and nobody asked for is checked later
+            check_array(scene, name, getattr(steps, name), len(steps), first)
     _check_contacts(scene, steps, first)
+
+
+_CHECKED = (*ARRAYS, "action", "success", "tail")
+
+
+def check_array(scene: Scene, name: str, array: Any, length: int, first: int = 0) -> None:
+    """Refuse an array of steps that cannot be; arguments as for :func:`check_steps`."""
+    shapes = {**array_shapes(scene), "action": (12,), "success": (), "tail": ()}
+    _check_shape(name, array, (length, *shapes[name]))
+    wrong = {"not finite": ~np.isfinite(array)} if array.dtype != np.bool_ else {}
+    if name == "switch":
+        wrong["neither 0 nor 1"] = (array != 0.0) & (array != 1.0)
+    if name in ("eef_pose", "base_pose", "object_pose", "box_pose"):
+        wrong["not a unit quaternion"] = _not_unit(array[..., 3:])
+    for what, bad in wrong.items():
+        if bad.any():
+            raise TraceError(f"{name}: {what} at {_place(scene, name, np.argwhere(bad)[0], first)}")
 
 
 def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
@@ -200,8 +203,10 @@ def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
 
 
 def _not_unit(vectors: Any) -> Any:
-    # The square of a large float32 is no float32.
-    return np.abs(np.linalg.norm(np.asarray(vectors, np.float64), axis=-1) - 1.0) > UNIT_TOLERANCE
+    # The square of a large float32 is infinite, and not one.
+    with np.errstate(over="ignore", invalid="ignore"):
+        length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
+        return ~(np.abs(length - np.float32(1.0)) <= UNIT_TOLERANCE)
 
 
 def _check_contacts(scene: Scene, steps: Steps, first: int) -> None:

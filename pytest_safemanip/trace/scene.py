@@ -19,6 +19,7 @@ from pytest_safemanip.trace.elements import (
     Switch,
     Vector,
     check_numbers,
+    numbers_fit,
 )
 
 
@@ -140,24 +141,40 @@ class Scene:
         Raises:
             TraceError: naming the field and the entity that is wrong.
         """
+        if self._fault:
+            raise TraceError(self._fault)
+        return self
+
+    @cached_property
+    def _fault(self) -> str:
+        """What is wrong; empty if nothing is. Found out once."""
+        try:
+            self._check()
+        except TraceError as error:
+            return str(error)
+        return ""
+
+    def _check(self) -> None:
         if not 0.0 < self.control_period < 10.0:
             raise TraceError(f"scene: control_period must be in (0, 10) s: {self.control_period}")
         names = [e.name for e in self.entities]
         if len(set(names)) != len(names):
             raise TraceError("scene: two entities have the same name")
         for field in ("bodies", "parts", "joints", "boxes", "switches", "surfaces"):
-            for item in getattr(self, field):
+            items = getattr(self, field)
+            for item in items:
                 if item.entity not in self.entity:
                     raise TraceError(f"scene: {field} name an unknown entity {item.entity!r}")
                 joint = getattr(item, "joint", "")
                 if joint and joint not in self.joint_index:
                     raise TraceError(f"scene: {field} name an unknown joint {joint!r}")
-                check_numbers(f"scene: {field} of {item.entity!r}", item)
+            if not numbers_fit(items):
+                for item in items:
+                    check_numbers(f"scene: {field} of {item.entity!r}", item)
         check_numbers("scene", self)
         for role, name in self.roles.items():
             if name not in self.entity:
                 raise TraceError(f"scene: role {role!r} names an unknown entity {name!r}")
-        return self
 
 
 def _vectors(item: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import copy
 import dataclasses
+import hashlib
 import io
 import json
 import pickle
@@ -14,6 +16,8 @@ from hypothesis import strategies as st
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace import files
+from pytest_safemanip.trace import members as members_of
+from pytest_safemanip.trace.members import Members
 from tests import toy
 
 RECORDING = toy.recording(
@@ -31,16 +35,32 @@ def members(data=DATA):
 
 def packed(content, method=zipfile.ZIP_DEFLATED):
     """A recording's file whose digest fits its content: made by somebody who knows how."""
-    content = dict(content)
-    try:
-        header = json.loads(content["header.json"])
-        header.pop("digest", None)
-        arrays = {name: raw for name, raw in content.items() if name != "header.json"}
-        header["digest"] = files._digest(header, arrays)
-        content["header.json"] = json.dumps(header).encode()
-    except (KeyError, ValueError, AttributeError):
-        pass
-    return zipped(content, method)
+    content = {name: raw for name, raw in content.items() if name != "digest"}
+    digest = Members(zipped(content, method)).digest(but="digest")
+    return zipped({**content, "digest": digest.encode()}, method)
+
+
+def earlier(content, schema):
+    """The same recording as earlier versions wrote it."""
+    header = json.loads(content["header.json"])
+    numbers = np.load(io.BytesIO(content["scene.surfaces.npy"])).tolist()
+    surfaces = header["scene"]["surfaces"]
+    header["scene"]["surfaces"] = [
+        {"entity": entity, "joint": joint, "half": row[:3], "pose": row[3:]}
+        for entity, joint, row in zip(surfaces["entity"], surfaces["joint"], numbers, strict=True)
+    ]
+    header["schema"] = schema
+    text = json.dumps(header, sort_keys=True, separators=(",", ":")).encode()
+    digest = hashlib.sha256(text)
+    arrays = {
+        name: raw
+        for name, raw in content.items()
+        if name not in ("header.json", "digest", "scene.surfaces.npy")
+    }
+    for name in sorted(arrays):
+        digest.update(name.encode() + b"\0" + arrays[name])
+    header["digest"] = digest.hexdigest()
+    return {"header.json": json.dumps(header).encode(), **arrays}
 
 
 def zipped(content, method=zipfile.ZIP_DEFLATED):
@@ -65,7 +85,7 @@ def lying_npy(shape):
 
 def refusal(data):
     with pytest.raises(TraceError) as caught:
-        files.from_bytes(data)
+        files._arrays(files.from_bytes(data))
     return str(caught.value)
 
 
@@ -122,16 +142,46 @@ def test_recordings_from_before_there_was_fast_stepping_are_exact(tmp_path):
     del header["episode"]["stepping"]
     path = tmp_path / "old.rollout"
 
-    def write(schema):
-        header["schema"] = schema
-        path.write_bytes(packed({**members(), "header.json": json.dumps(header)}))
-
-    write(1)
+    content = {**members(), "header.json": json.dumps(header).encode()}
+    path.write_bytes(zipped(earlier(content, 1)))
     assert files.load_episode(path).stepping == "exact"
     assert files.load(path).episode.stepping == "exact"
-    write(files.SCHEMA)
-    with pytest.raises(TraceError, match="stepping"):
-        files.load(path)
+    for data in (zipped(earlier(content, 2)), packed(content)):
+        path.write_bytes(data)
+        with pytest.raises(TraceError, match="stepping"):
+            files.load(path)
+
+
+@pytest.mark.parametrize("schema", [1, 2])
+def test_a_file_of_an_earlier_schema_is_read_and_checked_too(schema):
+    content = earlier(members(), schema)
+    same(files.from_bytes(zipped(content)), RECORDING)
+    content["qpos.npy"] = npy(QPOS + 1)
+    assert "the content does not match its digest" in refusal(zipped(content))
+
+
+def test_what_no_verdict_depends_on_is_checked_when_it_is_asked_for():
+    content = members()
+    content["qvel.npy"] = npy(RECORDING.steps.qvel * np.float32(np.nan))
+    read = files.from_bytes(packed(content))
+    assert read.success == RECORDING.success
+    for _ in range(2):
+        with pytest.raises(TraceError, match="qvel: not finite at step 0"):
+            _ = read.steps.qvel
+
+
+def test_steps_of_a_file_can_be_copied_whole():
+    read = copy.deepcopy(files.from_bytes(DATA))
+    same(read, RECORDING)
+
+
+@pytest.mark.parametrize(
+    "numbers", [np.zeros((2, 10)), np.zeros((1, 9)), np.zeros(10)], ids=lambda n: str(n.shape)
+)
+def test_surfaces_without_their_numbers_are_refused(numbers):
+    content = members()
+    content["scene.surfaces.npy"] = npy(numbers)
+    assert "scene.surfaces.npy: shape" in refusal(packed(content))
 
 
 @pytest.mark.parametrize("read", [files.load, files.load_episode])
@@ -146,7 +196,7 @@ def test_recordings_from_before_there_was_fast_stepping_are_exact(tmp_path):
         (zipped({"header.json": b"[1"}), "header.json: not JSON"),
         (zipped({"header.json": b"[" * 200_000}), "header.json: not JSON"),
         (zipped({"header.json": b"[]"}), "header.json: not a mapping"),
-        (zipped({"header.json": b'{"schema": 3}'}), "schema 3, this version reads 1 and 2; record"),
+        (zipped({"header.json": b'{"schema": 4}'}), "schema 4, this version reads 1 to 3; record"),
         (zipped({"header.json": b"{}"}), "schema None"),
         (zipped({"header.json": b'{"schema": 1}'}), " is missing"),
         (zipped({"header.json": b" " * (files.MAX_HEADER + 1)}), "header.json: 4194305 bytes"),
@@ -221,7 +271,7 @@ def test_a_changed_file_is_refused(name):
 
 
 def test_a_small_file_that_unpacks_to_a_huge_array_is_refused(monkeypatch):
-    monkeypatch.setattr(files, "MAX_ARRAY", 10_000)
+    monkeypatch.setattr(members_of, "MAX_ARRAY", 10_000)
     bomb = packed({**members(), "qpos.npy": npy(np.zeros(3_000_000, np.float32))})
     assert len(bomb) < 50_000
     assert refusal(bomb) == "qpos.npy: 12000128 bytes, more than the limit of 10000"
@@ -231,7 +281,12 @@ def test_an_archive_that_understates_a_size_is_refused():
     data = packed(members())
     size = len(members()["qpos.npy"])
     content = data.replace(struct.pack("<I", size), struct.pack("<I", size - 4))
-    assert "not a recording, or a truncated one" in refusal(content)
+    assert "does not match its digest" in refusal(content)
+    whole = Members(data).packed("qpos.npy")
+    with pytest.raises(
+        TraceError, match=f"qpos.npy: {size - 3} bytes, the archive says {size - 4}"
+    ):
+        dataclasses.replace(whole, size=size - 4).unpacked(size)
 
 
 @settings(max_examples=300, deadline=None)

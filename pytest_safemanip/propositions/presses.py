@@ -1,0 +1,156 @@
+"""Who presses on what at a step, as the spreading of contamination sees it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.contact import hand_parts, owners
+from pytest_safemanip.propositions.definition import Bools, Parameter
+from pytest_safemanip.propositions.view import View
+from pytest_safemanip.trace.elements import ROBOT
+
+FORCE = Parameter("contaminated.force", "N", 0.5, "as for a finger in a grasp")
+
+_Pair = tuple[int, int]
+_Cell = tuple[int, int, int]
+_Points = Sequence[Sequence[float]]
+
+
+def carriers(view: View) -> tuple[str, ...]:
+    """What contamination spreads between: the hand, as ``robot``, and every object."""
+    return (ROBOT, *(body.entity for body in view.trace.scene.bodies))
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a carrier presses on a surface at one step.
+
+    Attributes:
+        carrier: its number.
+        surface: number of the part that is no carrier's.
+        moves: whether a joint moves that part.
+        position: the contact points, world frame (K, 3).
+    """
+
+    carrier: int
+    surface: int
+    moves: bool
+    position: NDArray[np.float32]
+
+    def points(self) -> _Points:
+        """The touched points. A part that a joint moves, such as a handle, is one spot."""
+        points: _Points = [(0.0, 0.0, 0.0)] if self.moves else self.position.tolist()
+        return points
+
+
+class Presses:
+    """All contacts of a trace that press hard enough, and concern a carrier.
+
+    Args:
+        view: the trace, its binding and parameters.
+
+    Attributes:
+        trace: which trace it is.
+    """
+
+    def __init__(self, view: View) -> None:
+        self.trace = view.trace
+        contacts = view.trace.steps.contacts
+        carrier, ours, self._moves = view.shared(_sides)
+        a, b = contacts.a, contacts.b
+        of_a, of_b = carrier[a], carrier[b]
+        both, one = (of_a >= 0) & (of_b >= 0), (of_a >= 0) != (of_b >= 0)
+        surface = np.where(of_a >= 0, b, a)
+        matters = np.where(both, of_a != of_b, one & ~ours[surface])
+        rows = np.flatnonzero(matters & (contacts.peak >= view.parameters[FORCE.name]))
+        low, high = np.minimum(a, b)[rows], np.maximum(a, b)[rows]
+        # Rows of one pair at one step side by side.
+        order = np.lexsort((high, low, contacts.step[rows]))
+        rows, low, high = rows[order], low[order], high[order]
+        step = contacts.step[rows]
+        changes = (step[1:] != step[:-1]) | (low[1:] != low[:-1]) | (high[1:] != high[:-1])
+        first = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), changes)))
+        self._edges: list[int] = [*first.tolist(), len(rows)]
+        self._steps: list[int] = np.searchsorted(
+            step[first], np.arange(len(view.trace) + 1)
+        ).tolist()
+        self._position = contacts.position[rows]
+        self._parts = list(zip(low[first].tolist(), high[first].tolist(), strict=True))
+        self._carrier: list[int] = carrier.tolist()
+
+    def at(self, step: int) -> tuple[set[_Pair], dict[_Pair, Place]]:
+        """Carriers that press on one another (lower first), and on surfaces, by parts."""
+        carried: set[_Pair] = set()
+        resting: dict[_Pair, Place] = {}
+        for group in range(self._steps[step], self._steps[step + 1]):
+            low, high = parts = self._parts[group]
+            one, other = self._carrier[low], self._carrier[high]
+            if one >= 0 and other >= 0:
+                carried.add((one, other) if one <= other else (other, one))
+                continue
+            surface = high if one >= 0 else low
+            position = self._position[self._edges[group] : self._edges[group + 1]]
+            resting[parts] = Place(max(one, other), surface, self._moves[surface], position)
+        return carried, resting
+
+
+class Spots:
+    """Marked points of a surface.
+
+    Args:
+        radius: how near to one is on it, m.
+    """
+
+    def __init__(self, radius: float) -> None:
+        self._radius = radius
+        self._known: set[tuple[float, ...]] = set()
+        self._cells: dict[_Cell, list[tuple[float, ...]]] = {}
+        self._around: set[_Cell] = set()
+
+    def add(self, points: _Points) -> None:
+        """Mark points."""
+        new = set(map(tuple, points)) - self._known
+        self._known |= new
+        for point in new:
+            cell = self._cell(point)
+            if cell not in self._cells:
+                self._cells[cell] = []
+                self._around.update(_neighbours(cell))
+            self._cells[cell].append(point)
+
+    def reach(self, points: _Points) -> bool:
+        """Whether any of the points is on one that is marked."""
+        return any(
+            math.dist(point, spot) <= self._radius
+            for point in points
+            if (own := self._cell(point)) in self._around
+            for cell in _neighbours(own)
+            for spot in self._cells.get(cell, ())
+        )
+
+    def _cell(self, point: Sequence[float]) -> _Cell:
+        # A little larger than the radius: rounding must not put a neighbour further away.
+        x, y, z = point
+        size = 1.001 * self._radius
+        return int(x // size), int(y // size), int(z // size)
+
+
+def _neighbours(cell: _Cell) -> Iterator[_Cell]:
+    x, y, z = cell
+    return itertools.product((x - 1, x, x + 1), (y - 1, y, y + 1), (z - 1, z, z + 1))
+
+
+def _sides(view: View) -> tuple[NDArray[np.intp], Bools, list[bool]]:
+    """Of each part its carrier, -1 without one, whether it is the robot's, whether it moves."""
+    parts, hand = view.trace.scene.parts, list(hand_parts(view))
+    carrier = view.shared(owners) + 1
+    carrier[carrier == 0] = -1
+    carrier[hand] = 0
+    ours = np.array([part.entity == ROBOT for part in parts], bool)
+    return carrier, ours, [bool(part.joint) for part in parts]

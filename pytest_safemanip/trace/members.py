@@ -1,0 +1,154 @@
+"""The members of a recording's zip archive, and the arrays in them.
+
+``zipfile`` and ``numpy.load`` take longer for the twenty small members of a recording than it takes
+to unpack them; here they say where the members are, and why an unusual one is refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import math
+import re
+import struct
+import zipfile
+import zlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pytest_safemanip.errors import TraceError
+
+Array = np.ndarray[Any, Any]
+
+MAX_ARRAY = 256 * 2**20
+_LOCAL = struct.Struct("<4s22xHH")
+"""A member's own header: signature, lengths of the name and of what follows it."""
+_ENCRYPTED = 1
+_PLAIN = re.compile(
+    rb"\x93NUMPY\x01\x00(..)\{'descr': '([<|][a-z]\d)', 'fortran_order': False, "
+    rb"'shape': \(([0-9, ]*)\), \} *\n",
+    re.DOTALL,
+)
+"""How ``numpy.save`` begins an array."""
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A member as it lies in the archive.
+
+    Attributes:
+        name: of the member.
+        content: its bytes.
+        deflated: whether they are compressed.
+        size: how many they are when unpacked.
+    """
+
+    name: str
+    content: bytes
+    deflated: bool
+    size: int
+
+    def unpacked(self, limit: int) -> bytes:
+        """The content.
+
+        Raises:
+            TraceError: if it is larger than the limit, or than the archive says.
+            zlib.error: if it is damaged.
+        """
+        if self.size > limit:
+            raise TraceError(f"{self.name}: {self.size} bytes, more than the limit of {limit}")
+        content = self.content
+        if self.deflated:
+            content = zlib.decompressobj(-zlib.MAX_WBITS).decompress(content, self.size + 1)
+        if len(content) != self.size:
+            raise TraceError(f"{self.name}: {len(content)} bytes, the archive says {self.size}")
+        return content
+
+    def array(self, wanted: type) -> Array:
+        """The content as an array of a type.
+
+        Raises:
+            TraceError: if it is none.
+        """
+        return _array(self.name, self.unpacked(MAX_ARRAY), wanted)
+
+
+class Members:
+    """The members of an archive in memory.
+
+    Args:
+        data: the archive.
+
+    Raises:
+        zipfile.BadZipFile: if it is none.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            self._found = {info.filename: info for info in archive.infolist()}
+
+    def packed(self, name: str) -> Packed:
+        """A member by name.
+
+        Raises:
+            TraceError: if it is missing, or compressed in another way than recordings are.
+            zipfile.BadZipFile: if it is not where the archive says.
+        """
+        info = self._found.get(name)
+        if info is None:
+            raise TraceError(f"{name} is missing")
+        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise TraceError(f"{name}: compressed in another way than recordings are")
+        signature, title, extra = _LOCAL.unpack_from(self._data, info.header_offset)
+        start = info.header_offset + _LOCAL.size + title + extra
+        content = self._data[start : start + info.compress_size]
+        broken = signature != b"PK\3\4" or info.flag_bits & _ENCRYPTED
+        if broken or len(content) != info.compress_size:
+            raise zipfile.BadZipFile(f"{name} is damaged")
+        deflated = info.compress_type == zipfile.ZIP_DEFLATED
+        return Packed(name, content, deflated, info.file_size)
+
+    def digest(self, but: str) -> str:
+        """Digest of all members but one, as they lie in the archive."""
+        digest = hashlib.sha256()
+        for name in sorted(self._found.keys() - {but}):
+            member = self.packed(name)
+            digest.update(f"{name}\0{member.deflated}\0{member.size}\0".encode())
+            digest.update(len(member.content).to_bytes(8, "little"))
+            digest.update(member.content)
+        return digest.hexdigest()
+
+
+def npy(array: Array) -> bytes:
+    """An array as the content of a ``.npy`` file."""
+    stream = io.BytesIO()
+    np.save(stream, np.ascontiguousarray(array), allow_pickle=False)
+    return stream.getvalue()
+
+
+def _array(name: str, raw: bytes, wanted: type) -> Array:
+    begin = _PLAIN.match(raw)
+    if begin and begin[2].decode() == np.dtype(wanted).str:
+        shape = tuple(int(length) for length in begin[3].split(b",") if length.strip())
+        content = memoryview(raw)[begin.end() :]
+        (header,) = struct.unpack("<H", begin[1])
+        size = int(np.dtype(wanted).itemsize) * math.prod(shape)
+        if header + 10 == begin.end() and len(content) == size:
+            return np.frombuffer(content, wanted).reshape(shape)
+    return _unusual(name, raw, wanted)
+
+
+def _unusual(name: str, raw: bytes, wanted: type) -> Array:
+    """An array that does not look like those of recordings; mostly refused, with the reason."""
+    try:
+        array = np.load(io.BytesIO(raw), allow_pickle=False)
+    except Exception as error:  # numpy does not say what it raises on a header that lies
+        raise TraceError(f"{name}: not a readable array ({error})") from error
+    if not isinstance(array, np.ndarray):
+        raise TraceError(f"{name}: not an array")
+    if array.dtype != wanted:
+        raise TraceError(f"{name}: {array.dtype}, expected {np.dtype(wanted)}")
+    return np.asarray(array)
