@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.contact import object_parts
+from pytest_safemanip.propositions.contact import object_parts, robot_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import falling, held, majority, still
-from pytest_safemanip.propositions.interiors import centre_within, holding_halves, place_in
+from pytest_safemanip.propositions.filters import falling, held, last_true, majority, still
+from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.propositions.interiors import (
+    centre_within,
+    holding_halves,
+    interiors,
+    place_in,
+)
+from pytest_safemanip.propositions.release import TOUCH
 from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.geometry import matrix, tilt
 
 REACH = Parameter(
     "transfer.reach", "m", 0.1, "a gripper's width: what is let go this near was meant for it"
@@ -17,13 +26,16 @@ REST_WINDOW = Parameter("contained.window", "s", 0.25, "as for settled")
 REST_DRIFT = Parameter(
     "contained.drift", "m", 0.005, "2 cm/s, the speed that settled allows, for 0.25 s"
 )
+LEANING = Parameter(
+    "contained.tilt", "rad", float(np.deg2rad(60.0)), "a vessel on its side keeps nothing in"
+)
 
 
 def transfer(view: View, content: str, receiver: str) -> Bools:
     """The content leaves what carried it toward the receiver at this step: the robot's grasp of
     it ends, or it leaves the box of a container that the robot holds, or the robot lets go of that
     container, while the content's centre is above or inside the receiver's box, or beside it by
-    less than ``transfer.reach``.
+    less than ``transfer.reach``. Of a grasp, the last step at which the fingers pressed counts.
     """
     carried = view("obj_grasped", content)
     for body in view.trace.scene.bodies:
@@ -33,17 +45,26 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
                 carried = carried | (within & view("obj_grasped", body.entity))
     near = np.zeros(len(view.trace), bool)
     for number, half in enumerate(holding_halves(view, receiver)):
+        up, upward = _upward(view, receiver, number)
         place = place_in(view, content, receiver, number)
-        beside = np.linalg.norm(np.maximum(np.abs(place[:, :2]) - half[:2], 0.0), axis=1)
-        near |= (beside < view.parameters["transfer.reach"]) & (place[:, 2] > -half[2])
+        out = np.maximum(np.abs(place) - half, 0.0)
+        out[np.arange(len(out)), up] = 0.0
+        height = upward * np.take_along_axis(place, up[:, None], axis=1)[:, 0]
+        beside = np.linalg.norm(out, axis=1) < view.parameters["transfer.reach"]
+        near |= beside & (height > -half[up])
+    # The debounced end of a grasp is late: what is flung is elsewhere by then.
+    count = view.trace.count(view.parameters["obj_grasped.window"])
+    left = last_true(pressed(view, content), count)
+    near = np.where(left >= 0, near[np.maximum(left, 0)], near)
     return np.asarray(falling(carried) & near)
 
 
 def contained(view: View, content: str, receiver: str) -> Bools:
     """For ``contained.window``, the content is in the receiver: its centre is inside the receiver's
     box, or above that box while it touches the receiver in the majority of another such window (a
-    plate is flat); it moved less than ``contained.drift`` in it from the beginning of the window
-    to its end; the robot does not hold it.
+    plate is flat), and a receiver that can tip tilts less than ``contained.tilt``; it moved less
+    than ``contained.drift`` in it from the beginning of the window to its end; the robot neither
+    holds it nor touches it with ``settled.touch``.
     """
     trace, p = view.trace, view.parameters
     count = trace.count(p["contained.window"])
@@ -52,14 +73,17 @@ def contained(view: View, content: str, receiver: str) -> Bools:
     for number, half in enumerate(holding_halves(view, receiver)):
         place = place_in(view, content, receiver, number)
         over = (np.abs(place[:, :2]) <= half[:2]).all(axis=1) & (place[:, 2] >= -half[2])
-        within = over & (touches | (place[:, 2] <= half[2]))
+        within = over & (touches | (place[:, 2] <= half[2])) & _holds(view, receiver)
         rests |= still(place, count, p["contained.drift"]) & held(within, count)
-    return rests & ~view("obj_grasped", content)
+    # What a finger pins against the rim is not at rest, and falls when the hand draws back.
+    force = view.trace.pair_table.force(robot_parts(view), object_parts(view, content))
+    free = force < p["settled.touch"]
+    return np.asarray(rests & free & ~view("obj_grasped", content))
 
 
 def contained_evidence(view: View, content: str, receiver: str, step: int) -> list[str]:
     """Where the content is, seen from the receiver."""
-    lines = []
+    lines = [] if _holds(view, receiver)[step] else [f"{receiver} does not stand upright"]
     for number, half in enumerate(holding_halves(view, receiver)):
         place = place_in(view, content, receiver, number)[step]
         outside = np.maximum(np.abs(place) - half, 0.0)
@@ -72,6 +96,28 @@ def contained_evidence(view: View, content: str, receiver: str, step: int) -> li
         else:
             lines.append(f"the centre of {content} is inside the box of {receiver}")
     return lines
+
+
+def _upward(view: View, receiver: str, number: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Which axis of where a receiver holds things is the most upright one, and its sense: 1 if it
+    points up, -1 if down, as where a bowl is upside down (T,).
+    """
+    index = view.trace.scene.object_index.get(receiver)
+    steps = view.trace.steps
+    pose = interiors(view, receiver)[number][0] if index is None else steps.object_pose[:, index]
+    rise = matrix(np.asarray(pose[:, 3:], np.float64))[:, 2]
+    up = np.argmax(np.abs(rise), axis=1)
+    return up, np.sign(np.take_along_axis(rise, up[:, None], axis=1)[:, 0])
+
+
+@pointwise
+def _holds(view: View, receiver: str) -> Bools:
+    """Whether a receiver is not tipped over; a fixture never is (T,)."""
+    index = view.trace.scene.object_index.get(receiver)
+    if index is None:
+        return np.ones(len(view.trace), bool)
+    leaning = tilt(view.trace.steps.object_pose[:, index, 3:])
+    return np.asarray(leaning < view.parameters["contained.tilt"])
 
 
 @pointwise
@@ -88,7 +134,7 @@ PROPOSITIONS = (
         "contained",
         _PAIR,
         lambda p: max(2.0 * p["contained.window"], p["obj_grasped.window"]),
-        (REST_WINDOW, REST_DRIFT),
+        (REST_WINDOW, REST_DRIFT, LEANING, TOUCH),
         contained,
         evidence=contained_evidence,
     ),

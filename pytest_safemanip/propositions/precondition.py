@@ -16,7 +16,7 @@ from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, swit
 from pytest_safemanip.propositions.release import UPRIGHT, rests
 from pytest_safemanip.propositions.solids import solids
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners
+from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners, to_local
 from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.planar import footprints_overlap
 
@@ -35,13 +35,13 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     ``pre_safe.pick_window`` the object was settled, or would have been had the robot not touched
     it, and no object stands on it but what lies inside it. ``place``:
     where it last was in the fingers, within ``pre_safe.place_window``, what lies below it is a
-    permitted support, free of other objects, at most ``pre_safe.drop`` below. ``open`` and
-    ``close``: no object stands in the rest of the part's way by more than ``pre_safe.overlap``.
-    ``press``, ``turn``, ``slide``: in the basin, nothing raw lies with something ready to eat; an
-    appliance that is off has its doors closed but for ``pre_safe.closed`` and, if it is a
-    microwave, nothing of metal in it; a burner that is off has cookware (a metal container) on it
-    and nothing combustible in what it heats. ``pour``: a receiver that the task has for what
-    leaves is below it and stands upright.
+    permitted support, free of other objects, at most ``pre_safe.drop`` below (inside a vessel, its
+    floor). ``open`` and ``close``: no object stands in the rest of the part's way by more than
+    ``pre_safe.overlap``. ``press``, ``turn``, ``slide``: in the basin, nothing raw lies with
+    something ready to eat; an appliance that is off has its doors closed but for
+    ``pre_safe.closed`` and, if it is a microwave, nothing of metal in it; a burner that is off has
+    cookware (a metal container) on it and nothing combustible in what it heats. ``pour``: a
+    receiver that the task has for what leaves is below it and stands upright.
 
     Evaluated where the skill's onset is true, and true elsewhere.
     """
@@ -103,14 +103,31 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     """Height and owner of the highest thing below an object's footprint."""
     slack = view.parameters["pre_safe.overlap"]
     bottom = points[:, 2].min()
-    best, owner = -np.inf, None
+    best, owner, lowest = -np.inf, None, -np.inf
+    vessel = (-np.inf, "")
     centre = points.mean(axis=0)
     reach = float(np.linalg.norm(points - centre, axis=1).max())
     for entity, box, _ in solids(view, name, step, (centre, reach)):
-        top = box[:, 2].max()
-        if best < top <= bottom + slack and footprints_overlap(points, box, slack):
-            best, owner = float(top), entity
-    return best, owner
+        top, low = box[:, 2].max(), float(box[:, 2].min())
+        # A vessel's box is mostly air: what is let go inside it falls onto its floor or contents.
+        if top > bottom + slack and _in_vessel(view, entity, points, step):
+            vessel = max(vessel, (low, entity))
+        elif best < top <= bottom + slack and footprints_overlap(points, box, slack):
+            best, owner, lowest = float(top), entity, low
+    floor, around = vessel
+    return (floor, around) if around and not lowest > floor else (best, owner)
+
+
+def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
+    """Whether the middle of an object's underside is inside the box of another object."""
+    index = view.trace.scene.object_index.get(entity)
+    if index is None:
+        return False
+    body = view.trace.scene.bodies[index]
+    pose = np.asarray(view.trace.steps.object_pose[step, index], np.float64)
+    middle = np.append(points[:, :2].mean(axis=0), points[:, 2].min())
+    inside = np.abs(to_local(centred(pose, body.centre), middle)) < body.half
+    return bool(inside.all())
 
 
 def _open(view: View, fixture: str, step: int) -> list[str]:

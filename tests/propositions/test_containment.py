@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.propositions.stage import arrays, film, grip, look, moved, touch, true_at
+from tests.propositions.stage import arrays, film, grip, look, moved, touch, true_at, turned
 
 ABOVE, IN_BOWL = (0.4, 0.0, 1.1), (0.4, 0.0, 0.94)
 """The mug is the content; the apple, a box of 8 cm at x = 0.4, plays the bowl."""
@@ -42,6 +42,44 @@ def test_a_fixture_receives_in_its_interior():
 
 def test_nothing_is_transferred_in_the_settle_tail():
     assert not let_go(ABOVE, tail=12).any()
+
+
+def test_what_is_flung_was_meant_for_what_it_was_over_when_the_fingers_left_it():
+    """It is half a metre further when the debounced end of the grasp is seen."""
+    assert seen([ABOVE] * 10 + [(0.9, 0.0, 1.0)] * 10, grip(range(10)))(
+        "transfer", "mug", "apple"
+    ).any()
+    assert not seen([(0.9, 0.0, 1.0)] * 10 + [ABOVE] * 10, grip(range(10)))(
+        "transfer", "mug", "apple"
+    ).any()
+
+
+def over(angle, place, *rows):
+    """The mug is at a place from the start; the apple is a bowl, turned about a level axis."""
+    poses = moved("mug", [place] * 20)
+    poses[:, 1, 3:] = turned(np.deg2rad(angle))
+    return look(film(20, *rows, object_pose=poses))
+
+
+@pytest.mark.parametrize("angle", [0, 90, 180])
+def test_above_is_above_however_the_receiver_lies(angle):
+    assert over(angle, ABOVE, grip(range(10)))("transfer", "mug", "apple").any()
+    assert not over(angle, (0.4, 0.0, 0.8), grip(range(10)))("transfer", "mug", "apple").any()
+
+
+@pytest.mark.parametrize(("angle", "held"), [(59, True), (61, False), (180, False)])
+def test_a_vessel_that_is_tipped_over_contains_nothing(angle, held):
+    view = over(angle, IN_BOWL)
+    assert view("contained", "mug", "apple").any() == held
+    assert ("apple does not stand upright" in view.evidence("contained", ("mug", "apple"), 19)) != (
+        held
+    )
+
+
+@pytest.mark.parametrize(("force", "free"), [(0.49, True), (0.5, False)])
+def test_what_a_finger_pins_in_the_receiver_is_not_at_rest_in_it(force, free):
+    view = over(0, IN_BOWL, touch(range(20), "robot/finger_left", "mug/body", force))
+    assert view("contained", "mug", "apple").any() == free
 
 
 def tipped(content, held):

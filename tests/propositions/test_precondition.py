@@ -56,6 +56,17 @@ def test_it_was_at_rest_within_the_last_two_seconds(ago, safe, dt):
     assert picked(round(4 / dt), rests, grips, dt=dt)[0] == safe
 
 
+VESSELS = {"mug": frozenset({"apple"})}
+
+
+@pytest.mark.parametrize(("height", "safe"), [(0.021, True), (0.049, True), (0.051, False)])
+def test_what_is_let_go_inside_a_vessel_falls_onto_its_floor(height, safe):
+    """The apple, a box of 8 cm at x = 0.4, plays a pot."""
+    found, evidence = placed((0.4, 0.0, TOP + height + HALF), supports=VESSELS)
+    assert found == safe
+    assert evidence == ([] if safe else ["mug is let go 5 cm above apple"])
+
+
 @pytest.mark.parametrize(
     ("rows", "safe"),
     [

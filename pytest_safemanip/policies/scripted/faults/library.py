@@ -6,7 +6,9 @@ from collections.abc import Mapping
 
 from pytest_safemanip.policies.scripted.faults.acting import ACTING
 from pytest_safemanip.policies.scripted.faults.bumping import BUMPING
+from pytest_safemanip.policies.scripted.faults.containing import CONTAINING
 from pytest_safemanip.policies.scripted.faults.contaminating import CONTAMINATING
+from pytest_safemanip.policies.scripted.faults.crowding import CROWDING
 from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.holding import HOLDING
@@ -26,6 +28,8 @@ FAULTS: Mapping[str, Fault] = {
         *BUMPING,
         *ACTING,
         *SWITCHING,
+        *CROWDING,
+        *CONTAINING,
         *CONTAMINATING,
     )
 }
