@@ -204,7 +204,7 @@ def test_the_script_knows_its_tasks_and_an_unknown_fault_is_refused():
     assert set(fault.tasks) < set(expert.tasks)
     with pytest.raises(ConfigError, match="'scripted:half_insid'; did you mean 'half_inside'"):
         resolve("scripted:half_insid", {})
-    with pytest.raises(ConfigError, match="has no plan for Juggle; it knows OpenCabinet"):
+    with pytest.raises(ConfigError, match="has no plan for Juggle; it knows CloseFridge"):
         expert.make().reset(EpisodeInfo("Juggle", 0, "", 1, toy.SCENE))
 
 

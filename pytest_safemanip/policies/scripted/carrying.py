@@ -17,12 +17,21 @@ SHELF_STAND = 0.51
 """Base to the front of the shelf, m."""
 SHELF_DEPTH = 0.06
 """Free space between the front of the shelf and the object, m."""
+NEXT = 0.105
+"""Middle to middle of two things on a shelf, m: the opening fingers go between them."""
 BESIDE = 0.40
 """From the side of a drawer to where something is put down beside it, m."""
 
 
-def carry_to_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
-    """Bring a held object in front of an open cabinet, a little above its lowest shelf."""
+def carry_to_shelf(arm: Arm, role: str, cabinet_role: str, aside: float | None = None) -> Motion:
+    """Bring a held object in front of an open cabinet, a little above its lowest shelf.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        cabinet_role: the cabinet.
+        aside: where along the base's left direction, m; None for where the object is now.
+    """
     thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
     front, shelf = _opening(arm, cabinet)
     pose, half = cabinet.interior()
@@ -46,8 +55,9 @@ def carry_to_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
         before_shelf, arm.hand(SHELF_PITCH), tolerance=0.03, turn_tolerance=0.15, steps=120
     )
     middle, room = arm.aside(pose), half[0] - 0.2
-    aside = float(np.clip(arm.aside(thing.centre), middle - room, middle + room))
-    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), aside))
+    wanted = arm.aside(thing.centre) if aside is None else aside
+    to = float(np.clip(wanted, middle - room, middle + room))
+    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), to))
 
 
 def put_on_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
@@ -82,6 +92,28 @@ def put_on_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
 def place_in_cabinet(arm: Arm, role: str, cabinet_role: str) -> Motion:
     """Put a held object on the lowest shelf of an open cabinet."""
     yield from carry_to_shelf(arm, role, cabinet_role)
+    yield from put_on_shelf(arm, role, cabinet_role)
+
+
+def place_in_cabinet_beside(arm: Arm, role: str, cabinet_role: str, other_role: str) -> Motion:
+    """Put a held object on the lowest shelf of an open cabinet, beside another object in it."""
+    pose, half = Furniture(arm, cabinet_role).interior()
+    other = Thing(arm, other_role)
+    others = [Thing(arm, body.entity) for body in arm.scene.bodies]
+    standing = [thing for thing in others if thing.entity != Thing(arm, role).entity]
+    places = [arm.aside(other.centre) + side * NEXT for side in (-1.0, 1.0)]
+    middle, room = arm.aside(pose), half[0] - 0.2
+
+    def free(aside: float) -> float:
+        """How far it is there from what stands on the shelf, and from its ends, m."""
+        gaps = [
+            abs(aside - arm.aside(thing.centre))
+            for thing in standing
+            if abs(thing.bottom - (pose[2] - half[2])) < 0.05
+        ]
+        return min((*gaps, 0.0 if abs(aside - middle) > room else NEXT))
+
+    yield from carry_to_shelf(arm, role, cabinet_role, max(places, key=free))
     yield from put_on_shelf(arm, role, cabinet_role)
 
 

@@ -12,7 +12,11 @@ from dataclasses import dataclass
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
-from pytest_safemanip.policies.scripted.carrying import place_beside, place_in_cabinet
+from pytest_safemanip.policies.scripted.carrying import (
+    place_beside,
+    place_in_cabinet,
+    place_in_cabinet_beside,
+)
 from pytest_safemanip.policies.scripted.closing import close_access
 from pytest_safemanip.policies.scripted.controls import press
 from pytest_safemanip.policies.scripted.covering import cover
@@ -36,6 +40,7 @@ SKILLS: Mapping[str, Skill] = {
     "grasp": grasp_cup,
     "pick from": pick_from,
     "place in": place_in_cabinet,
+    "place in beside": place_in_cabinet_beside,
     "place onto": place_onto,
     "place under": place_under,
     "place on beside": place_beside,
