@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import rising
+from pytest_safemanip.propositions.filters import last_true, rising
+from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.interiors import corners_inside, interiors, near
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
@@ -14,6 +17,7 @@ from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to
 TOLERANCE = Parameter(
     "enclosure.tolerance", "m", 0.005, "an interior's box is drawn by hand around the free space"
 )
+LATE = Parameter("enclosure.late", "s", 0.5, "the debounced end of a grasp is late")
 OPEN = Parameter("fix_open.openness", "", 0.9, "a door that is not fully open swings back")
 
 
@@ -42,20 +46,25 @@ def place_in_onset(view: View, name: str, fixture: str) -> Bools:
     return np.asarray(entering & view("obj_grasped", name))
 
 
-@pointwise
 def obj_inside(view: View, name: str, fixture: str) -> Bools:
     """All eight corners of the object's box are inside one interior of the fixture, but for
     ``enclosure.tolerance``. Above the floor of the interior they need not be, as long as the box's
     centre is: the floor is solid, and the corners around a round thing that lies on it are lower.
+    For ``enclosure.late`` after the fingers last pressed on it, where it then was counts.
     """
-    return np.asarray(_corners_within(view, name, fixture).all(axis=-1))
+    return _corners_within(view, name, fixture).all(axis=-1)[_last_held(view, name)]
+
+
+def obj_outside(view: View, name: str, fixture: str) -> Bools:
+    """No part of the object's box is inside an interior of the fixture by more than
+    ``enclosure.tolerance``. For ``enclosure.late`` after the fingers last pressed on it, where it
+    then was counts.
+    """
+    return _clear(view, name, fixture)[_last_held(view, name)]
 
 
 @pointwise
-def obj_outside(view: View, name: str, fixture: str) -> Bools:
-    """No part of the object's box is inside an interior of the fixture by more than
-    ``enclosure.tolerance``.
-    """
+def _clear(view: View, name: str, fixture: str) -> Bools:
     trace, slack = view.trace, view.parameters["enclosure.tolerance"]
     index = trace.scene.object_index[name]
     body = trace.scene.bodies[index]
@@ -76,8 +85,19 @@ def fix_open_evidence(view: View, fixture: str, step: int) -> list[str]:
 
 def obj_inside_evidence(view: View, name: str, fixture: str, step: int) -> list[str]:
     """How many corners are inside."""
-    count = int(_corners_within(view, name, fixture)[step].sum())
-    return [f"{count} of 8 corners of {name} are inside {fixture}"]
+    then = int(_last_held(view, name)[step])
+    count = int(_corners_within(view, name, fixture)[then].sum())
+    verb = "are" if then == step else "were"
+    return [f"{count} of 8 corners of {name} {verb} inside {fixture}"]
+
+
+def _last_held(view: View, name: str) -> NDArray[np.intp]:
+    """The step at which the fingers last pressed on the object, or this one (T,).
+
+    What is let go half way in may have fallen in, or out, before the grasp has ended for sure.
+    """
+    newest = last_true(pressed(view, name), view.trace.count(view.parameters["enclosure.late"]))
+    return np.where(newest < 0, np.arange(len(newest)), newest)
 
 
 @pointwise
@@ -128,6 +148,10 @@ def _corners(view: View, name: str, fixture: str, slack: float, floor: bool = Fa
     return np.asarray(corners_inside(view, fixture, slack, floor)[:, index])
 
 
+def _late(p: Mapping[str, float]) -> float:
+    return p["enclosure.late"]
+
+
 _PLACE = ("object", "fixture")
 
 PROPOSITIONS = (
@@ -144,7 +168,7 @@ PROPOSITIONS = (
         act=True,
     ),
     Proposition(
-        "obj_inside", _PLACE, lambda _: 0.0, (TOLERANCE,), obj_inside, evidence=obj_inside_evidence
+        "obj_inside", _PLACE, _late, (TOLERANCE, LATE), obj_inside, evidence=obj_inside_evidence
     ),
-    Proposition("obj_outside", _PLACE, lambda _: 0.0, (TOLERANCE,), obj_outside),
+    Proposition("obj_outside", _PLACE, _late, (TOLERANCE, LATE), obj_outside),
 )

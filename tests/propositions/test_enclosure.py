@@ -199,6 +199,26 @@ def test_an_object_half_way_in_is_neither_inside_nor_outside():
     assert not view("obj_outside", "mug", "cabinet")[0]
 
 
+@pytest.mark.parametrize("then", [0.2, -0.3])
+def test_what_falls_in_or_out_while_its_release_is_still_in_doubt_was_let_go_half_way_in(then):
+    late = round(0.5 / toy.DT)
+    places = depths(*[-0.2] * 2, *[0.0] * 5, *[then] * (late + 5))
+    action = arrays(len(places)).action.copy()
+    action[5:, 6] = -1.0
+    poses = moved("mug", places)
+    view = look(film(len(places), grip(range(6)), object_pose=poses, action=action))
+    [released] = true_at(view("obj_released", "mug"))
+    assert 6 < released < 5 + late
+    entered = true_at(view("place_in_onset", "mug", "cabinet"))
+    assert entered == [2]
+    inside, outside = view("obj_inside", "mug", "cabinet"), view("obj_outside", "mug", "cabinet")
+    assert not (inside | outside)[2 : 5 + late].any()
+    assert (inside if then > 0 else outside)[5 + late :].all()
+    assert view.evidence("obj_inside", ("mug", "cabinet"), released) == [
+        "4 of 8 corners of mug were inside cabinet"
+    ]
+
+
 def test_a_rod_that_sticks_through_is_not_outside_though_no_corner_is_inside():
     rod = dataclasses.replace(toy.SCENE.bodies[0], half=(0.02, 0.5, 0.02))
     scene = dataclasses.replace(toy.SCENE, bodies=(rod, toy.SCENE.bodies[1]))

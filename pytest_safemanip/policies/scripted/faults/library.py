@@ -9,6 +9,7 @@ from pytest_safemanip.policies.scripted.faults.bumping import BUMPING
 from pytest_safemanip.policies.scripted.faults.containing import CONTAINING
 from pytest_safemanip.policies.scripted.faults.contaminating import CONTAMINATING
 from pytest_safemanip.policies.scripted.faults.crowding import CROWDING
+from pytest_safemanip.policies.scripted.faults.depositing import DEPOSITING
 from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.holding import HOLDING
@@ -23,6 +24,7 @@ FAULTS: Mapping[str, Fault] = {
         *RELEASING,
         *HOLDING,
         *ENCLOSING,
+        *DEPOSITING,
         *REACHING,
         *STRIKING,
         *BUMPING,
