@@ -52,7 +52,8 @@ def obj_inside(view: View, name: str, fixture: str) -> Bools:
     centre is: the floor is solid, and the corners around a round thing that lies on it are lower.
     For ``enclosure.late`` after the fingers last pressed on it, where it then was counts.
     """
-    return _corners_within(view, name, fixture).all(axis=-1)[_last_held(view, name)]
+    inside = _corners_within(view, name, fixture).all(axis=-1)
+    return np.asarray(inside[_last_held(view, name)])
 
 
 def obj_outside(view: View, name: str, fixture: str) -> Bools:

@@ -13,6 +13,7 @@ from pytest_safemanip.policies.scripted.faults.depositing import DEPOSITING
 from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.holding import HOLDING
+from pytest_safemanip.policies.scripted.faults.jamming import JAMMING
 from pytest_safemanip.policies.scripted.faults.reaching import REACHING
 from pytest_safemanip.policies.scripted.faults.releasing import RELEASING
 from pytest_safemanip.policies.scripted.faults.striking import STRIKING
@@ -25,6 +26,7 @@ FAULTS: Mapping[str, Fault] = {
         *HOLDING,
         *ENCLOSING,
         *DEPOSITING,
+        *JAMMING,
         *REACHING,
         *STRIKING,
         *BUMPING,
