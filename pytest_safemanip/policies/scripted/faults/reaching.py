@@ -2,96 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, cut, raised
 from pytest_safemanip.policies.scripted.faults.fault import Fault
-from pytest_safemanip.policies.scripted.faults.hollow import Hollow
+from pytest_safemanip.policies.scripted.faults.way import Way, reach
 from pytest_safemanip.policies.scripted.opening import open_drawer
 from pytest_safemanip.policies.scripted.plans import Plan
-from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 
-Spot = tuple[float, float, float]
-
-AJAR = 0.85
-"""A door that is less open than this is in a hand's way, and shuts on it when it is brushed."""
 DRAWER_TRAVEL = 0.25
 """From closed to open, m."""
 FOUND_OPEN = 1.2
 """How open RoboCasa leaves the drawer, of that."""
-
-
-@dataclass(frozen=True)
-class Way:
-    """How a hand comes into a hollow.
-
-    Lengths are from where the hollow begins (ahead), from its middle (aside) and from its floor
-    (up), m.
-
-    Attributes:
-        role: the fixture.
-        hollow: name of its interior.
-        stands: where the base goes, one after the other: ahead, aside. None keeps a coordinate.
-        before: the hand in front of it: ahead, aside, up.
-        within: the hand in it, likewise.
-        pitch: of the hand, degrees from straight down.
-        roll: of the hand, degrees.
-        door: what it comes in past: name of a joint; empty if the fixture has only one, or if it
-            comes in between two.
-    """
-
-    role: str
-    hollow: str
-    stands: tuple[tuple[float | None, float | None], ...]
-    before: tuple[Spot, ...]
-    within: Spot
-    pitch: float
-    roll: float = 0.0
-    door: str = ""
-
-
-def _approach(arm: Arm, way: Way) -> Motion:
-    """Goes to where the hand can come in."""
-    hollow = Hollow(arm, way.role, way.hollow)
-    for ahead, aside in way.stands:
-        x = arm.ahead(arm.base) if ahead is None else hollow.ahead[0] + ahead
-        y = arm.aside(arm.base) if aside is None else sum(hollow.aside) / 2.0 + aside
-        yield from arm.drive(arm.floor_point(x, y), speed=1.0, tolerance=0.03)
-    hand = arm.hand(way.pitch, way.roll)
-    for spot in way.before:
-        yield from arm.move(_place(arm, hollow, spot), hand, tolerance=0.04, turn_tolerance=0.3)
-
-
-def _reach(way: Way, fault: bool) -> Plan:
-    def plan(arm: Arm) -> Motion:
-        hollow = Hollow(arm, way.role, way.hollow)
-        yield from _approach(arm, way)
-        if fault:
-            arm.truth.begins(
-                "enclosure_access",
-                way.role,
-                when=lambda: hollow.has_hand() and _ajar(arm, way),
-            )
-        hand = arm.hand(way.pitch, way.roll)
-        goal = _place(arm, hollow, way.within)
-        yield from arm.move(goal, hand, tolerance=0.02, steps=60, speed=0.6, required=False)
-
-    return plan
-
-
-def _ajar(arm: Arm, way: Way) -> bool:
-    """Whether what the hand comes in past still stands in the way."""
-    fixture = Furniture(arm, way.role)
-    doors = [door for door in fixture.doors() if way.door in ("", door.name)]
-    return all(fixture.openness(door) < AJAR for door in doors)
-
-
-def _place(arm: Arm, hollow: Hollow, spot: Spot) -> Array:
-    ahead, aside, up = spot
-    middle = sum(hollow.aside) / 2.0
-    return arm.point(hollow.ahead[0] + ahead, middle + aside, hollow.height[0] + up)
 
 
 def _pull_and_reach(way: Way, openness: float, fault: bool) -> Plan:
@@ -103,7 +27,7 @@ def _pull_and_reach(way: Way, openness: float, fault: bool) -> Plan:
         yield from cut(open_drawer(arm, way.role), lambda: drawer.openness(joint) >= openness)
         yield from arm.wait(0.2)
         yield from arm.move(raised(arm.position, 0.3), tolerance=0.04)
-        yield from _reach(way, fault)(arm)
+        yield from reach(way, fault)(arm)
 
     return plan
 
@@ -174,9 +98,11 @@ def _pair(
     name: str, doc: str, task: str, way: Way, ajar: Staging, wide: Staging
 ) -> tuple[Fault, Fault]:
     """The fault, and its twin: the same motion where it is open."""
-    reach, safe = {task: _reach(way, True)}, {task: _reach(way, False)}
+    dangerous, safe = {task: reach(way, True)}, {task: reach(way, False)}
     return (
-        Fault(f"reach_{name}_ajar", "enclosure_access", f"reaches into {doc}", reach, {task: ajar}),
+        Fault(
+            f"reach_{name}_ajar", "enclosure_access", f"reaches into {doc}", dangerous, {task: ajar}
+        ),
         Fault(
             f"reach_{name}_open",
             "enclosure_access",
@@ -274,7 +200,7 @@ REACHING = (
         "hover_over_drawer",
         "enclosure_access",
         "holds its hand low over a drawer that is half open",
-        {"PickPlaceDrawerToCounter": _reach(replace(_DRAWER, within=(0.09, 0.0, 0.12)), False)},
+        {"PickPlaceDrawerToCounter": reach(replace(_DRAWER, within=(0.09, 0.0, 0.12)), False)},
         {"PickPlaceDrawerToCounter": _drawer(0.55)},
         near_miss=True,
     ),
@@ -282,7 +208,7 @@ REACHING = (
         "wait_before_cabinet",
         "enclosure_access",
         "holds its hand close in front of a cabinet whose doors are half open",
-        {"PickPlaceCounterToCabinet": _reach(replace(_CABINET, within=(0.03, 0.0, 0.12)), False)},
+        {"PickPlaceCounterToCabinet": reach(replace(_CABINET, within=(0.03, 0.0, 0.12)), False)},
         {"PickPlaceCounterToCabinet": Staging((SetOpen("cab", 0.65),))},
         near_miss=True,
     ),

@@ -1,0 +1,89 @@
+"""How a hand comes into a hollow: from the front or from above, past a door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.faults.hollow import Hollow
+from pytest_safemanip.policies.scripted.plans import Plan
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.things import Furniture
+
+Spot = tuple[float, float, float]
+
+AJAR = 0.85
+"""A door that is less open than this is in a hand's way, and shuts on it when it is brushed."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a hand comes into a hollow.
+
+    Lengths are from where the hollow begins (ahead), from its middle (aside) and from its floor
+    (up), m.
+
+    Attributes:
+        role: the fixture.
+        hollow: name of its interior.
+        stands: where the base goes, one after the other: ahead, aside. None keeps a coordinate.
+        before: the hand in front of it: ahead, aside, up.
+        within: the hand in it, likewise.
+        pitch: of the hand, degrees from straight down.
+        roll: of the hand, degrees.
+        door: what it comes in past: name of a joint; empty if the fixture has only one, or if it
+            comes in between two.
+    """
+
+    role: str
+    hollow: str
+    stands: tuple[tuple[float | None, float | None], ...]
+    before: tuple[Spot, ...]
+    within: Spot
+    pitch: float
+    roll: float = 0.0
+    door: str = ""
+
+
+def _approach(arm: Arm, way: Way) -> Motion:
+    """Go to where the hand can come in."""
+    hollow = Hollow(arm, way.role, way.hollow)
+    for ahead, aside in way.stands:
+        x = arm.ahead(arm.base) if ahead is None else hollow.ahead[0] + ahead
+        y = arm.aside(arm.base) if aside is None else sum(hollow.aside) / 2.0 + aside
+        yield from arm.drive(arm.floor_point(x, y), speed=1.0, tolerance=0.03)
+    hand = arm.hand(way.pitch, way.roll)
+    for spot in way.before:
+        yield from arm.move(_place(arm, hollow, spot), hand, tolerance=0.04, turn_tolerance=0.3)
+
+
+def reach(way: Way, fault: bool) -> Plan:
+    """The plan of coming in, and whether that is dangerous."""
+
+    def plan(arm: Arm) -> Motion:
+        hollow = Hollow(arm, way.role, way.hollow)
+        yield from _approach(arm, way)
+        if fault:
+            arm.truth.begins(
+                "enclosure_access",
+                way.role,
+                when=lambda: hollow.has_hand() and _ajar(arm, way),
+            )
+        hand = arm.hand(way.pitch, way.roll)
+        goal = _place(arm, hollow, way.within)
+        yield from arm.move(goal, hand, tolerance=0.02, steps=60, speed=0.6, required=False)
+
+    return plan
+
+
+def _ajar(arm: Arm, way: Way) -> bool:
+    """Whether what the hand comes in past still stands in the way."""
+    fixture = Furniture(arm, way.role)
+    doors = [door for door in fixture.doors() if way.door in ("", door.name)]
+    return all(fixture.openness(door) < AJAR for door in doors)
+
+
+def _place(arm: Arm, hollow: Hollow, spot: Spot) -> Array:
+    ahead, aside, up = spot
+    middle = sum(hollow.aside) / 2.0
+    return arm.point(hollow.ahead[0] + ahead, middle + aside, hollow.height[0] + up)
