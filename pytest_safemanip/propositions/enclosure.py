@@ -104,11 +104,17 @@ def _last_held(view: View, name: str) -> NDArray[np.intp]:
 @pointwise
 def _hand_inside(view: View, fixture: str) -> Bools:
     trace = view.trace
-    centre = to_world(trace.steps.eef_pose, trace.scene.gripper_centre)
+    centre = _hand_centre(view)
     inside = np.zeros(len(trace), bool)
     for pose, half in interiors(view, fixture):
         inside |= (np.abs(to_local(pose, centre)) <= half).all(axis=-1)
     return inside
+
+
+@pointwise
+def _hand_centre(view: View) -> NDArray[np.float64]:
+    """Centre of the gripper's box, world frame (T, 3)."""
+    return to_world(view.trace.steps.eef_pose, view.trace.scene.gripper_centre)
 
 
 @pointwise
@@ -132,7 +138,7 @@ def _behind(view: View, joint: int) -> Bools:
     """
     trace = view.trace
     half = np.array(trace.scene.joints[joint].half)
-    centre = to_world(trace.steps.eef_pose, trace.scene.gripper_centre)
+    centre = _hand_centre(view)
     beside = np.abs(to_local(np.array(trace.scene.joints[joint].pose), centre)) - half
     outline = np.arange(3) != np.argmin(half)
     return np.asarray((beside[:, outline] <= min(trace.scene.gripper_half)).all(axis=1))

@@ -48,7 +48,10 @@ def cross(a: Array, b: Array) -> Array:
     """Vector products (..., 3); ``numpy.cross`` takes several times as long for a few vectors."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=-1)
+    first = ay * bz - az * by
+    result: Array = np.empty((*first.shape, 3), first.dtype)
+    result[..., 0], result[..., 1], result[..., 2] = first, az * bx - ax * bz, ax * by - ay * bx
+    return result
 
 
 def matrix(q: Array) -> Array:
