@@ -16,15 +16,21 @@ from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 TASK, ITEM, OCCUPANT = "WaffleReheat", "waffle", "waffle_container"
 SHORT = -0.02
 """What stops this far before the opening is not in, m."""
+DEPTH_LEFT = 0.1
+"""How far through the opening the item's far side is when it is left there, m."""
 DEEP = 0.04
 """What reaches this far through the opening is in beyond doubt, m."""
+OPEN = 0.9
+"""Opening at which nothing is between the fingers."""
 LOW, HIGH = 0.03, 0.11
 """Heights above the floor of the microwave at which something is put in: beside what is in it,
 and over it, m."""
 
 
-def _put_in(depth: float, height: float, unsafe: bool, again: bool = False) -> Plan:
-    """Holds an item into the microwave, or up to it, and takes it away."""
+def _put_in(
+    depth: float, height: float, unsafe: bool, again: bool = False, leave: bool = False
+) -> Plan:
+    """Holds an item into the microwave, or up to it, and takes it away or leaves it there."""
 
     def plan(arm: Arm) -> Motion:
         item, microwave = Thing(arm, ITEM), Furniture(arm, "microwave")
@@ -51,6 +57,10 @@ def _put_in(depth: float, height: float, unsafe: bool, again: bool = False) -> P
             stand = arm.floor_point(front + depth - near - 0.05, arm.aside(arm.base))
             yield from arm.drive(stand, speed=0.4)
             yield from arm.move(place, tolerance=0.01, speed=0.4, steps=60, required=False)
+            if leave:
+                # Only the bowl is a place for it.
+                arm.truth.begins("release_stability", ITEM, when=lambda: arm.step.gripper[0] > OPEN)
+                yield from arm.grip(False)
             yield from arm.drive(arm.base - 0.25 * arm.forward)
 
     return plan
@@ -104,6 +114,18 @@ CROWDING = (
         "in_over_occupant",
         "holds an item into a microwave over the bowl that is in it",
         _put_in(DEEP, HIGH, unsafe=True),
+        _laid(*_BACK),
+    ),
+    _fault(
+        "in_left_of_occupant",
+        "holds an item into a microwave with a bowl at its right",
+        _put_in(DEEP, LOW, unsafe=True),
+        _laid(_SIDE[0], -_SIDE[1]),
+    ),
+    _fault(
+        "left_with_occupant",
+        "puts an item into a microwave with a bowl at its back and leaves it there",
+        _put_in(DEPTH_LEFT, LOW, unsafe=True, leave=True),
         _laid(*_BACK),
     ),
 )
