@@ -4,8 +4,7 @@
 
 The rollout is the scripted expert's PickPlaceCounterToCabinet in the compact scene, with its
 objects and its cabinet copied to other places. The reference is a control step of that task in
-that scene, simulated, its contacts read at every substep, and recorded. All times are of the
-processor.
+that scene, simulated in its own process, its contacts read at every substep, and recorded.
 """
 
 from __future__ import annotations
@@ -49,9 +48,9 @@ def recorded(out: Path) -> tuple[Recording, list[float]]:
         observe = backend.observe
 
         def step(self, action: Any) -> Any:
-            start = time.process_time()
+            start = time.perf_counter()
             step = backend.step(action)
-            seconds.append(time.process_time() - start)
+            seconds.append(time.perf_counter() - start)
             return step
 
     job = rollout.Job(TASK, "scripted", Request(TASK, 0, "compact"), rollout.Protocol(), {})
@@ -147,12 +146,12 @@ def main() -> None:
             judge = LiveJudge(
                 recording.scene, binding, properties, catalogue, parameters, every=every
             )
-            start = time.process_time()
+            start = time.perf_counter()
             for count, (step, action, acting) in enumerate(recording.steps, 1):
                 judge.step(step, action, acting)
                 if count % every == 0:
-                    seconds.append((time.process_time() - start) / every)
-                    start = time.process_time()
+                    seconds.append((time.perf_counter() - start) / every)
+                    start = time.perf_counter()
     reference = median(simulated)
     print(f"{'per control step':<40}{'median us':>10}{'p95 us':>9}{'x step':>8}")
     for name, times in rows.items():
