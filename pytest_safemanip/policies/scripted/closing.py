@@ -33,8 +33,8 @@ PUSH_GAP = 0.05
 """From the fingertips to the door before it is touched, m."""
 PUSH_WIDE = 0.15
 """How far beside the open door the base goes in, m: the palm is this much wider than the tips."""
-BASE_CLEARANCE = 0.55
-"""Base to the edge of a door that base and hand pass in front of, m."""
+PUSH_BEFORE = 0.45
+"""Base to hand before it reaches out, m."""
 
 FLIP_PITCH = 60.0
 FLIP_REACH = 0.60
@@ -44,13 +44,13 @@ FINGER = 0.04
 """From the grip point to the inner side of a finger of the open hand, m."""
 LEAD = 0.15
 """Share of a door's travel by which the hand aims ahead of it: its spring yields to that."""
-SLOW_AT, SLOW = 0.03, 0.07
+SLOW_AT, SLOW = 0.06, 0.07
 """Openness from which a door is pushed slowly, and how slowly."""
 FLIPPED = 0.55
 """Openness of a drop door at which it is pushed instead of lifted."""
 
-DRAWER_PITCH = 25.0
-DRAWER_STAND = 0.60
+DRAWER_PITCH = 40.0
+DRAWER_STAND = 0.58
 
 
 def close_access(arm: Arm, role: str) -> Motion:
@@ -88,16 +88,19 @@ def push_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
     start = _before(joint, spot, fixture.openness(joint), PUSH_GAP)
     free = _before(joint, edge, fixture.openness(joint), 0.0)
     stand, aside = arm.ahead(start) - PUSH_REACH, arm.aside(start) + side * PUSH_WIDE
-    back = min(arm.ahead(free) - BASE_CLEARANCE, stand, arm.ahead(arm.base))
+    reach = max(arm.ahead(arm.position) - arm.ahead(arm.base), PUSH_BEFORE)
+    back = min(arm.ahead(free) - reach - PUSH_MARGIN, stand, arm.ahead(arm.base))
     yield from arm.drive(arm.floor_point(back, arm.aside(arm.base)))
     yield from arm.drive(arm.floor_point(back, aside))
-    yield from arm.move(arm.point(back + 0.45, aside, start[2]), hand, tolerance=0.03, steps=140)
+    yield from arm.move(
+        arm.point(back + PUSH_BEFORE, aside, start[2]), hand, tolerance=0.03, steps=140
+    )
     yield from arm.drive(arm.floor_point(stand, aside))
     yield from arm.move(start, hand, tolerance=0.02, steps=80)
-    reach = arm.position[:2] - arm.base
+    before = arm.position[:2] - arm.base
     last = max(until, PUSH_LAST)
     for openness in np.arange(fixture.openness(joint), last - 0.1, -0.08).tolist():
-        target = _before(joint, spot, openness, 0.0)[:2] - reach
+        target = _before(joint, spot, openness, 0.0)[:2] - before
         yield from arm.drive(
             target, speed=0.45, steps=40, until=lambda: fixture.openness(joint) <= last
         )
@@ -139,7 +142,7 @@ def push_in(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -> 
     bar = fixture.handle()[0][:3]
     hand = arm.hand(DRAWER_PITCH)
     yield from arm.drive(arm.floor_point(arm.ahead(bar) - DRAWER_STAND - 0.1, arm.aside(bar)))
-    before = bar - np.append(0.06 * arm.forward, 0.0)
+    before = bar - np.append(0.08 * arm.forward, 0.0)
     yield from arm.move(before + np.array((0.0, 0.0, 0.1)), hand, tolerance=0.02, steps=140)
     yield from arm.move(before, hand, tolerance=0.015, steps=60)
     yield from arm.drive(

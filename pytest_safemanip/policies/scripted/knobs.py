@@ -15,14 +15,16 @@ from pytest_safemanip.trace.geometry import rotate
 KNOB_PITCH = 45.0
 """Degrees from straight down: steeper is out of reach at the height of a stove's panel."""
 KNOB_STAND = 0.66
-ORBIT = 0.0285
+ORBIT = 0.0295
 """Radius on which the fingertip goes round, m: its middle passes just beyond the fin's end."""
 OUTWARD = 0.010
 """Grip point before the knob's middle, m: the palm is 3 cm behind it, and the fin stands out."""
-TRAIL = math.radians(43.0)
+TRAIL = math.radians(42.0)
 """Angle by which the fingertip follows the fin's end when finger and fin touch."""
 PRESS = 0.03
 """How far along its circle's tangent the finger aims ahead of touching, m: knobs yield to that."""
+TRIES = 2
+"""A fingertip that slid along the fin towards its axis is set to its end once more."""
 OFF = 0.12
 """Knob angle that is off for certain, rad: RoboCasa's limit is 0.35."""
 ON = 1.2
@@ -81,21 +83,20 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
         tangent = beside(0.01, 0.0) - touching
         return touching + PRESS / float(np.linalg.norm(tangent)) * tangent
 
+    def there() -> bool:
+        return (turned() - angle) * way >= 0.0
+
     yield from arm.grip(True)
     stand = min(arm.ahead(centre) - KNOB_STAND, arm.ahead(arm.base))
     yield from arm.drive(arm.floor_point(stand, arm.aside(centre)))
-    yield from arm.move(beside(-0.4, 0.10), hand, tolerance=0.02, steps=160)
-    yield from arm.move(beside(-0.4, 0.03), hand, tolerance=0.012, speed=0.5, steps=60)
-    yield from arm.move(beside(-0.3, 0.0), hand, tolerance=0.01, speed=0.3, steps=40)
-    yield from arm.move(
-        pressing,
-        hand,
-        speed=0.5,
-        steps=150,
-        until=lambda: (turned() - angle) * way >= 0.0,
-        required=False,
-    )
-    yield from arm.move(arm.position - 0.12 * ahead, hand, tolerance=0.03, required=False)
+    for _ in range(TRIES):
+        yield from arm.move(beside(-0.4, 0.10), hand, tolerance=0.02, steps=160)
+        yield from arm.move(beside(-0.4, 0.03), hand, tolerance=0.012, speed=0.5, steps=60)
+        yield from arm.move(beside(-0.3, 0.0), hand, tolerance=0.01, speed=0.3, steps=40)
+        yield from arm.move(pressing, hand, speed=0.3, steps=80, until=there, required=False)
+        yield from arm.move(arm.position - 0.12 * ahead, hand, tolerance=0.03, required=False)
+        if there():
+            return
     if (turned() - angle) * way < -0.2:
         raise SkillFailed(f"{joint.key} stopped at {turned():.2f} rad")
 

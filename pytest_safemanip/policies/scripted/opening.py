@@ -26,6 +26,10 @@ DOOR_ASIDE = 0.10
 """Base to handle, away from the hinge, m: room for the arm while the door comes round."""
 DOOR_BELOW = 0.03
 """Grip this far below a bar's middle, m."""
+DOOR_GRIP = 1.10
+"""Long bars are gripped this high above the floor, m: lower, the hand cannot be held as level."""
+BAR_END = 0.03
+"""From the end of a bar to the hand, m."""
 DOOR_TURN = 0.7
 """Share of the door's rotation that the hand follows; the bar turns between the pads."""
 DOOR_DONE = 0.95
@@ -85,12 +89,14 @@ def open_doors(arm: Arm, role: str) -> Motion:
 
 def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
     edge = 2.0 * np.asarray(joint.pose[:3]) - np.asarray(joint.anchor)
-    start = cabinet.handle(near=edge)[0][:3]
+    bar, half = cabinet.handle(near=edge)
+    start = bar[:3]
     side = math.copysign(1.0, arm.aside(np.asarray(joint.anchor)) - arm.aside(start))
     stand = arm.floor_point(arm.ahead(start) - DOOR_STAND, arm.aside(start) + side * DOOR_ASIDE)
     yield from arm.drive(stand)
     hand = arm.hand(DOOR_PITCH)
-    approach, below = hand[:, 2], np.array((0.0, 0.0, -DOOR_BELOW))
+    rise = float(np.clip(DOOR_GRIP - start[2], -DOOR_BELOW, max(half) - DOOR_BELOW - BAR_END))
+    approach, below = hand[:, 2], np.array((0.0, 0.0, rise))
     yield from arm.open_to(0.6)
     yield from arm.move(start + below - 0.16 * approach, hand, tolerance=0.03, steps=160)
     yield from arm.move(

@@ -17,8 +17,10 @@ from pytest_safemanip.trace.kinematics import carried
 RACK_PITCH = 35.0
 RACK_YAW = 35.0
 """Degrees towards the rack: the hand stays in line with the arm."""
-RACK_REACH = 0.56
-"""Base to a rack's front rail, m: the hand reaches 0.57 m above the floor there."""
+RACK_REACH = 0.53
+"""Base to where the hand goes down at the rail, m: it reaches 0.57 m above the floor there."""
+RACK_CLEAR = 0.12
+"""How far before the rail the hand goes down, m."""
 RAIL_END = 0.06
 """From the end of a rail to where it is pushed or pulled, m."""
 BESIDE_DOOR = 0.32
@@ -83,15 +85,22 @@ def move_rack(arm: Arm, fixture: Furniture, joint: Joint, goal: float) -> Motion
     rail = arm.ahead(middle) - along
     top = float(middle[2] + joint.half[2]) - RAIL_DEPTH
     near = arm.aside(middle) + side * (across - RAIL_END)
-    spot = arm.point(rail + way * RAIL_GAP, near, top)
-    hand = arm.hand(RACK_PITCH, 90.0, -side * RACK_YAW)
+    spot_ahead = rail + way * RAIL_GAP
+    spot = arm.point(spot_ahead, near, top)
+    # To push, the palm stands upright in front of the rail; to pull, it must not straddle it.
+    roll = 0.0 if way > 0 else -side * 90.0
+    hand = arm.hand(RACK_PITCH, roll, -side * RACK_YAW)
+    ahead = np.append(arm.forward, 0.0)
     yield from arm.grip(True)
     # The open door lies on the floor in front of the rack: the base stays beside it.
     beside = arm.aside(middle) + side * (across + BESIDE_DOOR)
     yield from arm.drive(arm.floor_point(arm.ahead(arm.base), beside))
-    yield from arm.drive(arm.floor_point(rail - RACK_REACH, beside))
-    yield from arm.move(raised(spot, 0.10), hand, tolerance=0.02, steps=160)
-    yield from arm.move(spot, hand, tolerance=0.015, speed=0.5, steps=60)
+    yield from arm.drive(arm.floor_point(spot_ahead - RACK_REACH, beside))
+    # Down in front of the counter's edge, then under it.
+    clear = raised(spot - RACK_CLEAR * ahead, 0.15)
+    yield from arm.move(clear, hand, tolerance=0.03, turn_tolerance=0.2, steps=160)
+    yield from arm.move(raised(spot, 0.08), hand, tolerance=0.025, steps=60)
+    yield from arm.move(spot, hand, tolerance=0.02, speed=0.5, steps=60)
     yield from arm.drive(
         arm.base - way * (joint.travel + 0.1) * arm.forward,
         until=lambda: (fixture.openness(joint) - goal) * way >= -0.02,

@@ -158,7 +158,7 @@ def _appliances() -> list[dict[str, Any]]:
         "auxiliary_placement_args": {"ensure_valid_placement": False},
     }
     return [
-        _appliance("coffee_machine", "cab_1", (0.45, 0.52), (1.0, 1.0), enable=True),
+        _appliance("coffee_machine", "cab_1", (0.45, 0.52), (0.5, 1.0), enable=True),
         _appliance("toaster_oven", "cab_2", (1.0, 0.45), (None, 1.0)),
         _appliance("electric_kettle", "cab_2", (0.8, 0.3), (0.0, -0.75)),
         # Its head points away from the coffee machine's end of the counter, and has room to tilt.
