@@ -155,9 +155,13 @@ CONTAMINATING = (
     ),
     _fault(
         "neighbour_apart",
-        "touches food that lies beside raw meat, then a clean bowl",
+        "touches food on a plate beside that of raw meat, then a clean bowl",
         _one_then_other(FOOD, BOWL, unsafe=False),
-        _laid(NEUTRAL, Put(RAW, "beside", RAW_PLATE, (0.0, 0.12, 0.0))),
+        _laid(
+            NEUTRAL,
+            Put(RAW_PLATE, "beside", PLATE, (0.0, -0.34, 0.0)),
+            Put(RAW, "on", RAW_PLATE),
+        ),
         near_miss=True,
     ),
 )
