@@ -23,6 +23,8 @@ FINGER = 0.022
 
 CUP_DEPTH = 0.010
 """Grip point below the rim of a cup, m: low enough for the pads, high enough for the palm."""
+ALIKE = 0.012
+"""Two sides that differ by less are alike to the hand, m."""
 MOST_YAW = 50.0
 """Degrees to either side that the hand turns with level fingers; beyond, it rolls."""
 MOST_ROLLED = 20.0
@@ -62,8 +64,12 @@ def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0) -> Grasp:
     Raises:
         SkillFailed: if it is too wide.
     """
-    narrow, long = thing.sides()
     roll = narrow_roll(arm, thing)
+    narrow, long = thing.sides()
+    if long[1] <= min(narrow[1] + ALIKE, GAP - ALIKE):
+        # Nearly as thick both ways: across the one that turns the hand less.
+        narrow, long = sorted((narrow, long), key=lambda s: abs(_fold(_angle(arm, s[0]), 90.0)))
+        roll = _fold(_angle(arm, narrow[0]), 120.0)
     yaw = _fold(roll, 90.0)
     level = abs(yaw) <= MOST_YAW
     middle = thing.centre + offset * long[0] * (1.0, 1.0, 0.0)

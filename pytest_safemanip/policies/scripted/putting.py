@@ -13,6 +13,10 @@ from pytest_safemanip.trace.elements import ROBOT
 
 OVER = 0.03
 """Free space below a load while it is carried over things, m."""
+OFF_MIDDLE = (0.0, 0.18, -0.18, 0.25, -0.25)
+"""Places along a target's long side, from its middle, shares of its length."""
+ENOUGH = 0.09
+"""Middle to middle of two things that lie beside each other, m."""
 LAY_PITCH = 55.0
 """As far as the hand tips at the height of a counter, degrees from straight down."""
 CLEAR_OF_FRONT = 0.04
@@ -25,11 +29,26 @@ TOUCH = 0.5
 
 
 def place_onto(arm: Arm, role: str, target_role: str) -> Motion:
-    """Put a held object onto the middle of another one, or into it."""
+    """Put a held object onto the middle of another one, or into it; beside the middle if something
+    is there.
+    """
     target = Thing(arm, target_role)
-    yield from carry_over(arm, role, target.middle, target.highest)
+    yield from carry_over(arm, role, free_spot(arm, role, target), target.highest)
     yield from set_down(arm, role)
     yield from leave(arm)
+
+
+def free_spot(arm: Arm, role: str, target: Thing) -> Array:
+    """Where on a target there is most room for an object, along its long side (3,)."""
+    own = {Thing(arm, role).entity, target.entity}
+    others = [Thing(arm, b.entity).centre for b in arm.scene.bodies if b.entity not in own]
+    axis, width = target.sides()[1]
+    spots = [target.middle + k * width * axis for k in OFF_MIDDLE]
+
+    def room(spot: Array) -> float:
+        return min((float(np.linalg.norm((o - spot)[:2])) for o in others), default=ENOUGH)
+
+    return max(spots, key=lambda spot: min(room(spot), ENOUGH))
 
 
 def lay_onto(arm: Arm, role: str, target_role: str) -> Motion:
@@ -112,10 +131,10 @@ def set_down(arm: Arm, role: str, depth: float = 0.15) -> Motion:
 
 
 def leave(arm: Arm) -> Motion:
-    """Draw the hand back, and the base."""
-    away = raised(arm.position - 0.10 * arm.rotation[:, 2], 0.04)
+    """Draw the hand back, and the base: little upwards, there may be something above."""
+    away = raised(arm.position - 0.07 * arm.rotation[:, 2], 0.01)
     yield from arm.move(away, tolerance=0.03, speed=0.6, steps=40, required=False)
-    yield from arm.drive(arm.base - 0.25 * arm.forward)
+    yield from arm.drive(arm.base - 0.28 * arm.forward)
 
 
 def carried_by_something(arm: Arm, thing: Thing) -> bool:
