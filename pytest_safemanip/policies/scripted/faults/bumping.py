@@ -8,7 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.faults.fault import Fault
-from pytest_safemanip.policies.scripted.faults.worktop import UPRIGHT, bring, on_counter
+from pytest_safemanip.policies.scripted.faults.worktop import BLOCKS, UPRIGHT, bring, on_counter
 from pytest_safemanip.policies.scripted.picking import pinch
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rotations import Array
@@ -101,7 +101,7 @@ def _load(gap: float) -> Plan:
         where, here = other.com, thing.com
         near = min(arm.aside(corner) for corner in other.corners)
         half = max(arm.aside(corner) for corner in thing.corners) - arm.aside(here)
-        aside, bottom = near - half - gap, other.bottom + 0.02
+        aside, bottom = near - half - gap, other.bottom + 0.012
         yield from bring(arm, thing, arm.ahead(here), arm.aside(here), bottom)
         arm.truth.begins("collision_contact", when=lambda: _moved(other, where))
         yield from bring(arm, thing, arm.ahead(here), aside, bottom, speed=0.4)
@@ -214,7 +214,7 @@ _PAIR = (
     (on_counter("obj", NEAR, -0.06), on_counter("distr_counter", NEAR, 0.10)),
     {
         "obj": UPRIGHT,
-        "distr_counter": UPRIGHT,
+        "distr_counter": BLOCKS,
     },
 )
 _CLEAR = (on_counter("obj", FAR, -0.34), on_counter("distr_counter", FAR, 0.34)), {"obj": UPRIGHT}

@@ -10,6 +10,7 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.carrying import carry_to_shelf
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.worktop import (
+    BLOCKS,
     ROUND,
     UPRIGHT,
     apart,
@@ -39,8 +40,6 @@ EDGE = -0.33
 """Twelve centimetres behind the counter's edge, from the middle of the cabinet above, m."""
 ASIDE = (on_counter("obj", EDGE), on_counter("distr_counter", 0.0, 0.30))
 """The object near the counter's edge, nothing else near it."""
-BLOCKS = ("butter_stick", "cake", "cheese", "tofu")
-"""Lie flat; something can stand on them."""
 
 
 def _drop_high(arm: Arm) -> Motion:

@@ -17,6 +17,8 @@ UPRIGHT = ("can", "candle", "canned_food", "jam", "yogurt")
 """Stand on flat ground, do not roll, and fit between the fingers on all sides."""
 ROUND = ("apple", "onion", "orange", "peach", "tangerine", "tomato")
 """Balls."""
+BLOCKS = ("butter_stick", "cake", "cheese", "tofu")
+"""Lie flat, at most 6 cm high: something can stand on them, and a palm passes above."""
 HELD_BACK = 0.08
 """How far the open hand draws back from what it let go, m."""
 
