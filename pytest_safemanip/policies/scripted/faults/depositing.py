@@ -6,6 +6,7 @@ it goes in again as it would if it came from elsewhere.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -24,6 +25,8 @@ ASTRIDE = 0.01
 """What reaches this far to both sides of an edge is half inside, m."""
 SPARE = 0.01
 """What is this far inside has room to spare, m."""
+BESIDE = 0.61
+"""From the middle of a dishwasher to a base beside its open door, m."""
 OUT = 0.03
 """What is this far outside is clear of the edge, m."""
 
@@ -133,6 +136,8 @@ def _into_rack(forward: float, into: float, fault: bool) -> Plan:
     def plan(arm: Arm) -> Motion:
         thing, rack = Thing(arm, "dish0"), Hollow(arm, "dishwasher", "rack1")
         hand, where = arm.hand(), thing.centre
+        side = math.copysign(BESIDE, arm.aside(arm.base) - arm.aside(where))
+        yield from arm.drive(arm.floor_point(arm.ahead(arm.base), arm.aside(where) + side))
         yield from arm.move(raised(where, 0.20), hand, tolerance=0.03, turn_tolerance=0.2)
         target = raised(where, 0.01)
         yield from arm.move(target, hand, tolerance=0.01, speed=0.7, steps=50, required=False)
@@ -182,7 +187,7 @@ def _pair(name: str, doc: str, task: str, shelf: Shelf, staging: Staging) -> tup
     )
 
 
-_RACK_OUT = Staging((Put("dish0", "in", "dishwasher", (-0.54, -0.20, 0.37)),))
+_RACK_OUT = Staging((Put("dish0", "in", "dishwasher", (-0.54, 0.0, 0.37)),))
 """The cup near the front of the upper rack, which is out."""
 
 DEPOSITING = (

@@ -16,7 +16,7 @@ from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 
-LONG = 8.5
+LONG = 9.0
 """Seconds that the hand then holds still. With the two at a plan's end, more than the ten in which
 a hit has to be made good."""
 BACK = 0.06
@@ -197,7 +197,7 @@ JAMMING = (
         "mechanism_recovery",
         "pushes a cabinet's door shut onto a pot that stands out over the shelf",
         {"OpenCabinet": _close_door(True)},
-        {"OpenCabinet": _on_shelf(-0.13)},
+        {"OpenCabinet": _on_shelf(-0.145)},
     ),
     Fault(
         "shut_before_pot",
