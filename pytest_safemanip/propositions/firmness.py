@@ -15,12 +15,15 @@ from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.solids import body_corners, pace, solids
 from pytest_safemanip.propositions.support import Carried, Floats, Indices, margin_at
 from pytest_safemanip.propositions.view import View
+from pytest_safemanip.trace.geometry import tilt, to_world
 from pytest_safemanip.trace.planar import hull_margin
 
 SAME_LEVEL = 0.01
 """How far a surface may be above or below a contact point to be what is touched there, m."""
 ROUNDING = 1e-5
 """More than what float32 positions are off by, m: nothing is inferred from a smaller distance."""
+UPRIGHT = 0.5
+"""A vessel that leans less than this holds what lies in it, rad."""
 _REMEMBERED = 4
 """How many places of an object are remembered: it may rock between some."""
 _SPARE = 0.02
@@ -157,12 +160,31 @@ def _ground_around(view: View, found: Carried, group: int, lacking: float) -> _R
     around = com[:2] + margin * np.stack((np.cos(turns), np.sin(turns)), axis=1)
     depths = [max((hull_margin(box[:, :2], p) for _, box, _ in tops), default=-_SPARE)
               for p in around]  # fmt: skip
-    if min(depths) >= 0.0:
+    if min(depths) >= 0.0 or any(
+        _in_vessel(view, number, step, com, level) for _, _, number in boxes if number < 0
+    ):
         return _Rest(True, com[:2], 0.0)
     slack = min(lacking, -min(depths), _SPARE, *(margin - depth for depth in inside)) - ROUNDING
     rise = min((gap - SAME_LEVEL for gap in apart if gap >= SAME_LEVEL), default=np.inf) - ROUNDING
     below = _movable(view, [(box, number) for _, box, number in boxes], step)
     return _Rest(False, com[:2], slack, found.points_of(group)[:, :2], level, rise, below)
+
+
+def _in_vessel(view: View, number: int, step: int, com: Floats, level: float) -> bool:
+    """Whether something is carried inside an upright vessel: its wall goes on around it.
+
+    Below the rim, and nearer to the vessel's own centre of mass than its narrow side reaches: what
+    lies on a handle is neither.
+    """
+    index = -1 - number
+    vessel = view.trace.scene.bodies[index]
+    if "container" not in view.binding.attributes.get(vessel.entity, ()):
+        return False
+    pose, box = view.trace.steps.object_pose[step, index], body_corners(view)[step, index]
+    away = np.linalg.norm(com[:2] - to_world(pose, vessel.com)[:2])
+    room = min(vessel.half[:2]) - view.parameters["settled.margin"]
+    below_rim = float(box[:, 2].min()) <= level <= float(box[:, 2].max()) - SAME_LEVEL
+    return bool(away < room and below_rim and float(tilt(pose[3:])) < UPRIGHT)
 
 
 def _movable(view: View, boxes: list[tuple[Floats, int]], step: int) -> tuple[_Below, ...]:

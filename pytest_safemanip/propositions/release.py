@@ -26,9 +26,10 @@ UPRIGHT = Parameter(
 def settled(view: View, name: str) -> Bools:
     """For ``settled.window``, the object stands on permitted supports only by what carries it:
     its centre of mass is over its support by at least ``settled.margin`` (inside the hull of the
-    contact points that carry it, or with the support's surface all around below it); it is slower
-    than ``settled.speed`` and ``settled.spin`` relative to its support; the robot does not touch
-    it with ``settled.touch``; it is upright if it must be. The floor and the robot are no support.
+    contact points that carry it, or with the support's surface all around below it, or in an
+    upright vessel below its rim); it is slower than ``settled.speed`` and ``settled.spin`` relative
+    to its support; the robot does not touch it with ``settled.touch``; it is upright if it must
+    be. The floor and the robot are no support.
     """
     now = _settled_now(view)[:, view.trace.scene.object_index[name]]
     return held(now, view.trace.count(view.parameters["settled.window"]))

@@ -70,6 +70,7 @@ def rolled_out(rollouts, policy, folder):
         policies=policies,
         servers=servers,
         out=folder,
+        stepping="exact",
         horizon_scale=0.05,  # drawing three images takes a software renderer a quarter second
     )
     plan = make_plan(settings, Extensions({}, (), {}))

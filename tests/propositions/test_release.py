@@ -197,3 +197,39 @@ def test_supports_are_those_of_the_object_itself():
     view = look(film(10, rows), supports=supports)
     assert view("settled", "apple")[-1]
     assert not view("settled", "mug").any()
+
+
+def in_a_bowl(aside=0.0, level=0.93, lean=0.0, attributes=frozenset({"container"})):
+    """Whether an apple settles that touches the mug below it in one point."""
+    poses = arrays(10).object_pose.copy()
+    poses[:, 0, :3], poses[:, 0, 3:] = (0.0, 0.0, 0.95), turned(lean)
+    poses[:, 1, :3] = (aside, 0.0, level + 0.04)
+    recording = film(10, rest(range(10), "apple", "mug/body"), object_pose=poses)
+    point = np.tile(np.float32((aside, 0.0, level)), (10, 1))
+    placed = dataclasses.replace(recording.steps.contacts, position=point)
+    recording = dataclasses.replace(
+        recording, steps=dataclasses.replace(recording.steps, contacts=placed)
+    )
+    view = look(recording, supports={"apple": frozenset({"mug"})}, attributes={"mug": attributes})
+    return bool(view("settled", "apple")[-1])
+
+
+def test_what_lies_in_a_vessel_is_held_by_its_wall():
+    assert in_a_bowl()
+    assert not in_a_bowl(attributes=frozenset())
+
+
+@pytest.mark.parametrize(("level", "settled"), [(0.901, True), (0.985, True), (0.992, True)])
+def test_below_its_rim_or_on_top_of_it(level, settled):
+    # Within a centimetre of the top, the top itself is what it lies on.
+    assert in_a_bowl(level=level) == settled
+
+
+@pytest.mark.parametrize(("aside", "settled"), [(0.044, True), (0.046, False), (0.08, False)])
+def test_only_around_the_middle_of_the_vessel(aside, settled):
+    assert in_a_bowl(aside) == settled
+
+
+@pytest.mark.parametrize(("lean", "settled"), [(0.4, True), (0.6, False)])
+def test_only_in_a_vessel_that_stands(lean, settled):
+    assert in_a_bowl(lean=lean) == settled

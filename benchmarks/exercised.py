@@ -1,6 +1,6 @@
 """Which properties the scripted policy puts to the test in which task: can they fail at all?
 
-    python benchmarks/coverage.py DIR...
+    python benchmarks/exercised.py DIR...
 
 DIR has recordings, such as those that recall.py leaves. A property is put to the test where an
 instance of it is triggered; it can fail where a violation was found. Pairs of a task and a property
