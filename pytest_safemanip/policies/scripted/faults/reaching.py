@@ -62,7 +62,8 @@ _RIGHT_HALF = replace(
 _MICROWAVE = Way(
     "microwave",
     "tray",
-    stands=((None, -0.15),),
+    # Round the open door: back, past it, and up to the microwave.
+    stands=((-1.10, None), (-1.10, -0.18), (-0.45, -0.18)),
     before=((-0.13, -0.08, 0.12),),
     within=(0.12, -0.08, 0.12),
     pitch=75.0,
@@ -71,7 +72,8 @@ _MICROWAVE = Way(
 _FREEZER = Way(
     "fridge",
     "freezer_shelf3",
-    stands=(),
+    # Likewise, and not into the fridge's door either.
+    stands=((-0.95, None), (-0.95, -0.31), (-0.42, -0.31)),
     before=((-0.13, -0.05, 0.13),),
     within=(0.10, -0.05, 0.13),
     pitch=75.0,
@@ -152,15 +154,15 @@ REACHING = (
     *_pair(
         "microwave",
         "a microwave, its door half open",
-        "WaffleReheat",
+        "SteamInMicrowave",
         _MICROWAVE,
-        Staging((SetOpen("microwave", 0.75),)),
+        Staging((SetOpen("microwave", 0.65),)),
         Staging((SetOpen("microwave", 0.94),)),
     ),
     *_pair(
         "freezer",
         "a freezer, its door half open, beside an open fridge",
-        "MakeIceLemonade",
+        "SeparateFreezerRack",
         _FREEZER,
         Staging(
             (
