@@ -34,14 +34,19 @@ def _turn_on(unsafe: bool) -> Plan:
     return plan
 
 
-def _start(unsafe: bool) -> Plan:
-    """Starts the microwave."""
+def _start(unsafe: bool, ajar: float = 0.0) -> Plan:
+    """Starts the microwave, which is dangerous while its door is at least so far open."""
 
     def plan(arm: Arm) -> Motion:
+        microwave = Furniture(arm, "microwave")
+        (door,) = microwave.doors()
+
+        def dangerous() -> bool:
+            # The hand may brush the door shut on its way to the button.
+            return is_on(arm, "microwave") and microwave.openness(door) >= ajar
+
         if unsafe:
-            arm.truth.begins(
-                "action_onset", "press", "microwave", when=lambda: is_on(arm, "microwave")
-            )
+            arm.truth.begins("action_onset", "press", "microwave", when=dangerous)
         yield from press(arm, "microwave", "start_button")
 
     return plan
@@ -101,7 +106,7 @@ SWITCHING = (
         "microwave_ajar",
         "action_onset",
         "starts the microwave with its door ajar",
-        {MICROWAVE: _start(unsafe=True)},
+        {MICROWAVE: _start(unsafe=True, ajar=0.8 * AJAR)},
         {MICROWAVE: Staging((SetOpen("microwave", AJAR),), _FOOD)},
     ),
     Fault(
