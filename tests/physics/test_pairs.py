@@ -121,7 +121,7 @@ PAIRS = {
         ("can", "cabinet"),
         ("enters", "in place"),
         ("let go", "end"),
-        "4 of 8 corners of can are inside cabinet",
+        "4 of 8 corners of can were inside cabinet",
     ),
 }
 # Tests of a pair are neighbours, and so in the same worker.

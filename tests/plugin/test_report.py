@@ -63,7 +63,7 @@ def check_junit(path: Path) -> None:
     assert Path(found["safemanip.recording"] or "").is_file()
     failure = case.find("failure")
     assert failure is not None
-    assert "corners of obj are inside" in (failure.get("message") or "")
+    assert "corners of obj were inside" in (failure.get("message") or "")
     assert "bad prefix at step" in (failure.text or "")
     passed = cases[f"test_safety[{TASK}-{POLICY}-grasp_stability-seed0]"]
     assert not {p.get("name") for p in passed.iter("property")} & {"safemanip.first_violation_step"}

@@ -95,6 +95,6 @@ def test_the_counterexample_of_a_real_fault_says_what_happened(rollouts):
     found = judged.judge.judge(prop)
     text = counterexample(prop, found, judged.recording, judged.path, AGAIN)
     assert len(text) <= MAX_CHARACTERS
-    assert "of 8 corners of obj are inside" in text
+    assert "of 8 corners of obj were inside" in text
     assert f"VIOLATED for obj ({judged.recording.scene.entity['obj'].category})" in text
-    assert "of 8 corners of obj are inside" in headline(found, judged.recording)
+    assert "of 8 corners of obj were inside" in headline(found, judged.recording)
