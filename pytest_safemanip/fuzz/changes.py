@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pytest_safemanip.trace.elements import ROBOT, Body, Entity, Part
-from pytest_safemanip.trace.geometry import multiply, rotate
+from pytest_safemanip.trace.geometry import about, multiply, rotate
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
@@ -100,7 +100,7 @@ def _renamed_scene(scene: Scene, bodies: list[int], parts: list[int]) -> Scene:
 
 def elsewhere(recording: Recording, angle: float, shift: tuple[float, float, float]) -> Recording:
     """The whole scene turned about the vertical axis, rad, and put elsewhere, m."""
-    turn = np.array((np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)))
+    turn = about((0.0, 0.0, 1.0), angle)
 
     def place(points: ArrayLike) -> Array:
         return rotate(turn, points) + shift

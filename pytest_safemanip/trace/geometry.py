@@ -35,6 +35,12 @@ def multiply(p: Array, q: Array) -> Array:
     )
 
 
+def about(axis: ArrayLike, angle: ArrayLike) -> Array:
+    """Unit quaternions (..., 4) of rotations about a unit vector (3,) by angles (...) in rad."""
+    half = np.asarray(angle, float)[..., None] / 2.0
+    return np.concatenate((np.cos(half), np.sin(half) * np.asarray(axis)), axis=-1)
+
+
 def rotate(q: Array, v: ArrayLike) -> Array:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
     q, v = np.asarray(q, float), np.asarray(v, float)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.trace.elements import Joint
-from pytest_safemanip.trace.geometry import Array, multiply, rotate
+from pytest_safemanip.trace.geometry import Array, about, multiply, rotate
 
 
 def carried(joint: Joint, pose: Array, openness: Array) -> Array:
@@ -25,8 +25,7 @@ def carried(joint: Joint, pose: Array, openness: Array) -> Array:
         place = pose[:3] + travel[..., None] * axis
         turn = np.broadcast_to(pose[3:], (*place.shape[:-1], 4))
         return np.concatenate((place, turn), axis=-1)
-    half = travel / 2.0
-    turn = np.concatenate((np.cos(half)[..., None], np.sin(half)[..., None] * axis), axis=-1)
+    turn = about(axis, travel)
     anchor = np.asarray(joint.anchor)
     place = anchor + rotate(turn, pose[:3] - anchor)
     return np.concatenate((place, multiply(turn, pose[3:])), axis=-1)

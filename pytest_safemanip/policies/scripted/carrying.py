@@ -33,7 +33,7 @@ def carry_to_shelf(arm: Arm, role: str, cabinet_role: str, aside: float | None =
         aside: where along the base's left direction, m; None for where the object is now.
     """
     thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
-    front, shelf = _opening(arm, cabinet)
+    front, shelf = cabinet.opening()
     pose, half = cabinet.interior()
     clear = max(0.12, thing.extent_ahead()[1] - (front - 0.10))
     yield from arm.drive(arm.base - clear * arm.forward)
@@ -63,7 +63,7 @@ def carry_to_shelf(arm: Arm, role: str, cabinet_role: str, aside: float | None =
 def put_on_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     """Push a held object in over the shelf, lower it, let go, and draw back."""
     thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
-    front, shelf = _opening(arm, cabinet)
+    front, shelf = cabinet.opening()
     hand = arm.hand(SHELF_PITCH)
     before = arm.floor_point(front - SHELF_STAND, arm.aside(arm.base))
     yield from arm.drive(
@@ -159,9 +159,3 @@ def lower(arm: Arm, thing: Thing, surface: float, hand: Array) -> Motion:
         steps=60,
         required=False,
     )
-
-
-def _opening(arm: Arm, cabinet: Furniture) -> tuple[float, float]:
-    """Where a cabinet's lowest interior begins, along the forward direction, and its floor."""
-    pose, half = cabinet.interior()
-    return arm.ahead(pose) - float(half[1]), float(pose[2] - half[2])

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.grasping import FINGERTIP
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture
 from pytest_safemanip.trace.elements import Joint
@@ -15,8 +16,6 @@ from pytest_safemanip.trace.kinematics import carried, opening_direction
 
 SHUT = 0.004
 """A door that is no more open than this is shut: RoboCasa asks for half a percent."""
-TIP = 0.012
-"""From the grip point to the end of the fingertips, m."""
 
 PUSH_HEIGHT = 1.3
 """Where the arm pushes best, m above the floor."""
@@ -130,7 +129,7 @@ def flip_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
     yield from arm.grip(True)
 
     def pushed(openness: float, gap: float) -> Array:
-        return _before(joint, face, openness, gap) - TIP * hand[:, 2]
+        return _before(joint, face, openness, gap) - FINGERTIP * hand[:, 2]
 
     yield from arm.move(pushed(fixture.openness(joint), PUSH_GAP), hand, tolerance=0.02)
     yield from _follow(arm, fixture, joint, hand, lambda openness: pushed(openness, 0.0), until)
@@ -158,7 +157,7 @@ def _lift_door(arm: Arm, fixture: Furniture, joint: Joint, face: Array) -> Motio
 
     def under(openness: float, gap: float) -> Array:
         touched = _before(joint, face, openness, gap)
-        return np.asarray(touched - TIP * approach + FINGER * across)
+        return np.asarray(touched - FINGERTIP * approach + FINGER * across)
 
     first = fixture.openness(joint)
     yield from arm.grip(False)
@@ -213,5 +212,7 @@ def _push_spot(arm: Arm, joint: Joint) -> tuple[Array, Array, float]:
     low, high = middle[2] - joint.half[2], middle[2] + joint.half[2]
     height = float(np.clip(PUSH_HEIGHT, low + PUSH_MARGIN, high - PUSH_MARGIN))
     front = arm.ahead(anchor)
-    spot = arm.point(front - TIP, arm.aside(anchor) - side * (width - 2 * PUSH_MARGIN), height)
+    spot = arm.point(
+        front - FINGERTIP, arm.aside(anchor) - side * (width - 2 * PUSH_MARGIN), height
+    )
     return spot, arm.point(front, arm.aside(anchor) - side * width, height), side

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.grasping import FINGERTIP
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture
 from pytest_safemanip.trace.elements import Joint
-
-TIP = 0.012
-"""From the grip point to the end of the fingertips, m."""
 
 BUTTON_PITCH = 75.0
 BUTTON_STAND = 0.65
@@ -60,7 +58,7 @@ def push_switch(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
     top = raised(np.asarray(joint.pose[:3]), joint.half[2])
     yield from arm.drive(arm.floor_point(arm.ahead(top) - SWITCH_STAND, arm.aside(top) - 0.2))
     hand = arm.hand(SWITCH_PITCH, yaw=SWITCH_YAW)
-    above = top + np.append(-0.012 * arm.left, TIP)
+    above = top + np.append(-0.012 * arm.left, FINGERTIP)
     yield from arm.move(above - 0.14 * hand[:, 2], hand, tolerance=0.02, steps=160)
     yield from arm.move(raised(above, 0.03), hand, tolerance=0.018, speed=0.5, steps=60)
     yield from arm.move(

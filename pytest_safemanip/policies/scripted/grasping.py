@@ -68,9 +68,9 @@ def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0) -> Grasp:
     narrow, long = thing.sides()
     if long[1] <= min(narrow[1] + ALIKE, GAP - ALIKE):
         # Nearly as thick both ways: across the one that turns the hand less.
-        narrow, long = sorted((narrow, long), key=lambda s: abs(_fold(_angle(arm, s[0]), 90.0)))
-        roll = _fold(_angle(arm, narrow[0]), 120.0)
-    yaw = _fold(roll, 90.0)
+        narrow, long = sorted((narrow, long), key=lambda s: abs(fold(angle(arm, s[0]), 90.0)))
+        roll = fold(angle(arm, narrow[0]), 120.0)
+    yaw = fold(roll, 90.0)
     level = abs(yaw) <= MOST_YAW
     middle = thing.centre + offset * long[0] * (1.0, 1.0, 0.0)
     for tip in np.arange(pitch if level else min(pitch, MOST_ROLLED), -1.0, -5.0).tolist():
@@ -105,7 +105,7 @@ def around(arm: Arm, thing: Thing, pitch: float) -> Grasp:
     best = math.inf
     for turn in range(8):
         side = about_z(45.0 * turn) @ (axes[:, 0] * (1.0, 1.0, 0.0))
-        yaw = _fold(_angle(arm, side), 90.0)
+        yaw = fold(angle(arm, side), 90.0)
         if abs(yaw) < best and abs(side[:2] @ handle) <= HANDLE * width:
             best, turned = abs(yaw), yaw
     hand, tip = arm.hand(pitch, yaw=turned), math.radians(pitch)
@@ -173,7 +173,7 @@ def level_yaw(arm: Arm, thing: Thing) -> float:
     Raises:
         SkillFailed: if no side fits.
     """
-    fitting = [_fold(_angle(arm, axis), 90.0) for axis, width in thing.sides() if width <= GAP]
+    fitting = [fold(angle(arm, axis), 90.0) for axis, width in thing.sides() if width <= GAP]
     if not fitting:
         raise SkillFailed("the object is too wide for the gripper")
     best = min(fitting, key=abs)
@@ -189,15 +189,15 @@ def narrow_roll(arm: Arm, thing: Thing) -> float:
     axis, width = thing.sides()[0]
     if width > GAP:
         raise SkillFailed("the object is too wide for the gripper")
-    return _fold(_angle(arm, axis), 120.0)
+    return fold(angle(arm, axis), 120.0)
 
 
-def _angle(arm: Arm, axis: Array) -> float:
+def angle(arm: Arm, axis: Array) -> float:
     """Degrees about the vertical from the fingers' direction to an axis."""
     fingers = arm.hand()[:, 0]
     return math.degrees(math.atan2(np.cross(fingers, axis)[2], fingers @ axis))
 
 
-def _fold(degrees: float, top: float) -> float:
+def fold(degrees: float, top: float) -> float:
     """The same line, as an angle in (top - 180, top]."""
     return top - (top - degrees) % 180.0

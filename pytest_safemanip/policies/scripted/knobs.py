@@ -10,7 +10,7 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.elements import Joint
-from pytest_safemanip.trace.geometry import rotate
+from pytest_safemanip.trace.geometry import about, rotate
 
 KNOB_PITCH = 45.0
 """Degrees from straight down: steeper is out of reach at the height of a stove's panel."""
@@ -99,8 +99,3 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
             return
     if (turned() - angle) * way < -0.2:
         raise SkillFailed(f"{joint.key} stopped at {turned():.2f} rad")
-
-
-def about(axis: Array, angle: float) -> Array:
-    """Rotation about a unit vector, as a quaternion (4,)."""
-    return np.append(math.cos(angle / 2.0), math.sin(angle / 2.0) * axis)

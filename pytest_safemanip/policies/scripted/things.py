@@ -123,9 +123,7 @@ class Furniture:
 
     def doors(self) -> list[Joint]:
         """Its doors and drawers."""
-        scene = self._arm.scene
-        own = [scene.joints[k] for k in scene.joints_of(self.entity)]
-        return [joint for joint in own if joint.gives_access]
+        return [joint for joint in self.joints() if joint.gives_access]
 
     def joint(self, name: str) -> Joint:
         """One of its joints by name."""
@@ -166,12 +164,7 @@ class Furniture:
 
     def extent(self) -> tuple[Array, Array]:
         """Lowest and highest corner (3,) of what does not move of it."""
-        pieces = [
-            corners(np.array(s.pose), s.half)
-            for s in self._arm.scene.surfaces
-            if s.entity == self.entity and not s.joint and s.pose[2] < ROOM_HEIGHT
-        ]
-        points = np.concatenate(pieces)
+        points = np.concatenate(_slabs(self._arm, self.entity, moving=False))
         return points.min(axis=0), points.max(axis=0)
 
     def openness(self, joint: Joint) -> float:
@@ -190,13 +183,16 @@ class Furniture:
         """Pose (7,) and half extents (3,) of its lowest interior."""
         return self._box("interior", None)
 
+    def opening(self) -> tuple[float, float]:
+        """Where its lowest interior begins along the base's forward direction, and the height of
+        its floor, m.
+        """
+        pose, half = self.interior()
+        return self._arm.ahead(pose) - float(half[1]), float(pose[2] - half[2])
+
     def _slabs(self) -> Array:
         """Corners of its solid pieces, closed (S, 8, 3)."""
-        found = [
-            corners(np.array(s.pose), s.half)
-            for s in self._arm.scene.surfaces
-            if s.entity == self.entity and s.pose[2] < ROOM_HEIGHT
-        ]
+        found = _slabs(self._arm, self.entity)
         if not found:
             raise SkillFailed(f"{self.entity} has no solid piece")
         return np.asarray(found, np.float64)
@@ -217,13 +213,19 @@ class Furniture:
 
 def counter(arm: Arm, role: str) -> tuple[float, float]:
     """Height of a counter, and where it begins along the forward direction, m."""
-    owner = arm.scene.roles.get(role)
-    slabs = [
-        corners(np.array(s.pose), s.half)
-        for s in arm.scene.surfaces
-        if s.entity == owner and s.pose[2] < ROOM_HEIGHT
-    ]
+    slabs = _slabs(arm, arm.scene.roles.get(role))
     if not slabs:
         raise SkillFailed(f"the task has no {role}")
     points = np.concatenate(slabs)
     return float(points[:, 2].max()), min(arm.ahead(point) for point in points)
+
+
+def _slabs(arm: Arm, owner: str | None, moving: bool = True) -> list[Array]:
+    """Corners of the solid pieces of a fixture, closed, each (8, 3); with those that a joint moves
+    or without.
+    """
+    return [
+        np.asarray(corners(np.array(s.pose), s.half), np.float64)
+        for s in arm.scene.surfaces
+        if s.entity == owner and s.pose[2] < ROOM_HEIGHT and (moving or not s.joint)
+    ]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.robocasa.description import Description
 from pytest_safemanip.sim.staging import Change, Put, SetOpen
-from pytest_safemanip.trace.geometry import corners, matrix, multiply
+from pytest_safemanip.trace.geometry import about, corners, matrix, multiply
 from pytest_safemanip.trace.steps import Step
 
 CLEARANCE = 0.002
@@ -68,7 +68,7 @@ class _Stage:
         entity, target = self._object(change.role), self._entity(change.target)
         floor = self._floor(change.relation, target) + self._axes @ np.array(change.offset)
         about_left, about_up = np.radians(change.turn)
-        turn = multiply(_quat(self._axes[:, 2], about_up), _quat(self._axes[:, 1], about_left))
+        turn = multiply(about(self._axes[:, 2], about_up), about(self._axes[:, 1], about_left))
         pose = np.concatenate((np.zeros(3), multiply(turn, self._poses[entity][3:])))
         body = self._scene.bodies[self._scene.object_index[entity]]
         points = corners(pose, body.half, body.centre)
@@ -126,9 +126,3 @@ class _Stage:
         if entity not in self._poses:
             raise ConfigError(f"{role!r} is a fixture; only objects can be put elsewhere")
         return entity
-
-
-def _quat(axis: Floats, angle: float) -> Floats:
-    """Rotation about a unit vector (4,)."""
-    turned: Floats = np.append(np.cos(angle / 2.0), np.sin(angle / 2.0) * axis)
-    return turned

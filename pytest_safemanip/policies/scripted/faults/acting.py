@@ -9,6 +9,7 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.handling import (
+    OPEN,
     apart,
     carry_over,
     let_go,
@@ -31,8 +32,6 @@ KNOCK = 10.0
 """Force at which one object is pressed on another beyond doubt, N."""
 FREE = 0.02
 """Space between what stands side by side, m."""
-OPEN = 0.9
-"""Opening at which nothing is between the fingers."""
 LIFTED = 0.02
 """What rose this far has left its support, m."""
 ON_TOP = 0.02

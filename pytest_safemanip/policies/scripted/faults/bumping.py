@@ -142,8 +142,8 @@ def _into_door(gap: float) -> Plan:
     """
 
     def plan(arm: Arm) -> Motion:
-        pose, half = Furniture(arm, "cab").interior()
-        door = arm.ahead(pose) - float(half[1]) - 0.025
+        cabinet = Furniture(arm, "cab")
+        pose, door = cabinet.interior()[0], cabinet.opening()[0] - 0.025
         aside = arm.aside(pose) + 0.2
         yield from arm.grip(True, 8)
         yield from arm.drive(arm.floor_point(door - 0.65, aside))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -15,16 +16,14 @@ from pytest_safemanip.policies.scripted.faults.contaminating import (
     RAW,
     RAW_PLATE,
 )
-from pytest_safemanip.policies.scripted.faults.fault import Fault
-from pytest_safemanip.policies.scripted.faults.handling import carry_over, let_go, pinch
+from pytest_safemanip.policies.scripted.faults.fault import staged
+from pytest_safemanip.policies.scripted.faults.handling import OPEN, carry_over, let_go, pinch
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.sim.staging import Put, Staging
 from pytest_safemanip.trace.geometry import matrix
 
-OPEN = 0.9
-"""Opening at which nothing is between the fingers."""
 LOW = 0.01
 """Height of a release that is no fall, m."""
 HIGH = 0.12
@@ -141,11 +140,7 @@ def _turned(degrees: float) -> Put:
     return Put(BOWL, "beside", PLATE, (0.0, 0.27, 0.0), (degrees, 0.0))
 
 
-def _fault(
-    name: str, doc: str, plan: Plan, staging: dict[str, Staging], near_miss: bool = False
-) -> Fault:
-    return Fault(name, "object_containment", doc, {LEFTOVERS: plan}, staging, near_miss)
-
+_fault = partial(staged, "object_containment")
 
 CONTAINING = (
     _fault(

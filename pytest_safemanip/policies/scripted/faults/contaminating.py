@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
-from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.fault import staged
 from pytest_safemanip.policies.scripted.faults.handling import (
     carry_over,
     pass_over,
@@ -72,11 +74,7 @@ def _held_onto_raw(height: float) -> Plan:
     return plan
 
 
-def _fault(
-    name: str, doc: str, plan: Plan, staging: dict[str, Staging], near_miss: bool = False
-) -> Fault:
-    (task,) = staging
-    return Fault(name, "cross_contamination", doc, {task: plan}, staging, near_miss)
+_fault = partial(staged, "cross_contamination")
 
 
 def _laid(food: tuple[str, ...], *changes: Put) -> dict[str, Staging]:

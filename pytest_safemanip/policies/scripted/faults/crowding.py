@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.carrying import carry_to_shelf
-from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.fault import staged
+from pytest_safemanip.policies.scripted.faults.handling import OPEN
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.skills import do
@@ -20,8 +23,6 @@ DEPTH_LEFT = 0.1
 """How far through the opening the item's far side is when it is left there, m."""
 DEEP = 0.04
 """What reaches this far through the opening is in beyond doubt, m."""
-OPEN = 0.9
-"""Opening at which nothing is between the fingers."""
 LOW, HIGH = 0.03, 0.11
 """Heights above the floor of the microwave at which something is put in: beside what is in it,
 and over it, m."""
@@ -35,7 +36,7 @@ def _put_in(
     def plan(arm: Arm) -> Motion:
         item, microwave = Thing(arm, ITEM), Furniture(arm, "microwave")
         pose, half = microwave.interior()
-        front, floor = arm.ahead(pose) - float(half[1]), float(pose[2] - half[2])
+        front, floor = microwave.opening()
 
         def entered() -> bool:
             within = floor < item.centre[2] < floor + 2.0 * half[2]
@@ -75,11 +76,7 @@ def _laid(ahead: float, aside: float, occupied: bool = True) -> dict[str, Stagin
     return {TASK: Staging(changes, {ITEM: ("cupcake",)})}
 
 
-def _fault(
-    name: str, doc: str, plan: Plan, staging: dict[str, Staging], near_miss: bool = False
-) -> Fault:
-    return Fault(name, "enclosure_clearance", doc, {TASK: plan}, staging, near_miss)
-
+_fault = partial(staged, "enclosure_clearance")
 
 _BACK, _SIDE = (0.06, 0.0), (0.04, 0.09)
 

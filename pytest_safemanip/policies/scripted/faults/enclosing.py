@@ -20,8 +20,7 @@ def _half_inside(arm: Arm) -> Motion:
     thing, cabinet = Thing(arm, "obj"), Furniture(arm, "cab")
     yield from do(arm, "pick obj")
     yield from carry_to_shelf(arm, "obj", "cab")
-    pose, half = cabinet.interior()
-    front, shelf = arm.ahead(pose) - float(half[1]), float(pose[2] - half[2])
+    front, shelf = cabinet.opening()
     yield from arm.drive(
         arm.base + 0.4 * arm.forward,
         until=lambda: arm.ahead(thing.centre) > front - 0.08,

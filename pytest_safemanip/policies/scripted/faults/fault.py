@@ -29,3 +29,16 @@ class Fault:
     plans: Mapping[str, Plan]
     staging: Mapping[str, Staging] = field(default_factory=dict)
     near_miss: bool = False
+
+
+def staged(
+    property_id: str,
+    name: str,
+    doc: str,
+    plan: Plan,
+    staging: Mapping[str, Staging],
+    near_miss: bool = False,
+) -> Fault:
+    """A fault in the one task that its staging is for."""
+    (task,) = staging
+    return Fault(name, property_id, doc, {task: plan}, staging, near_miss)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
-from pytest_safemanip.policies.scripted.grasping import FINGERTIP, LIFTED
+from pytest_safemanip.policies.scripted.grasping import FINGERTIP, LIFTED, angle, fold
 from pytest_safemanip.policies.scripted.rotations import Array
-from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.elements import ROBOT
 
 CARRY_RISE = 0.1
@@ -22,6 +21,8 @@ ARM_AHEAD, ARM_ASIDE = 0.1, 0.35
 """How far from there, and to the side, the arm reaches, m."""
 TOUCH_PITCH = 20.0
 """Degrees from straight down, so that one fingertip is lower than the other."""
+OPEN = 0.9
+"""Opening at which nothing is between the fingers."""
 PRESS_PITCH, PRESS_STAND = 80.0, 0.62
 """Degrees from straight down, and base to button, m: the forearm stays level."""
 
@@ -136,7 +137,8 @@ def pinch(arm: Arm, role: str) -> Motion:
     """
     thing = Thing(arm, role)
     yield from reach(arm, thing.com)
-    hand = arm.hand(0.0, _across(arm, thing))
+    # Within a quarter turn, across the narrow side.
+    hand = arm.hand(0.0, fold(angle(arm, thing.sides()[0][0]), 90.0))
     low = np.append(thing.com[:2], thing.bottom + FINGERTIP)
     yield from arm.open_to(0.98)
     yield from arm.move(raised(low, 0.12), hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
@@ -148,18 +150,9 @@ def pinch(arm: Arm, role: str) -> Motion:
         raise SkillFailed("the object was not lifted")
 
 
-def _across(arm: Arm, thing: Thing) -> float:
-    """Roll of a hand that points down, in degrees within a quarter turn, across the narrow side."""
-    fingers, axis = arm.hand()[:, 0], thing.sides()[0][0]
-    angle = math.degrees(math.atan2(np.cross(fingers, axis)[2], fingers @ axis))
-    return 90.0 - (90.0 - angle) % 180.0
-
-
 def press(arm: Arm, fixture_role: str, button: str) -> Motion:
     """Press a button on an upright front with the tips of the closed fingers, until it acts."""
-    fixture, scene = arm.scene.roles[fixture_role], arm.scene
-    (box,) = [k for k in scene.boxes_of(fixture, "control") if scene.boxes[k].name == button]
-    where = np.asarray(arm.step.box_pose[box][:3], np.float64)
+    where = Furniture(arm, fixture_role).control(button)[0][:3]
     hand = arm.hand(PRESS_PITCH, roll=90.0)
     approach = hand[:, 2]
     yield from arm.grip(True)

@@ -46,8 +46,7 @@ def _drop_high(arm: Arm) -> Motion:
     thing, cabinet = Thing(arm, "obj"), Furniture(arm, "cab")
     yield from do(arm, "pick obj")
     yield from carry_to_shelf(arm, "obj", "cab")
-    pose, half = cabinet.interior()
-    rise = float(pose[2] - half[2]) + DROP_HEIGHT - thing.bottom
+    rise = cabinet.opening()[1] + DROP_HEIGHT - thing.bottom
     yield from arm.drive(arm.base - 0.25 * arm.forward)
     yield from arm.move(
         arm.position + np.append(-0.05 * arm.forward, rise),
