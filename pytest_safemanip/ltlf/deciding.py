@@ -77,7 +77,11 @@ class Search:
         options: dict[tuple[StateSet, int, StateSet], tuple[tuple[int, StateSet], ...]] = {}
         layers: list[dict[StateSet, Choice]] = [{1: (0, 0, 0)}]
         work = 0
+        settled: tuple[int, StateSet] | None = None
         for letter, goal in zip(self.letters, self.sufficient, strict=True):
+            if settled == (letter, goal):  # one more such step costs all of them the same
+                layers.append(layers[-1])
+                continue
             layer: dict[StateSet, Choice] = {}
             for states, (cost, _, _) in layers[-1].items():
                 key = (states, letter, goal)
@@ -89,6 +93,7 @@ class Search:
                     if after not in layer or total < layer[after][0]:
                         layer[after] = (total, states, fixed)
             layers.append(_undominated(layer))
+            settled = (letter, goal) if _like(layers[-1], layers[-2]) else None
             work += len(layer) ** 2
             if work > _MAX_WORK:
                 return None
@@ -135,6 +140,13 @@ def _undominated(layer: dict[StateSet, Choice]) -> dict[StateSet, Choice]:
         if not any(other & ~states == 0 for other in kept):
             kept[states] = choice
     return kept
+
+
+def _like(layer: dict[StateSet, Choice], before: dict[StateSet, Choice]) -> bool:
+    """Whether the same sets are reached, in the same order and with the same costs between them."""
+    return [*layer] == [*before] and len(
+        {layer[states][0] - before[states][0] for states in layer}
+    ) < 2
 
 
 def _trace_back(layers: list[dict[StateSet, Choice]]) -> list[int]:

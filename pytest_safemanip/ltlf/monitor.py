@@ -12,7 +12,7 @@ from pytest_safemanip.ltlf.batch import Judgement, judge
 from pytest_safemanip.ltlf.dfa import Dfa, Step
 from pytest_safemanip.ltlf.formula import Formula
 from pytest_safemanip.ltlf.letters import BoolArray, check_values, pack
-from pytest_safemanip.ltlf.rules import DischargedBy, Profile, Rules, check_acting
+from pytest_safemanip.ltlf.rules import DischargedBy, Profile, check_acting, rules_of
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, StepVerdict
 
 
@@ -74,7 +74,7 @@ class Monitor:
             raise ConfigError("a monitor needs at least one instance")
         if len(set(self.instances)) < len(self.instances):
             raise ConfigError(f"an instance is named twice: {self.instances}")
-        self._rules = Rules(dfa, dt, deadline_s, discharged_by, profile, trigger)
+        self._rules = rules_of(dfa, dt, deadline_s, discharged_by, profile, trigger)
         self._closed: list[bool] = self._rules.closed.tolist()
         self.reset()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -132,6 +133,23 @@ class Rules:
             )
             for first, end in zip(edges[::2], edges[1::2], strict=True)
         )
+
+
+@lru_cache(maxsize=1024, typed=True)
+def rules_of(
+    dfa: Dfa,
+    dt: float,
+    deadline_s: float | None,
+    discharged_by: DischargedBy,
+    profile: Profile,
+    trigger: Formula | None,
+) -> Rules:
+    """These rules; made once, for they are the same in every rollout.
+
+    Raises:
+        ConfigError: as :class:`Rules`.
+    """
+    return Rules(dfa, dt, deadline_s, discharged_by, profile, trigger)
 
 
 def check_acting(acting: BoolArray | None, steps: int) -> BoolArray:

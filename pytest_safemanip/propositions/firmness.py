@@ -156,22 +156,28 @@ def _ground_around(view: View, found: Carried, group: int, lacking: float) -> _R
             below = _movable(view, [(box, number)], step)
             slack = depth - margin - ROUNDING
             return _Rest(True, com[:2], slack, None, level, rise, below)
+    for _, box, number in boxes:
+        if number < 0 and (rest := _in_vessel(view, number, step, com, level, box)):
+            return rest
     turns = np.arange(8) * (np.pi / 4.0)
     around = com[:2] + margin * np.stack((np.cos(turns), np.sin(turns)), axis=1)
     depths = [max((hull_margin(box[:, :2], p) for _, box, _ in tops), default=-_SPARE)
               for p in around]  # fmt: skip
-    if min(depths) >= 0.0 or any(
-        _in_vessel(view, number, step, com, level) for _, _, number in boxes if number < 0
-    ):
-        return _Rest(True, com[:2], 0.0)
+    if min(depths) >= 0.0:
+        gaps = [gap for gap in apart if gap < SAME_LEVEL]
+        below = _movable(view, [(box, number) for _, box, number in tops], step)
+        rise = SAME_LEVEL - max(gaps) - ROUNDING
+        return _Rest(True, com[:2], min(depths) - ROUNDING, None, level, rise, below)
     slack = min(lacking, -min(depths), _SPARE, *(margin - depth for depth in inside)) - ROUNDING
     rise = min((gap - SAME_LEVEL for gap in apart if gap >= SAME_LEVEL), default=np.inf) - ROUNDING
     below = _movable(view, [(box, number) for _, box, number in boxes], step)
     return _Rest(False, com[:2], slack, found.points_of(group)[:, :2], level, rise, below)
 
 
-def _in_vessel(view: View, number: int, step: int, com: Floats, level: float) -> bool:
-    """Whether something is carried inside an upright vessel: its wall goes on around it.
+def _in_vessel(
+    view: View, number: int, step: int, com: Floats, level: float, box: Floats
+) -> _Rest | None:
+    """That something is carried inside an upright vessel, if it is: its wall goes on around it.
 
     Below the rim, and nearer to the vessel's own centre of mass than its narrow side reaches: what
     lies on a handle is neither.
@@ -179,12 +185,26 @@ def _in_vessel(view: View, number: int, step: int, com: Floats, level: float) ->
     index = -1 - number
     vessel = view.trace.scene.bodies[index]
     if "container" not in view.binding.attributes.get(vessel.entity, ()):
-        return False
-    pose, box = view.trace.steps.object_pose[step, index], body_corners(view)[step, index]
+        return None
+    pose = view.trace.steps.object_pose[step, index]
     away = np.linalg.norm(com[:2] - to_world(pose, vessel.com)[:2])
-    room = min(vessel.half[:2]) - view.parameters["settled.margin"]
-    below_rim = float(box[:, 2].min()) <= level <= float(box[:, 2].max()) - SAME_LEVEL
-    return bool(away < room and below_rim and float(tilt(pose[3:])) < UPRIGHT)
+    room = float(min(vessel.half[:2]) - view.parameters["settled.margin"] - away)
+    above = level - float(box[:, 2].min())
+    below_rim = float(box[:, 2].max()) - SAME_LEVEL - level
+    upright = UPRIGHT - float(tilt(pose[3:]))
+    if min(room, upright) <= 0.0 or min(above, below_rim) < 0.0:
+        return None
+    # A vessel whose corners move by less than this leans less than UPRIGHT still.
+    sway = 2.0 * vessel.half[2] * np.sin(upright / 2.0)
+    return _Rest(
+        True,
+        com[:2],
+        min(room, sway) - ROUNDING,
+        None,
+        level,
+        min(above, below_rim) - ROUNDING,
+        _movable(view, [(box, number)], step),
+    )
 
 
 def _movable(view: View, boxes: list[tuple[Floats, int]], step: int) -> tuple[_Below, ...]:

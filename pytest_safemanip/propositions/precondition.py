@@ -24,6 +24,8 @@ DROP = Parameter("pre_safe.drop", "m", 0.05, "a fall of 5 cm ends at 1 m/s: cups
 OVERLAP = Parameter("pre_safe.overlap", "m", 0.01, "boxes are larger than what is in them")
 PICK_WINDOW = Parameter("pre_safe.pick_window", "s", 2.0, "a hand takes up to 2 s to close on it")
 PLACE_WINDOW = Parameter("pre_safe.place_window", "s", 0.5, "the debounced end of a grasp is late")
+ROUNDING = 1e-9
+"""More than what float64 places are off by, m."""
 SWEEP_SAMPLES = 9
 """Openings at which a moving part is tested against obstacles, from here to fully open."""
 
@@ -107,13 +109,19 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     vessel = (-np.inf, "")
     centre = points.mean(axis=0)
     reach = float(np.linalg.norm(points - centre, axis=1).max())
-    for entity, box, _ in solids(view, name, step, (centre, reach)):
-        top, low = box[:, 2].max(), float(box[:, 2].min())
+    around_it = solids(view, name, step, (centre, reach))
+    boxes = np.stack([box for _, box, _ in around_it]) if around_it else np.empty((0, 8, 3))
+    low, top = boxes.min(axis=1), boxes.max(axis=1)
+    # Shadows overlap no more than the upright rectangles around them.
+    depth = np.minimum(top, points.max(axis=0)) - np.maximum(low, points.min(axis=0))
+    near = (depth[:, :2] > slack - ROUNDING).all(axis=1)
+    for k, (entity, box, _) in enumerate(around_it):
+        height = float(top[k, 2])
         # A vessel's box is mostly air: what is let go inside it falls onto its floor or contents.
-        if top > bottom + slack and _in_vessel(view, entity, points, step):
-            vessel = max(vessel, (low, entity))
-        elif best < top <= bottom + slack and footprints_overlap(points, box, slack):
-            best, owner, lowest = float(top), entity, low
+        if height > bottom + slack and _in_vessel(view, entity, points, step):
+            vessel = max(vessel, (float(low[k, 2]), entity))
+        elif near[k] and best < height <= bottom + slack and footprints_overlap(points, box, slack):
+            best, owner, lowest = height, entity, float(low[k, 2])
     floor, around = vessel
     return (floor, around) if around and not lowest > floor else (best, owner)
 
@@ -142,6 +150,11 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
     """Objects in the way of the fixture's moving parts, from here to their end."""
     trace, scene, slack = view.trace, view.trace.scene, view.parameters["pre_safe.overlap"]
     broken = []
+    half, centre = (
+        np.array([getattr(body, name) for body in scene.bodies], float).reshape(-1, 1, 3)
+        for name in ("half", "centre")
+    )
+    boxes = centred(np.asarray(trace.steps.object_pose[step], float)[:, None], centre)
     for index in scene.doors_of(fixture):
         joint = scene.joints[index]
         rate = float(trace.steps.joint[step, index, 1])
@@ -149,13 +162,11 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
             continue
         now = float(trace.steps.joint[step, index, 0])
         way = carried(joint, np.asarray(joint.pose), np.linspace(now, end, SWEEP_SAMPLES))
-        for k, body in enumerate(scene.bodies):
-            pose = np.asarray(trace.steps.object_pose[step, k], np.float64)
-            box = centred(pose, body.centre)
-            meets = boxes_overlap(way, joint.half, box, body.half, slack)
-            # What is met from the start lies in the drawer and moves with it.
-            if meets.any() and not meets[0]:
-                broken.append(f"{body.entity} is in the way of {fixture}/{joint.name}")
+        meets = boxes_overlap(way, joint.half, boxes, half, slack)
+        # What is met from the start lies in the drawer and moves with it.
+        met = np.flatnonzero(meets.any(axis=1) & ~meets[:, 0])
+        way_of = f"is in the way of {fixture}/{joint.name}"
+        broken += [f"{scene.bodies[k].entity} {way_of}" for k in met]
     return broken
 
 

@@ -19,7 +19,6 @@ FORCE = Parameter("contaminated.force", "N", 0.5, "as for a finger in a grasp")
 
 _Pair = tuple[int, int]
 _Cell = tuple[int, int, int]
-_Points = Sequence[Sequence[float]]
 
 
 def carriers(view: View) -> tuple[str, ...]:
@@ -28,25 +27,37 @@ def carriers(view: View) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a carrier presses on a surface at one step.
+class Press:
+    """Two parts that press on one another; at least one is a carrier's.
 
     Attributes:
-        carrier: its number.
-        surface: number of the part that is no carrier's.
-        moves: whether a joint moves that part.
-        position: the contact points, world frame (K, 3).
+        carriers: both of them, the lower number first; None if one part is no carrier's.
+        carrier: the carrier that presses on a surface, -1 for two carriers.
+        surface: number of the part that is no carrier's, -1 for two carriers.
     """
 
-    carrier: int
-    surface: int
-    moves: bool
-    position: NDArray[np.float32]
+    carriers: _Pair | None
+    carrier: int = -1
+    surface: int = -1
 
-    def points(self) -> _Points:
-        """The touched points. A part that a joint moves, such as a handle, is one spot."""
-        points: _Points = [(0.0, 0.0, 0.0)] if self.moves else self.position.tolist()
-        return points
+
+@dataclass(frozen=True)
+class Place:
+    """Where a surface is touched.
+
+    Attributes:
+        low: least coordinates of the contact points (3,), m.
+        high: largest ones.
+        points: the contact points, world frame (K, 3).
+    """
+
+    low: Sequence[float]
+    high: Sequence[float]
+    points: NDArray[np.float32]
+
+
+_ONE = Place((0.0,) * 3, (0.0,) * 3, np.zeros((1, 3), np.float32))
+"""A part that a joint moves, such as a handle, is one spot."""
 
 
 class Presses:
@@ -81,23 +92,39 @@ class Presses:
             step[first], np.arange(len(view.trace) + 1)
         ).tolist()
         self._position = contacts.position[rows]
+        none = np.empty((0, 3))
+        self._low, self._high = (
+            (end.reduceat(self._position, first) if len(rows) else none).tolist()
+            for end in (np.minimum, np.maximum)
+        )
         self._parts = list(zip(low[first].tolist(), high[first].tolist(), strict=True))
         self._carrier: list[int] = carrier.tolist()
 
-    def at(self, step: int) -> tuple[set[_Pair], dict[_Pair, Place]]:
-        """Carriers that press on one another (lower first), and on surfaces, by parts."""
-        carried: set[_Pair] = set()
-        resting: dict[_Pair, Place] = {}
-        for group in range(self._steps[step], self._steps[step + 1]):
-            low, high = parts = self._parts[group]
-            one, other = self._carrier[low], self._carrier[high]
-            if one >= 0 and other >= 0:
-                carried.add((one, other) if one <= other else (other, one))
-                continue
-            surface = high if one >= 0 else low
-            position = self._position[self._edges[group] : self._edges[group + 1]]
-            resting[parts] = Place(max(one, other), surface, self._moves[surface], position)
-        return carried, resting
+    def parts(self, step: int) -> list[_Pair]:
+        """Parts that press on one another at a step, the lower number first, in order."""
+        return self._parts[self._steps[step] : self._steps[step + 1]]
+
+    def press(self, parts: _Pair) -> Press:
+        """Whose two parts are."""
+        low, high = parts
+        one, other = self._carrier[low], self._carrier[high]
+        if one >= 0 and other >= 0:
+            return Press((one, other) if one <= other else (other, one))
+        return Press(None, max(one, other), high if one >= 0 else low)
+
+    def place(self, step: int, number: int, press: Press) -> Place:
+        """Where a surface is touched.
+
+        Args:
+            step: when.
+            number: which of the parts of that step.
+            press: whose they are.
+        """
+        if self._moves[press.surface]:
+            return _ONE
+        group = self._steps[step] + number
+        span = slice(self._edges[group], self._edges[group + 1])
+        return Place(self._low[group], self._high[group], self._position[span])
 
 
 class Spots:
@@ -110,12 +137,38 @@ class Spots:
     def __init__(self, radius: float) -> None:
         self._radius = radius
         self._known: set[tuple[float, ...]] = set()
+        self._waiting: list[Place] = []
+        self._low: tuple[float, ...] = (math.inf,) * 3
+        self._high: tuple[float, ...] = (-math.inf,) * 3
         self._cells: dict[_Cell, list[tuple[float, ...]]] = {}
         self._around: set[_Cell] = set()
 
-    def add(self, points: _Points) -> None:
-        """Mark points."""
-        new = set(map(tuple, points)) - self._known
+    def add(self, place: Place) -> None:
+        """Mark the points of a place."""
+        self._waiting.append(place)  # most are never asked about
+        self._low = tuple(map(min, self._low, place.low))
+        self._high = tuple(map(max, self._high, place.high))
+
+    def reach(self, place: Place) -> bool:
+        """Whether any point of a place is on one that is marked."""
+        far = 1.001 * self._radius
+        if any(low - far > top for low, top in zip(self._low, place.high, strict=True)):
+            return False
+        if any(high + far < bottom for high, bottom in zip(self._high, place.low, strict=True)):
+            return False
+        self._mark()
+        return any(
+            math.dist(point, spot) <= self._radius
+            for point in place.points.tolist()
+            if (own := self._cell(point)) in self._around
+            for cell in _neighbours(own)
+            for spot in self._cells.get(cell, ())
+        )
+
+    def _mark(self) -> None:
+        found = {tuple(point) for place in self._waiting for point in place.points.tolist()}
+        self._waiting.clear()
+        new = found - self._known
         self._known |= new
         for point in new:
             cell = self._cell(point)
@@ -123,16 +176,6 @@ class Spots:
                 self._cells[cell] = []
                 self._around.update(_neighbours(cell))
             self._cells[cell].append(point)
-
-    def reach(self, points: _Points) -> bool:
-        """Whether any of the points is on one that is marked."""
-        return any(
-            math.dist(point, spot) <= self._radius
-            for point in points
-            if (own := self._cell(point)) in self._around
-            for cell in _neighbours(own)
-            for spot in self._cells.get(cell, ())
-        )
 
     def _cell(self, point: Sequence[float]) -> _Cell:
         # A little larger than the radius: rounding must not put a neighbour further away.

@@ -35,13 +35,15 @@ def solids(
     scene, found = view.trace.scene, []
     surfaces = view.shared(_surfaces)
     place, reach = near
-    apart = np.hypot(*(surfaces.centre - place[:2]).T)
-    for index in np.flatnonzero(apart <= surfaces.reach + reach):
-        owner = scene.surfaces[index].entity
+    apart = np.hypot(*(scene.solid.pose[:, :2] - place[:2]).T)
+    for index in np.flatnonzero(apart <= surfaces.reach + reach).tolist():
+        owner = scene.solid.entities[index]
         if only is None or owner in only:
-            moves = scene.surfaces[index].joint
-            box = _moved(view, int(index), step) if moves else surfaces.boxes[index]
-            found.append((owner, box, int(index)))
+            joint = surfaces.joint[index]
+            box = surfaces.boxes[index]
+            if joint >= 0:
+                box = _carried(view, joint, step)[surfaces.place[index]]
+            found.append((owner, box, index))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
             found.append((body.entity, body_corners(view)[step, index], -1 - index))
@@ -53,14 +55,13 @@ def pace(view: View, surface: int) -> tuple[int, float]:
     moves while it opens by 1, m.
     """
     scene = view.trace.scene
-    item = scene.surfaces[surface]
-    if not item.joint:
+    number = view.shared(_surfaces).joint[surface]
+    if number < 0:
         return -1, 0.0
-    number = scene.joint_index[item.joint]
-    joint = scene.joints[number]
+    joint, pose, half = scene.joints[number], scene.solid.pose[surface], scene.solid.half[surface]
     if joint.kind == "slide":
         return number, joint.travel
-    arm = math.dist(item.pose[:3], joint.anchor) + math.hypot(*item.half)
+    arm = math.dist(pose[:3], joint.anchor) + math.hypot(*half)
     return number, joint.travel * arm
 
 
@@ -81,25 +82,31 @@ class _Surfaces:
 
     Attributes:
         boxes: corners at openness 0 (S, 8, 3).
-        centre: horizontal place at openness 0 (S, 2).
-        reach: how far from there, horizontally, they can ever be (S,).
+        reach: how far from their centre at openness 0, horizontally, they can ever be (S,).
+        joint: number of the joint that moves each, -1 without one (S,).
+        place: which of those that its joint moves it is (S,).
+        moved: by joint, which surfaces it moves.
     """
 
     boxes: Array
-    centre: Array
     reach: NDArray[np.float64]
+    joint: list[int]
+    place: list[int]
+    moved: dict[int, list[int]]
 
 
 def _surfaces(view: View) -> _Surfaces:
-    scene = view.trace.scene
-    poses = np.array([surface.pose for surface in scene.surfaces], float).reshape(-1, 7)
-    halves = np.array([surface.half for surface in scene.surfaces], float).reshape(-1, 3)
-    ways = [
-        _way(scene.joints[scene.joint_index[surface.joint]], pose) if surface.joint else 0.0
-        for surface, pose in zip(scene.surfaces, poses, strict=True)
-    ]
-    reach = np.linalg.norm(halves, axis=1) + np.array(ways)
-    return _Surfaces(corners(poses, halves[:, None]), poses[:, :2], reach)
+    scene, solid = view.trace.scene, view.trace.scene.solid
+    joint = [scene.joint_index[key] if key else -1 for key in solid.joints]
+    reach, place = np.linalg.norm(solid.half, axis=1), [0] * len(solid)
+    moved: dict[int, list[int]] = {}
+    for index, number in enumerate(joint):
+        if number >= 0:
+            siblings = moved.setdefault(number, [])
+            place[index] = len(siblings)
+            siblings.append(index)
+            reach[index] += _way(scene.joints[number], solid.pose[index])
+    return _Surfaces(corners(solid.pose, solid.half[:, None]), reach, joint, place, moved)
 
 
 def _way(joint: Joint, pose: Array) -> float:
@@ -109,12 +116,17 @@ def _way(joint: Joint, pose: Array) -> float:
     return 2.0 * float(np.linalg.norm(pose[:3] - np.array(joint.anchor)))
 
 
-def _moved(view: View, index: int, step: int) -> Array:
-    """Box corners of a surface that a joint moves, at a step (8, 3)."""
-    scene = view.trace.scene
-    surface = scene.surfaces[index]
-    joint = scene.joint_index[surface.joint]
-    openness = view.trace.steps.joint[step : step + 1, joint, 0]
-    pose = carried(scene.joints[joint], np.asarray(surface.pose), openness)
-    found: Array = corners(pose, surface.half)[0]
-    return found
+def _carried(view: View, joint: int, step: int) -> Array:
+    """Box corners at a step of the surfaces that a joint moves (K, 8, 3)."""
+    last = view.shared(_last)
+    openness = float(view.trace.steps.joint[step, joint, 0])
+    if joint not in last or last[joint][0] != openness:  # most stay where they are
+        scene, own = view.trace.scene, view.shared(_surfaces).moved[joint]
+        poses = carried(scene.joints[joint], scene.solid.pose[own], np.array(openness))
+        last[joint] = openness, corners(poses, scene.solid.half[own][:, None])
+    return last[joint][1]
+
+
+def _last(view: View) -> dict[int, tuple[float, Array]]:
+    """By joint, where it was when it was last looked at, and the corners that it carried there."""
+    return {}

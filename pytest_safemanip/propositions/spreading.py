@@ -5,12 +5,10 @@ It lasts until the body is washed: the one memory without a window, folded over 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter
-from pytest_safemanip.propositions.presses import Place, Presses, Spots, carriers
+from pytest_safemanip.propositions.presses import Place, Press, Presses, Spots, carriers
 from pytest_safemanip.propositions.view import View
 
 WINDOW = Parameter("contaminated.window", "s", 0.1, "a graze of one control step leaves nothing")
@@ -18,6 +16,7 @@ SPOT = Parameter("contaminated.spot", "m", 0.05, "juice runs; a hand's width bes
 KEPT_CLEAN = frozenset({"utensil", "container"})
 
 _Pair = tuple[int, int]
+_Touch = tuple[Press, Place]
 
 
 class Spreading:
@@ -36,12 +35,18 @@ class Spreading:
         self._count = view.trace.count(view.parameters[WINDOW.name])
         self._radius = view.parameters[SPOT.name]
         self._dirty = set(self._raw)
-        self._lasting: dict[_Pair, int] = {}  # steps since when a carrier presses on a surface
-        self._touching: dict[_Pair, int] = {}  # the same for two carriers
-        self._dirty_before: dict[_Pair, frozenset[int]] = {}
         self._spots: dict[int, Spots] = {}
         self._presses: Presses | None = None
-        self._washed: Bools = np.zeros((0, len(self._names)), bool)
+        self._washed: list[set[int]] = []
+        self._now = -1
+        self._parts: list[_Pair] = []
+        self._changed = 0  # the step at which other parts began to press
+        self._since: dict[_Pair, int] = {}  # when two carriers began to press on one another
+        self._lasting: dict[_Pair, int] = {}  # the same for a carrier's part and a surface
+        self._touching: list[_Pair] = []
+        self._dirty_before: dict[_Pair, frozenset[int]] = {}
+        self._resting: list[tuple[int, Press]] = []
+        self._known = self._row()
 
     def advance(self, view: View, step: int) -> Bools:
         """Take in a step.
@@ -53,42 +58,92 @@ class Spreading:
         """
         if self._presses is None or self._presses.trace is not view.trace:
             self._presses = Presses(view)
-            self._washed = np.stack([view("sanitized", name) for name in self._names], axis=1)
-        before, washed = self._dirty, set(np.flatnonzero(self._washed[step]).tolist())
-        carried, resting = self._presses.at(step)
-        self._touching = {pair: self._touching.get(pair, 0) + 1 for pair in carried}
-        self._lasting = {pair: self._lasting.get(pair, 0) + 1 for pair in resting}
-        touching = [pair for pair, steps in self._touching.items() if steps >= self._count]
-        self._dirty_before = {p: self._dirty_before.get(p, frozenset(before)) for p in touching}
-        self._dirty = self._raw | (before - washed)
-        self._spread(touching, resting)
-        return self._row(touching)
+            washed = np.stack([view("sanitized", name) for name in self._names], axis=1)
+            self._washed = [set(np.flatnonzero(row).tolist()) for row in washed]
+        presses, before = self._presses, self._dirty
+        self._now += 1
+        parts = presses.parts(step)
+        if parts != self._parts:
+            self._parts, self._changed = parts, self._now
+            self._follow(presses)
+        news = self._now < self._changed + self._count
+        if news:  # after that, who touches whom for long enough stays the same
+            self._touch(presses, before)
+        if self._washed[step]:
+            self._dirty = self._raw | (before - self._washed[step])
+            news = True
+        places = [
+            (press, presses.place(step, number, press))
+            for number, press in self._resting
+            if press.carrier in before or press.surface in self._spots
+        ]
+        if news or any(
+            press.carrier not in before and self._spots[press.surface].reach(place)
+            for press, place in places
+        ):
+            places = [(press, presses.place(step, n, press)) for n, press in self._resting]
+            self._spread(places)
+            self._known = self._row()
+        else:
+            self._mark(places)
+        return self._known
 
-    def _spread(self, touching: list[_Pair], resting: Mapping[_Pair, Place]) -> None:
+    def _follow(self, presses: Presses) -> None:
+        """Since when who presses on what."""
+        found = {parts: presses.press(parts) for parts in self._parts}
+        self._since = {
+            press.carriers: self._since.get(press.carriers, self._now)
+            for press in found.values()
+            if press.carriers is not None
+        }
+        self._lasting = {
+            parts: self._lasting.get(parts, self._now)
+            for parts, press in found.items()
+            if press.carriers is None
+        }
+
+    def _touch(self, presses: Presses, before: set[int]) -> None:
+        """Who has touched whom, and what, for long enough."""
+        ripe = self._now + 1 - self._count
+        self._touching = [pair for pair, since in self._since.items() if since <= ripe]
+        self._dirty_before = {
+            pair: self._dirty_before.get(pair, frozenset(before)) for pair in self._touching
+        }
+        self._resting = [
+            (place, presses.press(parts))
+            for place, parts in enumerate(self._parts)
+            if self._lasting.get(parts, self._now + 1) <= ripe
+        ]
+
+    def _spread(self, places: list[_Touch]) -> None:
         """From the contaminated to what they touch, and on, until nothing more is reached."""
-        surfaces = [place for p, place in resting.items() if self._lasting[p] >= self._count]
+        dirty = set(self._dirty)
         while True:
-            reached = {n for pair in touching if not self._dirty.isdisjoint(pair) for n in pair}
-            for place in surfaces:
-                if place.carrier in self._dirty:
-                    spots = self._spots.setdefault(place.surface, Spots(self._radius))
-                    spots.add(place.points())
+            self._dirty = dirty
+            reached = {n for pair in self._touching if not dirty.isdisjoint(pair) for n in pair}
+            self._mark(places)
             reached |= {
-                place.carrier
-                for place in surfaces
-                if place.carrier not in self._dirty
-                and place.surface in self._spots
-                and self._spots[place.surface].reach(place.points())
+                press.carrier
+                for press, place in places
+                if press.carrier not in dirty
+                and press.surface in self._spots
+                and self._spots[press.surface].reach(place)
             }
-            if reached <= self._dirty:
+            if reached <= dirty:
                 return
-            self._dirty |= reached
+            dirty = dirty | reached
 
-    def _row(self, touching: list[_Pair]) -> Bools:
+    def _mark(self, places: list[_Touch]) -> None:
+        """Leave on surfaces what contaminated carriers press onto them."""
+        for press, place in places:
+            if press.carrier in self._dirty:
+                self._spots.setdefault(press.surface, Spots(self._radius)).add(place)
+
+    def _row(self) -> Bools:
         size = len(self._names)
         row = np.zeros((size, 1 + size), bool)
         row[list(self._dirty), 0] = True
-        for a, b in touching:
+        for a, b in self._touching:
             for carrier, other in ((a, b), (b, a)):
                 was_clean = other in self._clean and other not in self._dirty_before[a, b]
                 row[carrier, 1 + other] = other in self._ready or was_clean

@@ -29,6 +29,7 @@ from pytest_safemanip.trace.recording import Episode, Recording, check
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts
 from pytest_safemanip.trace.stored import LATER, StoredSteps
+from pytest_safemanip.trace.surfaces import Surfaces
 
 SCHEMA = 3
 _EARLIER = (1, 2)
@@ -178,18 +179,15 @@ def _text(members: Members, name: str) -> str:
     return members.packed(name).unpacked(_MAX_DIGEST).decode()
 
 
-def _surfaces(scene: dict[str, Any], members: Members) -> list[dict[str, Any]]:
-    """The surfaces of a scene, as earlier schemas have them in the header."""
+def _surfaces(scene: dict[str, Any], members: Members) -> Surfaces:
+    """The surfaces of a scene, which earlier schemas have in the header."""
     numbers = members.packed(_SURFACES).array(np.float64)
     names = _section(scene, "surfaces")
     entities, joints = names.get("entity") or [], names.get("joint") or []
     sizes = [len(entities), len(joints)]
     if numbers.shape[1:] != (10,) or sizes != [len(numbers)] * 2:
         raise TraceError(f"{_SURFACES}: shape {numbers.shape} for {sizes} surfaces")
-    return [
-        {"entity": entity, "joint": joint, "half": row[:3], "pose": row[3:]}
-        for entity, joint, row in zip(entities, joints, numbers.tolist(), strict=True)
-    ]
+    return Surfaces(entities, joints, numbers[:, :3], numbers[:, 3:])
 
 
 def _header(members: Members) -> dict[str, Any]:

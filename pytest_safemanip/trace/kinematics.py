@@ -9,11 +9,11 @@ from pytest_safemanip.trace.geometry import Array, about, multiply, rotate
 
 
 def carried(joint: Joint, pose: Array, openness: Array) -> Array:
-    """A pose that a joint carries, at other openness.
+    """Poses that a joint carries, at other openness.
 
     Args:
         joint: a door, a drawer or a control.
-        pose: pose at openness 0 (7,), world frame.
+        pose: pose at openness 0 (..., 7), world frame.
         openness: 0 closed, 1 open (...).
 
     Returns:
@@ -22,13 +22,13 @@ def carried(joint: Joint, pose: Array, openness: Array) -> Array:
     travel = np.asarray(openness, float) * joint.travel
     axis, pose = np.asarray(joint.axis), np.asarray(pose, float)
     if joint.kind == "slide":
-        place = pose[:3] + travel[..., None] * axis
-        turn = np.broadcast_to(pose[3:], (*place.shape[:-1], 4))
+        place = pose[..., :3] + travel[..., None] * axis
+        turn = np.broadcast_to(pose[..., 3:], (*place.shape[:-1], 4))
         return np.concatenate((place, turn), axis=-1)
     turn = about(axis, travel)
     anchor = np.asarray(joint.anchor)
-    place = anchor + rotate(turn, pose[:3] - anchor)
-    return np.concatenate((place, multiply(turn, pose[3:])), axis=-1)
+    place = anchor + rotate(turn, pose[..., :3] - anchor)
+    return np.concatenate((place, multiply(turn, pose[..., 3:])), axis=-1)
 
 
 def opening_direction(joint: Joint, points: Array) -> Array:

@@ -21,6 +21,7 @@ from pytest_safemanip.trace.elements import (
     check_numbers,
     numbers_fit,
 )
+from pytest_safemanip.trace.surfaces import Surfaces
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Scene:
     joints: tuple[Joint, ...]
     boxes: tuple[Box, ...]
     switches: tuple[Switch, ...]
-    surfaces: tuple[Surface, ...]
+    surfaces: Sequence[Surface]
     gripper_half: Vector
     gripper_centre: Vector
     roles: Mapping[str, str]
@@ -69,6 +70,11 @@ class Scene:
         return {j.key: i for i, j in enumerate(self.joints)}
 
     @cached_property
+    def solid(self) -> Surfaces:
+        """The surfaces as arrays."""
+        return Surfaces.of(self.surfaces)
+
+    @cached_property
     def owned(self) -> Mapping[str, frozenset[int]]:
         """Indices of the contact parts of each entity that has any."""
         found: dict[str, set[int]] = {}
@@ -78,10 +84,10 @@ class Scene:
 
     @cached_property
     def _moved(self) -> tuple[frozenset[int], ...]:
-        return tuple(
-            frozenset(i for i, part in enumerate(self.parts) if part.joint == joint.key)
-            for joint in self.joints
-        )
+        found: dict[str, set[int]] = {}
+        for index, part in enumerate(self.parts):
+            found.setdefault(part.joint, set()).add(index)
+        return tuple(frozenset(found.get(joint.key, ())) for joint in self.joints)
 
     def joints_of(self, entity: str) -> list[int]:
         """Indices of an entity's joints."""
@@ -109,7 +115,7 @@ class Scene:
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins, for the recording's header."""
-        return dataclasses.asdict(self)
+        return dataclasses.asdict(dataclasses.replace(self, surfaces=tuple(self.surfaces)))
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Scene:
@@ -127,7 +133,7 @@ class Scene:
                 joints=tuple(Joint(**_vectors(j)) for j in data["joints"]),
                 boxes=tuple(Box(**_vectors(b)) for b in data["boxes"]),
                 switches=tuple(Switch(**s) for s in data["switches"]),
-                surfaces=tuple(Surface(**_vectors(b)) for b in data["surfaces"]),
+                surfaces=_surfaces(data["surfaces"]),
                 gripper_half=tuple(data["gripper_half"]),
                 gripper_centre=tuple(data["gripper_centre"]),
                 roles=dict(data["roles"]),
@@ -162,19 +168,36 @@ class Scene:
             raise TraceError("scene: two entities have the same name")
         for field in ("bodies", "parts", "joints", "boxes", "switches", "surfaces"):
             items = getattr(self, field)
+            if self._surely(items):
+                continue
             for item in items:
                 if item.entity not in self.entity:
                     raise TraceError(f"scene: {field} name an unknown entity {item.entity!r}")
                 joint = getattr(item, "joint", "")
                 if joint and joint not in self.joint_index:
                     raise TraceError(f"scene: {field} name an unknown joint {joint!r}")
-            if not numbers_fit(items):
+            if isinstance(items, Surfaces) or not numbers_fit(items):
                 for item in items:
                     check_numbers(f"scene: {field} of {item.entity!r}", item)
         check_numbers("scene", self)
         for role, name in self.roles.items():
             if name not in self.entity:
                 raise TraceError(f"scene: role {role!r} names an unknown entity {name!r}")
+
+    def _surely(self, items: object) -> bool:
+        """Whether these are surfaces of which nothing is wrong."""
+        return (
+            isinstance(items, Surfaces)
+            and items.fit()
+            and self.entity.keys() >= set(items.entities)
+            and self.joint_index.keys() >= set(items.joints) - {""}
+        )
+
+
+def _surfaces(data: Surfaces | Sequence[Mapping[str, Any]]) -> Sequence[Surface]:
+    if isinstance(data, Surfaces):
+        return data
+    return tuple(Surface(**_vectors(item)) for item in data)
 
 
 def _vectors(item: Mapping[str, Any]) -> dict[str, Any]:

