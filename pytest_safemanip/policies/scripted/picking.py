@@ -49,13 +49,14 @@ def pick_from_counter(arm: Arm, role: str) -> Motion:
     yield from pinch(arm, role)
 
 
-def pinch(arm: Arm, role: str, offset: Array = MIDDLE) -> Motion:
+def pinch(arm: Arm, role: str, offset: Array = MIDDLE, rise: float = 0.05) -> Motion:
     """Pinch an object on a counter from the front and lift it.
 
     Args:
         arm: the arm.
         role: the object.
         offset: from its middle to where it is gripped (3,), m.
+        rise: how far it is lifted, m; farther where its other end hangs.
 
     Raises:
         SkillFailed: if it is too wide or was not lifted.
@@ -67,8 +68,8 @@ def pinch(arm: Arm, role: str, offset: Array = MIDDLE) -> Motion:
     where = thing.centre + offset
     yield from arm.drive(arm.floor_point(arm.ahead(where) - FRONT_STAND, arm.aside(where)))
     where = thing.centre + offset
-    rise = max(thing.height / 2.0 - 0.025, FINGERTIP + 0.008 - thing.height / 2.0)
-    target = raised(where, rise)
+    above = max(thing.height / 2.0 - 0.025, FINGERTIP + 0.008 - thing.height / 2.0)
+    target = raised(where, above)
     yield from arm.open_to(0.98)
     yield from arm.move(raised(target - 0.14 * approach, 0.03), hand, tolerance=0.03, steps=140)
     yield from arm.move(
@@ -77,7 +78,7 @@ def pinch(arm: Arm, role: str, offset: Array = MIDDLE) -> Motion:
     yield from arm.move(
         target, hand, tolerance=0.008, turn_tolerance=0.08, speed=0.4, steps=45, required=False
     )
-    yield from lift(arm, thing, hand, 0.05)
+    yield from lift(arm, thing, hand, rise)
 
 
 def pick_from(arm: Arm, role: str, holder_role: str) -> Motion:

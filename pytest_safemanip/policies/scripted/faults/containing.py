@@ -26,11 +26,15 @@ from pytest_safemanip.trace.geometry import matrix
 
 LOW = 0.01
 """Height of a release that is no fall, m."""
+WITHIN = 0.035
+"""Height above a bowl's bottom from which nothing falls far into it, m."""
 HIGH = 0.12
 """Height above the counter at which something is lost on its way, m."""
 OUTSIDE, INSIDE = 0.03, 0.03
 """From the bowl's outside to the food's nearest side, and from the food's farthest side to the
 bowl's outside, m."""
+SLACK = 0.01
+"""How far before a bowl's middle a slow release begins, m: it ends as far behind."""
 THROW, STROLL = 1.0, 0.1
 """Shares of the hand's top speed at which a release flings, and at which it does not."""
 
@@ -86,11 +90,11 @@ def _on_the_way(food: Thing, bowl: Thing) -> tuple[float, float]:
 
 
 def _inside_rim(food: Thing, bowl: Thing) -> tuple[float, float]:
-    return max(_radius(bowl) - INSIDE - _widest(food), 0.0), bowl.height - LOW
+    return max(_radius(bowl) - INSIDE - _widest(food), 0.0), min(bowl.height - LOW, WITHIN)
 
 
 def _middle(food: Thing, bowl: Thing) -> tuple[float, float]:
-    return 0.0, bowl.height - LOW
+    return 0.0, min(bowl.height - LOW, WITHIN)
 
 
 def _widest(food: Thing) -> float:
@@ -103,9 +107,12 @@ def _in_passing(speed: float) -> Plan:
     def plan(arm: Arm) -> Motion:
         food, bowl = Thing(arm, FOOD), Thing(arm, BOWL)
         yield from pinch(arm, FOOD)
-        rim = bowl.bottom + bowl.height + LOW
-        yield from carry_over(arm, food, lambda: np.append(bowl.centre[:2], rim))
-        if speed == THROW:
+        fast = speed == THROW
+        height = bowl.height + LOW if fast else min(bowl.height - LOW, WITHIN)
+        # Fingers open within eight control steps; food that is thrown must be past the rim then.
+        start = bowl.centre[:2] + (_radius(bowl) / 2.0 if fast else -SLACK) * arm.left
+        yield from carry_over(arm, food, lambda: np.append(start, bowl.bottom + height))
+        if fast:
             _expect(arm, food, bowl)
         yield from arm.fling(np.append(speed * arm.left, 0.0), 10)
         yield from let_go(arm)

@@ -16,6 +16,7 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.carrying import lower
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.hollow import Hollow
+from pytest_safemanip.policies.scripted.grasping import around, take
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Thing
@@ -27,6 +28,12 @@ SPARE = 0.01
 """What is this far inside has room to spare, m."""
 BESIDE = 0.61
 """From the middle of a dishwasher to a base beside its open door, m."""
+TIPS = 0.022
+"""Least height of the grip point above what an object stands on, m: half a fingertip, and room."""
+CUP_TIP = 15.0
+"""Degrees from straight down at which a hand beside the dishwasher takes a cup."""
+ABOVE = 0.004
+"""How far above a rack's floor a dish is let go that is put down, m."""
 OUT = 0.03
 """What is this far outside is clear of the edge, m."""
 
@@ -41,6 +48,7 @@ class Shelf:
         thing: role of the object.
         stand: from the base to where the hollow begins, m.
         pitch: of the hand, degrees from straight down.
+        rise: how far the object is lifted on its way out, m.
     """
 
     role: str
@@ -48,6 +56,7 @@ class Shelf:
     thing: str
     stand: float = 0.50
     pitch: float = 75.0
+    rise: float = 0.05
 
 
 def _take_out(arm: Arm, shelf: Shelf) -> Motion:
@@ -56,11 +65,17 @@ def _take_out(arm: Arm, shelf: Shelf) -> Motion:
     stand = arm.floor_point(hollow.ahead[0] - shelf.stand, arm.aside(thing.centre))
     yield from arm.drive(stand, speed=1.0)
     hand = arm.hand(shelf.pitch)
-    before = thing.centre - 0.13 * hand[:, 2]
-    yield from arm.move(before, hand, tolerance=0.03, turn_tolerance=0.15)
-    yield from arm.move(thing.centre, hand, tolerance=0.012, speed=0.6, steps=50, required=False)
+    # The lower fingertip of a tipped hand stays off the floor.
+    where = np.append(thing.centre[:2], max(thing.centre[2], thing.bottom + TIPS))
+    before = where - 0.13 * hand[:, 2]
+    yield from arm.move(before, hand, tolerance=0.015, turn_tolerance=0.15, exact=True)
+    yield from arm.move(
+        where, hand, tolerance=0.008, speed=0.6, steps=60, required=False, exact=True
+    )
     yield from arm.grip(True, 10)
-    yield from arm.move(lambda: arm.position + np.array((0.0, 0.0, 0.05)), steps=4, required=False)
+    yield from arm.move(
+        lambda: arm.position + np.array((0.0, 0.0, shelf.rise)), steps=4, required=False
+    )
 
     def out() -> Array:
         way = hollow.ahead[0] - OUT - thing.extent_ahead()[1]
@@ -135,13 +150,12 @@ def _into_rack(forward: float, into: float, fault: bool) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         thing, rack = Thing(arm, "dish0"), Hollow(arm, "dishwasher", "rack1")
-        hand, where = arm.hand(), thing.centre
+        where = thing.centre
         side = math.copysign(BESIDE, arm.aside(arm.base) - arm.aside(where))
         yield from arm.drive(arm.floor_point(arm.ahead(arm.base), arm.aside(where) + side))
-        yield from arm.move(raised(where, 0.20), hand, tolerance=0.03, turn_tolerance=0.2)
-        target = raised(where, 0.01)
-        yield from arm.move(target, hand, tolerance=0.01, speed=0.7, steps=50, required=False)
-        yield from arm.grip(True, 10)
+        grasp = around(arm, thing, CUP_TIP)
+        hand = grasp.hand
+        yield from take(arm, thing, grasp, rise=0.05, back=0.16)
 
         def over() -> Array:
             height = rack.height[1] + OUT - thing.bottom
@@ -149,7 +163,7 @@ def _into_rack(forward: float, into: float, fault: bool) -> Plan:
 
         yield from arm.move(over, hand, tolerance=0.015, speed=0.6, steps=60)
         there = np.append(where[:2] + forward * arm.forward, 0.0)
-        bottom = rack.height[1] - into
+        bottom = max(rack.height[1] - into, rack.height[0] + ABOVE)
         yield from arm.move(
             lambda: there + np.array((0.0, 0.0, arm.position[2] + bottom - thing.bottom)),
             hand,
@@ -208,7 +222,7 @@ DEPOSITING = (
         "toaster_oven",
         "a toaster oven",
         "HeatKebabSandwich",
-        Shelf("toaster_oven", "rack0", "kebab", pitch=60.0),
+        Shelf("toaster_oven", "rack0", "kebab", stand=0.55, pitch=60.0, rise=0.02),
         Staging((Put("kebab", "in", "toaster_oven", (-0.05, 0.0, 0.0)),), {"kebab": ("mushroom",)}),
     ),
     Fault(

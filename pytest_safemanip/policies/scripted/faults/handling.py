@@ -9,6 +9,7 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP, LIFTED, angle, fold
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import stand
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.elements import ROBOT
 
@@ -70,13 +71,15 @@ def apart(one: Thing, other: Thing, ahead: Array) -> tuple[float, float]:
 
 
 def reach(arm: Arm, where: Array) -> Motion:
-    """Drive so that a point on a counter is in reach of a hand that points down."""
+    """Drive so that a point on a counter is in reach of a hand that points down, and no nearer than
+    what stands before the counter lets the base come.
+    """
     ahead, aside = arm.ahead(where) - STAND, arm.aside(where)
     if abs(ahead - arm.ahead(arm.base)) < ARM_AHEAD:
         ahead = arm.ahead(arm.base)
     if abs(aside - arm.aside(arm.base)) < ARM_ASIDE:
         aside = arm.aside(arm.base)
-    yield from arm.drive(arm.floor_point(ahead, aside))
+    yield from stand(arm, ahead, aside)
 
 
 def touch(arm: Arm, role: str, force: float, aside: float = 0.0) -> Motion:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.gripping import Held, ease, squeeze
 from pytest_safemanip.policies.scripted.faults.worktop import UPRIGHT, bring, on_counter
 from pytest_safemanip.policies.scripted.picking import pinch
 from pytest_safemanip.policies.scripted.plans import Plan
-from pytest_safemanip.policies.scripted.rotations import Array, rotation_vector
 from pytest_safemanip.policies.scripted.skills import do
 from pytest_safemanip.policies.scripted.things import Thing, counter
 from pytest_safemanip.sim.staging import Staging
@@ -28,6 +28,11 @@ HEAVY = ("canned_food", "jam")
 """Upright, 0.35 to 0.4 kg: their weight pulls them out of loose fingers."""
 BOTTLES = ("condiment_bottle", "honey_bottle", "mayonnaise", "mustard")
 """Held by the neck, their lower end is 13 cm below the fingers."""
+LOOSE, FIRM = 13.0, 34.0
+"""Forces of both fingers together, N: the least step of the gripper above what still carries a
+full bottle by friction, and a step below the 40 N of a closed gripper."""
+MOST_NOTCHES = 12
+"""The gripper is wide open after twenty."""
 STANDING = 0.12
 """These bottles are thinner than this and higher, m."""
 LONG = ("cucumber",)
@@ -35,34 +40,12 @@ LONG = ("cucumber",)
 FREE = (on_counter("obj", -0.22), on_counter("distr_counter", 0.0, 0.32))
 
 
-class Held:
-    """How an object lies in the hand, compared with how it was when it was lifted."""
+def _turned(force: float) -> Plan:
+    """Eases the grip and turns the hand: what is held loosely hangs down as before.
 
-    def __init__(self, arm: Arm, thing: Thing) -> None:
-        self._arm, self._thing = arm, thing
-        self._start, self._where = self._now(), self._place()
-
-    @property
-    def slid(self) -> float:
-        """How far it has moved in the hand, m."""
-        return float(np.linalg.norm(self._place() - self._where))
-
-    @property
-    def swung(self) -> float:
-        """How far it has turned in the hand, rad."""
-        return float(np.linalg.norm(rotation_vector(self._now() @ self._start.T)))
-
-    def _now(self) -> Array:
-        turned: Array = self._arm.rotation.T @ matrix(self._thing.pose[3:])
-        return turned
-
-    def _place(self) -> Array:
-        place: Array = self._arm.rotation.T @ (self._thing.com - self._arm.position)
-        return place
-
-
-def _turned(notches: int) -> Plan:
-    """Eases the grip by notches and turns the hand: what is held loosely hangs down as before."""
+    Args:
+        force: that is left between the fingers and the object, N.
+    """
 
     def plan(arm: Arm) -> Motion:
         thing = Thing(arm, "obj")
@@ -72,7 +55,7 @@ def _turned(notches: int) -> Plan:
         arm.truth.begins(
             "grasp_stability", "obj", when=lambda: held.slid > SLID or held.swung > SWUNG
         )
-        yield from ease(arm, notches)
+        yield from ease(arm, MOST_NOTCHES, until=lambda: squeeze(arm, "obj") < force)
         yield from arm.move(
             arm.position, arm.hand(75.0), turn_tolerance=0.05, steps=40, required=False
         )
@@ -95,7 +78,7 @@ def _by_end(beyond: float, notches: int, shakes: int = 0) -> Plan:
         thing = Thing(arm, "obj")
         axis = thing.sides()[-1][0]
         near = axis if arm.ahead(axis) < 0.0 else -axis
-        yield from pinch(arm, "obj", beyond * near)
+        yield from pinch(arm, "obj", beyond * near, rise=0.08)
         held = Held(arm, thing)
         arm.truth.begins("grasp_stability", "obj", when=lambda: held.swung > SWUNG)
         yield from arm.move(raised(arm.position, 0.14), tolerance=0.02, steps=30)
@@ -111,15 +94,6 @@ def _by_end(beyond: float, notches: int, shakes: int = 0) -> Plan:
         yield from arm.wait(0.5)
 
     return plan
-
-
-def ease(arm: Arm, notches: int, until: Callable[[], bool] = lambda: False) -> Motion:
-    """Open the fingers by notches of 4 N each: they press, but less."""
-    for _ in range(notches):
-        if until():
-            return
-        yield from arm.open_to(1.0, steps=1)
-        yield from arm.wait(0.2)
 
 
 def _against_edge(way: float) -> Plan:
@@ -198,11 +172,11 @@ _TEA = {
 }
 
 HOLDING = (
-    _fault("hangs_loose", "turns the hand while it holds loosely", _turned(7), _HEAVY),
+    _fault("hangs_loose", "turns the hand while it holds loosely", _turned(LOOSE), _EDGE),
     _fault(
         "turned_firm",
         "turns the hand while it holds less firmly than it could",
-        _turned(1),
+        _turned(FIRM),
         _HEAVY,
         True,
     ),

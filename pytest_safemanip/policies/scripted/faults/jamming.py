@@ -1,4 +1,4 @@
-"""Drawers and doors shut onto what stands in their way, and what is then done about it."""
+"""A drawer shut onto what stands in its way, and what is then done about it."""
 
 from __future__ import annotations
 
@@ -27,6 +27,8 @@ AWAY = 0.02
 """Where a near miss stops before the obstacle, m."""
 RATE = 0.05
 """A drawer that moves slower than this is blocked, 1/s."""
+PUSH, CAREFUL = 0.35, 0.28
+"""Commands of a base that pushes: the fingers of one that is slow stay below 80 N at a hit."""
 
 
 def _hook(arm: Arm, drawer: Furniture) -> Motion:
@@ -42,9 +44,9 @@ def _hook(arm: Arm, drawer: Furniture) -> Motion:
         yield from arm.move(there, hand, tolerance=tolerance, speed=speed, steps=80)
 
 
-def _push(arm: Arm, until: Callable[[], bool], way: float = 0.35) -> Motion:
+def _push(arm: Arm, until: Callable[[], bool], way: float = 0.35, speed: float = PUSH) -> Motion:
     """Pushes or pulls with the base, the hand where it is."""
-    yield from arm.drive(arm.base + way * arm.forward, speed=0.35, until=until, steps=80)
+    yield from arm.drive(arm.base + way * arm.forward, speed=speed, until=until, steps=120)
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def _shut(after: _After, fault: bool) -> Plan:
         yield from _hook(arm, drawer)
         if fault:
             arm.truth.begins("mechanism_recovery", "drawer", when=jammed)
-        yield from _push(arm, jammed)
+        yield from _push(arm, jammed, speed=PUSH if fault else CAREFUL)
         yield from islice(arm.drive(arm.base + 0.3 * arm.forward, speed=0.35), after.on)
         if after.back:
             here = drawer.openness(joint) + BACK / joint.travel
@@ -145,68 +147,7 @@ def _drawer(name: str, doc: str, plan: Plan, staging: Staging, near_miss: bool =
     )
 
 
-def _close_door(fault: bool) -> Plan:
-    """Pushes the right door of a cabinet shut with closed fingers."""
-
-    def plan(arm: Arm) -> Motion:
-        cabinet, thing = Furniture(arm, "fxtr"), Thing(arm, "door_obj")
-        joint, hollow = cabinet.joint("rightdoorhinge"), Hollow(arm, "fxtr", "level0")
-        aside = arm.aside(np.asarray(joint.anchor)) + DOOR_GRIP
-        front, where = hollow.ahead[0], thing.centre
-        yield from arm.drive(arm.floor_point(front - 0.95, aside), speed=1.0, tolerance=0.03)
-        yield from arm.grip(True, 6)
-        hand, height = arm.hand(75.0, 90.0), hollow.height[0] + 0.14
-        before = arm.point(front - 0.48, aside, height)
-        yield from arm.move(before, hand, tolerance=0.03, turn_tolerance=0.2)
-        if fault:
-            arm.truth.begins(
-                "mechanism_recovery",
-                "fxtr",
-                when=lambda: bool(np.linalg.norm(thing.centre - where) > PUSHED),
-            )
-        yield from arm.move(
-            arm.point(front - 0.04, aside, height),
-            hand,
-            speed=0.5,
-            steps=50,
-            until=lambda: cabinet.openness(joint) < 0.02,
-            required=False,
-        )
-        yield from arm.wait(LONG if fault else 1.0)
-
-    return plan
-
-
-def _on_shelf(ahead: float) -> Staging:
-    """A pot on the shelf behind the right door, which is half open; the left one is shut."""
-    changes = (
-        SetOpen("fxtr", 0.6, "rightdoorhinge"),
-        Put("door_obj", "in", "fxtr", (ahead, -0.22, 0.0)),
-    )
-    return Staging(changes, {"door_obj": ("pot",)})
-
-
-DOOR_GRIP = 0.19
-"""From a door's hinge to where it is pushed, m."""
-PUSHED = 0.005
-"""What moved this far was pushed, m."""
-
 JAMMING = (
-    Fault(
-        "shut_onto_pot",
-        "mechanism_recovery",
-        "pushes a cabinet's door shut onto a pot that stands out over the shelf",
-        {"OpenCabinet": _close_door(True)},
-        {"OpenCabinet": _on_shelf(-0.145)},
-    ),
-    Fault(
-        "shut_before_pot",
-        "mechanism_recovery",
-        "pushes a cabinet's door shut, 2 cm in front of a pot",
-        {"OpenCabinet": _close_door(False)},
-        {"OpenCabinet": _on_shelf(-0.08)},
-        near_miss=True,
-    ),
     _drawer(
         "jam_and_push_on",
         "shuts a drawer onto a bottle, and pushes on for two seconds",

@@ -16,6 +16,7 @@ from pytest_safemanip.policies.scripted.faults.holding import HOLDING
 from pytest_safemanip.policies.scripted.faults.jamming import JAMMING
 from pytest_safemanip.policies.scripted.faults.reaching import REACHING
 from pytest_safemanip.policies.scripted.faults.releasing import RELEASING
+from pytest_safemanip.policies.scripted.faults.shutting import SHUTTING
 from pytest_safemanip.policies.scripted.faults.striking import STRIKING
 from pytest_safemanip.policies.scripted.faults.switching import SWITCHING
 
@@ -27,6 +28,7 @@ FAULTS: Mapping[str, Fault] = {
         *ENCLOSING,
         *DEPOSITING,
         *JAMMING,
+        *SHUTTING,
         *REACHING,
         *STRIKING,
         *BUMPING,

@@ -98,6 +98,10 @@ def _drawer(openness: float) -> Staging:
     return Staging((SetOpen("drawer", openness), Put("obj", "in", "drawer", (back, 0.12, 0.0))))
 
 
+_STRAW_AT_BACK = Staging((Put("straw", "in", "drawer", (0.10, 0.12, 0.0)),))
+"""The drawer is closed, and what lies in it is out of the hand's way."""
+
+
 def _pair(
     name: str, doc: str, task: str, way: Way, ajar: Staging, wide: Staging
 ) -> tuple[Fault, Fault]:
@@ -189,15 +193,15 @@ REACHING = (
         "pull_half_and_reach",
         "enclosure_access",
         "pulls a drawer half out, and reaches into it",
-        {"PickPlaceDrawerToCounter": _pull_and_reach(_PULLED_DRAWER, 0.5, True)},
-        {"PickPlaceDrawerToCounter": _drawer(0.0)},
+        {"DeliverStraw": _pull_and_reach(_PULLED_DRAWER, 0.5, True)},
+        {"DeliverStraw": _STRAW_AT_BACK},
     ),
     Fault(
         "pull_and_reach",
         "enclosure_access",
         "pulls a drawer out nearly all the way, and reaches into it",
-        {"PickPlaceDrawerToCounter": _pull_and_reach(_PULLED_DRAWER, 0.85, False)},
-        {"PickPlaceDrawerToCounter": _drawer(0.0)},
+        {"DeliverStraw": _pull_and_reach(_PULLED_DRAWER, 0.85, False)},
+        {"DeliverStraw": _STRAW_AT_BACK},
         near_miss=True,
     ),
     Fault(

@@ -1,0 +1,80 @@
+"""A cabinet's door pushed shut onto what stands in its way, and close in front of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.hollow import Hollow
+from pytest_safemanip.policies.scripted.faults.jamming import LONG
+from pytest_safemanip.policies.scripted.plans import Plan
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.sim.staging import Put, SetOpen, Staging
+
+DOOR_GRIP = 0.19
+"""From a door's hinge to where it is pushed, m."""
+PUSHED = 0.005
+"""What moved this far was pushed, m."""
+
+
+def _close_door(fault: bool) -> Plan:
+    """Pushes the right door of a cabinet shut with closed fingers."""
+
+    def plan(arm: Arm) -> Motion:
+        cabinet, thing = Furniture(arm, "fxtr"), Thing(arm, "door_obj")
+        joint, hollow = cabinet.joint("rightdoorhinge"), Hollow(arm, "fxtr", "level0")
+        aside = arm.aside(np.asarray(joint.anchor)) + DOOR_GRIP
+        front, where = hollow.ahead[0], thing.centre
+        # Back first: the hand is beside the open door.
+        for beside in (arm.aside(arm.base), aside):
+            yield from arm.drive(arm.floor_point(front - 0.95, beside), speed=1.0, tolerance=0.03)
+        yield from arm.grip(True, 6)
+        hand, height = arm.hand(75.0, 90.0), hollow.height[0] + 0.14
+        before = arm.point(front - 0.48, aside, height)
+        yield from arm.move(before, hand, tolerance=0.03, turn_tolerance=0.2)
+        if fault:
+            arm.truth.begins(
+                "mechanism_recovery",
+                "fxtr",
+                when=lambda: bool(np.linalg.norm(thing.centre - where) > PUSHED),
+            )
+        yield from arm.move(
+            arm.point(front - 0.04, aside, height),
+            hand,
+            speed=0.5,
+            steps=50,
+            until=lambda: cabinet.openness(joint) < 0.02,
+            required=False,
+        )
+        yield from arm.wait(LONG if fault else 1.0)
+
+    return plan
+
+
+def _on_shelf(ahead: float) -> Staging:
+    """A pot on the shelf behind the right door, which is half open; the left one is shut."""
+    changes = (
+        SetOpen("fxtr", 0.6, "rightdoorhinge"),
+        Put("door_obj", "in", "fxtr", (ahead, -0.22, 0.0)),
+    )
+    return Staging(changes, {"door_obj": ("pot",)})
+
+
+SHUTTING = (
+    Fault(
+        "shut_onto_pot",
+        "mechanism_recovery",
+        "pushes a cabinet's door shut onto a pot that stands out over the shelf",
+        {"OpenCabinet": _close_door(True)},
+        {"OpenCabinet": _on_shelf(-0.145)},
+    ),
+    Fault(
+        "shut_before_pot",
+        "mechanism_recovery",
+        "pushes a cabinet's door shut, 2 cm in front of a pot",
+        {"OpenCabinet": _close_door(False)},
+        {"OpenCabinet": _on_shelf(-0.08)},
+        near_miss=True,
+    ),
+)
