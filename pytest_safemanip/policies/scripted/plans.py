@@ -9,26 +9,56 @@ import yaml
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.skills import Call, parse
+from pytest_safemanip.policies.scripted.things import Thing
 
 Plan = Callable[[Arm], Motion]
 """Makes the motion of a whole episode."""
 
 
-def _read() -> dict[str, tuple[Call, ...]]:
+Errands = Mapping[str, tuple[Call, ...]]
+"""Skills by the role of the object that they begin with; what stands nearest comes first."""
+Entry = Call | Errands
+
+
+def _read() -> dict[str, tuple[Entry, ...]]:
     text = (files("pytest_safemanip.policies.scripted") / "plans.yaml").read_text("utf-8")
-    return {task: tuple(map(parse, skills)) for task, skills in yaml.safe_load(text).items()}
+    return {task: tuple(map(_entry, skills)) for task, skills in yaml.safe_load(text).items()}
 
 
-def _plan(calls: tuple[Call, ...]) -> Plan:
+def _entry(entry: str | dict[str, list[str]]) -> Entry:
+    if isinstance(entry, str):
+        return parse(entry)
+    return {role: tuple(map(parse, skills)) for role, skills in entry.items()}
+
+
+def _calls(entry: Entry) -> list[Call]:
+    if isinstance(entry, Call):
+        return [entry]
+    return [call for skills in entry.values() for call in skills]
+
+
+def _plan(entries: tuple[Entry, ...]) -> Plan:
     def plan(arm: Arm) -> Motion:
-        for call in calls:
-            yield from call.start(arm)
+        for entry in entries:
+            for call in (entry,) if isinstance(entry, Call) else _nearest_first(arm, entry):
+                yield from call.start(arm)
 
     return plan
 
 
-CALLS: Mapping[str, tuple[Call, ...]] = _read()
+def _nearest_first(arm: Arm, errands: Errands) -> list[Call]:
+    """What stands nearer is in the way to what stands behind it."""
+    roles = sorted(errands, key=lambda role: arm.ahead(Thing(arm, role).centre))
+    return [call for role in roles for call in errands[role]]
+
+
+_ENTRIES = _read()
+
+CALLS: Mapping[str, tuple[Call, ...]] = {
+    task: tuple(call for entry in entries for call in _calls(entry))
+    for task, entries in _ENTRIES.items()
+}
 """By task, as ``plans.yaml`` has them."""
 
-EXPERT: Mapping[str, Plan] = {task: _plan(calls) for task, calls in CALLS.items()}
+EXPERT: Mapping[str, Plan] = {task: _plan(entries) for task, entries in _ENTRIES.items()}
 """By task."""

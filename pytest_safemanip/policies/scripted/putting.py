@@ -13,6 +13,8 @@ from pytest_safemanip.trace.elements import ROBOT
 
 OVER = 0.03
 """Free space below a load while it is carried over things, m."""
+OVERHEAD = 0.2
+"""What is this far above a load, m, stands in a cabinet over it: nothing is carried over that."""
 OFF_MIDDLE = (0.0, 0.18, -0.18, 0.25, -0.25)
 """Places along a target's long side, from its middle, shares of its length."""
 ENOUGH = 0.09
@@ -70,6 +72,27 @@ def carry_over(arm: Arm, role: str, where: Array, top: float) -> Motion:
         where: the point (3,); only its horizontal part counts.
         top: height of what is highest there, m.
     """
+    thing, hand = Thing(arm, role), arm.rotation
+    yield from carry_before(arm, role, where, top)
+
+    def above() -> Array:
+        way = where - thing.middle
+        way[2] = top + OVER / 2 - thing.bottom
+        return np.add(arm.position, way)
+
+    yield from arm.move(above, hand, tolerance=0.015, turn_tolerance=0.2, speed=0.6, steps=120)
+
+
+def carry_before(arm: Arm, role: str, where: Array, top: float, speed: float = 0.7) -> Motion:
+    """Raise a held object over everything between, and drive to where the hand reaches a point.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        where: the point (3,); only its horizontal part counts.
+        top: height of what is highest there, m.
+        speed: largest command to the base.
+    """
     thing = Thing(arm, role)
     hand, distance = arm.rotation, reach(arm.pitch)
     clear = max(top, _highest_between(arm, thing, where)) + OVER - thing.bottom
@@ -78,14 +101,7 @@ def carry_over(arm: Arm, role: str, where: Array, top: float) -> Motion:
             raised(arm.position, clear), hand, tolerance=0.02, turn_tolerance=0.2, speed=0.6
         )
     shift = arm.aside(arm.base) - arm.aside(thing.middle)
-    yield from stand_before(arm, where, distance, shift)
-
-    def above() -> Array:
-        way = where - thing.middle
-        way[2] = top + OVER / 2 - thing.bottom
-        return np.add(arm.position, way)
-
-    yield from arm.move(above, hand, tolerance=0.015, turn_tolerance=0.2, speed=0.6, steps=120)
+    yield from stand_before(arm, where, distance, shift, speed)
 
 
 def place_under(arm: Arm, role: str, machine_role: str) -> Motion:
@@ -130,11 +146,16 @@ def set_down(arm: Arm, role: str, depth: float = 0.15) -> Motion:
     yield from arm.grip(False)
 
 
-def leave(arm: Arm) -> Motion:
-    """Draw the hand back, and the base: little upwards, there may be something above."""
+def leave(arm: Arm, back: float = 0.28) -> Motion:
+    """Draw the hand back, and the base: little upwards, there may be something above.
+
+    Args:
+        arm: the arm.
+        back: how far the base draws back, m.
+    """
     away = raised(arm.position - 0.07 * arm.rotation[:, 2], 0.01)
     yield from arm.move(away, tolerance=0.03, speed=0.6, steps=40, required=False)
-    yield from arm.drive(arm.base - 0.28 * arm.forward)
+    yield from arm.drive(arm.base - back * arm.forward)
 
 
 def carried_by_something(arm: Arm, thing: Thing) -> bool:
@@ -156,6 +177,8 @@ def _highest_between(arm: Arm, thing: Thing, where: Array) -> float:
         if body.entity == thing.entity:
             continue
         other = Thing(arm, body.entity)
+        if other.bottom > thing.highest + OVERHEAD:
+            continue
         along = [arm.aside(corner) for corner in other.corners]
         if min(along) < ends[1] + side and max(along) > ends[0] - side:
             tops.append(other.highest)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.carrying import (
-    place_beside,
     place_in_cabinet,
     place_in_cabinet_beside,
 )
@@ -26,6 +25,11 @@ from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
 from pytest_safemanip.policies.scripted.picking import grasp_cup, pick_from, pick_from_counter
 from pytest_safemanip.policies.scripted.putting import lay_onto, place_onto, place_under
 from pytest_safemanip.policies.scripted.sliding import lift_head, slide_rack, swing_spout
+from pytest_safemanip.policies.scripted.spotting import (
+    place_beside_alike,
+    place_beside_any,
+    pluck,
+)
 
 Skill = Callable[..., Motion]
 
@@ -43,7 +47,9 @@ SKILLS: Mapping[str, Skill] = {
     "place in beside": place_in_cabinet_beside,
     "place onto": place_onto,
     "place under": place_under,
-    "place on beside": place_beside,
+    "place on beside": place_beside_any,
+    "place on beside or": place_beside_alike,
+    "pluck": pluck,
     "press": press,
     "slide": slide_rack,
     "swing": swing_spout,

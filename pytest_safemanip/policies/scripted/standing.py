@@ -25,7 +25,9 @@ ROOM = 0.02
 """Kept free in front of it, m."""
 
 
-def stand_before(arm: Arm, point: Array, distance: float, shift: float = 0.0) -> Motion:
+def stand_before(
+    arm: Arm, point: Array, distance: float, shift: float = 0.0, speed: float = 0.7
+) -> Motion:
     """Drive to where a point is at a distance ahead of the base, a little aside of it if what
     stands there is in the way.
 
@@ -34,6 +36,7 @@ def stand_before(arm: Arm, point: Array, distance: float, shift: float = 0.0) ->
         point: the point (2,) or (3,).
         distance: from the base to it, m.
         shift: how far to the left of it the base is to stand, m.
+        speed: largest command to the base.
 
     Raises:
         SkillFailed: if the base does not arrive.
@@ -41,27 +44,30 @@ def stand_before(arm: Arm, point: Array, distance: float, shift: float = 0.0) ->
     ahead, middle = arm.ahead(point) - distance, arm.aside(point) + shift
     places = [middle + offset for offset in OFFSETS]
     best = max(places, key=lambda aside: min(ahead, nearest(arm, aside, aside)))
-    yield from stand(arm, ahead, best)
+    yield from stand(arm, ahead, best, speed)
 
 
-def stand(arm: Arm, ahead: float, aside: float) -> Motion:
+def stand(arm: Arm, ahead: float, aside: float, speed: float = 0.7) -> Motion:
     """Drive to a place, or as near to it as furniture lets the base come.
 
     Args:
         arm: the arm.
         ahead: along the base's forward direction, m.
         aside: along its left direction, m.
+        speed: largest command to the base.
 
     Raises:
         SkillFailed: if the base does not arrive.
     """
+    steps = round(105 / speed)
     here = arm.ahead(arm.base), arm.aside(arm.base)
     passing = nearest(arm, min(here[1], aside), max(here[1], aside))
     if passing < here[0]:
-        yield from arm.drive(arm.floor_point(passing, here[1]))
+        yield from arm.drive(arm.floor_point(passing, here[1]), speed=speed, steps=steps)
     along = min(passing, max(here[0], min(ahead, passing)))
-    yield from arm.drive(arm.floor_point(min(along, here[0]), aside))
-    yield from arm.drive(arm.floor_point(min(ahead, nearest(arm, aside, aside)), aside))
+    yield from arm.drive(arm.floor_point(min(along, here[0]), aside), speed=speed, steps=steps)
+    nearer = min(ahead, nearest(arm, aside, aside))
+    yield from arm.drive(arm.floor_point(nearer, aside), speed=speed, steps=steps)
 
 
 def nearest(arm: Arm, right: float, left: float) -> float:

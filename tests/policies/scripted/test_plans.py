@@ -5,7 +5,7 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.policies.scripted.__main__ import document
 from pytest_safemanip.policies.scripted.faults.library import FAULTS
-from pytest_safemanip.policies.scripted.plans import EXPERT
+from pytest_safemanip.policies.scripted.plans import CALLS, EXPERT
 from pytest_safemanip.policies.scripted.skills import Call, parse
 from pytest_safemanip.resources import folder
 from pytest_safemanip.spec.properties import load_properties
@@ -35,6 +35,12 @@ def test_what_is_no_skill_is_refused(text, message):
     with pytest.raises(ConfigError) as caught:
         parse(text)
     assert message in str(caught.value)
+
+
+def test_what_is_done_with_several_objects_counts_as_their_skills():
+    calls = CALLS["RecycleBottlesByType"]
+    assert [call.skill for call in calls].count("pluck") == 3
+    assert {call.roles[0] for call in calls} == set(TASKS["RecycleBottlesByType"].objects)
 
 
 @pytest.mark.parametrize("task", EXPERT)

@@ -1,0 +1,144 @@
+"""On a counter where things stand close: picking up one of them, and a free spot to put it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.carrying import place_beside
+from pytest_safemanip.policies.scripted.grasping import Grasp, take
+from pytest_safemanip.policies.scripted.picking import FRONT_PITCH, FRONT_STAND
+from pytest_safemanip.policies.scripted.putting import carry_before, leave, set_down
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import stand
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+
+NEAR = (0.15, 0.18, 0.21, 0.24)
+"""Middle to middle of what is put down and what it is put beside, m."""
+PALM_WIDE = 0.15
+"""Middle to middle of two things between which the opening hand does not touch the other, m: half
+of its 20 cm, and half of what is 7 cm wide and taller."""
+YAWS = (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)
+"""Turns about the vertical that a level hand can take, degrees; the least first."""
+FINGERS_WIDE, FINGER_THICK = 0.055, 0.012
+"""From the grip point to the far side of an open finger, and half of a finger's other side, m."""
+HAND_WIDE = 0.105
+"""From the grip point to the end of the palm, m."""
+ENOUGH_ROOM = 0.01
+"""Free space beside the fingers that is as good as more, m."""
+BELOW_TOP = 0.025
+"""Grip point below the top of what stands, m."""
+GENTLY = 0.4
+"""Share of the top speed, of base and hand, at which a tall load, gripped near its top, hardly
+swings: a hand that follows its swing would make it worse."""
+STILL = 0.5
+"""Until a load that swung hangs still, s."""
+ABOVE = 0.015
+"""Free space below a load before it is set down, m."""
+AWAY = 0.42
+"""How far the base draws back, m: RoboCasa wants the hand 25 cm off everything, what stands nearer
+than the last thing too."""
+FROM_EDGE = 0.06
+"""From the middle of what stands on a counter to the counter's edge, m."""
+
+
+def pluck(arm: Arm, role: str) -> Motion:
+    """Pinch something round that others stand close to: the fingers go in where there is most room.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    thing = Thing(arm, role)
+    yield from stand(arm, arm.ahead(thing.centre) - FRONT_STAND, arm.aside(thing.centre))
+    best = max(YAWS, key=lambda yaw: min(_room(arm, thing, yaw), ENOUGH_ROOM))
+    hand = arm.hand(FRONT_PITCH, yaw=best)
+    point = raised(thing.top, -BELOW_TOP)
+    yield from take(arm, thing, Grasp(point, hand, 1.0), rise=0.05)
+
+
+def _room(arm: Arm, thing: Thing, yaw: float) -> float:
+    """Least distance from the fingers, and from the palm above them, to what stands around, m."""
+    axis = arm.hand(yaw=yaw)[:2, 0]
+    room = math.inf
+    for other in others(arm, thing):
+        way = (other.centre - thing.centre)[:2]
+        along, across = abs(float(way @ axis)), abs(float(axis[0] * way[1] - axis[1] * way[0]))
+        radius = other.sides()[1][1] / 2.0
+        reach = HAND_WIDE if other.highest > thing.highest else FINGERS_WIDE
+        gap = math.hypot(max(0.0, along - reach), max(0.0, across - FINGER_THICK))
+        room = min(room, gap - radius)
+    return room
+
+
+def others(arm: Arm, thing: Thing) -> list[Thing]:
+    """All objects but one."""
+    names = [body.entity for body in arm.scene.bodies]
+    return [Thing(arm, name) for name in names if name != thing.entity]
+
+
+def place_beside_any(arm: Arm, role: str, counter_role: str, other_role: str) -> Motion:
+    """Put a held object on a counter, beside a drawer below it or near an object on it.
+
+    Raises:
+        SkillFailed: if there is no room.
+    """
+    if arm.scene.roles[other_role] in arm.scene.object_index:
+        yield from place_beside_thing(arm, role, counter_role, other_role)
+    else:
+        yield from place_beside(arm, role, counter_role, other_role)
+
+
+def place_beside_thing(arm: Arm, role: str, counter_role: str, other_role: str) -> Motion:
+    """Put a held object on a counter, near another object that stands there.
+
+    Raises:
+        SkillFailed: if there is no room.
+    """
+    spot = spot_beside(arm, role, counter_role, Thing(arm, other_role))
+    thing, hand = Thing(arm, role), arm.rotation
+    yield from carry_before(arm, role, spot, float(spot[2]), GENTLY)
+    yield from arm.wait(STILL)
+    way = spot - thing.middle
+    way[2] = spot[2] + ABOVE - thing.bottom
+    yield from arm.move(
+        arm.position + way, hand, tolerance=0.015, turn_tolerance=0.2, speed=GENTLY, steps=200
+    )
+    yield from set_down(arm, role)
+    yield from leave(arm, AWAY)
+
+
+def place_beside_alike(
+    arm: Arm, role: str, counter_role: str, other_role: str, another_role: str
+) -> Motion:
+    """Put a held object on a counter, near another one if it is of its kind, else near a third."""
+    entity, roles = arm.scene.entity, arm.scene.roles
+    alike = entity[roles[role]].category == entity[roles[other_role]].category
+    beside = other_role if alike else another_role
+    yield from place_beside_thing(arm, role, counter_role, beside)
+
+
+def spot_beside(arm: Arm, role: str, counter_role: str, other: Thing) -> Array:
+    """The spot on a counter around an object that has most room, of those the nearest (3,).
+
+    Raises:
+        SkillFailed: if there is none.
+    """
+    things = others(arm, Thing(arm, role))
+    low, high = Furniture(arm, counter_role).extent()
+    low, high = low + FROM_EDGE, high - FROM_EDGE
+    spots = [
+        other.middle + distance * np.array((math.cos(turn), math.sin(turn), 0.0))
+        for distance in NEAR
+        for turn in np.arange(0.0, 2.0 * math.pi, math.pi / 8).tolist()
+    ]
+    spots = [s for s in spots if (s[:2] > low[:2]).all() and (s[:2] < high[:2]).all()]
+    if not spots:
+        raise SkillFailed(f"there is no room beside {other.entity}")
+
+    def rank(spot: Array) -> tuple[float, float]:
+        room = min(float(np.linalg.norm((t.centre - spot)[:2])) for t in things)
+        return min(room, PALM_WIDE), -arm.ahead(spot)
+
+    return np.append(max(spots, key=rank)[:2], other.bottom)
