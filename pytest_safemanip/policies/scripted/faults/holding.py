@@ -26,7 +26,7 @@ SWUNG = math.radians(30.0)
 
 HEAVY = ("canned_food", "jam")
 """Upright, 0.35 to 0.4 kg: their weight pulls them out of loose fingers."""
-BOTTLES = ("condiment_bottle", "honey_bottle", "mayonnaise", "mustard")
+BOTTLES = ("condiment_bottle", "honey_bottle", "mayonnaise")
 """Held by the neck, their lower end is 13 cm below the fingers."""
 LOOSE, FIRM = 13.0, 34.0
 """Forces of both fingers together, N: the least step of the gripper above what still carries a
