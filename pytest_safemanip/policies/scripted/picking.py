@@ -10,8 +10,11 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.grasping import (
     FINGERTIP,
+    GAP,
+    MOST_YAW,
     across,
     around,
+    fold,
     level_yaw,
     lift,
     narrow_roll,
@@ -32,7 +35,15 @@ CUP_PITCH = 50.0
 DRAWER_STAND = 0.50
 DRAWER_CLEARANCE = 0.27
 """Base to the front of an open drawer, m: its column, and the handle."""
+ROLLED_PITCH = 15.0
+"""Likewise where the fingers are not level: neither touches what a flat thing lies on."""
+ROLLED_OPEN = 0.014
+"""How much wider than a thing they open then, m: the wider, the lower one of them is."""
+EDGE = 0.010
+"""Grip point below the top of a thing that is to be used, m: it sticks out below the fingers."""
 MIDDLE = np.zeros(3)
+ON_TOP = 0.01
+"""What stands on a fixture is lower by no more than this, m: boxes around round things."""
 SINK_PITCH = 20.0
 """Degrees from straight down at the back of a basin: the hand goes in under the spout. Further to
 the front it is steeper, for the arm to stay off the front wall."""
@@ -82,7 +93,8 @@ def pinch(arm: Arm, role: str, offset: Array = MIDDLE, rise: float = 0.05) -> Mo
 
 
 def pick_from(arm: Arm, role: str, holder_role: str) -> Motion:
-    """Pick up what lies in an open drawer, in a basin, on another object, or sticks out of a slot.
+    """Pick up what lies in an open drawer, in a basin, on another object or on a counter, or sticks
+    out of a slot.
 
     Raises:
         SkillFailed: if it is too wide or was not lifted.
@@ -91,6 +103,8 @@ def pick_from(arm: Arm, role: str, holder_role: str) -> Motion:
         yield from pick_from_above(arm, role, PLATE_PITCH)
     elif Furniture(arm, holder_role).doors():
         yield from pick_from_drawer(arm, role, holder_role)
+    elif Thing(arm, role).bottom > Furniture(arm, holder_role).top - ON_TOP:
+        yield from pick_from_top(arm, role)
     elif Thing(arm, role).highest > Furniture(arm, holder_role).top:
         yield from pick_from_slot(arm, role, holder_role)
     else:
@@ -164,6 +178,24 @@ def pick_from_above(
     where = thing.centre
     yield from stand_before(arm, where, reach(pitch))
     yield from take(arm, thing, across(arm, thing, pitch), rise, back)
+
+
+def pick_from_top(arm: Arm, role: str) -> Motion:
+    """Pinch a thing that lies on a counter near its top, so that it can be pressed on another one.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    thing = Thing(arm, role)
+    level = abs(fold(narrow_roll(arm, thing), 90.0)) <= MOST_YAW
+    pitch = PLATE_PITCH if level else ROLLED_PITCH
+    yield from stand_before(arm, thing.centre, reach(pitch))
+    grasp = across(arm, thing, pitch)
+    point = np.append(grasp.point[:2], max(grasp.point[2], thing.highest - EDGE))
+    grasp = replace(grasp, point=point)
+    if not level:
+        grasp = replace(grasp, opening=min(1.0, (thing.sides()[0][1] + ROLLED_OPEN) / GAP))
+    yield from take(arm, thing, grasp)
 
 
 def pick_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:

@@ -134,6 +134,12 @@ def set_down(arm: Arm, role: str, depth: float = 0.15) -> Motion:
         role: the object.
         depth: how far down at most, m.
     """
+    yield from set_upon(arm, role, depth)
+    yield from arm.grip(False)
+
+
+def set_upon(arm: Arm, role: str, depth: float = 0.15) -> Motion:
+    """Lower a held object until it stands on something, and go on holding it."""
     thing = Thing(arm, role)
     yield from arm.move(
         raised(arm.position, -depth),
@@ -143,7 +149,6 @@ def set_down(arm: Arm, role: str, depth: float = 0.15) -> Motion:
         until=lambda: carried_by_something(arm, thing),
         required=False,
     )
-    yield from arm.grip(False)
 
 
 def leave(arm: Arm, back: float = 0.28) -> Motion:

@@ -20,6 +20,7 @@ from pytest_safemanip.policies.scripted.closing import close_access
 from pytest_safemanip.policies.scripted.controls import press
 from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.driving import go
+from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
 from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
 from pytest_safemanip.policies.scripted.picking import grasp_cup, pick_from, pick_from_counter
@@ -30,6 +31,7 @@ from pytest_safemanip.policies.scripted.spotting import (
     place_beside_any,
     pluck,
 )
+from pytest_safemanip.policies.scripted.wielding import scrub
 
 Skill = Callable[..., Motion]
 
@@ -43,6 +45,8 @@ SKILLS: Mapping[str, Skill] = {
     "pick": pick_from_counter,
     "grasp": grasp_cup,
     "pick from": pick_from,
+    "hook": hook,
+    "place on": place_on_stove,
     "place in": place_in_cabinet,
     "place in beside": place_in_cabinet_beside,
     "place onto": place_onto,
@@ -51,6 +55,7 @@ SKILLS: Mapping[str, Skill] = {
     "place on beside or": place_beside_alike,
     "pluck": pluck,
     "press": press,
+    "scrub with": scrub,
     "slide": slide_rack,
     "swing": swing_spout,
     "turn": turn_lever,

@@ -1,0 +1,80 @@
+"""Kettles: picked up by the bow on top, put on a burner that is free."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.grasping import (
+    MOST_YAW,
+    Grasp,
+    angle,
+    fold,
+    reach,
+    take,
+)
+from pytest_safemanip.policies.scripted.picking import PLATE_PITCH
+from pytest_safemanip.policies.scripted.putting import leave, set_down
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import stand_before
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+
+BOW = 0.010
+"""Grip point below the top of a kettle, m: the middle of its bow."""
+BOW_OPEN = 0.7
+"""Share of the full opening on the way to a bow: 2 cm of free space on both sides."""
+BACK = 0.33
+"""How far the base draws back before it drives along the stove, m: off what stands on it and what
+hangs above."""
+CAREFUL = 0.4
+"""Base command with a kettle, whose weight is near what two fingers hold."""
+RISE = 0.05
+"""How far it is lifted, m: a stove is as high as a counter, and something may hang above it."""
+ROLLED_PITCH = 12.0
+"""Degrees from straight down for fingers that are not level: more, and the bow turns in them."""
+ROOM = 0.24
+"""Middle to middle of two vessels on burners that do not touch, m."""
+
+
+def hook(arm: Arm, role: str) -> Motion:
+    """Pick up a kettle by its bow, which runs along its longer side.
+
+    Raises:
+        SkillFailed: if it was not lifted.
+    """
+    thing = Thing(arm, role)
+    roll = fold(angle(arm, thing.sides()[0][0]), 120.0)
+    yaw = fold(roll, 90.0)
+    level = abs(yaw) <= MOST_YAW
+    pitch = PLATE_PITCH if level else ROLLED_PITCH
+    hand = arm.hand(pitch, yaw=yaw) if level else arm.hand(pitch, roll)
+    yield from stand_before(arm, thing.middle, reach(pitch))
+    point = np.append(thing.middle[:2], thing.highest - BOW)
+    yield from take(arm, thing, Grasp(point, hand, BOW_OPEN), rise=RISE)
+
+
+def place_on_stove(arm: Arm, role: str, stove_role: str) -> Motion:
+    """Put a held vessel on a stove's burner: of those with room, in front and the nearest."""
+    thing = Thing(arm, role)
+    spot = free_burner(arm, thing, Furniture(arm, stove_role))
+    back = arm.ahead(arm.base) - BACK
+    aside = arm.aside(arm.base) + arm.aside(spot) - arm.aside(thing.middle)
+    into = arm.ahead(arm.base) + arm.ahead(spot) - arm.ahead(thing.middle)
+    for ahead, side in ((back, arm.aside(arm.base)), (back, aside), (into, aside)):
+        yield from arm.drive(arm.floor_point(ahead, side), speed=CAREFUL)
+    yield from set_down(arm, role)
+    yield from leave(arm)
+
+
+def free_burner(arm: Arm, thing: Thing, stove: Furniture) -> Array:
+    """The burner (3,) with most room around it; with room enough, in front and near an object."""
+    others = [Thing(arm, b.entity).middle for b in arm.scene.bodies if b.entity != thing.entity]
+    number = arm.scene.boxes_of(stove.entity, "burner")
+    spots = [np.asarray(arm.step.box_pose[k][:3], np.float64) for k in number]
+
+    def good(spot: Array) -> tuple[float, float, float]:
+        room = min((float(np.linalg.norm((o - spot)[:2])) for o in others), default=ROOM)
+        aside = abs(arm.aside(thing.middle) - arm.aside(spot))
+        return min(room, ROOM), -round(arm.ahead(spot), 2), -aside
+
+    return max(spots, key=good)
