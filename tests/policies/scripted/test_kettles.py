@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.kettles import free_burner
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.trace.elements import Box, Entity
+from tests import toy
+
+FRONT_LEFT, FRONT_RIGHT = (0.3, 0.6, 0.92), (0.3, 0.2, 0.92)
+REAR_LEFT, REAR_RIGHT = (0.6, 0.6, 0.92), (0.6, 0.2, 0.92)
+BURNERS = (REAR_RIGHT, FRONT_RIGHT, REAR_LEFT, FRONT_LEFT)
+STOVE = dataclasses.replace(
+    toy.SCENE,
+    entities=(*toy.SCENE.entities, Entity("stove", "fixture", "Stove")),
+    boxes=tuple(Box("stove", str(k), "burner", (0.08, 0.08, 0.1)) for k in range(4)),
+    roles={**toy.SCENE.roles, "stove": "stove"},
+)
+
+
+@pytest.mark.parametrize(
+    ("other", "chosen"),
+    [
+        ((3.0, 3.0, 0.94), FRONT_LEFT),
+        (FRONT_LEFT, FRONT_RIGHT),
+        ((0.3, 0.4, 0.94), REAR_LEFT),
+    ],
+    ids=["free", "one is taken", "both in front are too near to it"],
+)
+def test_a_kettle_goes_where_there_is_room_in_front_and_near(other, chosen):
+    step = toy.at_rest(
+        object_pose=((0.3, 1.0, 1.0, *toy.UPRIGHT), (*other, *toy.UPRIGHT)),
+        box_pose=[(*place, *toy.UPRIGHT) for place in BURNERS],
+    )
+    arm = Arm(STOVE, step)
+    assert free_burner(arm, Thing(arm, "obj"), Furniture(arm, "stove")) == pytest.approx(chosen)
