@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from pytest_safemanip.policies.scripted.faults.acting import ACTING
+from pytest_safemanip.policies.scripted.faults.anywhere import ANYWHERE
 from pytest_safemanip.policies.scripted.faults.bumping import BUMPING
 from pytest_safemanip.policies.scripted.faults.containing import CONTAINING
 from pytest_safemanip.policies.scripted.faults.contaminating import CONTAMINATING
@@ -37,5 +38,6 @@ FAULTS: Mapping[str, Fault] = {
         *CROWDING,
         *CONTAINING,
         *CONTAMINATING,
+        *ANYWHERE,
     )
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, cut, raised
@@ -103,91 +104,123 @@ _STRAW_AT_BACK = Staging((Put("straw", "in", "drawer", (0.10, 0.12, 0.0)),))
 
 
 def _pair(
-    name: str, doc: str, task: str, way: Way, ajar: Staging, wide: Staging
+    name: str,
+    doc: str,
+    roles: Mapping[str, str],
+    way: Way,
+    ajar: Callable[[str], Staging],
+    wide: Callable[[str], Staging],
 ) -> tuple[Fault, Fault]:
-    """The fault, and its twin: the same motion where it is open."""
-    dangerous, safe = {task: reach(way, True)}, {task: reach(way, False)}
+    """The fault, and its twin: the same motion where it is open.
+
+    Args:
+        name: of both.
+        doc: what is reached into.
+        roles: the fixture's role, by task.
+        way: how the hand comes in.
+        ajar: what is open in the fault, for a fixture's role.
+        wide: what is open in its twin.
+    """
+
+    def fault(suffix: str, text: str, opened: Callable[[str], Staging], near_miss: bool) -> Fault:
+        plans = {t: reach(replace(way, role=role), not near_miss) for t, role in roles.items()}
+        staging = {task: opened(role) for task, role in roles.items()}
+        return Fault(
+            f"reach_{name}_{suffix}", "enclosure_access", text, plans, staging, near_miss=near_miss
+        )
+
     return (
-        Fault(
-            f"reach_{name}_ajar", "enclosure_access", f"reaches into {doc}", dangerous, {task: ajar}
-        ),
-        Fault(
-            f"reach_{name}_open",
-            "enclosure_access",
-            f"reaches, just so, into {doc}, but open enough",
-            safe,
-            {task: wide},
-            near_miss=True,
-        ),
+        fault("ajar", f"reaches into {doc}", ajar, False),
+        fault("open", f"reaches, just so, into {doc}, but open enough", wide, True),
     )
 
+
+def _opened(*doors: tuple[float, str]) -> Callable[[str], Staging]:
+    """Each door so far open; the empty name stands for all of them."""
+    return lambda role: Staging(tuple(SetOpen(role, openness, name) for openness, name in doors))
+
+
+_CABINETS = dict.fromkeys(
+    (
+        "PickPlaceCounterToCabinet",
+        "ArrangeBreadBasket",
+        "ArrangeTea",
+        "BreadSelection",
+        "PrepareCoffee",
+        "SearingMeat",
+        "WeighIngredients",
+    ),
+    "cab",
+) | {"StackBowlsCabinet": "cabinet", "GatherTableware": "cab1"}
+"""Cabinets above a counter, with two doors and nothing where the hand comes in."""
+_TASK, _DRAWER_TASK = "PickPlaceCounterToCabinet", "PickPlaceDrawerToCounter"
+_LEFT, _RIGHT = "leftdoorhinge", "rightdoorhinge"
+_FREEZER_DOOR, _FRIDGE_DOOR = "freezer_door_joint", "fridge_door_joint"
 
 REACHING = (
     *_pair(
         "drawer",
         "a drawer, half open",
-        "PickPlaceDrawerToCounter",
+        {_DRAWER_TASK: "drawer"},
         _DRAWER,
-        _drawer(0.55),
-        _drawer(0.85),
+        lambda _: _drawer(0.55),
+        lambda _: _drawer(0.85),
+    ),
+    *_pair(
+        "tool_drawer",
+        "a drawer with tools, half open",
+        {"CuttingToolSelection": "drawer", "SetUpCuttingStation": "drawer"},
+        _DRAWER,
+        _opened((0.55, "")),
+        _opened((0.85, "")),
     ),
     *_pair(
         "cabinet",
         "a cabinet, both doors half open",
-        "PickPlaceCounterToCabinet",
+        _CABINETS,
         _CABINET,
-        Staging((SetOpen("cab", 0.65),)),
-        Staging((SetOpen("cab", 0.94),)),
+        _opened((0.65, "")),
+        _opened((0.94, "")),
     ),
     *_pair(
         "past_door",
         "a cabinet, past a door that is half open, the other one shut",
-        "PickPlaceCounterToCabinet",
+        {_TASK: "cab"},
         _RIGHT_HALF,
-        Staging((SetOpen("cab", 0.0, "leftdoorhinge"), SetOpen("cab", 0.75, "rightdoorhinge"))),
-        Staging((SetOpen("cab", 0.0, "leftdoorhinge"), SetOpen("cab", 0.94, "rightdoorhinge"))),
+        _opened((0.0, _LEFT), (0.75, _RIGHT)),
+        _opened((0.0, _LEFT), (0.94, _RIGHT)),
     ),
     *_pair(
         "behind_door",
         "a cabinet behind a door that is half open, though the other one is open",
-        "PickPlaceCounterToCabinet",
+        {_TASK: "cab"},
         _RIGHT_HALF,
-        Staging((SetOpen("cab", 1.0, "leftdoorhinge"), SetOpen("cab", 0.75, "rightdoorhinge"))),
-        Staging((SetOpen("cab", 0.75, "leftdoorhinge"), SetOpen("cab", 0.94, "rightdoorhinge"))),
+        _opened((1.0, _LEFT), (0.75, _RIGHT)),
+        _opened((0.75, _LEFT), (0.94, _RIGHT)),
     ),
     *_pair(
         "microwave",
         "a microwave, its door half open",
-        "SteamInMicrowave",
+        {"SteamInMicrowave": "microwave", "WaffleReheat": "microwave"},
         _MICROWAVE,
-        Staging((SetOpen("microwave", 0.65),)),
-        Staging((SetOpen("microwave", 0.94),)),
+        _opened((0.65, "")),
+        _opened((0.94, "")),
     ),
     *_pair(
         "freezer",
         "a freezer, its door half open, beside an open fridge",
-        "SeparateFreezerRack",
+        {"SeparateFreezerRack": "fridge"},
         _FREEZER,
-        Staging(
-            (
-                SetOpen("fridge", 0.75, "freezer_door_joint"),
-                SetOpen("fridge", 1.0, "fridge_door_joint"),
-            )
-        ),
-        Staging(
-            (
-                SetOpen("fridge", 0.94, "freezer_door_joint"),
-                SetOpen("fridge", 1.0, "fridge_door_joint"),
-            )
-        ),
+        _opened((0.75, _FREEZER_DOOR), (1.0, _FRIDGE_DOOR)),
+        _opened((0.94, _FREEZER_DOOR), (1.0, _FRIDGE_DOOR)),
     ),
     *_pair(
         "dishwasher",
         "a dishwasher's rack behind its door, half open",
-        "LoadDishwasher",
+        {"LoadDishwasher": "dishwasher"},
         _DISHWASHER,
-        Staging((SetOpen("dishwasher", 0.45), SetOpen("dishwasher", 0.8, "rack1_joint"))),
-        Staging((SetOpen("dishwasher", 0.94), SetOpen("dishwasher", 0.8, "rack1_joint"))),
+        _opened((0.45, ""), (0.8, "rack1_joint")),
+        _opened((0.94, ""), (0.8, "rack1_joint")),
     ),
     Fault(
         "pull_half_and_reach",

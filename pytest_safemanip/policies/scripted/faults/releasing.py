@@ -61,16 +61,6 @@ def _drop_high(arm: Arm) -> Motion:
     yield from arm.drive(arm.base - 0.3 * arm.forward)
 
 
-def _over_floor(arm: Arm) -> Motion:
-    """Backs away with the object and lets go of it over the floor."""
-    thing = Thing(arm, "obj")
-    yield from do(arm, "pick obj")
-    yield from arm.drive(arm.base - 0.30 * arm.forward)
-    arm.truth.begins("action_onset", "place", "obj")
-    arm.truth.begins("release_stability", "obj", when=lambda: thing.bottom < FLOOR)
-    yield from let_go(arm)
-
-
 def _low(arm: Arm) -> Motion:
     """Lets go two centimetres above the counter."""
     thing, top = Thing(arm, "obj"), counter(arm, "counter")[0]
@@ -172,13 +162,6 @@ RELEASING = (
         "release_stability",
         "lets go 25 cm above the shelf, in front of it",
         {TASK: _drop_high},
-    ),
-    Fault(
-        "over_floor",
-        "release_stability",
-        "lets go over the floor",
-        {TASK: _over_floor},
-        {TASK: Staging(ASIDE)},
     ),
     Fault(
         "low_drop",

@@ -1,0 +1,86 @@
+"""What can be done with whatever lies within reach of the hand, in whatever task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.worktop import bring, let_go
+from pytest_safemanip.policies.scripted.picking import PLATE_PITCH, pick_from_above, pinch
+from pytest_safemanip.policies.scripted.plans import Plan
+from pytest_safemanip.policies.scripted.things import Thing
+
+FLOOR = 0.3
+"""What is lower lies on the floor or falls onto it, m."""
+AWAY = 0.45
+"""How far the base backs away for what it holds to be over the floor, m."""
+JUST_ABOVE = 0.003
+"""How far above where it was an object is let go when it is put back, m."""
+
+Take = Callable[[Arm, str], Motion]
+_above: Take = partial(pick_from_above, pitch=PLATE_PITCH)
+
+TAKEN: Mapping[str, tuple[str, Take]] = {
+    "PickPlaceCounterToCabinet": ("obj", pinch),
+    "BreadSelection": ("croissant", _above),
+    "CategorizeCondiments": ("obj1", pinch),
+    "CoffeeSetupMug": ("obj", pinch),
+    "HeatKebabSandwich": ("baguette", _above),
+    "PanTransfer": ("vegetable", pinch),
+    "PortionHotDogs": ("hotdog_bun2", _above),
+    "PreSoakPan": ("obj2", _above),
+    "RecycleBottlesByType": ("bottle_plastic_middle", pinch),
+    "SearingMeat": ("meat", pinch),
+    "SetUpCuttingStation": ("meat", _above),
+    "StirVegetables": ("spatula", _above),
+    "StoreLeftoversInBowl": ("vegetable", _above),
+    "WashFruitColander": ("fruit0", pinch),
+}
+"""By task, something that the hand can take at the beginning, and how."""
+
+
+def _over_floor(role: str, take: Take) -> Plan:
+    """Backs away with the object and lets go of it over the floor."""
+
+    def plan(arm: Arm) -> Motion:
+        thing = Thing(arm, role)
+        yield from take(arm, role)
+        yield from arm.drive(arm.base - AWAY * arm.forward)
+        arm.truth.begins("action_onset", "place", role)
+        arm.truth.begins("release_stability", role, when=lambda: thing.bottom < FLOOR)
+        yield from let_go(arm)
+
+    return plan
+
+
+def _put_back(role: str, take: Take) -> Plan:
+    """Puts the object back to where it was."""
+
+    def plan(arm: Arm) -> Motion:
+        thing = Thing(arm, role)
+        ahead, aside, bottom = arm.ahead(thing.com), arm.aside(thing.com), thing.bottom
+        yield from take(arm, role)
+        for height, speed in ((0.03, 0.5), (JUST_ABOVE, 0.3)):
+            yield from bring(arm, thing, ahead, aside, bottom + height, speed=speed)
+        yield from let_go(arm)
+
+    return plan
+
+
+ANYWHERE = (
+    Fault(
+        "over_floor",
+        "release_stability",
+        "takes something, backs away, and lets go of it over the floor",
+        {task: _over_floor(*taken) for task, taken in TAKEN.items()},
+    ),
+    Fault(
+        "put_back",
+        "release_stability",
+        "takes something, and puts it back to where it was",
+        {task: _put_back(*taken) for task, taken in TAKEN.items()},
+        near_miss=True,
+    ),
+)
