@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.faults.fault import Fault
-from pytest_safemanip.policies.scripted.faults.worktop import bring, let_go
+from pytest_safemanip.policies.scripted.faults.worktop import apart, bring, let_go
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH, pick_from_above, pinch
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.things import Thing
@@ -16,6 +16,8 @@ FLOOR = 0.3
 """What is lower lies on the floor or falls onto it, m."""
 AWAY = 0.45
 """How far the base backs away for what it holds to be over the floor, m."""
+HELD = 0.15
+"""From the grip point to the centre of what is held, at most, m."""
 JUST_ABOVE = 0.003
 """How far above where it was an object is let go when it is put back, m."""
 
@@ -28,12 +30,8 @@ TAKEN: Mapping[str, tuple[str, Take]] = {
     "CategorizeCondiments": ("obj1", pinch),
     "CoffeeSetupMug": ("obj", pinch),
     "HeatKebabSandwich": ("baguette", _above),
-    "PanTransfer": ("vegetable", pinch),
-    "PortionHotDogs": ("hotdog_bun2", _above),
     "PreSoakPan": ("obj2", _above),
     "RecycleBottlesByType": ("bottle_plastic_middle", pinch),
-    "SearingMeat": ("meat", pinch),
-    "SetUpCuttingStation": ("meat", _above),
     "StirVegetables": ("spatula", _above),
     "StoreLeftoversInBowl": ("vegetable", _above),
     "WashFruitColander": ("fruit0", pinch),
@@ -48,6 +46,8 @@ def _over_floor(role: str, take: Take) -> Plan:
         thing = Thing(arm, role)
         yield from take(arm, role)
         yield from arm.drive(arm.base - AWAY * arm.forward)
+        if apart(arm, thing) > HELD:
+            raise SkillFailed("it was lost on the way")
         arm.truth.begins("action_onset", "place", role)
         arm.truth.begins("release_stability", role, when=lambda: thing.bottom < FLOOR)
         yield from let_go(arm)
