@@ -30,11 +30,9 @@ TAKEN: Mapping[str, tuple[str, Take]] = {
     "CategorizeCondiments": ("obj1", pinch),
     "CoffeeSetupMug": ("obj", pinch),
     "HeatKebabSandwich": ("baguette", _above),
-    "PreSoakPan": ("obj2", _above),
     "RecycleBottlesByType": ("bottle_plastic_middle", pinch),
     "StirVegetables": ("spatula", _above),
     "StoreLeftoversInBowl": ("vegetable", _above),
-    "WashFruitColander": ("fruit0", pinch),
 }
 """By task, something that the hand can take at the beginning, and how."""
 
