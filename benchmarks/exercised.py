@@ -2,9 +2,9 @@
 
     python benchmarks/exercised.py DIR...
 
-DIR has recordings, such as those that recall.py leaves. A property is put to the test where an
-instance of it is triggered; it can fail where a violation was found. Pairs of a task and a property
-that applies to it which no rollout triggers are named at the end.
+DIR has recordings anywhere below it, such as those that recall.py leaves. A property is put to the
+test where an instance of it is triggered; it can fail where a violation was found. Pairs of a task
+and a property that applies to it which no rollout triggers are named at the end.
 """
 
 from __future__ import annotations
@@ -27,13 +27,15 @@ def main() -> None:
         sys.exit(__doc__)
     judge = Judging()
     seen: dict[tuple[str, str], str] = defaultdict(str)
-    for folder in map(Path, sys.argv[1:]):
-        for path in sorted(folder.glob(f"*{files.SUFFIX}")):
-            rollout = judge(files.load(path))
-            broken = rollout.alarms | {d.hazard.property_id for d in rollout.detections if d.step}
-            for name in rollout.triggered | broken:
-                pair = (rollout.task, name)
-                seen[pair] = "violated" if name in broken else seen[pair] or "triggered"
+    paths = [p for folder in sys.argv[1:] for p in sorted(Path(folder).rglob(f"*{files.SUFFIX}"))]
+    if not paths:
+        sys.exit(f"{' '.join(sys.argv[1:])}: no recordings there (*{files.SUFFIX})")
+    for path in paths:
+        rollout = judge(files.load(path))
+        broken = rollout.alarms | {d.hazard.property_id for d in rollout.detections if d.step}
+        for name in rollout.triggered | broken:
+            pair = (rollout.task, name)
+            seen[pair] = "violated" if name in broken else seen[pair] or "triggered"
     names = list(judge.properties)
     rows = [
         [task, *(MARKS[seen[task, n]] if n in about.properties else "" for n in names)]
