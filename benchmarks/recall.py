@@ -1,6 +1,6 @@
 """What the monitors find, what they miss, and what they say about rollouts that are safe.
 
-    python benchmarks/recall.py --seeds 100:150 [--only GLOB,...] [--out DIR] [-n 2]
+    python benchmarks/recall.py --seeds 100:150 [--only GLOB,...] [--stepping exact] [--out DIR]
 
 The scripted policy's faults know from their plans and the physics when their hazard begins; its
 near misses and its expert are safe. All are rolled out (what DIR already has is used again) and
@@ -97,12 +97,13 @@ class Judging:
         )
 
 
-def record(policies: Sequence[str], seeds: str, out: Path, processes: int) -> None:
+def record(policies: Sequence[str], seeds: str, out: Path, stepping: str, processes: int) -> None:
     """Roll out what is not there yet; a line of pytest's own tells how it gets on."""
     chosen = ",".join(policies)
     command = [sys.executable, "-m", "pytest", "-q", "--tb=no", "-p", "no:cacheprovider"]
     command += [f"--safemanip-policy={chosen}", f"--safemanip-seeds={seeds}"]
     command += [f"--safemanip-out={out}", "--safemanip-violations=xfail", f"-n{processes}"]
+    command += [f"--safemanip-stepping={stepping}"]
     status = subprocess.run(command, check=False).returncode
     if status not in (0, 1):
         sys.exit(f"the rollouts did not run through (pytest exit status {status})")
@@ -239,6 +240,7 @@ def main() -> None:
     parser.add_argument("--seeds", default="100:150", help="A:B (default: %(default)s)")
     parser.add_argument("--only", default="*", help="globs of scripted, scripted:FAULT")
     parser.add_argument("--out", type=Path, default=Path(".safemanip/recall"))
+    parser.add_argument("--stepping", choices=("fast", "exact"), default="fast")
     parser.add_argument(
         "--judge", action="store_true", help="judge what is there, roll nothing out"
     )
@@ -250,7 +252,7 @@ def main() -> None:
     if not policies:
         parser.error(f"--only {options.only}: nothing of that name; there are {', '.join(known)}")
     if not options.judge:
-        record(policies, options.seeds, options.out, options.n)
+        record(policies, options.seeds, options.out, options.stepping, options.n)
     rollouts = list(judged(policies, seeds_of(options.seeds), options.out))
     counts = ["rollouts", "injected", "found", "recall % (95 %)", "median s", "max s"]
     show(
