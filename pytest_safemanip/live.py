@@ -98,11 +98,11 @@ class LiveJudge:
 
     def _read(self, values: Bools) -> dict[str, list[StepVerdict]]:
         """Steps that were evaluated (K, propositions)."""
-        told: dict[str, list[StepVerdict]] = {}
-        for row, acting in zip(values, self._acting[: len(values)], strict=True):
-            told = {
-                name: monitor.step(row[self._places[name]], acting)
-                for name, monitor in self._monitors.items()
-            }
+        if not len(values):
+            return {}
+        acting = self._acting[: len(values)]
         del self._acting[: len(values)]
-        return told
+        return {
+            name: monitor.steps(values[:, self._places[name]], acting)
+            for name, monitor in self._monitors.items()
+        }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 
@@ -76,6 +77,9 @@ class Monitor:
             raise ConfigError(f"an instance is named twice: {self.instances}")
         self._rules = rules_of(dfa, dt, deadline_s, discharged_by, profile, trigger)
         self._closed: list[bool] = self._rules.closed.tolist()
+        self._bad: list[bool] = self._rules.bad.tolist()
+        trigger = self._rules.trigger
+        self._triggers: list[bool] | None = None if trigger is None else trigger.tolist()
         self.reset()
 
     def reset(self) -> None:
@@ -97,18 +101,25 @@ class Monitor:
             TraceError: values are missing, unknown, not boolean or not one per instance, or the
                 robot acts again after it stopped.
         """
-        letters = self._letters(values)
-        if acting and self._acting and not self._acting[-1]:
-            raise TraceError(
-                f"the robot acts at step {len(self._acting)} after it stopped; "
-                "the settle tail ends the trace"
-            )
-        self._acting.append(bool(acting))
-        counts = acting or self._rules.clock_runs_in_tail
-        return [
-            self._step(live, letter, counts)
-            for live, letter in zip(self._live, letters, strict=True)
-        ]
+        return self._take([[letter] for letter in self._letters(values)], [acting])
+
+    def steps(self, values: BoolArray, acting: Sequence[bool]) -> list[StepVerdict]:
+        """Read some steps in a row, as `step` does one after the other, for less.
+
+        Args:
+            values: bool[K, I, atoms].
+            acting: for each step, False in the settle tail.
+
+        Returns:
+            What is known about each instance after the last of them.
+
+        Raises:
+            TraceError: as for `step`, or there is no step.
+        """
+        check_values(values, (None, len(self.instances), len(self.dfa.atoms)), self.dfa.atoms)
+        if len(acting) != len(values):
+            raise TraceError(f"acting for {len(acting)} of {len(values)} steps")
+        return self._take(pack(values).T.tolist(), acting)
 
     def verdicts(self) -> list[InstanceVerdict]:
         """The verdicts if the trace ended with the last step read.
@@ -188,23 +199,39 @@ class Monitor:
                 raise TraceError(f"step {len(self._acting)}, instance {name!r}: {error}") from None
         return letters
 
-    def _step(self, live: _Instance, letter: int, counts: bool) -> StepVerdict:
-        rules = self._rules
-        state = live.state = rules.rows[live.state][letter]
-        if self._closed[state]:
-            live.open_steps, live.open_since = 0, None
-        else:
-            live.open_steps += counts
-            if live.open_since is None:
-                live.open_since = len(live.states)
-        limit = rules.deadline_steps
-        found = StepVerdict(
-            state, self.dfa.classes[state], limit is not None and live.open_steps > limit
-        )
-        live.triggered_steps += rules.trigger is None or bool(rules.trigger[letter])
-        live.states.append(state)
-        live.unsafe.append(found.unsafe)
-        return found
+    def _take(self, letters: list[list[int]], acting: Sequence[bool]) -> list[StepVerdict]:
+        """Read steps: for each instance its letters."""
+        before = self._acting[-1] if self._acting else True
+        for step, acts in enumerate(acting, start=len(self._acting)):
+            if acts and not before:
+                raise TraceError(
+                    f"the robot acts at step {step} after it stopped; "
+                    "the settle tail ends the trace"
+                )
+            before = bool(acts)
+        self._acting += map(bool, acting)
+        counts = [acts or self._rules.clock_runs_in_tail for acts in acting]
+        return [
+            self._read(live, column, counts)
+            for live, column in zip(self._live, letters, strict=True)
+        ]
+
+    def _read(self, live: _Instance, letters: list[int], counts: Sequence[bool]) -> StepVerdict:
+        rules, closed, state = self._rules, self._closed, live.state
+        limit = math.inf if rules.deadline_steps is None else rules.deadline_steps
+        for letter, counted in zip(letters, counts, strict=True):
+            state = rules.rows[state][letter]
+            if closed[state]:
+                live.open_steps, live.open_since = 0, None
+            else:
+                live.open_steps += counted
+                if live.open_since is None:
+                    live.open_since = len(live.states)
+            live.triggered_steps += self._triggers is None or self._triggers[letter]
+            live.states.append(state)
+            live.unsafe.append(self._bad[state] or live.open_steps > limit)
+        live.state = state
+        return StepVerdict(state, self.dfa.classes[state], live.open_steps > limit)
 
     def _verdict(self, name: Hashable, live: _Instance) -> InstanceVerdict:
         rules = self._rules

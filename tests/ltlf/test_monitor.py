@@ -87,6 +87,22 @@ def test_online_and_batch_agree(formula, recording, options):
 
 
 @settings(max_examples=200, deadline=None)
+@given(formulas(3), recordings(), monitors, st.integers(0, 12))
+def test_some_steps_at_once_are_read_as_one_after_the_other(formula, recording, options, cut):
+    array, acting = recording
+    dfa = compile_formula(formula, atoms=("a", "b", "c"))
+    single, together = (Monitor(dfa, array.shape[1], dt=0.1, **options) for _ in range(2))
+    for step, acts in zip(array, acting, strict=True):
+        told = single.step(step, bool(acts))
+    for part in (slice(None, cut), slice(cut, None)):
+        if len(array[part]):
+            told_at_once = together.steps(array[part], acting[part].tolist())
+    assert told_at_once == told
+    for one, other in zip(single.verdicts(), together.verdicts(), strict=True):
+        same(one, other)
+
+
+@settings(max_examples=200, deadline=None)
 @given(formulas(3), recordings(max_instances=1), monitors, st.integers(0, 49))
 def test_one_instance_and_fifty_agree(formula, recording, options, position):
     array, acting = recording
@@ -379,6 +395,16 @@ def test_a_live_step_that_makes_no_sense_is_refused(step, message):
     monitor = Monitor(SETTLES, ["cup"], dt=0.1)
     with pytest.raises(TraceError, match=message):
         monitor.step(step)
+    with pytest.raises(TraceError, match="no step was read"):
+        monitor.verdicts()
+
+
+def test_steps_at_once_have_to_fit_and_end_with_the_tail():
+    monitor = Monitor(compile_formula("G a"), dt=0.1)
+    with pytest.raises(TraceError, match="acting for 1 of 2 steps"):
+        monitor.steps(np.ones((2, 1, 1), bool), [True])
+    with pytest.raises(TraceError, match="acts at step 2 after it stopped"):
+        monitor.steps(np.ones((3, 1, 1), bool), [True, False, True])
     with pytest.raises(TraceError, match="no step was read"):
         monitor.verdicts()
 
