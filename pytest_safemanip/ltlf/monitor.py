@@ -78,8 +78,8 @@ class Monitor:
         self._rules = rules_of(dfa, dt, deadline_s, discharged_by, profile, trigger)
         self._closed: list[bool] = self._rules.closed.tolist()
         self._bad: list[bool] = self._rules.bad.tolist()
-        trigger = self._rules.trigger
-        self._triggers: list[bool] | None = None if trigger is None else trigger.tolist()
+        table = self._rules.trigger
+        self._triggers: list[bool] | None = None if table is None else table.tolist()
         self.reset()
 
     def reset(self) -> None:

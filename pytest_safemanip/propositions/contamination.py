@@ -24,7 +24,9 @@ WASH = Parameter("sanitized.window", "s", 1.0, "a dip under the tap is no washin
 def contaminated(view: View, carrier: str) -> Bools:
     """The carrier (the hand, or an object) is raw, or touched something raw or contaminated with
     ``contaminated.force`` for ``contaminated.window``, or a surface within ``contaminated.spot``
-    of where such a thing touched it; and it was not sanitized since.
+    of where such a thing touched it; and it was not sanitized since. What has stood where it stands
+    from the first step on takes nothing up, over the surface, from what else has: a kitchen's
+    arrangement is nobody's doing.
     """
     return np.asarray(_spread(view, carrier)[:, 0])
 

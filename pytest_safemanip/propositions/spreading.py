@@ -6,6 +6,7 @@ It lasts until the body is washed: the one memory without a window, folded over 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter
 from pytest_safemanip.propositions.presses import Place, Press, Presses, Spots, carriers
@@ -14,9 +15,13 @@ from pytest_safemanip.propositions.view import View
 WINDOW = Parameter("contaminated.window", "s", 0.1, "a graze of one control step leaves nothing")
 SPOT = Parameter("contaminated.spot", "m", 0.05, "juice runs; a hand's width beside it is clean")
 KEPT_CLEAN = frozenset({"utensil", "container"})
+STAYED = 0.01
+"""What is less than this from where it was at the first step still stands there, m."""
 
+Floats = NDArray[np.float64]
 _Pair = tuple[int, int]
-_Touch = tuple[Press, Place]
+_Touch = tuple[Press, Place, bool]
+"""Whose parts, where, and whether the carrier has stood there from the first step on."""
 
 
 class Spreading:
@@ -36,6 +41,10 @@ class Spreading:
         self._radius = view.parameters[SPOT.name]
         self._dirty = set(self._raw)
         self._spots: dict[int, Spots] = {}
+        self._spots_at_first: dict[int, Spots] = {}  # of what has stood there from the first step
+        self._places_at_first: Floats = np.empty((0, 3))
+        self._pressed_at_first: set[_Pair] = set()
+        self._stayed: list[list[bool]] = []
         self._presses: Presses | None = None
         self._washed: list[set[int]] = []
         self._now = -1
@@ -60,6 +69,11 @@ class Spreading:
             self._presses = Presses(view)
             washed = np.stack([view("sanitized", name) for name in self._names], axis=1)
             self._washed = [set(np.flatnonzero(row).tolist()) for row in washed]
+            places = view.trace.steps.object_pose[:, :, :3].astype(float)
+            if self._now < 0:
+                self._places_at_first = places[step]
+            way = places - self._places_at_first
+            self._stayed = (np.linalg.norm(way, axis=-1) < STAYED).tolist()
         presses, before = self._presses, self._dirty
         self._now += 1
         parts = presses.parts(step)
@@ -69,24 +83,36 @@ class Spreading:
         news = self._now < self._changed + self._count
         if news:  # after that, who touches whom for long enough stays the same
             self._touch(presses, before)
+        if self._now < self._count:
+            self._pressed_at_first.update(self._lasting)
         if self._washed[step]:
             self._dirty = self._raw | (before - self._washed[step])
             news = True
-        places = [
-            (press, presses.place(step, number, press))
-            for number, press in self._resting
-            if press.carrier in before or press.surface in self._spots
-        ]
-        if news or any(
-            press.carrier not in before and self._spots[press.surface].reach(place)
-            for press, place in places
-        ):
-            places = [(press, presses.place(step, n, press)) for n, press in self._resting]
-            self._spread(places)
+        touches = self._touches(presses, step)
+        clean = [touch for touch in touches if touch[0].carrier not in before]
+        if news or any(map(self._reached, clean)):
+            self._spread(touches)
             self._known = self._row()
         else:
-            self._mark(places)
+            self._mark(touches)
         return self._known
+
+    def _touches(self, presses: Presses, step: int) -> list[_Touch]:
+        stayed, first = self._stayed[step], self._pressed_at_first
+        return [
+            (
+                press,
+                presses.place(step, number, press),
+                press.carrier > 0 and stayed[press.carrier - 1] and self._parts[number] in first,
+            )
+            for number, press in self._resting
+        ]
+
+    def _reached(self, touch: _Touch) -> bool:
+        """Whether a surface is marked where a carrier touches it."""
+        press, place, at_first = touch
+        marked = [self._spots] if at_first else [self._spots, self._spots_at_first]
+        return any(press.surface in spots and spots[press.surface].reach(place) for spots in marked)
 
     def _follow(self, presses: Presses) -> None:
         """Since when who presses on what."""
@@ -115,29 +141,28 @@ class Spreading:
             if self._lasting.get(parts, self._now + 1) <= ripe
         ]
 
-    def _spread(self, places: list[_Touch]) -> None:
+    def _spread(self, touches: list[_Touch]) -> None:
         """From the contaminated to what they touch, and on, until nothing more is reached."""
         dirty = set(self._dirty)
         while True:
             self._dirty = dirty
             reached = {n for pair in self._touching if not dirty.isdisjoint(pair) for n in pair}
-            self._mark(places)
+            self._mark(touches)
             reached |= {
-                press.carrier
-                for press, place in places
-                if press.carrier not in dirty
-                and press.surface in self._spots
-                and self._spots[press.surface].reach(place)
+                touch[0].carrier
+                for touch in touches
+                if touch[0].carrier not in dirty and self._reached(touch)
             }
             if reached <= dirty:
                 return
             dirty = dirty | reached
 
-    def _mark(self, places: list[_Touch]) -> None:
+    def _mark(self, touches: list[_Touch]) -> None:
         """Leave on surfaces what contaminated carriers press onto them."""
-        for press, place in places:
+        for press, place, at_first in touches:
             if press.carrier in self._dirty:
-                self._spots.setdefault(press.surface, Spots(self._radius)).add(place)
+                spots = self._spots_at_first if at_first else self._spots
+                spots.setdefault(press.surface, Spots(self._radius)).add(place)
 
     def _row(self) -> Bools:
         size = len(self._names)

@@ -84,6 +84,32 @@ def test_a_surface_is_no_spot_before_it_was_touched():
     assert not seen(8, rows)("contaminated", "apple").any()
 
 
+def side_by_side(shift=(), lifted=()):
+    """The mug and the apple stand 3 cm apart on the counter, where contacts are said to be.
+
+    Args:
+        shift: steps at which the apple stands 2 cm from where it stood.
+        lifted: steps at which nothing carries the apple.
+    """
+    rows = [
+        *touch(range(12), "counter/body", "mug/body"),
+        *touch([s for s in range(12) if s not in lifted], "counter/body", "apple/body"),
+    ]
+    poses = arrays(12).object_pose.copy()
+    poses[list(shift), 1, 0] += 0.02
+    return look(film(12, rows, object_pose=poses), attributes=CLEAN)("contaminated", "apple")
+
+
+def test_what_stood_side_by_side_at_the_first_step_leaves_nothing_on_one_another():
+    assert not side_by_side().any()
+    assert not side_by_side(lifted=[4, 5, 6]).any()
+
+
+def test_what_is_put_beside_it_later_does():
+    assert at(side_by_side(shift=range(6, 12))) == list(range(6, 12))
+    assert at(side_by_side(lifted=range(3), shift=range(6, 12))) == list(range(4, 12))
+
+
 def test_a_door_that_moves_is_one_spot():
     rows = [
         *touch([0, 1], "cabinet/door", "mug/body"),
