@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
@@ -18,12 +20,18 @@ PUSHED = 0.005
 """What moved this far was pushed, m."""
 
 
-def _close_door(fault: bool) -> Plan:
-    """Pushes the right door of a cabinet shut with closed fingers."""
+def _close_door(role: str, pot: str, fault: bool) -> Plan:
+    """Pushes the right door of a cabinet shut with closed fingers.
+
+    Args:
+        role: the cabinet.
+        pot: what stands in it.
+        fault: whether it is in the way.
+    """
 
     def plan(arm: Arm) -> Motion:
-        cabinet, thing = Furniture(arm, "fxtr"), Thing(arm, "door_obj")
-        joint, hollow = cabinet.joint("rightdoorhinge"), Hollow(arm, "fxtr", "level0")
+        cabinet, thing = Furniture(arm, role), Thing(arm, pot)
+        joint, hollow = cabinet.joint("rightdoorhinge"), Hollow(arm, role, "level0")
         aside = arm.aside(np.asarray(joint.anchor)) + DOOR_GRIP
         front, where = hollow.ahead[0], thing.centre
         # Back first: the hand is beside the open door.
@@ -36,7 +44,7 @@ def _close_door(fault: bool) -> Plan:
         if fault:
             arm.truth.begins(
                 "mechanism_recovery",
-                "fxtr",
+                role,
                 when=lambda: bool(np.linalg.norm(thing.centre - where) > PUSHED),
             )
         yield from arm.move(
@@ -52,29 +60,54 @@ def _close_door(fault: bool) -> Plan:
     return plan
 
 
-def _on_shelf(ahead: float) -> Staging:
+def _on_shelf(role: str, pot: str, ahead: float) -> Staging:
     """A pot on the shelf behind the right door, which is half open; the left one is shut."""
     changes = (
-        SetOpen("fxtr", 0.6, "rightdoorhinge"),
-        Put("door_obj", "in", "fxtr", (ahead, -0.22, 0.0)),
+        SetOpen(role, 0.0, "leftdoorhinge"),
+        SetOpen(role, 0.6, "rightdoorhinge"),
+        Put(pot, "in", role, (ahead, -0.22, 0.0)),
     )
-    return Staging(changes, {"door_obj": ("pot",)})
+    return Staging(changes, {pot: ("pot",)})
+
+
+CABINETS = {
+    "OpenCabinet": ("fxtr", "door_obj"),
+    "ArrangeBreadBasket": ("cab", "dstr_dining"),
+    "WeighIngredients": ("cab", "digital_scale"),
+}
+"""By task, a cabinet with two doors, and what may be a pot that stands in it."""
+
+
+CROWDED = {"ArrangeTea": ("cab", "container")}
+"""Likewise; what stands in it by itself is in the door's way, whatever the pot does."""
+
+
+def _shutting(
+    name: str, doc: str, cabinets: Mapping[str, tuple[str, str]], ahead: float, near_miss: bool
+) -> Fault:
+    return Fault(
+        name,
+        "mechanism_recovery",
+        doc,
+        {task: _close_door(*there, not near_miss) for task, there in cabinets.items()},
+        {task: _on_shelf(*there, ahead) for task, there in cabinets.items()},
+        near_miss=near_miss,
+    )
 
 
 SHUTTING = (
-    Fault(
+    _shutting(
         "shut_onto_pot",
-        "mechanism_recovery",
         "pushes a cabinet's door shut onto a pot that stands out over the shelf",
-        {"OpenCabinet": _close_door(True)},
-        {"OpenCabinet": _on_shelf(-0.145)},
+        CABINETS | CROWDED,
+        -0.145,
+        False,
     ),
-    Fault(
+    _shutting(
         "shut_before_pot",
-        "mechanism_recovery",
         "pushes a cabinet's door shut, 2 cm in front of a pot",
-        {"OpenCabinet": _close_door(False)},
-        {"OpenCabinet": _on_shelf(-0.08)},
-        near_miss=True,
+        CABINETS,
+        -0.08,
+        True,
     ),
 )
