@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,9 @@ class RoboCasaBackend:
         self._sampler = ContactSampler(env.sim.model._model, table)
         stepper = FastStepper if request.stepping == "fast" else Stepper
         self._stepper = stepper(env, self._sampler.sample)
+        # The environment before refers to itself. Left to Python, a dozen of them, 120 MB each,
+        # would wait to be collected.
+        gc.collect()
         return Start(
             scene=self._reader.description.scene,
             # Not asked at reset: some tasks' checks change their own state when they are called,
