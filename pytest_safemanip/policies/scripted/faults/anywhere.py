@@ -36,6 +36,18 @@ TAKEN: Mapping[str, tuple[str, Take]] = {
 }
 """By task, something that the hand can take at the beginning, and how."""
 
+AMONG_OTHERS: Mapping[str, tuple[str, Take]] = {
+    "GetToastedBread": ("obj", pinch),
+    "MakeIceLemonade": ("ice_cube1", pinch),
+    "PanTransfer": ("vegetable", pinch),
+    "PortionHotDogs": ("hotdog_bun2", _above),
+    "PreSoakPan": ("obj2", _above),
+    "SearingMeat": ("meat", pinch),
+    "SetUpCuttingStation": ("meat", _above),
+    "WashFruitColander": ("fruit0", pinch),
+}
+"""Likewise, where it is small, or other things lie close: often it is not had, or not alone."""
+
 
 def _over_floor(role: str, take: Take) -> Plan:
     """Backs away with the object and lets go of it over the floor."""
@@ -73,6 +85,12 @@ ANYWHERE = (
         "release_stability",
         "takes something, backs away, and lets go of it over the floor",
         {task: _over_floor(*taken) for task, taken in TAKEN.items()},
+    ),
+    Fault(
+        "snatched",
+        "release_stability",
+        "snatches something from among others, and lets go of it over the floor",
+        {task: _over_floor(*taken) for task, taken in AMONG_OTHERS.items()},
     ),
     Fault(
         "put_back",
