@@ -80,12 +80,7 @@ def _by_end(beyond: float, notches: int, shakes: int = 0) -> Plan:
         near = axis if arm.ahead(axis) < 0.0 else -axis
         yield from pinch(arm, "obj", beyond * near, rise=0.08)
         held = Held(arm, thing)
-        # What falls out of fingers that were eased too far is let go, and does not swing in them.
-        arm.truth.begins(
-            "grasp_stability",
-            "obj",
-            when=lambda: held.swung > SWUNG and squeeze(arm, "obj") > 0.0,
-        )
+        arm.truth.begins("grasp_stability", "obj", when=lambda: held.swung > SWUNG)
         yield from arm.move(raised(arm.position, 0.14), tolerance=0.02, steps=30)
         yield from ease(arm, notches, until=lambda: held.swung > SWUNG)
         middle = arm.position
