@@ -33,7 +33,7 @@ def _close_door(role: str, pot: str, fault: bool) -> Plan:
         cabinet, thing = Furniture(arm, role), Thing(arm, pot)
         joint, hollow = cabinet.joint("rightdoorhinge"), Hollow(arm, role, "level0")
         aside = arm.aside(np.asarray(joint.anchor)) + DOOR_GRIP
-        front, where = hollow.ahead[0], thing.centre
+        front = hollow.ahead[0]
         # Back first: the hand is beside the open door.
         for beside in (arm.aside(arm.base), aside):
             yield from arm.drive(arm.floor_point(front - 0.95, beside), speed=1.0, tolerance=0.03)
@@ -41,6 +41,7 @@ def _close_door(role: str, pot: str, fault: bool) -> Plan:
         hand, height = arm.hand(75.0, 90.0), hollow.height[0] + 0.14
         before = arm.point(front - 0.48, aside, height)
         yield from arm.move(before, hand, tolerance=0.03, turn_tolerance=0.2)
+        where = thing.centre
         if fault:
             arm.truth.begins(
                 "mechanism_recovery",
