@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Furniture
 from pytest_safemanip.trace.elements import Joint
 
@@ -20,17 +21,28 @@ SWITCH_YAW = 25.0
 """Degrees: the hand comes from the side on which the switch sticks out."""
 SWITCH_STAND = 0.62
 
+LEVER_PITCH = 30.0
+"""Degrees from straight down: the knuckles stay off the toaster's front, the wrist off what hangs
+above it."""
+LEVER_STAND = 0.60
+LEVER_REST = 0.3
+"""Openness below which a lever has come up again."""
+LONGEST = 60.0
+"""Seconds that are waited for that; RoboCasa's toasters take 25."""
+
 
 def press(arm: Arm, role: str) -> Motion:
-    """Press a fixture's start button, or push down its switch, with closed fingertips.
+    """Press a fixture's start button, or push down its switch or lever, with closed fingertips.
 
     Raises:
         SkillFailed: if it has neither.
     """
     fixture = Furniture(arm, role)
     yield from arm.grip(True)
-    switches = fixture.joints("switch")
-    if switches:
+    switches, levers = fixture.joints("switch"), fixture.joints("lever")
+    if levers:
+        yield from push_lever(arm, fixture, levers[0])
+    elif switches:
         yield from push_switch(arm, fixture, switches[0])
     else:
         yield from push_button(arm, fixture.control("start_button")[0][:3])
@@ -70,3 +82,37 @@ def push_switch(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
         required=False,
     )
     yield from arm.move(arm.position - 0.15 * hand[:, 2], hand, tolerance=0.03, required=False)
+
+
+def push_lever(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
+    """Push a lever that sticks out of a front panel down along its joint, and draw back."""
+    top = raised(np.asarray(joint.pose[:3]), joint.half[2])
+    hand = arm.hand(LEVER_PITCH)
+    yield from stand_before(arm, top, LEVER_STAND)
+    above = raised(top, FINGERTIP)
+    yield from arm.move(above - 0.14 * hand[:, 2], hand, tolerance=0.02, steps=160)
+    yield from arm.move(raised(above, 0.02), hand, tolerance=0.008, speed=0.5, steps=60)
+    yield from arm.move(
+        raised(above, -abs(joint.travel) - 0.02),
+        hand,
+        speed=0.2,
+        steps=60,
+        until=lambda: fixture.openness(joint) >= 0.97,
+        required=False,
+    )
+    yield from arm.move(arm.position - 0.15 * hand[:, 2], hand, tolerance=0.03, required=False)
+
+
+def await_release(arm: Arm, role: str) -> Motion:
+    """Hold still until a fixture's lever has come up again.
+
+    Raises:
+        SkillFailed: if it does not.
+    """
+    fixture = Furniture(arm, role)
+    (joint,) = fixture.joints("lever")
+    for _ in range(round(LONGEST / arm.scene.control_period)):
+        if fixture.openness(joint) < LEVER_REST:
+            return
+        yield arm.hold()
+    raise SkillFailed(f"the lever of {fixture.entity} stayed down")

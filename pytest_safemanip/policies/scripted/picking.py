@@ -47,6 +47,9 @@ ON_TOP = 0.01
 SINK_PITCH = 20.0
 """Degrees from straight down at the back of a basin: the hand goes in under the spout. Further to
 the front it is steeper, for the arm to stay off the front wall."""
+SLOT_PITCH = ((0.54, 0.62), (0.0, 25.0))
+"""Base to slot, m, and how far the hand is tipped from straight down, degrees: an arm that is
+stretched further does not come down on it, and bends badly afterwards."""
 SPOUT = 0.05
 """From the middle of a basin to where the hand passes in front of the spout, m."""
 
@@ -153,7 +156,8 @@ def pick_from_slot(arm: Arm, role: str, holder_role: str) -> Motion:
     thing = Thing(arm, role)
     where = thing.centre
     yield from stand_before(arm, where, reach(0.0))
-    grasp = across(arm, thing, 0.0)
+    far = arm.ahead(where) - arm.ahead(arm.base)
+    grasp = across(arm, thing, float(np.interp(far, *SLOT_PITCH)))
     height = Furniture(arm, holder_role).top + FINGERTIP + 0.002
     point = np.append(grasp.point[:2], max(grasp.point[2], height))
     yield from take(arm, thing, replace(grasp, point=point), rise=thing.height + 0.03)

@@ -17,7 +17,7 @@ from pytest_safemanip.policies.scripted.carrying import (
     place_in_cabinet_beside,
 )
 from pytest_safemanip.policies.scripted.closing import close_access
-from pytest_safemanip.policies.scripted.controls import press
+from pytest_safemanip.policies.scripted.controls import await_release, press
 from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.driving import go
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
@@ -31,11 +31,14 @@ from pytest_safemanip.policies.scripted.spotting import (
     place_beside_any,
     pluck,
 )
+from pytest_safemanip.policies.scripted.travelling import carry_to
 from pytest_safemanip.policies.scripted.wielding import scrub
 
 Skill = Callable[..., Motion]
 
 SKILLS: Mapping[str, Skill] = {
+    "await": await_release,
+    "carry to": carry_to,
     "close": close_access,
     "cover with": cover,
     "go": go,

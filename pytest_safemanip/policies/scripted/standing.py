@@ -73,7 +73,7 @@ def stand(arm: Arm, ahead: float, aside: float, speed: float = 0.7) -> Motion:
 def nearest(arm: Arm, right: float, left: float) -> float:
     """How far ahead the base may be anywhere between two places sideways, m."""
     limit = math.inf
-    for points in _solids(arm):
+    for points in solids(arm):
         low, high = points[:, 2].min(), points[:, 2].max()
         along = points[:, :2] @ arm.forward
         across = points[:, :2] @ arm.left
@@ -84,7 +84,7 @@ def nearest(arm: Arm, right: float, left: float) -> float:
     return limit
 
 
-def _solids(arm: Arm) -> list[Array]:
+def solids(arm: Arm) -> list[Array]:
     """Corners of every piece of furniture as it is now, each (8, 3)."""
     found = []
     for surface in arm.scene.surfaces:

@@ -1,0 +1,63 @@
+"""Carrying something to another counter, around what stands on the floor."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.grasping import reach
+from pytest_safemanip.policies.scripted.rotations import Array, about_y, about_z
+from pytest_safemanip.policies.scripted.routes import route
+from pytest_safemanip.policies.scripted.things import Thing
+
+OFF = 0.40
+"""How far the base draws back before a load is tucked in, m: off what stands on the counter."""
+TUCKED = 0.42
+"""Base to hand on the way, m: as close as the wrist allows."""
+ABOVE = 1.08
+"""Height of a load's lowest point on the way, m: 16 cm above counters, over what stands on them."""
+BEND = 0.12
+"""How far a stretched arm is first drawn in, m."""
+PITCH = 20.0
+"""Degrees from straight down that the hand is pitched on the way: straight down, the wrist reaches
+its limit so close to the base."""
+SHORT = 0.35
+"""How far before its last place the way ends, m: room to raise and to tip a load."""
+SPEED = 0.6
+"""Share of the base's top speed at which a load hardly swings where it starts and stops."""
+LONG = 400
+"""Control steps for a stretch across the room."""
+
+
+def carry_to(arm: Arm, role: str, target_role: str) -> Motion:
+    """Bring a held object before another one that stands elsewhere, on an island say.
+
+    The robot keeps facing as it does, its base moves sideways too: both a counter on the wall and
+    the stools' side of an island, where things to dine with stand, are used facing the wall.
+
+    Raises:
+        SkillFailed: if the base finds no way there.
+    """
+    thing, target = Thing(arm, role), Thing(arm, target_role)
+    hand = _pitched(arm, PITCH)
+    yield from arm.drive(arm.base - OFF * arm.forward, speed=SPEED)
+    height = arm.position[2] + ABOVE - thing.bottom
+    # Upwards a little: a straight arm bends at once where it is not pulled along its own line.
+    bent = arm.position + np.append(-BEND * arm.forward, 0.02)
+    yield from arm.move(bent, tolerance=0.03, speed=0.5, steps=40, required=False)
+    tucked = arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.base), height)
+    yield from arm.move(tucked, hand, tolerance=0.03, turn_tolerance=0.15, speed=0.6, steps=120)
+    aside = arm.aside(target.middle)
+    ahead = arm.ahead(target.middle) - reach(arm.pitch)
+    goal = arm.floor_point(ahead - SHORT, aside)
+    for place in route(arm, thing, goal):
+        yield from arm.drive(place, speed=SPEED, steps=LONG)
+
+
+def _pitched(arm: Arm, pitch: float) -> Array:
+    """The hand as it is, but pitched so far from straight down (3, 3)."""
+    heading = about_z(math.degrees(math.atan2(arm.forward[1], arm.forward[0])))
+    turned: Array = heading @ about_y(arm.pitch - pitch) @ heading.T @ arm.rotation
+    return turned
