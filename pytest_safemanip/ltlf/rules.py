@@ -135,21 +135,8 @@ class Rules:
         )
 
 
-@lru_cache(maxsize=1024, typed=True)
-def rules_of(
-    dfa: Dfa,
-    dt: float,
-    deadline_s: float | None,
-    discharged_by: DischargedBy,
-    profile: Profile,
-    trigger: Formula | None,
-) -> Rules:
-    """These rules; made once, for they are the same in every rollout.
-
-    Raises:
-        ConfigError: as :class:`Rules`.
-    """
-    return Rules(dfa, dt, deadline_s, discharged_by, profile, trigger)
+rules_of = lru_cache(maxsize=1024, typed=True)(Rules)
+"""Rules made once: they are the same in every rollout."""
 
 
 def check_acting(acting: BoolArray | None, steps: int) -> BoolArray:
