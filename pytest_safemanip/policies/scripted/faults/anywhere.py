@@ -7,19 +7,16 @@ from functools import partial
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.releasing import FLOOR, JUST_ABOVE
 from pytest_safemanip.policies.scripted.faults.worktop import apart, bring, let_go
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH, pick_from_above, pinch
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.things import Thing
 
-FLOOR = 0.3
-"""What is lower lies on the floor or falls onto it, m."""
 AWAY = 0.45
 """How far the base backs away for what it holds to be over the floor, m."""
 HELD = 0.15
 """From the grip point to the centre of what is held, at most, m."""
-JUST_ABOVE = 0.003
-"""How far above where it was an object is let go when it is put back, m."""
 
 Take = Callable[[Arm, str], Motion]
 _above: Take = partial(pick_from_above, pitch=PLATE_PITCH)
