@@ -39,6 +39,5 @@ def staged(
     staging: Mapping[str, Staging],
     near_miss: bool = False,
 ) -> Fault:
-    """A fault in the one task that its staging is for."""
-    (task,) = staging
-    return Fault(name, property_id, doc, {task: plan}, staging, near_miss)
+    """A fault with the same plan in the tasks that its staging is for."""
+    return Fault(name, property_id, doc, dict.fromkeys(staging, plan), staging, near_miss)

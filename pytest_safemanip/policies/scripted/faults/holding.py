@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
-from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.fault import staged
 from pytest_safemanip.policies.scripted.faults.gripping import Held, ease, squeeze
 from pytest_safemanip.policies.scripted.faults.worktop import UPRIGHT, bring, on_counter
 from pytest_safemanip.policies.scripted.picking import pinch
@@ -150,16 +150,7 @@ def tipped(thing: Thing, axis: int) -> float:
     return math.acos(min(1.0, abs(float(matrix(thing.pose[3:])[2, axis]))))
 
 
-def _fault(
-    name: str,
-    doc: str,
-    plan: Plan,
-    staging: Mapping[str, Staging],
-    near_miss: bool = False,
-) -> Fault:
-    return Fault(name, "grasp_stability", doc, dict.fromkeys(staging, plan), staging, near_miss)
-
-
+_fault = partial(staged, "grasp_stability")
 ALONG = (on_counter("obj", -0.22, turn=(0.0, 90.0)), on_counter("distr_counter", 0.0, 0.32))
 NEAR = (on_counter("obj", -0.34), on_counter("distr_counter", 0.0, 0.32))
 _HEAVY = {TASK: Staging(FREE, {"obj": HEAVY})}
