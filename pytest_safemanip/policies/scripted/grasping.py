@@ -84,7 +84,7 @@ def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0) -> Grasp:
     return Grasp(point, hand, min(1.0, (narrow[1] + 0.03) / 0.08))
 
 
-def around(arm: Arm, thing: Thing, pitch: float) -> Grasp:
+def around(arm: Arm, thing: Thing, pitch: float, flat: float = 45.0, handle: float = 90.0) -> Grasp:
     """Around an upright cup, the fingers level and off its handle, the palm just off its rim.
 
     A rim alone cannot hold one: the gripper is a position servo, and presses with 1 N for each
@@ -94,6 +94,8 @@ def around(arm: Arm, thing: Thing, pitch: float) -> Grasp:
         arm: the arm.
         thing: the cup.
         pitch: of the hand, degrees.
+        flat: from one flat side to the next, degrees: between them, it turns in the fingers.
+        handle: least angle from the fingers' line to the handle, degrees.
 
     Raises:
         SkillFailed: if it is too wide.
@@ -101,12 +103,13 @@ def around(arm: Arm, thing: Thing, pitch: float) -> Grasp:
     width = thing.sides()[0][1]
     if width > GAP:
         raise SkillFailed("the cup is too wide for the gripper")
-    handle, axes = (thing.centre - thing.middle)[:2], matrix(thing.pose[3:])
+    out, axes = (thing.centre - thing.middle)[:2], matrix(thing.pose[3:])
+    most = HANDLE * width + np.linalg.norm(out) * math.cos(math.radians(handle))
     best = math.inf
-    for turn in range(8):
-        side = about_z(45.0 * turn) @ (axes[:, 0] * (1.0, 1.0, 0.0))
+    for turn in np.arange(0.0, 360.0, flat).tolist():
+        side = about_z(turn) @ (axes[:, 0] * (1.0, 1.0, 0.0))
         yaw = fold(angle(arm, side), 90.0)
-        if abs(yaw) < best and abs(side[:2] @ handle) <= HANDLE * width:
+        if abs(yaw) < best and abs(side[:2] @ out) <= most:
             best, turned = abs(yaw), yaw
     hand, tip = arm.hand(pitch, yaw=turned), math.radians(pitch)
     # The near rim is where the palm would touch first.
@@ -152,8 +155,16 @@ def take(arm: Arm, thing: Thing, grasp: Grasp, rise: float = 0.08, back: float =
     yield from lift(arm, thing, grasp.hand, rise)
 
 
-def lift(arm: Arm, thing: Thing, hand: Array, rise: float) -> Motion:
+def lift(arm: Arm, thing: Thing, hand: Array, rise: float, back: float = 0.0) -> Motion:
     """Close the fingers and rise.
+
+    Args:
+        arm: the arm.
+        thing: what is between the fingers.
+        hand: orientation (3, 3).
+        rise: how far it is lifted, m.
+        back: how far it is drawn towards the robot meanwhile, m; near the end of its reach the arm
+            rises no other way.
 
     Raises:
         SkillFailed: if the object did not come along.
@@ -161,7 +172,12 @@ def lift(arm: Arm, thing: Thing, hand: Array, rise: float) -> Motion:
     before = thing.bottom
     yield from arm.grip(True, 14)
     yield from arm.move(
-        raised(arm.position, rise), hand, tolerance=0.02, speed=0.35, steps=40, required=False
+        raised(arm.position - back * np.append(arm.forward, 0.0), rise),
+        hand,
+        tolerance=0.02,
+        speed=0.35,
+        steps=40,
+        required=False,
     )
     if thing.bottom - before < LIFTED:
         raise SkillFailed("the object was not lifted")

@@ -22,6 +22,7 @@ from pytest_safemanip.policies.scripted.grasping import (
     take,
 )
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.shelves import pick_from_shelf
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -96,14 +97,16 @@ def pinch(arm: Arm, role: str, offset: Array = MIDDLE, rise: float = 0.05) -> Mo
 
 
 def pick_from(arm: Arm, role: str, holder_role: str) -> Motion:
-    """Pick up what lies in an open drawer, in a basin, on another object or on a counter, or sticks
-    out of a slot.
+    """Pick up what lies in an open drawer, in a basin, on another object or on a counter, stands in
+    a cabinet, or sticks out of a slot.
 
     Raises:
         SkillFailed: if it is too wide or was not lifted.
     """
     if arm.scene.roles[holder_role] in arm.scene.object_index:
         yield from pick_from_above(arm, role, PLATE_PITCH)
+    elif any(door.kind == "hinge" for door in Furniture(arm, holder_role).doors()):
+        yield from pick_from_shelf(arm, role, holder_role)
     elif Furniture(arm, holder_role).doors():
         yield from pick_from_drawer(arm, role, holder_role)
     elif Thing(arm, role).bottom > Furniture(arm, holder_role).top - ON_TOP:

@@ -24,7 +24,12 @@ from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
 from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
 from pytest_safemanip.policies.scripted.picking import grasp_cup, pick_from, pick_from_counter
-from pytest_safemanip.policies.scripted.putting import lay_onto, place_onto, place_under
+from pytest_safemanip.policies.scripted.putting import (
+    lay_onto,
+    place_onto,
+    place_onto_beside,
+    place_under,
+)
 from pytest_safemanip.policies.scripted.sliding import lift_head, slide_rack, swing_spout
 from pytest_safemanip.policies.scripted.spotting import (
     place_beside_alike,
@@ -53,6 +58,7 @@ SKILLS: Mapping[str, Skill] = {
     "place in": place_in_cabinet,
     "place in beside": place_in_cabinet_beside,
     "place onto": place_onto,
+    "place onto beside": place_onto_beside,
     "place under": place_under,
     "place on beside": place_beside_any,
     "place on beside or": place_beside_alike,

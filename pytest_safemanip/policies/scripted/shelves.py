@@ -1,0 +1,96 @@
+"""Taking something off the lowest shelf of an open wall cabinet."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.grasping import HANDLE, Grasp, around, lift
+from pytest_safemanip.policies.scripted.standing import nearest
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+
+PITCHES = (50.0, 62.0)
+"""Degrees from straight down for a hand that is straight ahead, and for one that is turned by 45
+degrees: steeper, the arm is at the end of its reach; more level, the palm keeps the pads off the
+middle of what they grip, which swings then."""
+CUP_SIDES, JAR_SIDES = 45.0, 90.0
+"""Degrees from one side on which the pads lie flat to the next. A pad on an edge is a hinge."""
+OFF_HANDLE = 45.0
+"""Least angle from the fingers' line to a cup's handle, degrees: a finger fits beside it."""
+OUTSIDE = 0.24
+"""From the grip point to the front of the cabinet before the hand goes in, m: the palm's room."""
+TUCKED = 0.45
+"""Base to hand while the hand is raised between the open doors, m."""
+INSIDE = 0.50
+"""Base to hand inside the cabinet, m."""
+ENTRY = 0.05
+"""Before the grip point along the approach, m, from where the hand goes straight: the fingertips
+come in above the rim."""
+RISE, BACK = 0.045, 0.05
+"""How far it is lifted off the shelf and drawn back meanwhile, m: stretched out, the arm does not
+rise."""
+GENTLY = 0.4
+"""Speed at which what hangs by its rim hardly swings."""
+LOW = 1.15
+"""Height at which the hand passes below a cabinet and its doors with a load, m."""
+
+
+def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
+    """Pinch something upright in an open cabinet, bring it out and down in front of the counter.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
+    front, _ = cabinet.opening()
+    grasp = off_the_shelf(arm, thing)
+    approach = grasp.hand[:, 2]
+    entry = grasp.point - ENTRY * approach
+    start, aside = front - OUTSIDE - TUCKED, arm.aside(entry)
+    yield from arm.drive(arm.floor_point(min(start, arm.ahead(arm.base)), arm.aside(arm.base)))
+    yield from arm.drive(arm.floor_point(start, aside))
+    yield from arm.open_to(grasp.opening)
+    before = arm.point(start + TUCKED, aside, entry[2])
+    yield from arm.move(before, grasp.hand, tolerance=0.035, turn_tolerance=0.2, steps=140)
+    inside = min(arm.ahead(grasp.point) - INSIDE, nearest(arm, aside, aside))
+    yield from arm.drive(
+        arm.floor_point(inside, aside),
+        speed=0.5,
+        until=lambda: arm.ahead(entry) - arm.ahead(arm.position) < 0.015,
+    )
+    for off, tolerance, speed in ((ENTRY / 2.0, 0.015, 0.6), (0.0, 0.006, 0.3)):
+        yield from arm.move(
+            grasp.point - off * approach,
+            grasp.hand,
+            tolerance=tolerance,
+            turn_tolerance=0.08,
+            speed=speed,
+            steps=60,
+            required=False,
+            exact=True,
+        )
+    yield from lift(arm, thing, grasp.hand, RISE, BACK)
+    tucked = arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.position), arm.position[2])
+    yield from arm.move(
+        tucked, grasp.hand, tolerance=0.02, turn_tolerance=0.15, speed=GENTLY, steps=60
+    )
+    yield from arm.drive(arm.floor_point(start - BACK, aside), speed=GENTLY)
+    low = np.append(arm.position[:2], LOW)
+    yield from arm.move(
+        low, grasp.hand, tolerance=0.03, turn_tolerance=0.15, speed=GENTLY, steps=140
+    )
+
+
+def off_the_shelf(arm: Arm, thing: Thing) -> Grasp:
+    """How something upright is gripped on a shelf, at the height of the robot's shoulder.
+
+    Raises:
+        SkillFailed: if it is too wide.
+    """
+    cup = np.linalg.norm((thing.centre - thing.middle)[:2]) > HANDLE * thing.height
+    sides = CUP_SIDES if cup else JAR_SIDES
+    approach = around(arm, thing, PITCHES[0], sides, OFF_HANDLE).hand[:, 2]
+    yaw = math.degrees(math.atan2(abs(arm.aside(approach)), arm.ahead(approach)))
+    return around(arm, thing, float(np.interp(yaw, (0.0, 45.0), PITCHES)), sides, OFF_HANDLE)
