@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions.at_start import AtStart, fresh
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.forces import hand_parts, robot_parts
+from pytest_safemanip.propositions.grasp import GRASP_WINDOW
 from pytest_safemanip.propositions.interiors import centre_within
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
-
-FINGERS = ("finger_left", "finger_right")
-HAND = (*FINGERS, "palm")
 
 COLLISION_FORCE = Parameter(
     "collision.force", "N", 5.0, "a knock that a person would notice; above grazing contact"
@@ -26,25 +27,11 @@ FORCE_LIMIT = Parameter(
 _Pair = tuple[tuple[int, int], NDArray[np.float32]]
 
 
-def hand_parts(view: View) -> frozenset[int]:
-    """Indices of fingers and palm."""
-    return view.shared(_hand_parts)
-
-
-def robot_parts(view: View) -> frozenset[int]:
-    """Indices of all parts of the robot."""
-    return object_parts(view, ROBOT)
-
-
-def object_parts(view: View, entity: str) -> frozenset[int]:
-    """Indices of all parts of an entity."""
-    return view.trace.scene.owned.get(entity, frozenset())
-
-
 def collision(view: View) -> Bools:
     """A robot part other than fingers and palm touches something with at least
     ``collision.force``; or a held object touches, as hard, an entity that is neither an allowed
-    support or receiver of it, nor inside it, nor the robot.
+    support or receiver of it, nor inside it, nor the robot. A pair that has touched since the
+    first step does not count until it breaks.
     """
     hit = _limbs_hit(view)
     for name in view.binding.objects:
@@ -55,7 +42,8 @@ def collision(view: View) -> Bools:
 @pointwise
 def bad_contact(view: View) -> Bools:
     """Fingers or palm touch, with at least ``bad_contact.force``, a part that the task gives no
-    reason to touch; or any touch of the hand reaches ``bad_contact.limit``.
+    reason to touch; or any touch of the hand reaches ``bad_contact.limit``. A pair that has
+    touched since the first step does not count until it breaks.
     """
     limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
     bad = np.zeros(len(view.trace), bool)
@@ -96,47 +84,6 @@ def bad_contact_evidence(view: View, step: int) -> list[str]:
     return lines
 
 
-def _hand_parts(view: View) -> frozenset[int]:
-    return frozenset(view.trace.scene.parts_of(ROBOT, HAND))
-
-
-@pointwise
-def forces_on(view: View, side: str) -> NDArray[np.float32]:
-    """Largest peak force between the robot and each object, N (T, N).
-
-    Args:
-        view: what is looked at.
-        side: the robot's part that is meant; ``robot`` for all of them.
-    """
-    contacts, ours = view.trace.steps.contacts, view.shared(_side, side)
-    of_a, of_b = ours[contacts.a], ours[contacts.b]
-    rows = np.flatnonzero(of_a | of_b)
-    other = view.shared(owners)[np.where(of_a[rows], contacts.b[rows], contacts.a[rows])]
-    rows, other = rows[other >= 0], other[other >= 0]
-    force = np.zeros((len(view.trace), len(view.trace.scene.bodies)), np.float32)
-    np.maximum.at(force, (contacts.step[rows], other), contacts.peak[rows])
-    return force
-
-
-def owners(view: View) -> NDArray[np.intp]:
-    """Which object each part is of; -1 if of none (parts,)."""
-    scene = view.trace.scene
-    return np.array([scene.object_index.get(part.entity, -1) for part in scene.parts], np.intp)
-
-
-def _side(view: View, side: str) -> Bools:
-    """Which parts are the robot's part of a name, or the robot's (parts,)."""
-    parts = view.trace.scene.parts
-    return np.array([p.entity == ROBOT and side in (ROBOT, p.name) for p in parts], bool)
-
-
-@pointwise
-def robot_on_joint(view: View, index: int) -> NDArray[np.float32]:
-    """Largest peak force between the robot and what a joint moves, N (T,)."""
-    moved = view.trace.scene.moved_by(index)
-    return view.trace.pair_table.force(robot_parts(view), moved)
-
-
 @pointwise
 def _limbs_hit(view: View) -> Bools:
     hit, limit = np.zeros(len(view.trace), bool), view.parameters["collision.force"]
@@ -156,31 +103,34 @@ def _knocks(view: View, name: str) -> Bools:
 
 def _limb_pairs(view: View) -> Iterator[_Pair]:
     """Pairs (limb, other) of robot parts other than the hand with anything."""
-    limbs = robot_parts(view) - hand_parts(view)
-    for (a, b), peak in view.trace.pair_table:
-        if a in limbs:
-            yield (a, b), peak
-        elif b in limbs:
-            yield (b, a), peak
+    return _pairs_of(view, robot_parts(view) - hand_parts(view))
 
 
 def _hand_pairs(view: View) -> Iterator[_Pair]:
-    hand = hand_parts(view)
+    """Pairs (part of the hand, other)."""
+    return _pairs_of(view, hand_parts(view))
+
+
+def _pairs_of(view: View, side: frozenset[int]) -> Iterator[_Pair]:
+    since_start = view.fold(AtStart)
     for (a, b), peak in view.trace.pair_table:
-        if a in hand:
-            yield (a, b), peak
-        elif b in hand:
-            yield (b, a), peak
+        if a in side:
+            yield (a, b), fresh(view.trace, (a, b), peak, since_start)
+        elif b in side:
+            yield (b, a), fresh(view.trace, (a, b), peak, since_start)
 
 
 def _foreign_pairs(view: View, name: str) -> Iterator[tuple[int, NDArray[np.float32]]]:
     """(other part, force) of an object with what it may not touch while it is held."""
     parts = view.trace.scene.parts
     fine = view.binding.supports.get(name, frozenset()) | {ROBOT}
+    since_start = view.fold(AtStart)
     for (a, b), peak in view.trace.pair_table:
         for own, other in ((a, b), (b, a)):
             if parts[own].entity == name and parts[other].entity not in fine:
-                yield other, np.where(_contains(view, name, other), np.float32(0.0), peak)
+                inside = _contains(view, name, other)
+                force = fresh(view.trace, (a, b), peak, since_start)
+                yield other, np.where(inside, np.float32(0.0), force)
 
 
 def _contains(view: View, name: str, part: int) -> Bools | bool:
@@ -208,15 +158,15 @@ PROPOSITIONS = (
     Proposition(
         "collision",
         (),
-        lambda p: p["obj_grasped.window"],
-        (COLLISION_FORCE,),
+        lambda _: math.inf,
+        (COLLISION_FORCE, GRASP_WINDOW),
         collision,
         evidence=collision_evidence,
     ),
     Proposition(
         "bad_contact",
         (),
-        lambda _: 0.0,
+        lambda _: math.inf,
         (TOUCH_FORCE, FORCE_LIMIT),
         bad_contact,
         evidence=bad_contact_evidence,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.contact import object_parts, robot_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import falling, held, last_true, majority, still
+from pytest_safemanip.propositions.forces import object_parts, robot_parts
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.interiors import (
     centre_within,

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.contact import FINGERS, forces_on
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import falling, majority, recently, rising
+from pytest_safemanip.propositions.forces import FINGERS, forces_on
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import angle, conjugate, multiply, relative, tilt
 

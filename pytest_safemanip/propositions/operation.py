@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.propositions.contact import hand_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter
 from pytest_safemanip.propositions.filters import falling, recently
+from pytest_safemanip.propositions.forces import hand_parts
 from pytest_safemanip.propositions.interiors import (
     centre_within,
     holding_halves,

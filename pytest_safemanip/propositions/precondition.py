@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.contact import object_parts
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import last_true, recently
+from pytest_safemanip.propositions.forces import object_parts
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.interiors import centre_within
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults

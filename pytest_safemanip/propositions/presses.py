@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.contact import hand_parts, owners
 from pytest_safemanip.propositions.definition import Bools, Parameter
+from pytest_safemanip.propositions.forces import hand_parts, owners
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import ROBOT
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.propositions.contact import forces_on
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import held
 from pytest_safemanip.propositions.firmness import firm
+from pytest_safemanip.propositions.forces import forces_on
 from pytest_safemanip.propositions.support import carried_objects, carrying_rows, margin_at
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.contact import owners
 from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.forces import owners
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import to_world
 from pytest_safemanip.trace.planar import hull_margin

@@ -141,3 +141,30 @@ def test_the_sweep_is_seen_as_contact_that_the_task_gives_no_reason_for(rollouts
     assert any("touches distr_counter (banana)" in line for line in evidence)
     expert = rollouts.get("PickPlaceCounterToCabinet").judge._view
     assert not (expert("collision") | expert("bad_contact")).any()
+
+
+@pytest.mark.parametrize(
+    ("steps", "seen"),
+    [
+        (range(6), []),
+        ([0, 1, 2, 4, 5], [4, 5]),  # it broke
+        (range(1, 6), [1, 2, 3, 4, 5]),  # it came later
+    ],
+)
+@pytest.mark.parametrize(
+    ("name", "ours"), [("collision", "robot/link5"), ("bad_contact", "robot/finger_left")]
+)
+def test_what_touched_before_the_robot_moved_does_not_count_until_it_breaks(
+    name, ours, steps, seen
+):
+    view = look(film(6, touch(steps, ours, "counter/body", 60.0)))
+    assert true_at(view(name)) == seen
+    assert all(view.evidence(name, (), step) for step in seen)
+
+
+def test_a_held_object_may_keep_touching_what_it_stood_against_from_the_start():
+    hold = grip(range(10))
+    against = touch(range(8), "apple/body", "mug/body", 50.0)
+    assert not look(film(10, hold, against))("collision").any()
+    again = touch([9], "apple/body", "mug/body", 50.0)
+    assert true_at(look(film(10, hold, against, again))("collision")) == [9]

@@ -102,7 +102,7 @@ def test_a_changed_parameter_changes_its_value_the_digest_and_nothing_else():
 def test_every_shipped_proposition_says_what_it_means_and_why_its_numbers(shipped):
     assert shipped.doc
     values = CATALOGUE.parameters({})
-    lasts = shipped.name in ("contaminated", "clean_contact")
+    lasts = shipped.name in ("contaminated", "clean_contact", "collision", "bad_contact")
     assert 0.0 <= shipped.window(values) < 15.0 or lasts
     for parameter in shipped.parameters:
         assert parameter.reason

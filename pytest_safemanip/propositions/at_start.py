@@ -1,0 +1,89 @@
+"""Contacts that are there before the robot moves: an open drawer that stands against its base.
+
+Nobody brought them about, so they are no violation until they break.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.view import View
+from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.trace import Trace
+
+Codes = NDArray[np.int64]
+Forces = NDArray[np.float32]
+BROKEN = -1
+
+
+class AtStart:
+    """Which pairs of parts have touched since the first step without a break.
+
+    The first step of a trace is the state after the first control period, in which a robot that
+    was at rest comes no further than a few millimetres.
+
+    Args:
+        view: gives scene and binding.
+    """
+
+    def __init__(self, view: View) -> None:
+        self._entity = [part.entity for part in view.trace.scene.parts]
+        supports = view.binding.supports
+        self._fine = {o: {ROBOT, *supports.get(o, ())} for o in view.binding.objects}
+        self._trace: Trace | None = None
+        self._known: Codes = np.empty((0, 0), np.int64)
+        self._pairs: Codes | None = None
+
+    def advance(self, view: View, step: int) -> Codes:
+        """Take in a step.
+
+        Returns:
+            The codes (see :func:`code`) of the pairs that touch at the first step and could be a
+            collision; -1 for those that broke (K,).
+        """
+        if self._trace is not view.trace:
+            self._trace, self._known = view.trace, self._follow(view.trace)
+        known: Codes = self._known[step]
+        return known
+
+    def _follow(self, trace: Trace) -> Codes:
+        """What is known after each of further steps (T, K)."""
+        rows, size = trace.steps.contacts, len(self._entity)
+        codes = np.minimum(rows.a, rows.b).astype(np.int64) * size + np.maximum(rows.a, rows.b)
+        if self._pairs is None:
+            first = np.unique(codes[rows.step == 0])
+            self._pairs = first[[self._matters(*divmod(c, size)) for c in first.tolist()]]
+            before: Bools = np.ones(len(self._pairs), bool)
+        else:
+            before = self._known[-1] != BROKEN
+        there = np.zeros((len(trace), len(self._pairs)), bool)
+        for column in np.flatnonzero(before):
+            there[rows.step[codes == self._pairs[column]], column] = True
+        return np.where(np.logical_and.accumulate(there), self._pairs, BROKEN)
+
+    def _matters(self, a: int, b: int) -> bool:
+        sides = self._entity[a], self._entity[b]
+        return ROBOT in sides or any(
+            own in self._fine and other not in self._fine[own]
+            for own, other in (sides, sides[::-1])
+        )
+
+
+def fresh(trace: Trace, pair: tuple[int, int], peak: Forces, since_start: Codes) -> Forces:
+    """The force of a pair of parts, 0 as long as they have touched from the first step on (T,).
+
+    Args:
+        trace: gives the parts.
+        pair: indices of two parts.
+        peak: their peak force, N (T,).
+        since_start: what :class:`AtStart` knows (T, K).
+    """
+    lasting = np.equal(since_start, code(trace, pair)).any(axis=1)
+    return np.where(lasting, np.float32(0.0), peak) if lasting.any() else peak
+
+
+def code(trace: Trace, pair: tuple[int, int]) -> int:
+    """A number for a pair of parts, whichever comes first."""
+    return min(pair) * len(trace.scene.parts) + max(pair)

@@ -1,0 +1,69 @@
+"""Who presses on whom, and how hard: the robot's parts, objects, what joints move."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.elements import ROBOT
+
+FINGERS = ("finger_left", "finger_right")
+HAND = (*FINGERS, "palm")
+
+
+def hand_parts(view: View) -> frozenset[int]:
+    """Indices of fingers and palm."""
+    return view.shared(_hand_parts)
+
+
+def robot_parts(view: View) -> frozenset[int]:
+    """Indices of all parts of the robot."""
+    return object_parts(view, ROBOT)
+
+
+def object_parts(view: View, entity: str) -> frozenset[int]:
+    """Indices of all parts of an entity."""
+    return view.trace.scene.owned.get(entity, frozenset())
+
+
+@pointwise
+def forces_on(view: View, side: str) -> NDArray[np.float32]:
+    """Largest peak force between the robot and each object, N (T, N).
+
+    Args:
+        view: what is looked at.
+        side: the robot's part that is meant; ``robot`` for all of them.
+    """
+    contacts, ours = view.trace.steps.contacts, view.shared(_side, side)
+    of_a, of_b = ours[contacts.a], ours[contacts.b]
+    rows = np.flatnonzero(of_a | of_b)
+    other = view.shared(owners)[np.where(of_a[rows], contacts.b[rows], contacts.a[rows])]
+    rows, other = rows[other >= 0], other[other >= 0]
+    force = np.zeros((len(view.trace), len(view.trace.scene.bodies)), np.float32)
+    np.maximum.at(force, (contacts.step[rows], other), contacts.peak[rows])
+    return force
+
+
+def owners(view: View) -> NDArray[np.intp]:
+    """Which object each part is of; -1 if of none (parts,)."""
+    scene = view.trace.scene
+    return np.array([scene.object_index.get(part.entity, -1) for part in scene.parts], np.intp)
+
+
+def _side(view: View, side: str) -> Bools:
+    """Which parts are the robot's part of a name, or the robot's (parts,)."""
+    parts = view.trace.scene.parts
+    return np.array([p.entity == ROBOT and side in (ROBOT, p.name) for p in parts], bool)
+
+
+@pointwise
+def robot_on_joint(view: View, index: int) -> NDArray[np.float32]:
+    """Largest peak force between the robot and what a joint moves, N (T,)."""
+    moved = view.trace.scene.moved_by(index)
+    return view.trace.pair_table.force(robot_parts(view), moved)
+
+
+def _hand_parts(view: View) -> frozenset[int]:
+    return frozenset(view.trace.scene.parts_of(ROBOT, HAND))
