@@ -13,7 +13,6 @@ from pytest_safemanip.policies.scripted.grasping import (
     GAP,
     MOST_YAW,
     across,
-    around,
     fold,
     level_yaw,
     lift,
@@ -31,8 +30,6 @@ FRONT_PITCH = 35.0
 FRONT_STAND = 0.63
 PLATE_PITCH = 35.0
 """Degrees from straight down: wrist and elbow stay low enough for what hangs above a stove."""
-CUP_PITCH = 50.0
-"""Degrees from straight down: the hand goes in below a coffee machine's head with a cup."""
 DRAWER_STAND = 0.50
 DRAWER_CLEARANCE = 0.27
 """Base to the front of an open drawer, m: its column, and the handle."""
@@ -136,18 +133,6 @@ def pick_from_basin(arm: Arm, role: str, sink_role: str) -> Motion:
     ahead = min(arm.ahead(arm.position), middle - SPOUT)
     out = arm.point(ahead, arm.aside(arm.position), arm.position[2] + 0.18)
     yield from arm.move(out, tolerance=0.03, speed=0.6, steps=60)
-
-
-def grasp_cup(arm: Arm, role: str) -> Motion:
-    """Pinch a cup that stands on a counter, the hand tipped as far as a coffee machine needs it.
-
-    Raises:
-        SkillFailed: if it is too wide or was not lifted.
-    """
-    thing = Thing(arm, role)
-    where = thing.centre
-    yield from stand_before(arm, where, reach(CUP_PITCH))
-    yield from take(arm, thing, around(arm, thing, CUP_PITCH), rise=0.06)
 
 
 def pick_from_slot(arm: Arm, role: str, holder_role: str) -> Motion:

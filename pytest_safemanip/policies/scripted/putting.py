@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, Target, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.grasping import reach
 from pytest_safemanip.policies.scripted.rotations import Array
-from pytest_safemanip.policies.scripted.standing import stand, stand_before
-from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.policies.scripted.standing import stand_before
+from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.trace.elements import ROBOT
 
 OVER = 0.03
@@ -27,11 +27,6 @@ LAY_PITCH = 55.0
 BEYOND = 0.035
 """How far beyond the middle a slice is laid down, m: the lower finger, on which it comes to lie,
 draws it back by 3 to 9 cm."""
-CLEAR_OF_FRONT = 0.04
-"""From a load to a machine in front of it, m, while it is moved sideways."""
-SHORT = 0.010
-"""How far before the middle of a tray a vessel is set down, m: the hand stays off what hangs
-above."""
 TOUCH = 0.5
 """Force that shows that a load stands on something, N."""
 
@@ -135,28 +130,6 @@ def carry_before(arm: Arm, role: str, where: Array, top: float, speed: float = 0
         )
     shift = arm.aside(arm.base) - arm.aside(thing.middle)
     yield from stand_before(arm, where, distance, shift, speed)
-
-
-def place_under(arm: Arm, role: str, machine_role: str) -> Motion:
-    """Put a held vessel on the tray of a machine, in below what hangs over it."""
-    thing = Thing(arm, role)
-    where, front = Furniture(arm, machine_role).tray()
-    far = thing.extent_ahead()[1] - arm.ahead(arm.base)
-    aside = arm.aside(where) - arm.aside(thing.middle) + arm.aside(arm.base)
-    yield from stand(arm, front - CLEAR_OF_FRONT - far, arm.aside(arm.base))
-    yield from stand(arm, front - CLEAR_OF_FRONT - far, aside)
-
-    def to(ahead: float) -> Target:
-        here = arm.floor_point(ahead, arm.aside(where))
-        rise = where[2] + 0.010
-        return lambda: arm.position + np.append(here - thing.middle[:2], rise - thing.bottom)
-
-    before = arm.ahead(thing.middle)
-    hand = arm.rotation
-    for ahead in (before, arm.ahead(where) - SHORT):
-        yield from arm.move(to(ahead), hand, tolerance=0.012, speed=0.4, steps=100)
-    yield from set_down(arm, role, 0.05)
-    yield from leave(arm)
 
 
 def set_down(arm: Arm, role: str, depth: float = 0.15) -> Motion:

@@ -19,16 +19,16 @@ from pytest_safemanip.policies.scripted.carrying import (
 from pytest_safemanip.policies.scripted.closing import close_access
 from pytest_safemanip.policies.scripted.controls import await_release, press
 from pytest_safemanip.policies.scripted.covering import cover
+from pytest_safemanip.policies.scripted.cups import grasp_cup, place_under
 from pytest_safemanip.policies.scripted.driving import go
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
 from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
-from pytest_safemanip.policies.scripted.picking import grasp_cup, pick_from, pick_from_counter
+from pytest_safemanip.policies.scripted.picking import pick_from, pick_from_counter
 from pytest_safemanip.policies.scripted.putting import (
     lay_onto,
     place_onto,
     place_onto_beside,
-    place_under,
 )
 from pytest_safemanip.policies.scripted.sliding import lift_head, slide_rack, swing_spout
 from pytest_safemanip.policies.scripted.spotting import (

@@ -8,6 +8,9 @@ from pytest_safemanip.sim.robocasa.standins.mjcf import Model
 from pytest_safemanip.sim.robocasa.standins.paint import BLACK, DARK_STEEL, GREEN, STEEL
 
 TRAY = 0.03
+LIP = 0.04
+"""How far the head reaches beyond its outlet, m: as in machines for single cups, whose tray sticks
+out farther than the head, so that a cup is put on it from the front."""
 COFFEE = (0.30, 0.15, 0.05, 0.0)
 
 
@@ -29,10 +32,12 @@ def coffee_machine(size: Vec3) -> Model:
     open_y, half_y = (split - hy) / 2, (split + hy) / 2
     model.box((0.0, open_y, -hz + TRAY / 2), (hx, half_y, TRAY / 2), paint=BLACK)
     head = 0.26 * size[2]
-    model.box((0.0, open_y, hz - head / 2), (hx, half_y, head / 2), paint=STEEL)
+    front = open_y - min(LIP, half_y)
+    over = (split - front) / 2
+    model.box((0.0, split - over, hz - head / 2), (hx, over, head / 2), paint=STEEL)
     outlet = hz - head
     model.look("cylinder", (0.0, open_y, outlet), (0.012, 0.012), DARK_STEEL)
-    button(model, "start_button", (0.0, -hy, hz - head / 2), GREEN, half=0.015)
+    button(model, "start_button", (0.0, front, hz - head / 2), GREEN, half=0.015)
     top = -hz + TRAY
     model.site("receptacle_place_site", (0.0, open_y, top + 0.002))
     fall = (outlet - top) / 2
