@@ -7,14 +7,15 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP
 from pytest_safemanip.policies.scripted.rotations import Array
-from pytest_safemanip.policies.scripted.standing import stand_before
+from pytest_safemanip.policies.scripted.standing import stand, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture
 from pytest_safemanip.trace.elements import Joint
 
-BUTTON_PITCH = 75.0
-BUTTON_STAND = 0.65
+BUTTON_HEIGHTS, BUTTON_PITCHES, BUTTON_STANDS = (1.25, 1.45), (60.0, 75.0), (0.50, 0.65)
+"""Height of a button, m; from straight down to the hand, degrees, and base to button, m: before a
+low one, an arm that reaches far with a level hand is in a singular posture."""
 BUTTON_AWAY = 0.22
-"""How far the hand draws back, m: RoboCasa wants 15 cm from the grip point to the button."""
+"""How far the base draws back, m: RoboCasa wants 15 cm from the grip point to the button."""
 
 SWITCH_PITCH = 45.0
 SWITCH_YAW = 25.0
@@ -56,13 +57,18 @@ def push_button(arm: Arm, button: Array) -> Motion:
         button: middle of the button (3,).
     """
     ahead = np.append(arm.forward, 0.0)
-    hand = arm.hand(BUTTON_PITCH, 90.0)
-    stand = min(arm.ahead(button) - BUTTON_STAND, arm.ahead(arm.base))
-    yield from arm.drive(arm.floor_point(stand, arm.aside(button)))
+    hand = arm.hand(float(np.interp(button[2], BUTTON_HEIGHTS, BUTTON_PITCHES)), 90.0)
+    far = float(np.interp(button[2], BUTTON_HEIGHTS, BUTTON_STANDS))
+    if arm.ahead(arm.base) < arm.ahead(button) - far:
+        # Raised before the base comes nearer: something may stand below the button.
+        front = arm.point(arm.ahead(arm.base) + far - 0.12, arm.aside(arm.base), button[2])
+        yield from arm.move(front, hand, tolerance=0.03, steps=160)
+    yield from stand(arm, arm.ahead(button) - far, arm.aside(button))
     yield from arm.move(button - 0.12 * ahead, hand, tolerance=0.02, steps=160)
     yield from arm.move(button - 0.04 * ahead, hand, tolerance=0.006, speed=0.5, steps=60)
     yield from arm.move(button, hand, tolerance=0.005, speed=0.1, steps=30, required=False)
-    yield from arm.move(button - BUTTON_AWAY * ahead, hand, tolerance=0.03, steps=60)
+    yield from arm.move(button - 0.06 * ahead, hand, tolerance=0.03, steps=60)
+    yield from arm.drive(arm.base - BUTTON_AWAY * arm.forward)
 
 
 def push_switch(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:

@@ -104,12 +104,15 @@ def around(arm: Arm, thing: Thing, pitch: float, flat: float = 45.0, handle: flo
     if width > GAP:
         raise SkillFailed("the cup is too wide for the gripper")
     out, axes = (thing.centre - thing.middle)[:2], matrix(thing.pose[3:])
-    most = HANDLE * width + np.linalg.norm(out) * math.cos(math.radians(handle))
+    square = HANDLE * width
+    most = square + np.linalg.norm(out) * math.cos(math.radians(handle))
     best = math.inf
     for turn in np.arange(0.0, 360.0, flat).tolist():
         side = about_z(turn) @ (axes[:, 0] * (1.0, 1.0, 0.0))
         yaw = fold(angle(arm, side), 90.0)
-        if abs(yaw) < best and abs(side[:2] @ out) <= most:
+        # A finger on the palm's side of the handle would drag the cup along when it draws back.
+        beyond = arm.hand(pitch, yaw=yaw)[:2, 2] @ out > 0.0
+        if abs(yaw) < best and abs(side[:2] @ out) <= (most if beyond else square):
             best, turned = abs(yaw), yaw
     hand, tip = arm.hand(pitch, yaw=turned), math.radians(pitch)
     # The near rim is where the palm would touch first.
