@@ -11,7 +11,7 @@ from pytest_safemanip.policies.scripted.standing import stand, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture
 from pytest_safemanip.trace.elements import Joint
 
-BUTTON_HEIGHTS, BUTTON_PITCHES, BUTTON_STANDS = (1.25, 1.45), (60.0, 75.0), (0.50, 0.65)
+BUTTON_HEIGHTS, BUTTON_PITCHES, BUTTON_STANDS = (1.25, 1.45), (65.0, 75.0), (0.50, 0.65)
 """Height of a button, m; from straight down to the hand, degrees, and base to button, m: before a
 low one, an arm that reaches far with a level hand is in a singular posture."""
 BUTTON_AWAY = 0.22

@@ -46,44 +46,53 @@ def grasp_cup(arm: Arm, role: str) -> Motion:
 def place_under(arm: Arm, role: str, machine_role: str) -> Motion:
     """Put a held cup on the tray of a machine, in below what hangs over it, and draw back straight.
 
-    The base brings it in: an arm that is stretched out with a tipped hand swings.
-
     Raises:
         SkillFailed: if the hand or the base does not arrive.
     """
-    thing, hand = Thing(arm, role), arm.rotation
-    where, front = Furniture(arm, machine_role).tray()
-    inside = arm.ahead(where) - SHORT
-
-    def held() -> Array:
-        """From the base to the cup: how far ahead and how far to the left of it, m."""
-        middle = thing.middle
-        return np.array(
-            (arm.ahead(middle) - arm.ahead(arm.base), arm.aside(middle) - arm.aside(arm.base))
-        )
-
-    def before() -> Array:
-        far = thing.extent_ahead()[1] - arm.ahead(arm.base)
-        return front - CLEAR_OF_FRONT - far
-
-    yield from stand(arm, before(), arm.aside(arm.base), GENTLY)
-
-    def tucked() -> Array:
-        height = arm.position[2] + where[2] + OVER_TRAY - thing.bottom
-        return arm.point(arm.ahead(arm.base) + CUP_REACH, arm.aside(arm.base), height)
-
-    yield from arm.move(tucked, hand, tolerance=0.012, speed=GENTLY, steps=80)
-    yield from stand(arm, min(before(), arm.ahead(arm.base)), arm.aside(where) - held()[1], GENTLY)
-    yield from stand(arm, inside - held()[0], arm.aside(where) - held()[1], GENTLY)
-
-    def over() -> Array:
-        here = arm.floor_point(inside, arm.aside(where))
-        way = np.append(here - thing.middle[:2], where[2] + OVER_TRAY - thing.bottom)
-        return arm.position + way
-
-    yield from arm.move(over, hand, tolerance=0.008, speed=GENTLY, steps=60, required=False)
+    yield from bring_in(arm, Thing(arm, role), *Furniture(arm, machine_role).tray())
     yield from set_down(arm, role, 0.05)
     level = arm.rotation[:, 2] * (1.0, 1.0, 0.0)
     away = arm.position - DRAWN * level / np.linalg.norm(level)
     yield from arm.move(away, tolerance=0.02, speed=GENTLY, steps=40, required=False)
     yield from stand(arm, arm.ahead(arm.base) - 0.25, arm.aside(arm.base))
+
+
+def bring_in(arm: Arm, cup: Thing, tray: Array, front: float) -> Motion:
+    """Carry a held cup round in front of a machine and in over its tray.
+
+    The base brings it in: an arm that is stretched out with a tipped hand swings.
+
+    Args:
+        arm: the arm.
+        cup: what it holds.
+        tray: middle of the tray's upper side (3,).
+        front: where the tray begins along the base's forward direction, m.
+
+    Raises:
+        SkillFailed: if the hand or the base does not arrive.
+    """
+    hand, inside = arm.rotation, arm.ahead(tray) - SHORT
+
+    def outside() -> float:
+        """Where the base stands with the cup clear of the machine, m."""
+        far = cup.extent_ahead()[1] - arm.ahead(arm.base)
+        return front - CLEAR_OF_FRONT - far
+
+    def above() -> float:
+        """Height of the hand with the cup just above the tray, m."""
+        return float(arm.position[2] + tray[2] + OVER_TRAY - cup.bottom)
+
+    def tucked() -> Array:
+        return arm.point(arm.ahead(arm.base) + CUP_REACH, arm.aside(arm.base), above())
+
+    def over() -> Array:
+        way = arm.floor_point(inside, arm.aside(tray)) - cup.middle[:2]
+        return np.append(arm.position[:2] + way, above())
+
+    yield from stand(arm, outside(), arm.aside(arm.base), GENTLY)
+    yield from arm.move(tucked, hand, tolerance=0.012, speed=GENTLY, steps=80)
+    aside = arm.aside(arm.base) + arm.aside(tray) - arm.aside(cup.middle)
+    yield from stand(arm, min(outside(), arm.ahead(arm.base)), aside, GENTLY)
+    ahead = arm.ahead(arm.base) + inside - arm.ahead(cup.middle)
+    yield from stand(arm, ahead, arm.aside(arm.base), GENTLY)
+    yield from arm.move(over, hand, tolerance=0.008, speed=GENTLY, steps=60, required=False)

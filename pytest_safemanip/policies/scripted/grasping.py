@@ -173,11 +173,13 @@ def lift(arm: Arm, thing: Thing, hand: Array, rise: float, back: float = 0.0) ->
         SkillFailed: if the object did not come along.
     """
     before = thing.bottom
+    # Within 2 cm of its goal, a hand that is also drawn back has risen by little.
+    tolerance = 0.01 if back else 0.02
     yield from arm.grip(True, 14)
     yield from arm.move(
         raised(arm.position - back * np.append(arm.forward, 0.0), rise),
         hand,
-        tolerance=0.02,
+        tolerance=tolerance,
         speed=0.35,
         steps=40,
         required=False,

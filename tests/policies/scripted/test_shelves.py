@@ -46,3 +46,14 @@ def test_the_fingers_stay_off_a_cups_handle(least):
     arm = Arm(scene, toy.at_rest(object_pose=poses, eef_pose=(0.3, 0.0, 1.2, *across)))
     fingers = around(arm, Thing(arm, "mug"), 50.0, handle=least).hand[:, 0]
     assert abs(fingers[1]) == pytest.approx(math.cos(math.radians(least)), abs=1e-6)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0], ids=["to the right", "to the left"])
+def test_a_finger_beside_a_cups_handle_is_not_between_it_and_the_palm(side):
+    cup = Body("mug", (0.035, 0.055, 0.045), (0.0, 0.02 * side, 0.0), NONE, 0.3)
+    scene = dataclasses.replace(toy.SCENE, bodies=(cup, JAR))
+    poses = ((0.5, 0.0, 1.0, *toy.UPRIGHT), (0.9, 0.0, 1.0, *toy.UPRIGHT))
+    across = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+    arm = Arm(scene, toy.at_rest(object_pose=poses, eef_pose=(0.3, 0.0, 1.2, *across)))
+    approach = around(arm, Thing(arm, "mug"), 50.0, handle=45.0).hand[:, 2]
+    assert approach[1] * side == pytest.approx(math.sin(math.radians(50.0)) * math.sqrt(0.5))

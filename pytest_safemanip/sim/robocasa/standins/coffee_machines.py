@@ -11,6 +11,9 @@ TRAY = 0.03
 LIP = 0.04
 """How far the head reaches beyond its outlet, m: as in machines for single cups, whose tray sticks
 out farther than the head, so that a cup is put on it from the front."""
+BUTTON = 0.025
+"""Middle of the button above the lower edge of the head, m: a hand that presses it stays below the
+open doors of a cabinet above."""
 COFFEE = (0.30, 0.15, 0.05, 0.0)
 
 
@@ -37,7 +40,7 @@ def coffee_machine(size: Vec3) -> Model:
     model.box((0.0, split - over, hz - head / 2), (hx, over, head / 2), paint=STEEL)
     outlet = hz - head
     model.look("cylinder", (0.0, open_y, outlet), (0.012, 0.012), DARK_STEEL)
-    button(model, "start_button", (0.0, front, hz - head / 2), GREEN, half=0.015)
+    button(model, "start_button", (0.0, front, outlet + BUTTON), GREEN, half=0.015)
     top = -hz + TRAY
     model.site("receptacle_place_site", (0.0, open_y, top + 0.002))
     fall = (outlet - top) / 2
