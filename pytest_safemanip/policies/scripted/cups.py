@@ -22,9 +22,6 @@ CLEAR_OF_FRONT = 0.05
 """From a cup to a machine in front of it, m, while it is moved sideways."""
 OVER_TRAY = 0.015
 """Free space below a cup on its way in, m."""
-SHORT = 0.010
-"""How far before the middle of a tray a vessel is set down, m: the hand stays off what hangs
-above."""
 DRAWN = 0.08
 """How far the hand draws back along its own direction, m: then its fingers are off the cup."""
 GENTLY = 0.4
@@ -71,7 +68,7 @@ def bring_in(arm: Arm, cup: Thing, tray: Array, front: float) -> Motion:
     Raises:
         SkillFailed: if the hand or the base does not arrive.
     """
-    hand, inside = arm.rotation, arm.ahead(tray) - SHORT
+    hand, inside = arm.rotation, arm.ahead(tray)
 
     def outside() -> float:
         """Where the base stands with the cup clear of the machine, m."""
