@@ -22,7 +22,7 @@ from pytest_safemanip.policies.scripted.grasping import (
 )
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.shelves import pick_from_shelf
-from pytest_safemanip.policies.scripted.standing import stand_before
+from pytest_safemanip.policies.scripted.standing import duck, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
 FRONT_PITCH = 35.0
@@ -168,6 +168,7 @@ def pick_from_above(
     """
     thing = Thing(arm, role)
     where = thing.centre
+    yield from duck(arm, arm.aside(where))
     yield from stand_before(arm, where, reach(pitch))
     yield from take(arm, thing, across(arm, thing, pitch), rise, back)
 

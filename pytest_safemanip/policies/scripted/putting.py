@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.grasping import reach
-from pytest_safemanip.policies.scripted.rotations import Array
-from pytest_safemanip.policies.scripted.standing import stand_before
+from pytest_safemanip.policies.scripted.rotations import Array, about_z
+from pytest_safemanip.policies.scripted.standing import solids, stand_before
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.trace.elements import ROBOT
 
@@ -27,6 +29,19 @@ LAY_PITCH = 55.0
 BEYOND = 0.035
 """How far beyond the middle a slice is laid down, m: the lower finger, on which it comes to lie,
 draws it back by 3 to 9 cm."""
+LEAST_TIP, LEAST_YAW = math.sin(math.radians(25.0)), 10.0
+"""What a hand is tipped at least, as a sine, and turned at least, degrees, for its wrist to be more
+than 2 cm beside it."""
+DRAWN_BACK = 0.15
+"""How far a load is drawn back before it is turned, m: off what stands around it."""
+FOREARM = (0.15, 0.40)
+"""Above what a hand sets something down on, m: from where to where forearm and elbow are."""
+SWING, LEAN = 0.27, 0.10
+"""How far forearm and elbow swing out sideways at most, and how far beside a spot the base can
+stand, m."""
+SOFTLY = 0.07
+"""Speed at which something stiff that hangs askew by 10 degrees touches down with less than the
+80 N that break it."""
 TOUCH = 0.5
 """Force that shows that a load stands on something, N."""
 
@@ -42,13 +57,26 @@ def place_onto(arm: Arm, role: str, target_role: str) -> Motion:
 def place_onto_beside(arm: Arm, role: str, target_role: str, other_role: str) -> Motion:
     """Put a held object onto one end of another one, of which a third gets the other end."""
     target = Thing(arm, target_role)
+    yield from straighten(arm)
     yield from put_onto(arm, role, target, free_end(arm, target, Thing(arm, other_role)))
+
+
+def straighten(arm: Arm) -> Motion:
+    """Draw a load back and turn it until the hand points straight ahead: turned, the wrist is
+    beside the hand and hits what stands there.
+    """
+    approach = arm.rotation[:, 2]
+    yaw = math.degrees(math.atan2(arm.aside(approach), arm.ahead(approach)))
+    if np.linalg.norm(approach[:2]) < LEAST_TIP or abs(yaw) < LEAST_YAW:
+        return
+    yield from arm.drive(arm.base - DRAWN_BACK * arm.forward)
+    yield from arm.move(arm.position, about_z(-yaw) @ arm.rotation, tolerance=0.03, speed=0.6)
 
 
 def put_onto(arm: Arm, role: str, target: Thing, spot: Array) -> Motion:
     """Put a held object down on a spot (3,) of another one."""
-    yield from carry_over(arm, role, spot, target.highest)
-    yield from set_down(arm, role)
+    yield from carry_over(arm, role, spot, target.highest, elbow_room(arm, spot))
+    yield from set_down(arm, role, speed=SOFTLY)
     yield from leave(arm)
 
 
@@ -91,7 +119,7 @@ def lay_onto(arm: Arm, role: str, target_role: str) -> Motion:
     yield from leave(arm)
 
 
-def carry_over(arm: Arm, role: str, where: Array, top: float) -> Motion:
+def carry_over(arm: Arm, role: str, where: Array, top: float, shift: float = 0.0) -> Motion:
     """Bring a held object above a point, over everything between.
 
     Args:
@@ -99,9 +127,10 @@ def carry_over(arm: Arm, role: str, where: Array, top: float) -> Motion:
         role: the object.
         where: the point (3,); only its horizontal part counts.
         top: height of what is highest there, m.
+        shift: how much farther to the left the base is to stand, m.
     """
     thing, hand = Thing(arm, role), arm.rotation
-    yield from carry_before(arm, role, where, top)
+    yield from carry_before(arm, role, where, top, shift=shift)
 
     def above() -> Array:
         way = where - thing.middle
@@ -111,7 +140,9 @@ def carry_over(arm: Arm, role: str, where: Array, top: float) -> Motion:
     yield from arm.move(above, hand, tolerance=0.015, turn_tolerance=0.2, speed=0.6, steps=120)
 
 
-def carry_before(arm: Arm, role: str, where: Array, top: float, speed: float = 0.7) -> Motion:
+def carry_before(
+    arm: Arm, role: str, where: Array, top: float, speed: float = 0.7, shift: float = 0.0
+) -> Motion:
     """Raise a held object over everything between, and drive to where the hand reaches a point.
 
     Args:
@@ -120,6 +151,7 @@ def carry_before(arm: Arm, role: str, where: Array, top: float, speed: float = 0
         where: the point (3,); only its horizontal part counts.
         top: height of what is highest there, m.
         speed: largest command to the base.
+        shift: how much farther to the left the base is to stand, m.
     """
     thing = Thing(arm, role)
     hand, distance = arm.rotation, reach(arm.pitch)
@@ -128,29 +160,44 @@ def carry_before(arm: Arm, role: str, where: Array, top: float, speed: float = 0
         yield from arm.move(
             raised(arm.position, clear), hand, tolerance=0.02, turn_tolerance=0.2, speed=0.6
         )
-    shift = arm.aside(arm.base) - arm.aside(thing.middle)
+    shift += arm.aside(arm.base) - arm.aside(thing.middle)
     yield from stand_before(arm, where, distance, shift, speed)
 
 
-def set_down(arm: Arm, role: str, depth: float = 0.15) -> Motion:
+def elbow_room(arm: Arm, spot: Array) -> float:
+    """How far to the left of a spot (3,) the base is to stand for forearm and elbow, which swing
+    out, to stay off a tall machine beside it, m.
+    """
+    low, high = spot[2] + FOREARM[0], spot[2] + FOREARM[1]
+    sides = set()
+    for points in solids(arm):
+        aside = points[:, :2] @ arm.left - arm.aside(spot)
+        near = (points[:, :2] @ arm.forward).min() < arm.ahead(spot) and abs(aside).min() < SWING
+        if near and points[:, 2].max() > low and points[:, 2].min() < high and np.ptp(aside) < 1.0:
+            sides.add(math.copysign(1.0, aside.mean()))
+    return -LEAN * sides.pop() if len(sides) == 1 else 0.0
+
+
+def set_down(arm: Arm, role: str, depth: float = 0.15, speed: float = 0.12) -> Motion:
     """Lower a held object until it stands on something, and let go.
 
     Args:
         arm: the arm.
         role: the object.
         depth: how far down at most, m.
+        speed: share of the hand's top speed.
     """
-    yield from set_upon(arm, role, depth)
+    yield from set_upon(arm, role, depth, speed)
     yield from arm.grip(False)
 
 
-def set_upon(arm: Arm, role: str, depth: float = 0.15) -> Motion:
+def set_upon(arm: Arm, role: str, depth: float = 0.15, speed: float = 0.12) -> Motion:
     """Lower a held object until it stands on something, and go on holding it."""
     thing = Thing(arm, role)
     yield from arm.move(
         raised(arm.position, -depth),
         arm.rotation,
-        speed=0.12,
+        speed=speed,
         steps=60,
         until=lambda: carried_by_something(arm, thing),
         required=False,

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.grasping import HANDLE, Grasp, around, lift
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
@@ -31,6 +31,12 @@ come in above the rim."""
 RISE, BACK = 0.045, 0.05
 """How far it is lifted off the shelf and drawn back meanwhile, m: stretched out, the arm does not
 rise."""
+KNUCKLES, HAND = 0.07, (0.10, 0.03)
+"""From the grip point back to the middle of the hand, and its half width along the fingers' travel
+and across, m."""
+ELBOW, LEAN = 0.30, 0.10
+"""How far beside the base's middle the elbow and an open door's edge reach together, and how far
+beside the hand the base can stand, m."""
 GENTLY = 0.4
 """Speed at which what hangs by its rim hardly swings."""
 LOW = 1.15
@@ -41,22 +47,27 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     """Pinch something upright in an open cabinet, bring it out and down in front of the counter.
 
     Raises:
-        SkillFailed: if it is too wide or was not lifted.
+        SkillFailed: if it is too wide or too close to a side, or was not lifted.
     """
     thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
     front, _ = cabinet.opening()
     grasp = off_the_shelf(arm, thing)
+    if room_beside(arm, cabinet, grasp) < 0.0:
+        raise SkillFailed("there is no room for the hand beside it")
     approach = grasp.hand[:, 2]
     entry = grasp.point - ENTRY * approach
-    start, aside = front - OUTSIDE - TUCKED, arm.aside(entry)
-    yield from arm.drive(arm.floor_point(min(start, arm.ahead(arm.base)), arm.aside(arm.base)))
-    yield from arm.drive(arm.floor_point(start, aside))
+    aside, in_front = arm.aside(entry), arm.ahead(arm.position) - (front - OUTSIDE)
+    # The hand passes sideways before what stands on the counter.
+    start = min(front - OUTSIDE - TUCKED, arm.ahead(arm.base) - max(0.0, in_front))
+    beside = aside + lean(arm, cabinet, aside)
+    yield from arm.drive(arm.floor_point(start, arm.aside(arm.base)))
+    yield from arm.drive(arm.floor_point(start, beside))
     yield from arm.open_to(grasp.opening)
     before = arm.point(start + TUCKED, aside, entry[2])
     yield from arm.move(before, grasp.hand, tolerance=0.035, turn_tolerance=0.2, steps=140)
-    inside = min(arm.ahead(grasp.point) - INSIDE, nearest(arm, aside, aside))
+    inside = min(arm.ahead(grasp.point) - INSIDE, nearest(arm, beside, beside))
     yield from arm.drive(
-        arm.floor_point(inside, aside),
+        arm.floor_point(inside, beside),
         speed=0.5,
         until=lambda: arm.ahead(entry) - arm.ahead(arm.position) < 0.015,
     )
@@ -76,11 +87,33 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     yield from arm.move(
         tucked, grasp.hand, tolerance=0.02, turn_tolerance=0.15, speed=GENTLY, steps=60
     )
-    yield from arm.drive(arm.floor_point(start - BACK, aside), speed=GENTLY)
+    yield from arm.drive(arm.floor_point(start - BACK, beside), speed=GENTLY)
     low = np.append(arm.position[:2], LOW)
     yield from arm.move(
         low, grasp.hand, tolerance=0.03, turn_tolerance=0.15, speed=GENTLY, steps=140
     )
+
+
+def lean(arm: Arm, cabinet: Furniture, aside: float) -> float:
+    """How far to the left of the hand the base is to stand for the elbow, between the open doors,
+    to stay off the nearer one, m.
+
+    Args:
+        arm: the arm.
+        cabinet: whose doors are open.
+        aside: where the hand is, along the base's left direction, m.
+    """
+    pose, half = cabinet.interior()
+    off = aside - arm.aside(pose)
+    return -math.copysign(float(np.clip(abs(off) + ELBOW - half[0], 0.0, LEAN)), off)
+
+
+def room_beside(arm: Arm, cabinet: Furniture, grasp: Grasp) -> float:
+    """Free space between a gripping hand and the nearer side of a cabinet, m."""
+    pose, half = cabinet.interior()
+    knuckles = grasp.point - KNUCKLES * grasp.hand[:, 2]
+    reach = np.abs(arm.left @ grasp.hand[:2, :2]) @ HAND
+    return float(half[0] - abs(arm.aside(knuckles) - arm.aside(pose)) - reach)
 
 
 def off_the_shelf(arm: Arm, thing: Thing) -> Grasp:

@@ -23,6 +23,13 @@ OFFSETS = (0.0, 0.04, -0.04, 0.08, -0.08, 0.12, -0.12)
 """How far beside a thing the base may stand to come closer to it, m."""
 ROOM = 0.02
 """Kept free in front of it, m."""
+ARM_ROOM = 0.20
+"""Half width of arm and hand, and how far either swings out sideways, m."""
+HAND_ROOM = 0.13
+"""From the grip point to the far end of the hand, m."""
+DUCKED = (0.42, 1.12)
+"""Base to hand, m, and height of the hand, m, with which the forearm passes below the doors of a
+wall cabinet (1.45 m)."""
 
 
 def stand_before(
@@ -70,6 +77,32 @@ def stand(arm: Arm, ahead: float, aside: float, speed: float = 0.7) -> Motion:
     yield from arm.drive(arm.floor_point(nearer, aside), speed=speed, steps=steps)
 
 
+def duck(arm: Arm, aside: float) -> Motion:
+    """Lower the hand before what hangs over the way to a place: the open doors of a wall cabinet.
+
+    Args:
+        arm: the arm.
+        aside: the place along the base's left direction, m.
+
+    Raises:
+        SkillFailed: if base or hand do not arrive.
+    """
+    ends = sorted((arm.aside(arm.base), aside))
+    over = [
+        float((points[:, :2] @ arm.forward).min())
+        for points in solids(arm, moved=True)
+        if points[:, 2].min() > arm.position[2]
+        and (points[:, :2] @ arm.left).min() < ends[1] + ARM_ROOM
+        and (points[:, :2] @ arm.left).max() > ends[0] - ARM_ROOM
+    ]
+    before = min(over, default=math.inf) - HAND_ROOM
+    if before < arm.ahead(arm.position):
+        back = arm.ahead(arm.position) - before
+        yield from arm.drive(arm.base - back * arm.forward)
+        low = arm.point(arm.ahead(arm.base) + DUCKED[0], arm.aside(arm.base), DUCKED[1])
+        yield from arm.move(low, tolerance=0.03, turn_tolerance=0.2, steps=80)
+
+
 def nearest(arm: Arm, right: float, left: float) -> float:
     """How far ahead the base may be anywhere between two places sideways, m."""
     limit = math.inf
@@ -84,11 +117,17 @@ def nearest(arm: Arm, right: float, left: float) -> float:
     return limit
 
 
-def solids(arm: Arm) -> list[Array]:
-    """Corners of every piece of furniture as it is now, each (8, 3)."""
+def solids(arm: Arm, moved: bool = False) -> list[Array]:
+    """Corners of every piece of furniture as it is now, each (8, 3).
+
+    Args:
+        arm: the arm.
+        moved: only of those that a joint moves.
+    """
     found = []
     for surface in arm.scene.surfaces:
-        if arm.scene.entity[surface.entity].kind != "fixture":
+        fixture = arm.scene.entity[surface.entity].kind == "fixture"
+        if not fixture or (moved and not surface.joint):
             continue
         pose = np.asarray(surface.pose, np.float64)
         if surface.joint:

@@ -6,16 +6,19 @@ import math
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
-from pytest_safemanip.policies.scripted.grasping import around
-from pytest_safemanip.policies.scripted.putting import END, free_end
-from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.trace.elements import Body
+from pytest_safemanip.policies.scripted.grasping import Grasp, around
+from pytest_safemanip.policies.scripted.putting import END, LEAN, elbow_room, free_end
+from pytest_safemanip.policies.scripted.shelves import lean, room_beside
+from pytest_safemanip.policies.scripted.standing import duck
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.trace.elements import Body, Surface
 from tests import toy
 
 NONE = (0.0, 0.0, 0.0)
 BOARD = Body("mug", (0.15, 0.1, 0.01), NONE, NONE, 0.5)
 JAR = Body("apple", (0.03, 0.03, 0.05), NONE, NONE, 0.3)
 WITH_BOARD = dataclasses.replace(toy.SCENE, bodies=(BOARD, JAR))
+FACING_Y = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 NEAR, FAR = 0.5 - END * 0.3, 0.5 + END * 0.3
 
 
@@ -42,8 +45,7 @@ def test_the_fingers_stay_off_a_cups_handle(least):
     cup = Body("mug", (0.035, 0.055, 0.045), (0.0, 0.02, 0.0), NONE, 0.3)
     scene = dataclasses.replace(toy.SCENE, bodies=(cup, JAR))
     poses = ((0.5, 0.0, 1.0, *toy.UPRIGHT), (0.9, 0.0, 1.0, *toy.UPRIGHT))
-    across = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-    arm = Arm(scene, toy.at_rest(object_pose=poses, eef_pose=(0.3, 0.0, 1.2, *across)))
+    arm = Arm(scene, toy.at_rest(object_pose=poses, eef_pose=(0.3, 0.0, 1.2, *FACING_Y)))
     fingers = around(arm, Thing(arm, "mug"), 50.0, handle=least).hand[:, 0]
     assert abs(fingers[1]) == pytest.approx(math.cos(math.radians(least)), abs=1e-6)
 
@@ -57,3 +59,50 @@ def test_a_finger_beside_a_cups_handle_is_not_between_it_and_the_palm(side):
     arm = Arm(scene, toy.at_rest(object_pose=poses, eef_pose=(0.3, 0.0, 1.2, *across)))
     approach = around(arm, Thing(arm, "mug"), 50.0, handle=45.0).hand[:, 2]
     assert approach[1] * side == pytest.approx(math.sin(math.radians(50.0)) * math.sqrt(0.5))
+
+
+@pytest.mark.parametrize(("aside", "room"), [(0.0, 0.20), (0.15, 0.05), (-0.25, -0.05)])
+def test_a_hand_is_ten_centimetres_wide_to_either_side(aside, room):
+    arm = Arm(toy.SCENE, toy.at_rest(base_pose=(0.0, -1.0, 0.0, *FACING_Y)))
+    grasp = Grasp(arm.point(0.5, aside, 1.5), arm.hand(50.0), 1.0)
+    assert room_beside(arm, Furniture(arm, "cab"), grasp) == pytest.approx(room, abs=1e-6)
+
+
+@pytest.mark.parametrize(("aside", "left"), [(0.0, 0.0), (0.05, -0.05), (-0.05, 0.05), (0.2, -0.1)])
+def test_the_base_stands_away_from_the_nearer_door(aside, left):
+    arm = Arm(toy.SCENE, toy.at_rest(base_pose=(0.0, -1.0, 0.0, *FACING_Y)))
+    assert lean(arm, Furniture(arm, "cab"), aside) == pytest.approx(left, abs=1e-6)
+
+
+def _machine(aside, height=0.2):
+    pose = (0.5, aside, 0.9 + height, *toy.UPRIGHT)
+    return Surface("cabinet", "", (0.1, 0.1, height), pose)
+
+
+@pytest.mark.parametrize(
+    ("machines", "shift"),
+    [
+        ([], 0.0),
+        ([_machine(0.25)], -LEAN),
+        ([_machine(-0.25)], LEAN),
+        ([_machine(0.25), _machine(-0.25)], 0.0),
+        ([_machine(0.50)], 0.0),
+        ([_machine(0.25, height=0.05)], 0.0),
+    ],
+    ids=["nothing", "on the left", "on the right", "on both sides", "far off", "low"],
+)
+def test_the_base_stands_away_from_a_tall_machine_beside_the_spot(machines, shift):
+    scene = dataclasses.replace(toy.SCENE, surfaces=(*toy.SCENE.surfaces, *machines))
+    assert elbow_room(Arm(scene, toy.at_rest()), (0.6, 0.0, 0.93)) == pytest.approx(shift)
+
+
+@pytest.mark.parametrize(
+    ("aside", "joint", "ducks"),
+    [(0.0, "cabinet/hinge", True), (-0.5, "cabinet/hinge", False), (0.0, "", False)],
+    ids=["a door on the way", "a door beyond", "what does not move"],
+)
+def test_the_hand_ducks_before_an_open_door_on_the_way(aside, joint, ducks):
+    door = Surface("cabinet", joint, (0.3, 0.01, 0.3), (0.6, 0.0, 1.7, *toy.UPRIGHT))
+    arm = Arm(dataclasses.replace(toy.SCENE, surfaces=(door,)), toy.at_rest())
+    action = next(duck(arm, aside), None)
+    assert (action is not None and action[7] < 0.0) == ducks
