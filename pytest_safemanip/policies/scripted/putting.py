@@ -42,6 +42,8 @@ stand, m."""
 SOFTLY = 0.07
 """Speed at which something stiff that hangs askew by 10 degrees touches down with less than the
 80 N that break it."""
+BRAKE = 0.02
+"""How much higher the hand comes to rest before it sets something down, m: it comes at 0.15 m/s."""
 TOUCH = 0.5
 """Force that shows that a load stands on something, N."""
 
@@ -75,7 +77,10 @@ def straighten(arm: Arm) -> Motion:
 
 def put_onto(arm: Arm, role: str, target: Thing, spot: Array) -> Motion:
     """Put a held object down on a spot (3,) of another one."""
-    yield from carry_over(arm, role, spot, target.highest, elbow_room(arm, spot))
+    yield from carry_over(arm, role, spot, target.highest + BRAKE, elbow_room(arm, spot))
+    yield from arm.move(
+        arm.position, tolerance=BRAKE, turn_tolerance=0.3, steps=20, required=False, exact=True
+    )
     yield from set_down(arm, role, speed=SOFTLY)
     yield from leave(arm)
 
