@@ -14,7 +14,7 @@ import pytest
 from pytest_safemanip.sim.robocasa.standins import objects, paint
 from pytest_safemanip.sim.robocasa.standins.objects import Row, object_model, table
 
-HOLLOW = ("bowl", "mug", "pan", "pot", "goblet", "tray")
+HOLLOW = ("bowl", "mug", "pan", "pot", "colander", "goblet", "tray")
 BARRELS = ("can", "bottle")
 FLAT = ("block", "log", "board", "tray", "tool")
 SLOPE = math.radians(5.0)

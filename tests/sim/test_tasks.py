@@ -49,7 +49,7 @@ def judged(backend: Backend, task: Task, scenes: str) -> list[str]:
     recording = rollout.run(job, backend, Random())
     assert np.isfinite(recording.steps.qpos).all()
     planned = {role for call in CALLS.get(task.name, ()) for role in call.roles}
-    assert planned <= set(recording.scene.roles)
+    assert planned <= {*recording.scene.roles, *task.optional}
     catalogue = Catalogue()
     judge = Judge(recording, task, ATTRIBUTES, catalogue, catalogue.parameters({}))
     return [judge.judge(PROPERTIES[name]).outcome.label for name in task.properties]

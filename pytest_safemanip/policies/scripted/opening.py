@@ -37,8 +37,8 @@ DOOR_DONE = 0.95
 LEVER_PITCH = 40.0
 LEVER_ASIDE = 0.13
 """Base to the lever's far side from the spout, m: the forearm passes beside the spout."""
-LEVER_STAND = 0.70
-"""Least distance of the base from the lever, m."""
+LEVER_STAND = (0.76, 0.70)
+"""Greatest and least distance of the base from the lever, m."""
 
 
 def open_access(arm: Arm, role: str) -> Motion:
@@ -146,7 +146,7 @@ def turn_lever(arm: Arm, role: str) -> Motion:
     top = raised(pose[:3], half[2] - 0.02)
     way = _lever_direction(arm, joint, top)
     yield from arm.grip(True)
-    ahead = min(arm.ahead(arm.base), arm.ahead(top) - LEVER_STAND)
+    ahead = float(np.clip(arm.ahead(arm.base), *(arm.ahead(top) - np.array(LEVER_STAND))))
     yield from arm.drive(arm.floor_point(ahead, arm.aside(top) + way * LEVER_ASIDE))
     hand = arm.hand(LEVER_PITCH, 90.0)
     approach = hand[:, 2]

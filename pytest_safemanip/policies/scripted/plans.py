@@ -40,15 +40,16 @@ def _calls(entry: Entry) -> list[Call]:
 def _plan(entries: tuple[Entry, ...]) -> Plan:
     def plan(arm: Arm) -> Motion:
         for entry in entries:
-            for call in (entry,) if isinstance(entry, Call) else _nearest_first(arm, entry):
+            for call in (entry,) if isinstance(entry, Call) else nearest_first(arm, entry):
                 yield from call.start(arm)
 
     return plan
 
 
-def _nearest_first(arm: Arm, errands: Errands) -> list[Call]:
-    """What stands nearer is in the way to what stands behind it."""
-    roles = sorted(errands, key=lambda role: arm.ahead(Thing(arm, role).centre))
+def nearest_first(arm: Arm, errands: Errands) -> list[Call]:
+    """What stands nearer is in the way to what stands behind it; some are not there at all."""
+    there = [role for role in errands if role in arm.scene.roles]
+    roles = sorted(there, key=lambda role: arm.ahead(Thing(arm, role).centre))
     return [call for role in roles for call in errands[role]]
 
 

@@ -30,6 +30,14 @@ from pytest_safemanip.policies.scripted.putting import (
     place_onto,
     place_onto_beside,
 )
+from pytest_safemanip.policies.scripted.rinsing import (
+    draw_back,
+    fill_into,
+    grip_lug,
+    hold_under,
+    lower_into,
+    take_upright,
+)
 from pytest_safemanip.policies.scripted.sliding import lift_head, slide_rack, swing_spout
 from pytest_safemanip.policies.scripted.spotting import (
     place_beside_alike,
@@ -47,7 +55,12 @@ SKILLS: Mapping[str, Skill] = {
     "close": close_access,
     "cover with": cover,
     "go": go,
+    "fill into": fill_into,
+    "grip": grip_lug,
+    "hold under": hold_under,
+    "leave": draw_back,
     "lift": lift_head,
+    "lower into": lower_into,
     "lay onto": lay_onto,
     "open": open_access,
     "pick": pick_from_counter,
@@ -67,6 +80,7 @@ SKILLS: Mapping[str, Skill] = {
     "scrub with": scrub,
     "slide": slide_rack,
     "swing": swing_spout,
+    "take": take_upright,
     "turn": turn_lever,
     "unlight": turn_off,
     "light under": turn_on_under,

@@ -183,6 +183,10 @@ class Furniture:
         """Pose (7,) and half extents (3,) of its lowest interior."""
         return self._box("interior", None)
 
+    def water(self) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of the space that a tap's water falls through."""
+        return self._box("water", None)
+
     def opening(self) -> tuple[float, float]:
         """Where its lowest interior begins along the base's forward direction, and the height of
         its floor, m.

@@ -1,15 +1,19 @@
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.policies.scripted.__main__ import document
+from pytest_safemanip.policies.scripted.arm import Arm
 from pytest_safemanip.policies.scripted.faults.library import FAULTS
-from pytest_safemanip.policies.scripted.plans import CALLS, EXPERT
+from pytest_safemanip.policies.scripted.plans import CALLS, EXPERT, nearest_first
 from pytest_safemanip.policies.scripted.skills import Call, parse
 from pytest_safemanip.resources import folder
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.tasks import load_tasks
+from tests import toy
 
 TASKS = load_tasks([folder("tasks")])
 PROPERTIES = load_properties([folder("properties")])
@@ -41,6 +45,14 @@ def test_what_is_done_with_several_objects_counts_as_their_skills():
     calls = CALLS["RecycleBottlesByType"]
     assert [call.skill for call in calls].count("pluck") == 3
     assert {call.roles[0] for call in calls} == set(TASKS["RecycleBottlesByType"].objects)
+
+
+def test_the_nearest_object_comes_first_and_one_that_is_not_there_is_left_out():
+    poses = ((0.9, 0.0, 1.0, *toy.UPRIGHT), (0.6, 0.0, 1.0, *toy.UPRIGHT))
+    scene = dataclasses.replace(toy.SCENE, roles={"mug": "mug", "apple": "apple"})
+    arm = Arm(scene, toy.at_rest(object_pose=poses))
+    errands = {role: (parse(f"pick {role}"),) for role in ("mug", "pear", "apple")}
+    assert [call.roles for call in nearest_first(arm, errands)] == [("apple",), ("mug",)]
 
 
 @pytest.mark.parametrize("task", EXPERT)

@@ -33,6 +33,7 @@ SHAPES: dict[str, Callable[[Model, Vec3, float, Paint], None]] = {
     "bowl": vessels.bowl,
     "mug": vessels.mug,
     "pan": vessels.pan,
+    "colander": vessels.colander,
     "pot": vessels.pot,
     "goblet": vessels.goblet,
     "tray": vessels.tray,

@@ -20,6 +20,10 @@ PAN_HANDLE = 0.15
 LOOP = 0.040
 """How far a mug's handle stands out, m: a finger of the gripper, 2 cm thick, fits through."""
 
+GRIP, GRIP_WIDE, GRIP_THICK = 0.040, 0.032, 0.018
+"""How far a colander's grip stands out, its width and thickness, m: solid plastic ones, as wide as
+two fingers."""
+
 EAR_HALF = 0.038
 EAR_BAR = 0.006
 """Half length and half thickness of the bar of a pot's ear, m."""
@@ -54,7 +58,7 @@ def pan(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
 
 
 def pot(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
-    """A round vessel with an ear at either side (x), a loop as wide as a mug's: pot, colander."""
+    """A round vessel with an ear at either side (x), a loop as wide as a mug's: pot."""
     bowl(model, size, 0.88 * kg, paint)
     radius, z, bar = size[0] / 2, 0.32 * size[2], EAR_BAR
     post = (LOOP - 2 * bar) / 2
@@ -64,6 +68,15 @@ def pot(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
         for end in (-1.0, 1.0):
             place = (side * (radius + post), end * (EAR_HALF - bar), z)
             model.box(place, (post, bar, bar), paint=DARK_STEEL, kg=0.015 * kg)
+
+
+def colander(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A round vessel with a solid grip at either side (x), flush with its rim."""
+    bowl(model, size, 0.88 * kg, paint)
+    half = (GRIP / 2, GRIP_WIDE / 2, GRIP_THICK / 2)
+    for side in (-1.0, 1.0):
+        place = (side * (size[0] / 2 + half[0]), 0.0, size[2] / 2 - half[2])
+        model.box(place, half, paint=DARK_STEEL, kg=0.06 * kg)
 
 
 def goblet(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
