@@ -39,6 +39,9 @@ LEVER_ASIDE = 0.13
 """Base to the lever's far side from the spout, m: the forearm passes beside the spout."""
 LEVER_STAND = (0.76, 0.70)
 """Greatest and least distance of the base from the lever, m."""
+LEVER_TURN = 0.30
+"""Nearer than this to the lever the hand is turned only after it drew back, m: the spout comes out
+18 cm, and a wrist that turns beside it takes 10 cm."""
 
 
 def open_access(arm: Arm, role: str) -> Motion:
@@ -152,6 +155,10 @@ def turn_lever(arm: Arm, role: str) -> Motion:
     approach = hand[:, 2]
     aside = np.append(way * arm.left, 0.0)
     beside = top - 0.04 * aside
+    if arm.ahead(arm.position) > arm.ahead(top) - LEVER_TURN:
+        back = arm.ahead(top) - LEVER_TURN - 0.08
+        free = arm.point(back, arm.aside(arm.position), top[2] + 0.10)
+        yield from arm.move(free, hand, tolerance=0.05, turn_tolerance=0.3, steps=100)
     yield from arm.move(beside - 0.14 * approach, hand, tolerance=0.02, steps=160)
     yield from arm.move(beside, hand, tolerance=0.012, speed=0.5, steps=80)
     yield from arm.move(
