@@ -373,6 +373,24 @@ def test_doors_close_and_open_all_the_way(mujoco: ModuleType, kind: str, joint: 
         assert abs(data.qpos[address] - goal) < 0.005 * (high - low)
 
 
+def test_a_hand_reaches_the_tray_of_a_coffee_machine_with_a_mug(mujoco: ModuleType) -> None:
+    # Panda's hand, 20 cm wide and 6.6 cm long from 4.5 cm behind the grip point, then its flange,
+    # tipped by 40 degrees from straight down; the grip point is at the rim of a mug on the tray.
+    machine = every_kind()["coffee_machine"]
+    site = parse(machine).find(".//site[@name='receptacle_place_site']")
+    assert site is not None
+    x, y, z = (float(word) for word in str(site.get("pos")).split())
+    half = math.radians(20.0)
+    hand = (
+        f'<body pos="{x} {y} {z + 0.08}" quat="{math.cos(half)} {math.sin(half)} 0 0"><freejoint/>'
+        '<geom type="box" size=".10 .032 .033" pos="0 0 .078"/>'
+        '<geom type="cylinder" size=".045 .045" pos="0 0 .156"/></body>'
+    )
+    world = fixture_world(machine).replace("</worldbody>", f"{hand}</worldbody>")
+    model = mujoco.MjModel.from_xml_string(world)
+    assert penetrations(mujoco, model, mujoco.MjData(model), 1e-4) == []
+
+
 def test_a_toasters_lever_springs_up(mujoco: ModuleType) -> None:
     model = mujoco.MjModel.from_xml_string(fixture_world(every_kind()["toaster"]))
     data = mujoco.MjData(model)
