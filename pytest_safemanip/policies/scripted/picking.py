@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.drawers import pick_from_drawer
 from pytest_safemanip.policies.scripted.grasping import (
     FINGERTIP,
     GAP,
@@ -30,9 +31,6 @@ FRONT_PITCH = 35.0
 FRONT_STAND = 0.63
 PLATE_PITCH = 35.0
 """Degrees from straight down: wrist and elbow stay low enough for what hangs above a stove."""
-DRAWER_STAND = 0.50
-DRAWER_CLEARANCE = 0.27
-"""Base to the front of an open drawer, m: its column, and the handle."""
 ROLLED_PITCH = 15.0
 """Likewise where the fingers are not level: neither touches what a flat thing lies on."""
 ROLLED_OPEN = 0.014
@@ -189,49 +187,3 @@ def pick_from_top(arm: Arm, role: str) -> Motion:
     if not level:
         grasp = replace(grasp, opening=min(1.0, (thing.sides()[0][1] + ROLLED_OPEN) / GAP))
     yield from take(arm, thing, grasp)
-
-
-def pick_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
-    """Pinch an object in an open drawer from above, across its narrow side, and lift it out.
-
-    Raises:
-        SkillFailed: if it is too wide or was not lifted.
-    """
-    thing, drawer = Thing(arm, role), Furniture(arm, drawer_role)
-    pose, half = drawer.interior()
-    middle, front = arm.aside(pose), arm.ahead(pose) - half[1]
-    roll = narrow_roll(arm, thing)
-    where = thing.com
-    hand = arm.hand(_drawer_pitch(arm.ahead(where) - arm.ahead(pose)), roll)
-    near = min(arm.ahead(where) - DRAWER_STAND, front - DRAWER_CLEARANCE)
-    # Out of the way sideways first: the base may stand so close that its column touches the drawer.
-    side = math.copysign(1.0, arm.aside(arm.base) - middle)
-    beside = middle + side * max(abs(arm.aside(arm.base) - middle), half[0] + 0.25)
-    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), beside))
-    yield from arm.drive(arm.floor_point(near - 0.08, beside))
-    yield from arm.drive(arm.floor_point(near - 0.08, arm.aside(where)))
-    yield from arm.drive(arm.floor_point(near, arm.aside(where)))
-    yield from arm.open_to(0.8)
-    target = np.append(where[:2], thing.bottom + FINGERTIP)
-    yield from arm.move(
-        np.append(where[:2], 1.05), hand, tolerance=0.02, turn_tolerance=0.08, steps=140
-    )
-    yield from arm.move(
-        raised(target, 0.06), hand, tolerance=0.012, turn_tolerance=0.06, speed=0.7, steps=80
-    )
-    yield from arm.move(
-        target, hand, tolerance=0.005, turn_tolerance=0.06, speed=0.3, steps=40, required=False
-    )
-    yield from lift(arm, thing, hand, 0.08)
-    yield from arm.move(
-        np.append(arm.position[:2], 1.10), arm.hand(0.0, roll), tolerance=0.03, speed=0.6, steps=60
-    )
-
-
-def _drawer_pitch(ahead: float) -> float:
-    """Tilt of the hand, in degrees, that keeps the palm off the drawer's front and the counter.
-
-    Args:
-        ahead: where the object lies, relative to the middle of the drawer, m.
-    """
-    return float(np.interp(ahead, (-0.11, -0.07, -0.05, 0.0, 0.02, 0.08), (-15, -10, 0, 0, 8, 18)))

@@ -21,6 +21,7 @@ from pytest_safemanip.policies.scripted.controls import await_release, press
 from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.cups import grasp_cup, place_under
 from pytest_safemanip.policies.scripted.driving import go
+from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
 from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
@@ -79,6 +80,7 @@ SKILLS: Mapping[str, Skill] = {
     "press": press,
     "scrub with": scrub,
     "slide": slide_rack,
+    "stand in": stand_in,
     "swing": swing_spout,
     "take": take_upright,
     "turn": turn_lever,
