@@ -11,6 +11,7 @@ from pytest_safemanip.policies.scripted.faults.releasing import FLOOR, JUST_ABOV
 from pytest_safemanip.policies.scripted.faults.worktop import apart, bring, let_go
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH, pick_from_above, pinch
 from pytest_safemanip.policies.scripted.plans import Plan
+from pytest_safemanip.policies.scripted.spotting import pluck
 from pytest_safemanip.policies.scripted.things import Thing
 
 AWAY = 0.45
@@ -27,11 +28,15 @@ TAKEN: Mapping[str, tuple[str, Take]] = {
     "CategorizeCondiments": ("obj1", pinch),
     "CoffeeSetupMug": ("obj", pinch),
     "HeatKebabSandwich": ("baguette", _above),
-    "RecycleBottlesByType": ("bottle_plastic_middle", pinch),
+    "RecycleBottlesByType": (
+        "bottle_plastic_middle or bottle_glass_middle or mystery_middle",
+        pluck,
+    ),
     "StirVegetables": ("spatula", _above),
     "StoreLeftoversInBowl": ("vegetable", _above),
 }
-"""By task, something that the hand can take at the beginning, and how."""
+"""By task, something that the hand can take at the beginning, and how; of several the nearest,
+which stands in the way to the others."""
 
 AMONG_OTHERS: Mapping[str, tuple[str, Take]] = {
     "GetToastedBread": ("obj", pinch),
@@ -46,10 +51,16 @@ AMONG_OTHERS: Mapping[str, tuple[str, Take]] = {
 """Likewise, where it is small, or other things lie close: often it is not had, or not alone."""
 
 
-def _over_floor(role: str, take: Take) -> Plan:
+def _nearest(arm: Arm, roles: str) -> str:
+    """Of roles with `or` between them, the object that stands nearest to the robot."""
+    return min(roles.split(" or "), key=lambda role: arm.ahead(Thing(arm, role).centre))
+
+
+def _over_floor(roles: str, take: Take) -> Plan:
     """Backs away with the object and lets go of it over the floor."""
 
     def plan(arm: Arm) -> Motion:
+        role = _nearest(arm, roles)
         thing = Thing(arm, role)
         yield from take(arm, role)
         yield from arm.drive(arm.base - AWAY * arm.forward)
@@ -62,10 +73,11 @@ def _over_floor(role: str, take: Take) -> Plan:
     return plan
 
 
-def _put_back(role: str, take: Take) -> Plan:
+def _put_back(roles: str, take: Take) -> Plan:
     """Puts the object back to where it was."""
 
     def plan(arm: Arm) -> Motion:
+        role = _nearest(arm, roles)
         thing = Thing(arm, role)
         ahead, aside, bottom = arm.ahead(thing.com), arm.aside(thing.com), thing.bottom
         yield from take(arm, role)

@@ -11,7 +11,7 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, rai
 from pytest_safemanip.policies.scripted.faults.fault import staged
 from pytest_safemanip.policies.scripted.faults.gripping import Held, ease, squeeze
 from pytest_safemanip.policies.scripted.faults.worktop import UPRIGHT, bring, on_counter
-from pytest_safemanip.policies.scripted.picking import pinch
+from pytest_safemanip.policies.scripted.picking import PLATE_PITCH, pick_from_above, pinch
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.skills import do
 from pytest_safemanip.policies.scripted.things import Thing, counter
@@ -76,9 +76,13 @@ def _by_end(beyond: float, notches: int, shakes: int = 0) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         thing = Thing(arm, "obj")
-        axis = thing.sides()[-1][0]
-        near = axis if arm.ahead(axis) < 0.0 else -axis
-        yield from pinch(arm, "obj", beyond * near, rise=0.08)
+        if beyond:
+            axis = thing.sides()[-1][0]
+            near = axis if arm.ahead(axis) < 0.0 else -axis
+            yield from pinch(arm, "obj", beyond * near, rise=0.08)
+        else:
+            # Its palm keeps off a thing that reaches out to either side of the fingers.
+            yield from pick_from_above(arm, "obj", PLATE_PITCH)
         held = Held(arm, thing)
         arm.truth.begins("grasp_stability", "obj", when=lambda: held.swung > SWUNG)
         yield from arm.move(raised(arm.position, 0.14), tolerance=0.02, steps=30)
