@@ -34,6 +34,8 @@ PUSH_WIDE = 0.15
 """How far beside the open door the base goes in, m: the palm is this much wider than the tips."""
 PUSH_BEFORE = 0.45
 """Base to hand before it reaches out, m."""
+FOLDED = (0.25, 1.30, 16.0)
+"""Base to hand, m, its height, m, and its pitch, degrees, as an episode begins: the arm folded."""
 
 FLIP_PITCH = 60.0
 FLIP_REACH = 0.60
@@ -91,6 +93,14 @@ def push_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
     back = min(arm.ahead(free) - reach - PUSH_MARGIN, stand, arm.ahead(arm.base))
     yield from arm.drive(arm.floor_point(back, arm.aside(arm.base)))
     yield from arm.drive(arm.floor_point(back, aside))
+    # From there every joint turns as far as it takes; from where a load was set down, some do not.
+    yield from arm.move(
+        arm.point(back + FOLDED[0], aside, FOLDED[1]),
+        arm.hand(FOLDED[2]),
+        tolerance=0.05,
+        turn_tolerance=0.2,
+        required=False,
+    )
     yield from arm.move(
         arm.point(back + PUSH_BEFORE, aside, start[2]), hand, tolerance=0.03, steps=140
     )
