@@ -16,12 +16,13 @@ class Put:
 
     Attributes:
         role: the object.
-        relation: ``in`` the lowest interior of a fixture, ``on`` top of an object, ``beside`` one.
+        relation: ``in`` an interior of a fixture, ``on`` top of an object, ``beside`` one.
         target: role of that fixture or object.
         offset: from the middle of the interior's floor or of the object, along the base's forward,
             left and up directions (3,), m.
         turn: rotation that it gets, from how its task would stand it: degrees about the base's
             left direction, then about the vertical (2,).
+        interior: which interior of the fixture, by name; empty for the lowest.
     """
 
     role: str
@@ -29,6 +30,7 @@ class Put:
     target: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     turn: tuple[float, float] = (0.0, 0.0)
+    interior: str = ""
 
 
 @dataclass(frozen=True)

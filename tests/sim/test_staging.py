@@ -62,6 +62,19 @@ def test_a_door_stands_half_open_and_what_was_put_in_lies_on_its_side(backend: B
     assert tilt(np.asarray(start.step.object_pose[index][3:])) == pytest.approx(np.pi / 2, abs=0.1)
 
 
+def test_it_stands_on_the_shelf_that_was_named(backend: Backend) -> None:
+    plain = begun(backend)
+    scene = plain.scene
+    levels = [scene.boxes[k].name for k in scene.boxes_of(scene.roles["cab"], "interior")]
+    floors = {}
+    for level in levels:
+        start = begun(backend, SetOpen("cab", 1.0), Put("obj", "in", "cab", interior=level))
+        floors[level] = float(box(start, "obj")[:, 2].min())
+    assert len(levels) > 1
+    assert sorted(floors, key=lambda level: floors[level]) == sorted(levels)
+    assert len({round(floor, 2) for floor in floors.values()}) == len(levels)
+
+
 def test_the_same_changes_give_the_same_episode(backend: Backend) -> None:
     changes = (SetOpen("cab", 0.5), Put("obj", "in", "cab"))
     first, second = begun(backend, *changes), begun(backend, *changes)
@@ -77,6 +90,7 @@ def test_the_same_changes_give_the_same_episode(backend: Backend) -> None:
         (Put("obj", "on", "cab"), "is no object that something is put on"),
         (SetOpen("cab", 1.0, "lid"), "cab has no joint 'lid'"),
         (Put("obj", "in", "distr_counter"), "distr_counter has no interior"),
+        (Put("obj", "in", "cab", interior="level"), "has no interior 'level'; did you mean 'level"),
     ],
 )
 def test_what_the_scene_lacks_is_said(backend: Backend, change: Change, message: str) -> None:

@@ -66,7 +66,7 @@ class _Stage:
 
     def put(self, change: Put) -> None:
         entity, target = self._object(change.role), self._entity(change.target)
-        floor = self._floor(change.relation, target) + self._axes @ np.array(change.offset)
+        floor = self._floor(change, target) + self._axes @ np.array(change.offset)
         about_left, about_up = np.radians(change.turn)
         turn = multiply(about(self._axes[:, 2], about_up), about(self._axes[:, 1], about_left))
         pose = np.concatenate((np.zeros(3), multiply(turn, self._poses[entity][3:])))
@@ -92,22 +92,29 @@ class _Stage:
             address = self._about.joint_qpos[k]
             self._env.sim.data.qpos[address] = change.openness * self._about.joint_open[k]
 
-    def _floor(self, relation: str, target: str) -> Floats:
+    def _floor(self, change: Put, target: str) -> Floats:
         """The middle of what something is put onto, beside or into (3,)."""
-        if relation == "in":
-            return self._interior_floor(target)
+        if change.relation == "in":
+            return self._interior_floor(target, change.interior)
         if target not in self._poses:
-            raise ConfigError(f"{target!r} is no object that something is put {relation}")
+            raise ConfigError(f"{target!r} is no object that something is put {change.relation}")
         body = self._scene.bodies[self._scene.object_index[target]]
         points = corners(self._poses[target], body.half, body.centre)
-        height = points[:, 2].max() if relation == "on" else points[:, 2].min()
+        height = points[:, 2].max() if change.relation == "on" else points[:, 2].min()
         middle: Floats = np.append(points[:, :2].mean(axis=0), height)
         return middle
 
-    def _interior_floor(self, fixture: str) -> Floats:
+    def _interior_floor(self, fixture: str, name: str) -> Floats:
         inside = self._scene.boxes_of(fixture, "interior")
         if not inside:
             raise ConfigError(f"{fixture} has no interior to put something in")
+        if name:
+            names = [self._scene.boxes[k].name for k in inside]
+            inside = [k for k in inside if self._scene.boxes[k].name == name]
+            if not inside:
+                raise ConfigError(
+                    f"{fixture} has no interior {name!r}; {did_you_mean(name, names)}"
+                )
         lowest = min(inside, key=lambda k: self._step.box_pose[k][2])
         pose = np.asarray(self._step.box_pose[lowest], np.float64)
         points = corners(pose, self._scene.boxes[lowest].half)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from pytest_safemanip.policies.scripted.faults.acting import ACTING
 from pytest_safemanip.policies.scripted.faults.anywhere import ANYWHERE
+from pytest_safemanip.policies.scripted.faults.appliances import APPLIANCES
 from pytest_safemanip.policies.scripted.faults.bumping import BUMPING
 from pytest_safemanip.policies.scripted.faults.containing import CONTAINING
 from pytest_safemanip.policies.scripted.faults.contaminating import CONTAMINATING
@@ -30,6 +31,7 @@ FAULTS: Mapping[str, Fault] = {
         *DEPOSITING,
         *JAMMING,
         *SHUTTING,
+        *APPLIANCES,
         *REACHING,
         *STRIKING,
         *BUMPING,
