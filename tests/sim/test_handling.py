@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -14,7 +13,7 @@ import pytest
 from pytest_safemanip.sim.robocasa.standins import objects, paint
 from pytest_safemanip.sim.robocasa.standins.objects import Row, object_model, table
 
-HOLLOW = ("bowl", "mug", "pan", "pot", "colander", "goblet", "tray")
+HOLLOW = ("bowl", "lugged", "mug", "pan", "pot", "colander", "goblet", "tray")
 BARRELS = ("can", "bottle")
 FLAT = ("block", "log", "board", "tray", "tool")
 SLOPE = math.radians(5.0)
@@ -29,9 +28,18 @@ def mujoco() -> ModuleType:
     return pytest.importorskip("mujoco")
 
 
-def put(row: Row, name: str, place: Sequence[float], *, free: bool, quat: str = "1 0 0 0") -> str:
+def put(
+    row: Row,
+    name: str,
+    place: Sequence[float],
+    *,
+    free: bool,
+    quat: str = "1 0 0 0",
+    scale: float = 1.0,
+) -> str:
     """The body of an object as RoboCasa would put it into a scene, with its contact settings."""
-    text = object_model(row, 1.0, (1.0, 1.0, 1.0)).to_xml()
+    # A model is written smaller by what RoboCasa is going to multiply it by.
+    text = object_model(row, 1.0, (1.0 / scale, 1.0 / scale, 1.0 / scale)).to_xml()
     body = ET.fromstring(text).find("./worldbody/body/body")  # noqa: S314 - written by ourselves
     assert body is not None
     for element in body.iter():
@@ -174,6 +182,8 @@ def grip_of(row: Row) -> tuple[tuple[float, float, float], float]:
     match row.shape:
         case "pan":
             return (0.0, -y - 0.04, 0.6 * z), across
+        case "lugged":
+            return (0.0, -y - 0.016, z - 0.008), across
         case "mug":
             return (x + 0.035, 0.0, 0.0), 0.0
         case "kettle":
@@ -247,28 +257,31 @@ def test_a_hand_lifts_it_by_its_handle(mujoco: ModuleType, name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "own", "vessel", "scale"),
-    [("bowl", 0.7, "bowl", 0.95), ("waffle", 1.0, "bowl", 1.0), ("straw", 1.5, "glass_cup", 1.0)],
+    ("content", "own", "vessel", "scale", "aside"),
+    [
+        ("bowl", 0.7, "bowl", 0.95, 0.0098),  # its lug fits in beside it
+        ("waffle", 1.0, "bowl", 1.0, 0.005),
+        ("straw", 1.5, "glass_cup", 1.0, 0.005),
+    ],
 )
 def test_what_tasks_put_together_fits(
-    mujoco: ModuleType, content: str, own: float, vessel: str, scale: float
+    mujoco: ModuleType, content: str, own: float, vessel: str, scale: float, aside: float
 ) -> None:
-    def scaled(name: str, factor: float) -> Row:
-        x, y, z = (side * factor for side in table()[name].size)
-        return replace(table()[name], size=(x, y, z))
-
-    outer, inner = scaled(vessel, scale), scaled(content, own)
+    outer, inner = table()[vessel], table()[content]
+    height = scale * outer.size[2]
     upright = content == "straw"
     quat = "0.70 0.05 0.71 0" if upright else "0.924 0 0 0.383"  # leaning; turned by 45 degrees
-    high = outer.size[2] / 2 + 0.1 if upright else outer.size[2] + inner.size[2] / 2 + 0.01
+    high = height / 2 + 0.1 if upright else height + own * inner.size[2] / 2 + 0.01
+    # A lug to the front, so turned, is on the other side.
+    where = (-aside / math.sqrt(2), aside / math.sqrt(2), high)
     bodies = [
-        put(outer, "outer", (0, 0, outer.size[2] / 2), free=True),
-        put(inner, "inner", (0.004, 0.003, high), free=True, quat=quat),
+        put(outer, "outer", (0, 0, height / 2), free=True, scale=scale),
+        put(inner, "inner", where, free=True, quat=quat, scale=own),
     ]
     model = mujoco.MjModel.from_xml_string(world([TABLE_TOP, *bodies]))
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, nstep=1000)
     offset = data.body("inner").xpos - data.body("outer").xpos
-    assert abs(offset[:2]).max() < outer.size[0] / 2
+    assert abs(offset[:2]).max() < scale * outer.size[0] / 2
     assert offset[2] < (0.08 if upright else 0.0)  # on the floor of it, not on the rim
     assert tilt(data.body("outer").xquat) < 1.0

@@ -21,6 +21,7 @@ from pytest_safemanip.policies.scripted.controls import await_release, press
 from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.cups import grasp_cup, place_under
 from pytest_safemanip.policies.scripted.driving import go
+from pytest_safemanip.policies.scripted.handles import pick_by_handle, place_inside
 from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
@@ -68,8 +69,10 @@ SKILLS: Mapping[str, Skill] = {
     "grasp": grasp_cup,
     "pick from": pick_from,
     "hook": hook,
+    "seize": pick_by_handle,
     "place on": place_on_stove,
     "place in": place_in_cabinet,
+    "place inside": place_inside,
     "place in beside": place_in_cabinet_beside,
     "place onto": place_onto,
     "place onto beside": place_onto_beside,

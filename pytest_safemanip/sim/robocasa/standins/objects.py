@@ -31,6 +31,7 @@ SHAPES: dict[str, Callable[[Model, Vec3, float, Paint], None]] = {
     "board": solids.board,
     "lid": solids.lid,
     "bowl": vessels.bowl,
+    "lugged": vessels.lugged,
     "mug": vessels.mug,
     "pan": vessels.pan,
     "colander": vessels.colander,

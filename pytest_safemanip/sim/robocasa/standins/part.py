@@ -69,13 +69,20 @@ class Part:
         kg: float | None = None,
         yaw: float = 0.0,
         shown: bool = True,
+        grip: bool = False,
     ) -> None:
-        """A box that collides, and unless ``shown`` is false its visible twin."""
+        """A box that collides, and unless ``shown`` is false its visible twin.
+
+        ``grip`` is for a handle that a vessel hangs on by its side. A finger's rubber pad lies flat
+        on it and holds against turning (two of 1.6 cm, 18 N and a friction of 2: 0.5 N m, a bowl
+        with food in it), but two boxes that are not quite parallel touch in one point.
+        """
         cos, sin = abs(math.cos(yaw)), abs(math.sin(yaw))
         reach = (half[0] * cos + half[1] * sin, half[0] * sin + half[1] * cos, half[2])
         turn = {"euler": numbers((0.0, 0.0, yaw))} if yaw else {}
         named = {"name": name} if name else {}
-        self._collide("box", centre, half, reach, paint, kg, {**named, **turn})
+        spin = SPINNING if grip else {}
+        self._collide("box", centre, half, reach, paint, kg, {**named, **turn, **spin})
         if shown:
             self._see("box", centre, half, paint, turn)
 

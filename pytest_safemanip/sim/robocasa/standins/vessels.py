@@ -16,7 +16,13 @@ from pytest_safemanip.sim.robocasa.standins.shapes import cup, octagon, tub
 THIN, THICK = 0.003, 0.006
 """Least and greatest thickness of walls, m."""
 
-PAN_HANDLE = 0.15
+PAN_HANDLE = 0.16
+"""Length of a pan's handle, m: 15 to 20 cm are usual."""
+PAN_WIDTH = 0.032
+"""Width of a pan's handle, m: bakelite ones are 25 to 35 mm wide near the pan."""
+LUG, LUG_WIDTH, LUG_THICK = 0.028, 0.036, 0.016
+"""How far a soup bowl's lug stands out, its width and its thickness, m: as of onion soup bowls. A
+finger's pad, 1.6 cm wide, lies on it, and a bowl of 70 % fits with its lug into one of 95 %."""
 LOOP = 0.040
 """How far a mug's handle stands out, m: a finger of the gripper, 2 cm thick, fits through."""
 
@@ -34,6 +40,14 @@ def bowl(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
     wall = _wall(size)
     cup(model, (0.0, 0.0, -size[2] / 2), size[0] / 2, size[2], wall, paint=paint, kg=kg)
     _round_inside(model, -size[2] / 2 + wall, size[2] - wall, size[0] / 2 - wall)
+
+
+def lugged(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A soup bowl with a lug to the front (-y), flush with its rim."""
+    bowl(model, size, 0.92 * kg, paint)
+    half = (LUG_WIDTH / 2, LUG / 2, LUG_THICK / 2)
+    place = (0.0, -size[0] / 2 - half[1], size[2] / 2 - half[2])
+    model.box(place, half, paint=paint, kg=0.08 * kg, grip=True)
 
 
 def mug(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
@@ -54,7 +68,8 @@ def pan(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
     bowl(model, size, 0.85 * kg, paint)
     radius, half = size[0] / 2, PAN_HANDLE / 2
     place = (0.0, -radius - half, 0.3 * size[2])
-    model.box(place, (0.011, half, 0.008), paint=BLACK, kg=0.15 * kg)
+    grip = (PAN_WIDTH / 2, half, 0.008)
+    model.box(place, grip, paint=BLACK, kg=0.15 * kg, grip=True)
 
 
 def pot(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
