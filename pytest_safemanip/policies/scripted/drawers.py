@@ -14,6 +14,9 @@ from pytest_safemanip.policies.scripted.things import Furniture, Thing
 STAND = 0.50
 ABOVE = 1.05
 """Height of the hand before it goes down into a drawer, m: over the counter's edge above it."""
+SLIPPED = 0.045
+"""Height above its place in a drawer at which a hand draws near, m: the fingertips pass above what
+is 4 cm thick."""
 LOW = 0.020
 """Things lower than this are pinched by fingers of one height: a tipped hand's lower one, 4 cm off
 the middle, would poke the floor."""
@@ -38,7 +41,21 @@ def pick_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
     Raises:
         SkillFailed: if it is too wide, out of reach, or was not lifted.
     """
-    thing, drawer = Thing(arm, role), Furniture(arm, drawer_role)
+    yield from pinch_in_drawer(arm, Thing(arm, role), Furniture(arm, drawer_role))
+
+
+def pinch_in_drawer(arm: Arm, thing: Thing, drawer: Furniture, slip: float = 0.0) -> Motion:
+    """Pinch a thing in an open drawer from above, across its narrow side, and lift it out.
+
+    Args:
+        arm: the arm.
+        thing: what is picked.
+        drawer: where it lies.
+        slip: how far behind it the hand comes down, before it draws near above it, m.
+
+    Raises:
+        SkillFailed: if it is too wide, out of reach, or was not lifted.
+    """
     pose, half = drawer.interior()
     middle, front = arm.aside(pose), arm.ahead(pose) - half[1]
     roll = narrow_roll(arm, thing)
@@ -58,12 +75,12 @@ def pick_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
     yield from arm.drive(arm.floor_point(near, arm.aside(where)))
     yield from arm.open_to(1.0 if low else 0.8)
     target = np.append(where[:2], thing.bottom + FINGERTIP)
-    yield from arm.move(
-        np.append(where[:2], ABOVE), hand, tolerance=0.02, turn_tolerance=0.08, steps=140
-    )
-    yield from arm.move(
-        raised(target, 0.06), hand, tolerance=0.012, turn_tolerance=0.06, speed=0.7, steps=80
-    )
+    behind = np.append(slip * arm.forward, 0.0)
+    over, before = np.append(where[:2], ABOVE) + behind, raised(target, 0.06) + behind
+    yield from arm.move(over, hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
+    yield from arm.move(before, hand, tolerance=0.012, turn_tolerance=0.06, speed=0.7, steps=80)
+    if slip:
+        yield from arm.move(raised(target, SLIPPED), hand, tolerance=0.008, speed=0.3, steps=40)
     yield from arm.move(
         target, hand, tolerance=0.005, turn_tolerance=0.06, speed=0.3, steps=40, required=False
     )

@@ -112,14 +112,27 @@ def free_spot(arm: Arm, role: str, target: Thing) -> Array:
 
 def lay_onto(arm: Arm, role: str, target_role: str) -> Motion:
     """Lay a held slice flat onto another object: tip it over, away from the robot, and let go."""
+    target = Thing(arm, target_role)
+    spot = free_spot(arm, role, target) + np.append(BEYOND * arm.forward, 0.0)
+    yield from lay_at(arm, role, spot, target.highest)
+
+
+def lay_at(arm: Arm, role: str, spot: Array, top: float, pitch: float = LAY_PITCH) -> Motion:
+    """Tip a held object over, away from the robot, carry it to a spot and let go.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        spot: where it goes (3,); only its horizontal part counts.
+        top: height of what is highest there, m.
+        pitch: of the hand, degrees from straight down.
+    """
     away = arm.position + np.append(-0.10 * arm.forward, 0.02)
     yield from arm.move(away, tolerance=0.03, speed=0.5, steps=40)
     yield from arm.move(
-        arm.position, arm.hand(LAY_PITCH, 90.0), tolerance=0.04, turn_tolerance=0.1, steps=80
+        arm.position, arm.hand(pitch, 90.0), tolerance=0.04, turn_tolerance=0.1, steps=80
     )
-    target = Thing(arm, target_role)
-    spot = free_spot(arm, role, target) + np.append(BEYOND * arm.forward, 0.0)
-    yield from carry_over(arm, role, spot, target.highest)
+    yield from carry_over(arm, role, spot, top)
     yield from set_down(arm, role)
     yield from leave(arm)
 

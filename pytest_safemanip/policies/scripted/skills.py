@@ -46,6 +46,7 @@ from pytest_safemanip.policies.scripted.spotting import (
     place_beside_any,
     pluck,
 )
+from pytest_safemanip.policies.scripted.tools import lay_tool, take_tool
 from pytest_safemanip.policies.scripted.travelling import carry_to
 from pytest_safemanip.policies.scripted.wielding import scrub
 
@@ -64,6 +65,7 @@ SKILLS: Mapping[str, Skill] = {
     "lift": lift_head,
     "lower into": lower_into,
     "lay onto": lay_onto,
+    "lay or for onto": lay_tool,
     "open": open_access,
     "pick": pick_from_counter,
     "grasp": grasp_cup,
@@ -86,6 +88,7 @@ SKILLS: Mapping[str, Skill] = {
     "stand in": stand_in,
     "swing": swing_spout,
     "take": take_upright,
+    "take or for from": take_tool,
     "turn": turn_lever,
     "unlight": turn_off,
     "light under": turn_on_under,

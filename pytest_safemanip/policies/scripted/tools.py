@@ -1,0 +1,86 @@
+"""Tools for cutting: the one that suits a food, out of a drawer and onto the food's board."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.drawers import pinch_in_drawer
+from pytest_safemanip.policies.scripted.grasping import narrow_roll
+from pytest_safemanip.policies.scripted.putting import lay_at
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+
+PEELED = frozenset({"carrot", "cucumber", "eggplant", "potato"})
+"""What has a skin that is peeled off, as RoboCasa's task has it; the rest is cut with a knife."""
+PALM_WIDE = 0.10
+"""From the middle of the palm to its end, in the direction in which the fingers open, m."""
+UNDER_EDGE = 0.05
+"""From a tool to the front of the furniture around its drawer, m: half of the open fingers, and
+their thickness."""
+BEHIND_FRONT = 0.070
+"""From the front of a drawer's inside to a tool behind it, m: nearer, the palm meets the front."""
+SLIP = 0.03
+"""How far behind a tool the hand comes down, m: the palm's end passes the drawer's front."""
+TOOL_PITCH = 25.0
+"""Degrees from straight down: the arm reaches a board behind an open drawer, and the near end of
+the palm, 10 cm from its middle, stays above the counter while the hand holds what is 2 cm thick."""
+BEFORE_FOOD = 0.075
+"""From a tool's middle to the food behind it, m: a palm that is tipped over the tool, and the
+finger beyond it."""
+ON_BOARD = 0.085
+"""How far before the middle of a board a tool still lies on it, m: boards are 21 cm wide."""
+
+
+def take_tool(
+    arm: Arm, peeler_role: str, knife_role: str, food_role: str, drawer_role: str
+) -> Motion:
+    """Pick the tool for a food out of an open drawer.
+
+    Raises:
+        SkillFailed: if the hand would meet the drawer's front or what is above its back, or if the
+            tool was not lifted.
+    """
+    role = tool_for(arm, peeler_role, knife_role, food_role)
+    tool, drawer = Thing(arm, role), Furniture(arm, drawer_role)
+    where, turned = arm.ahead(tool.com), math.radians(narrow_roll(arm, tool))
+    deep = where + max(UNDER_EDGE, PALM_WIDE * abs(math.sin(turned)))
+    around = min(arm.ahead(corner) for corner in drawer.extent())
+    front = drawer.opening()[0]
+    if deep > around or where < front + BEHIND_FRONT:
+        raise SkillFailed(f"{role} lies where the hand does not reach into the drawer")
+    slip = SLIP if where < front + PALM_WIDE else 0.0
+    yield from pinch_in_drawer(arm, tool, drawer, slip)
+
+
+def lay_tool(
+    arm: Arm, peeler_role: str, knife_role: str, food_role: str, board_role: str
+) -> Motion:
+    """Lay the held tool on a board, this side of the food: the hand is tipped over, and the base
+    can stay before the open drawer.
+    """
+    board, food = Thing(arm, board_role), Thing(arm, food_role)
+    spot = spot_before(arm, board.middle, food)
+    role = tool_for(arm, peeler_role, knife_role, food_role)
+    yield from lay_at(arm, role, spot, food.highest, TOOL_PITCH)
+
+
+def tool_for(arm: Arm, peeler_role: str, knife_role: str, food_role: str) -> str:
+    """The role of the tool that a food asks for."""
+    category = arm.scene.entity[Thing(arm, food_role).entity].category
+    return peeler_role if category in PEELED else knife_role
+
+
+def spot_before(arm: Arm, middle: Array, food: Thing) -> Array:
+    """Where on a board, on the robot's side of a food, a tool goes (3,).
+
+    Args:
+        arm: the arm.
+        middle: of the board (3,).
+        food: what lies on it.
+    """
+    ahead = arm.ahead(middle)
+    free = food.extent_ahead()[0] - BEFORE_FOOD
+    return arm.point(float(np.clip(free, ahead - ON_BOARD, ahead)), arm.aside(middle), middle[2])
