@@ -34,8 +34,8 @@ LEAST_TIP, LEAST_YAW = math.sin(math.radians(25.0)), 10.0
 than 2 cm beside it."""
 DRAWN_BACK = 0.15
 """How far a load is drawn back before it is turned, m: off what stands around it."""
-FOREARM = (0.15, 0.40)
-"""Above what a hand sets something down on, m: from where to where forearm and elbow are."""
+FOREARM = (0.15, 0.30)
+"""Above what a hand sets something down on, m: from where to where the forearm is."""
 SWING, LEAN = 0.27, 0.10
 """How far forearm and elbow swing out sideways at most, and how far beside a spot the base can
 stand, m."""
@@ -190,7 +190,8 @@ def elbow_room(arm: Arm, spot: Array) -> float:
     sides = set()
     for points in solids(arm):
         aside = points[:, :2] @ arm.left - arm.aside(spot)
-        near = (points[:, :2] @ arm.forward).min() < arm.ahead(spot) and abs(aside).min() < SWING
+        beside = abs(aside).min() < SWING and aside.min() * aside.max() > 0.0
+        near = beside and (points[:, :2] @ arm.forward).min() < arm.ahead(spot)
         if near and points[:, 2].max() > low and points[:, 2].min() < high and np.ptp(aside) < 1.0:
             sides.add(math.copysign(1.0, aside.mean()))
     return -LEAN * sides.pop() if len(sides) == 1 else 0.0

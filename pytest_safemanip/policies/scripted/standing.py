@@ -27,6 +27,8 @@ ARM_ROOM = 0.20
 """Half width of arm and hand, and how far either swings out sideways, m."""
 HAND_ROOM = 0.13
 """From the grip point to the far end of the hand, m."""
+OPEN = 0.1
+"""Openness from which a door stands out from its cabinet by more than a handle."""
 DUCKED = (0.42, 1.12)
 """Base to hand, m, and height of the hand, m, with which the forearm passes below the doors of a
 wall cabinet (1.45 m)."""
@@ -90,7 +92,7 @@ def duck(arm: Arm, aside: float) -> Motion:
     ends = sorted((arm.aside(arm.base), aside))
     over = [
         float((points[:, :2] @ arm.forward).min())
-        for points in solids(arm, moved=True)
+        for points in solids(arm, opened=True)
         if points[:, 2].min() > arm.position[2]
         and (points[:, :2] @ arm.left).min() < ends[1] + ARM_ROOM
         and (points[:, :2] @ arm.left).max() > ends[0] - ARM_ROOM
@@ -117,22 +119,23 @@ def nearest(arm: Arm, right: float, left: float) -> float:
     return limit
 
 
-def solids(arm: Arm, moved: bool = False) -> list[Array]:
+def solids(arm: Arm, opened: bool = False) -> list[Array]:
     """Corners of every piece of furniture as it is now, each (8, 3).
 
     Args:
         arm: the arm.
-        moved: only of those that a joint moves.
+        opened: only doors and drawers that are open.
     """
     found = []
     for surface in arm.scene.surfaces:
-        fixture = arm.scene.entity[surface.entity].kind == "fixture"
-        if not fixture or (moved and not surface.joint):
+        if arm.scene.entity[surface.entity].kind != "fixture":
             continue
-        pose = np.asarray(surface.pose, np.float64)
+        pose, openness = np.asarray(surface.pose, np.float64), np.zeros(())
         if surface.joint:
             index = arm.scene.joint_index[surface.joint]
             openness = np.asarray(arm.step.joint[index, 0], np.float64)
             pose = carried(arm.scene.joints[index], pose, openness)
+        if opened and openness < OPEN:
+            continue
         found.append(np.asarray(corners(pose, surface.half), np.float64))
     return found

@@ -88,8 +88,9 @@ def _machine(aside, height=0.2):
         ([_machine(0.25), _machine(-0.25)], 0.0),
         ([_machine(0.50)], 0.0),
         ([_machine(0.25, height=0.05)], 0.0),
+        ([_machine(0.05)], 0.0),
     ],
-    ids=["nothing", "on the left", "on the right", "on both sides", "far off", "low"],
+    ids=["nothing", "on the left", "on the right", "on both sides", "far off", "low", "over it"],
 )
 def test_the_base_stands_away_from_a_tall_machine_beside_the_spot(machines, shift):
     scene = dataclasses.replace(toy.SCENE, surfaces=(*toy.SCENE.surfaces, *machines))
@@ -97,12 +98,15 @@ def test_the_base_stands_away_from_a_tall_machine_beside_the_spot(machines, shif
 
 
 @pytest.mark.parametrize(
-    ("aside", "joint", "ducks"),
-    [(0.0, "cabinet/hinge", True), (-0.5, "cabinet/hinge", False), (0.0, "", False)],
-    ids=["a door on the way", "a door beyond", "what does not move"],
+    ("aside", "openness", "ducks"),
+    [(0.0, 1.0, True), (-0.5, 1.0, False), (0.0, 0.0, False)],
+    ids=["an open door on the way", "an open door beyond", "a shut door"],
 )
-def test_the_hand_ducks_before_an_open_door_on_the_way(aside, joint, ducks):
-    door = Surface("cabinet", joint, (0.3, 0.01, 0.3), (0.6, 0.0, 1.7, *toy.UPRIGHT))
-    arm = Arm(dataclasses.replace(toy.SCENE, surfaces=(door,)), toy.at_rest())
+def test_the_hand_ducks_before_an_open_door_on_the_way(aside, openness, ducks):
+    # A door whose hinge is at its middle: opened, it spans the way from 0.3 to 0.9 m either way.
+    door = Surface("cabinet", "cabinet/hinge", (0.3, 0.3, 0.3), (0.6, 0.2, 1.7, *toy.UPRIGHT))
+    hinge = dataclasses.replace(toy.SCENE.joints[0], anchor=(0.6, 0.2, 1.7))
+    scene = dataclasses.replace(toy.SCENE, surfaces=(door,), joints=(hinge,))
+    arm = Arm(scene, toy.at_rest(joint=((openness, 0.0),)))
     action = next(duck(arm, aside), None)
     assert (action is not None and action[7] < 0.0) == ducks
