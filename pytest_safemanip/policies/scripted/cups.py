@@ -10,6 +10,7 @@ from pytest_safemanip.policies.scripted.putting import set_down
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import stand, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.trace.geometry import matrix
 
 CUP_PITCH = 40.0
 """Degrees from straight down: in below a coffee machine's head, 2 to 3 cm stay free above the
@@ -68,7 +69,7 @@ def bring_in(arm: Arm, cup: Thing, tray: Array, front: float) -> Motion:
     Raises:
         SkillFailed: if the hand or the base does not arrive.
     """
-    hand, inside = arm.rotation, arm.ahead(tray)
+    inside = arm.ahead(tray)
 
     def outside() -> float:
         """Where the base stands with the cup clear of the machine, m."""
@@ -87,9 +88,19 @@ def bring_in(arm: Arm, cup: Thing, tray: Array, front: float) -> Motion:
         return np.append(arm.position[:2] + way, above())
 
     yield from stand(arm, outside(), arm.aside(arm.base), GENTLY)
-    yield from arm.move(tucked, hand, tolerance=0.012, speed=GENTLY, steps=80)
+    # A cup that leans in the fingers would turn in them when it comes to stand.
+    hand = upright(matrix(cup.pose[3:])[:, 2]) @ arm.rotation
+    yield from arm.move(tucked, hand, tolerance=0.025, turn_tolerance=0.15, speed=GENTLY)
     aside = arm.aside(arm.base) + arm.aside(tray) - arm.aside(cup.middle)
     yield from stand(arm, min(outside(), arm.ahead(arm.base)), aside, GENTLY)
     ahead = arm.ahead(arm.base) + inside - arm.ahead(cup.middle)
     yield from stand(arm, ahead, arm.aside(arm.base), GENTLY)
     yield from arm.move(over, hand, tolerance=0.008, speed=GENTLY, steps=60, required=False)
+
+
+def upright(axis: Array) -> Array:
+    """The shortest turn (3, 3) that raises a unit vector (3,) to the vertical; not one straight down."""
+    x, y, z = axis
+    skew = np.array(((0.0, 0.0, -x), (0.0, 0.0, -y), (x, y, 0.0)))
+    turn: Array = np.eye(3) + skew + skew @ skew / (1.0 + z)
+    return turn
