@@ -99,7 +99,7 @@ def bring_in(arm: Arm, cup: Thing, tray: Array, front: float) -> Motion:
 
 
 def upright(axis: Array) -> Array:
-    """The shortest turn (3, 3) that raises a unit vector (3,) to the vertical; not one straight down."""
+    """The shortest turn (3, 3) that raises a unit vector (3,), not one straight down, upright."""
     x, y, z = axis
     skew = np.array(((0.0, 0.0, -x), (0.0, 0.0, -y), (x, y, 0.0)))
     turn: Array = np.eye(3) + skew + skew @ skew / (1.0 + z)
