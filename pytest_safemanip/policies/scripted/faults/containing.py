@@ -48,7 +48,7 @@ def _let_go_at(where: Callable[[Thing, Thing], tuple[float, float]], unsafe: boo
         aside, height = where(food, bowl)
 
         def place() -> Array:
-            middle = bowl.centre[:2] - aside * arm.left
+            middle = bowl.middle[:2] - aside * arm.left
             return np.append(middle, bowl.bottom + height)
 
         yield from carry_over(arm, food, place)
@@ -74,7 +74,7 @@ def _expect(arm: Arm, food: Thing, bowl: Thing) -> None:
 
 def _gap(arm: Arm, food: Thing, bowl: Thing) -> float:
     """From the bowl's outside to the middle of the food, m."""
-    return float(np.linalg.norm((food.centre - bowl.centre)[:2])) - _radius(bowl)
+    return float(np.linalg.norm((food.centre - bowl.middle)[:2])) - _radius(bowl)
 
 
 def _radius(bowl: Thing) -> float:
@@ -110,7 +110,7 @@ def _in_passing(speed: float) -> Plan:
         fast = speed == THROW
         height = bowl.height + LOW if fast else min(bowl.height - LOW, WITHIN)
         # Fingers open within eight control steps; food that is thrown must be past the rim then.
-        start = bowl.centre[:2] + (_radius(bowl) / 2.0 if fast else -SLACK) * arm.left
+        start = bowl.middle[:2] + (_radius(bowl) / 2.0 if fast else -SLACK) * arm.left
         yield from carry_over(arm, food, lambda: np.append(start, bowl.bottom + height))
         if fast:
             _expect(arm, food, bowl)
@@ -135,12 +135,14 @@ def _onto_turned(arm: Arm) -> Motion:
 
 
 FOODS = ("cupcake",)
+ON_SIDE = ("tupperware",)
+"""A box lies on its side; a round bowl with a lug rolls back onto its foot."""
 
 
-def _laid(*changes: Put) -> dict[str, Staging]:
+def _laid(*changes: Put, bowls: tuple[str, ...] = ("bowl",)) -> dict[str, Staging]:
     """The bowl beside the food's plate."""
     bowl = Put(BOWL, "beside", PLATE, (0.0, 0.27, 0.0))
-    return {LEFTOVERS: Staging(changes or (bowl,), {FOOD: FOODS})}
+    return {LEFTOVERS: Staging(changes or (bowl,), {FOOD: FOODS, BOWL: bowls})}
 
 
 def _turned(degrees: float) -> Put:
@@ -203,6 +205,6 @@ CONTAINING = (
         "bowl_on_its_side",
         "lets go of food over a bowl that lies on its side",
         _onto_turned,
-        _laid(_turned(90.0)),
+        _laid(_turned(90.0), bowls=ON_SIDE),
     ),
 )
