@@ -10,6 +10,7 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import matrix
 
 GAP = 0.076
@@ -31,6 +32,8 @@ MOST_ROLLED = 20.0
 """Pitch at which rolled fingers, which are not level, still reach under a thing, degrees."""
 PADS = 0.006
 """Least depth of the grip point below an object's top, m."""
+TOUCH = 0.5
+"""Force that shows that two things touch, N."""
 PALM = 0.026
 """From the grip point to the palm, m."""
 HANDLE = 0.05
@@ -186,6 +189,18 @@ def lift(arm: Arm, thing: Thing, hand: Array, rise: float, back: float = 0.0) ->
     )
     if thing.bottom - before < LIFTED:
         raise SkillFailed("the object was not lifted")
+
+
+def palm_presses(arm: Arm, thing: Thing) -> bool:
+    """Whether the palm lies on a thing with more than a touch."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
+        pair = parts[contacts.a[row]], parts[contacts.b[row]]
+        entities = {part.entity for part in pair}
+        palm = any(part.entity == ROBOT and part.name == "palm" for part in pair)
+        if palm and thing.entity in entities:
+            return True
+    return False
 
 
 def level_yaw(arm: Arm, thing: Thing) -> float:

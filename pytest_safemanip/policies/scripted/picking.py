@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, cut, raised
 from pytest_safemanip.policies.scripted.drawers import pick_from_drawer
 from pytest_safemanip.policies.scripted.grasping import (
     FINGERTIP,
@@ -18,6 +18,7 @@ from pytest_safemanip.policies.scripted.grasping import (
     level_yaw,
     lift,
     narrow_roll,
+    palm_presses,
     reach,
     take,
 )
@@ -35,6 +36,8 @@ ROLLED_PITCH = 15.0
 """Likewise where the fingers are not level: neither touches what a flat thing lies on."""
 ROLLED_OPEN = 0.014
 """How much wider than a thing they open then, m: the wider, the lower one of them is."""
+EASED = 0.006
+"""How far the hand draws back from a thing that its palm has met, m: it stops within 4 mm."""
 EDGE = 0.010
 """Grip point below the top of a thing that is to be used, m: it sticks out below the fingers."""
 MIDDLE = np.zeros(3)
@@ -85,9 +88,16 @@ def pinch(arm: Arm, role: str, offset: Array = MIDDLE, rise: float = 0.05) -> Mo
     yield from arm.move(
         target - 0.07 * approach, hand, tolerance=0.012, turn_tolerance=0.08, steps=60
     )
-    yield from arm.move(
-        target, hand, tolerance=0.008, turn_tolerance=0.08, speed=0.4, steps=45, required=False
+    yield from cut(
+        arm.move(
+            target, hand, tolerance=0.008, turn_tolerance=0.08, speed=0.4, steps=45, required=False
+        ),
+        lambda: palm_presses(arm, thing),
     )
+    if palm_presses(arm, thing):
+        # What lies under the palm while the fingers close is pressed on the counter.
+        eased = arm.position - EASED * approach
+        yield from arm.move(eased, hand, tolerance=0.002, speed=0.2, steps=8, required=False)
     yield from lift(arm, thing, hand, rise)
 
 
