@@ -19,8 +19,19 @@ AWAY = 0.45
 HELD = 0.15
 """From the grip point to the centre of what is held, at most, m."""
 
+PAST = 0.15
+"""How far the base first backs away where a microwave hangs over the counter, m: driving along it
+as the episode begins, the arm meets its handle."""
+
 Take = Callable[[Arm, str], Motion]
 _above: Take = partial(pick_from_above, pitch=PLATE_PITCH)
+
+
+def _past(arm: Arm, role: str) -> Motion:
+    """Takes an object from above, the arm off what hangs over the counter on the way there."""
+    yield from arm.drive(arm.base - PAST * arm.forward)
+    yield from _above(arm, role)
+
 
 TAKEN: Mapping[str, tuple[str, Take]] = {
     "PickPlaceCounterToCabinet": ("obj", pinch),
@@ -32,7 +43,7 @@ TAKEN: Mapping[str, tuple[str, Take]] = {
         "bottle_plastic_middle or bottle_glass_middle or mystery_middle",
         pluck,
     ),
-    "StirVegetables": ("spatula", _above),
+    "StirVegetables": ("spatula", _past),
     "StoreLeftoversInBowl": ("vegetable", _above),
 }
 """By task, something that the hand can take at the beginning, and how; of several the nearest,
