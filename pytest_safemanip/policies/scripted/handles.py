@@ -56,12 +56,26 @@ def pick_by_handle(arm: Arm, role: str) -> Motion:
     Raises:
         SkillFailed: if it was not lifted.
     """
+    yield from pinch_handle(arm, role, HANDLE_PITCH)
+
+
+def pinch_handle(arm: Arm, role: str, pitch: float) -> Motion:
+    """Pinch a vessel's handle where it leaves the vessel, and lift it level.
+
+    Args:
+        arm: the arm.
+        role: the vessel.
+        pitch: of the hand, degrees; 0 where its fingers would not be level.
+
+    Raises:
+        SkillFailed: if it was not lifted.
+    """
     thing = Thing(arm, role)
     root, way = handle(thing)
     across = np.cross((0.0, 0.0, 1.0), way)
     yaw = fold(angle(arm, across), 90.0)
     flat = abs(yaw) <= MOST_YAW
-    pitch = HANDLE_PITCH if flat else 0.0
+    pitch = pitch if flat else 0.0
     hand = arm.hand(pitch, yaw=yaw) if flat else arm.hand(0.0, fold(yaw, 120.0))
     point = root + OFF_WALL * way - np.array((0.0, 0.0, UNDER_RIM))
     yield from fold_in(arm)

@@ -12,6 +12,10 @@ from dataclasses import dataclass
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.basins import (
+    pick_by_handle_from_above,
+    place_in_basin,
+)
 from pytest_safemanip.policies.scripted.carrying import (
     place_in_cabinet,
     place_in_cabinet_beside,
@@ -56,6 +60,7 @@ SKILLS: Mapping[str, Skill] = {
     "await": await_release,
     "carry to": carry_to,
     "close": close_access,
+    "clutch": pick_by_handle_from_above,
     "cover with": cover,
     "go": go,
     "fill into": fill_into,
@@ -84,6 +89,7 @@ SKILLS: Mapping[str, Skill] = {
     "pluck": pluck,
     "press": press,
     "scrub with": scrub,
+    "sink in": place_in_basin,
     "slide": slide_rack,
     "stand in": stand_in,
     "swing": swing_spout,
