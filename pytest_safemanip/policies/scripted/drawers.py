@@ -8,6 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP, GAP, lift, narrow_roll
+from pytest_safemanip.policies.scripted.opening import pull_out
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -24,6 +25,8 @@ PALM = (0.100, 0.035)
 """Half the palm's length, along the fingers' travel, and half its thickness, m."""
 PASSING = 0.005
 """Kept free between the palm and what it passes on its way down, m."""
+BESIDE_DRAWER = 0.25
+"""From the side of a drawer to the middle of a base beside it, m."""
 CLEARANCE = 0.27
 """Base to the front of an open drawer, m: its column, and the handle."""
 BESIDE = 0.018
@@ -56,21 +59,24 @@ def pinch_in_drawer(arm: Arm, thing: Thing, drawer: Furniture, slip: float = 0.0
     Raises:
         SkillFailed: if it is too wide, out of reach, or was not lifted.
     """
-    pose, half = drawer.interior()
-    middle, front = arm.aside(pose), arm.ahead(pose) - half[1]
     roll = narrow_roll(arm, thing)
     low = thing.height < LOW
+    missing = 0.0 if low else _hidden(arm, thing, drawer, roll)
+    if missing > 0.0:
+        joint = drawer.doors()[0]
+        yield from _step_aside(arm, drawer)
+        yield from pull_out(arm, drawer, drawer.openness(joint) + missing / joint.travel)
+    pose, half = drawer.interior()
+    front = arm.ahead(pose) - half[1]
     where = _short_of_rail(arm, thing, drawer, roll) if low else thing.com
-    hand = arm.hand(0.0 if low else _drawer_pitch(arm.ahead(where) - arm.ahead(pose)), roll)
+    straight = low or missing > 0.0
+    hand = arm.hand(0.0 if straight else _drawer_pitch(arm.ahead(where) - arm.ahead(pose)), roll)
     near = min(arm.ahead(where) - STAND, front - CLEARANCE)
     rise = ABOVE - arm.position[2]
     if rise > 0.0:
         yield from arm.move(raised(arm.position, rise), tolerance=0.03, steps=60)
-    # Out of the way sideways first: the base may stand so close that its column touches the drawer.
-    side = math.copysign(1.0, arm.aside(arm.base) - middle)
-    beside = middle + side * max(abs(arm.aside(arm.base) - middle), half[0] + 0.25)
-    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), beside))
-    yield from arm.drive(arm.floor_point(near - 0.08, beside))
+    yield from _step_aside(arm, drawer)
+    yield from arm.drive(arm.floor_point(near - 0.08, arm.aside(arm.base)))
     yield from arm.drive(arm.floor_point(near - 0.08, arm.aside(where)))
     yield from arm.drive(arm.floor_point(near, arm.aside(where)))
     yield from arm.open_to(1.0 if low else 0.8)
@@ -90,6 +96,16 @@ def pinch_in_drawer(arm: Arm, thing: Thing, drawer: Furniture, slip: float = 0.0
     )
 
 
+def _step_aside(arm: Arm, drawer: Furniture) -> Motion:
+    """Drive away from an open drawer sideways: the base may stand so close that its column touches
+    it.
+    """
+    pose, half = drawer.interior()
+    off = arm.aside(arm.base) - arm.aside(pose)
+    clear = math.copysign(max(abs(off), half[0] + BESIDE_DRAWER), off)
+    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), arm.aside(pose) + clear))
+
+
 def _short_of_rail(arm: Arm, thing: Thing, drawer: Furniture, roll: float) -> Array:
     """Where a low thing is pinched (3,): in its middle, or as much nearer to its end, or beside
     it if it lies across, as the palm needs to pass the front of what the drawer is in.
@@ -97,9 +113,7 @@ def _short_of_rail(arm: Arm, thing: Thing, drawer: Furniture, roll: float) -> Ar
     Raises:
         SkillFailed: if it lies too far back.
     """
-    ends = [arm.ahead(end) for end in drawer.extent()]
-    palm = PALM @ np.abs(arm.forward @ arm.hand(0.0, roll)[:2, :2])
-    deep = arm.ahead(thing.com) + float(palm) + PASSING - min(ends)
+    deep = _hidden(arm, thing, drawer, roll)
     (_, width), (axis, length) = thing.sides()
     slope = float(axis[:2] @ arm.forward)
     along = beside = 0.0
@@ -111,6 +125,15 @@ def _short_of_rail(arm: Arm, thing: Thing, drawer: Furniture, roll: float) -> Ar
         raise SkillFailed("it lies too far back in the drawer")
     back = np.append(beside * arm.forward, 0.0)
     return np.asarray(thing.com - math.copysign(along, slope) * axis - back, np.float64)
+
+
+def _hidden(arm: Arm, thing: Thing, drawer: Furniture, roll: float) -> float:
+    """How much nearer a thing would have to lie for the palm, straight above it, to pass the front
+    of what the drawer is in, m.
+    """
+    rail = min(arm.ahead(end) for end in drawer.extent())
+    palm = PALM @ np.abs(arm.forward @ arm.hand(0.0, roll)[:2, :2])
+    return arm.ahead(thing.com) + float(palm) + PASSING - rail
 
 
 def _drawer_pitch(ahead: float) -> float:

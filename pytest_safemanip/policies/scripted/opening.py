@@ -17,6 +17,7 @@ HOOK_PITCH = 25.0
 """Degrees from straight down: steeper, and the palm meets the counter's edge."""
 HOOK_DEPTH = 0.026
 """How far behind a bar's middle the fingertips go, m: half of the gap behind it."""
+DRAWER_OPEN = 0.97
 DRAWER_STAND = 0.66
 """Base to handle, m."""
 
@@ -57,17 +58,29 @@ def open_access(arm: Arm, role: str) -> Motion:
 
 
 def open_drawer(arm: Arm, role: str) -> Motion:
-    """Hook closed fingers behind the bar and drive back."""
-    drawer = Furniture(arm, role)
+    """Hook closed fingers behind the bar and drive back until the drawer is open."""
+    yield from pull_out(arm, Furniture(arm, role), DRAWER_OPEN)
+
+
+def pull_out(arm: Arm, drawer: Furniture, openness: float) -> Motion:
+    """Hook closed fingers behind a drawer's bar and drive back until it is open so far.
+
+    Args:
+        arm: the arm.
+        drawer: the drawer.
+        openness: 1 is what RoboCasa calls open, about half of its depth; it can be pulled on.
+    """
     joint = drawer.doors()[0]
     start = drawer.handle()[0][:3]
     behind = np.append(HOOK_DEPTH * arm.forward, 0.0)
     yield from arm.grip(True)
-    stand = arm.floor_point(arm.ahead(start) - DRAWER_STAND, arm.aside(start))
-    yield from arm.drive(stand)
+    back = arm.ahead(start) - DRAWER_STAND
+    if arm.ahead(arm.base) > back:  # beside a drawer that is open already
+        yield from arm.drive(arm.floor_point(back, arm.aside(arm.base)))
+    yield from arm.drive(arm.floor_point(back, arm.aside(start)))
     hand = arm.hand(HOOK_PITCH)
-    back = np.append(0.02 * arm.forward, -0.14)
-    yield from arm.move(start + behind - back, hand, tolerance=0.02, steps=160)
+    before = np.append(0.02 * arm.forward, -0.14)
+    yield from arm.move(start + behind - before, hand, tolerance=0.02, steps=160)
 
     def over(rise: float) -> Callable[[], Array]:
         return lambda: raised(drawer.handle()[0][:3] + behind, rise)
@@ -76,7 +89,7 @@ def open_drawer(arm: Arm, role: str) -> Motion:
         yield from arm.move(over(rise), hand, tolerance=0.01, speed=0.4, steps=80)
     yield from arm.drive(
         arm.base - 0.55 * arm.forward,
-        until=lambda: drawer.openness(joint) >= 0.97,
+        until=lambda: drawer.openness(joint) >= openness,
         speed=0.45,
     )
     yield from arm.move(raised(arm.position, 0.1), tolerance=0.03, steps=50, required=False)
