@@ -55,7 +55,7 @@ class Grasp:
     opening: float
 
 
-def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0) -> Grasp:
+def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0, turn: float = 0.0) -> Grasp:
     """Across the narrow side of a solid thing.
 
     Args:
@@ -63,6 +63,7 @@ def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0) -> Grasp:
         thing: what is grasped.
         pitch: of the hand, degrees; less where the palm would touch.
         offset: from its middle along its long side, m.
+        turn: of the fingers, degrees from its narrow side: for round things.
 
     Raises:
         SkillFailed: if it is too wide.
@@ -73,10 +74,12 @@ def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0) -> Grasp:
         # Nearly as thick both ways: across the one that turns the hand less.
         narrow, long = sorted((narrow, long), key=lambda s: abs(fold(angle(arm, s[0]), 90.0)))
         roll = fold(angle(arm, narrow[0]), 120.0)
+    roll, width = fold(roll + turn, 120.0), 2.0 * thing.reach(about_z(turn) @ narrow[0])
     yaw = fold(roll, 90.0)
     level = abs(yaw) <= MOST_YAW
     middle = thing.centre + offset * long[0] * (1.0, 1.0, 0.0)
-    for tip in np.arange(pitch if level else min(pitch, MOST_ROLLED), -1.0, -5.0).tolist():
+    most = pitch if level else min(pitch, MOST_ROLLED)
+    for tip in (most, *np.arange(most - 5.0, -1.0, -5.0).tolist()):
         hand = arm.hand(tip, yaw=yaw) if level else arm.hand(tip, roll)
         point = middle - max(0.0, thing.reach(hand[:, 2]) - FINGER) * hand[:, 2]
         tilted = 0.01 * math.sin(math.radians(tip))
@@ -84,7 +87,7 @@ def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0) -> Grasp:
         # Tipped further, the palm would lie on what reaches out towards the robot.
         if point[2] - middle[2] < thing.height / 2.0 - PADS:
             break
-    return Grasp(point, hand, min(1.0, (narrow[1] + 0.03) / 0.08))
+    return Grasp(point, hand, min(1.0, (width + 0.03) / 0.08))
 
 
 def around(arm: Arm, thing: Thing, pitch: float, flat: float = 45.0, handle: float = 90.0) -> Grasp:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +23,7 @@ from pytest_safemanip.policies.scripted.grasping import (
 )
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.shelves import pick_from_shelf
+from pytest_safemanip.policies.scripted.sinks import pick_from_basin
 from pytest_safemanip.policies.scripted.standing import duck, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -43,14 +43,9 @@ EDGE = 0.010
 MIDDLE = np.zeros(3)
 ON_TOP = 0.01
 """What stands on a fixture is lower by no more than this, m: boxes around round things."""
-SINK_PITCH = 20.0
-"""Degrees from straight down at the back of a basin: the hand goes in under the spout. Further to
-the front it is steeper, for the arm to stay off the front wall."""
 SLOT_PITCH = ((0.54, 0.62), (0.0, 25.0))
 """Base to slot, m, and how far the hand is tipped from straight down, degrees: an arm that is
 stretched further does not come down on it, and bends badly afterwards."""
-SPOUT = 0.05
-"""From the middle of a basin to where the hand passes in front of the spout, m."""
 
 
 def pick_from_counter(arm: Arm, role: str) -> Motion:
@@ -120,27 +115,6 @@ def pick_from(arm: Arm, role: str, holder_role: str) -> Motion:
         yield from pick_from_slot(arm, role, holder_role)
     else:
         yield from pick_from_basin(arm, role, holder_role)
-
-
-def pick_from_basin(arm: Arm, role: str, sink_role: str) -> Motion:
-    """Pinch an object in a sink, and bring it out in front of the spout.
-
-    Raises:
-        SkillFailed: if it is too wide or was not lifted.
-    """
-    thing, sink = Thing(arm, role), Furniture(arm, sink_role)
-    middle = arm.ahead(sink.interior()[0])
-    deep = arm.ahead(thing.centre) - middle
-    pitch = float(np.interp(deep, (-0.05, 0.03, 0.11), (-5.0, 10.0, SINK_PITCH)))
-    where, grasp = thing.centre, across(arm, thing, pitch)
-    yield from stand_before(arm, where, reach(pitch))
-    above = arm.ahead(grasp.point) - 0.15 * math.sin(math.radians(pitch))
-    front = arm.point(min(above, middle - 0.08), arm.aside(where), grasp.point[2] + 0.20)
-    yield from arm.move(front, grasp.hand, tolerance=0.03, turn_tolerance=0.1, steps=120)
-    yield from take(arm, thing, grasp, rise=0.05)
-    ahead = min(arm.ahead(arm.position), middle - SPOUT)
-    out = arm.point(ahead, arm.aside(arm.position), arm.position[2] + 0.18)
-    yield from arm.move(out, tolerance=0.03, speed=0.6, steps=60)
 
 
 def pick_from_slot(arm: Arm, role: str, holder_role: str) -> Motion:
