@@ -36,6 +36,9 @@ TOUCH = 0.5
 """Force that shows that two things touch, N."""
 PALM = 0.026
 """From the grip point to the palm, m."""
+HAND = (0.102, 0.032, 0.066)
+"""Half the Panda hand's length, along the fingers' travel, half its thickness, and from its palm to
+its flange, m."""
 HANDLE = 0.05
 """Off the middle by more than this share of the radius, a box shows where the handle is."""
 
@@ -192,6 +195,13 @@ def lift(arm: Arm, thing: Thing, hand: Array, rise: float, back: float = 0.0) ->
     )
     if thing.bottom - before < LIFTED:
         raise SkillFailed("the object was not lifted")
+
+
+def hand_corners(hand: Array) -> Array:
+    """Corners (8, 3) of the hand without its fingers, from the grip point, m."""
+    x, y, deep = HAND
+    ends = (PALM, PALM + deep)
+    return np.array([(i * x, j * y, -k) for i in (-1, 1) for j in (-1, 1) for k in ends]) @ hand.T
 
 
 def palm_presses(arm: Arm, thing: Thing) -> bool:

@@ -8,8 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
-from pytest_safemanip.policies.scripted.grasping import GAP, PALM, Grasp, across, reach, take
-from pytest_safemanip.policies.scripted.rotations import Array, about_z
+from pytest_safemanip.policies.scripted.grasping import (
+    GAP,
+    Grasp,
+    across,
+    hand_corners,
+    reach,
+    take,
+)
+from pytest_safemanip.policies.scripted.rotations import about_z
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.geometry import matrix
@@ -19,10 +26,6 @@ SINK_PITCH = 20.0
 the front it is steeper, for the arm to stay off the front wall."""
 SPOUT = 0.05
 """From the middle of a basin to where the hand passes in front of the spout, m."""
-HAND_HALF = (0.102, 0.032)
-"""Half the Panda hand's length, along the fingers' travel, and half its thickness, m."""
-HAND_DEEP = 0.066
-"""From the palm to the hand's flange, m."""
 ROOM = 0.010
 """Kept free around the palm, m: it arrives within 6 mm, and a hand that is 3 degrees askew has its
 ends 5 mm elsewhere."""
@@ -72,7 +75,7 @@ def roomy(arm: Arm, thing: Thing, sink: Furniture, pitch: float) -> Grasp:
     """
     best, most = None, 0.0
     for grasp in _grasps(arm, thing, pitch):
-        room = _room(grasp, sink)
+        room = palm_room(grasp, sink)
         if room > most:
             best, most = grasp, room
         if room >= ROOM:
@@ -91,17 +94,15 @@ def _grasps(arm: Arm, thing: Thing, pitch: float) -> Iterator[Grasp]:
             if turn and 2.0 * thing.reach(about_z(turn) @ axis) > GAP:
                 continue
             for end in (0.0,) if plump else ENDS:
-                yield across(arm, thing, pitch - steeper, end, turn)
+                yield across(arm, thing, pitch - steeper, end * length, turn)
 
 
-def _room(grasp: Grasp, sink: Furniture) -> float:
+def palm_room(grasp: Grasp, sink: Furniture) -> float:
     """From the palm, where the fingers close, to the basin's walls and floor, m; what is above the
     basin has all the room there is.
     """
-    (x, y), deep = HAND_HALF, PALM + HAND_DEEP
-    corners = [(i * x, j * y, -k) for i in (-1, 1) for j in (-1, 1) for k in (PALM, deep)]
     pose, half = sink.interior()
-    palm: Array = np.array(corners) @ grasp.hand.T + grasp.point - pose[:3]
+    palm = hand_corners(grasp.hand) + grasp.point - pose[:3]
     own = palm @ matrix(pose[3:])
     inside = own[own[:, 2] < half[2]]
     walls = (half[:2] - np.abs(inside[:, :2])).min(initial=math.inf)

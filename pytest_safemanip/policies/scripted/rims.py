@@ -1,0 +1,53 @@
+"""Where in a vessel a hand sets something down without touching its rim."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.grasping import hand_corners
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.things import Thing
+
+SHIFTS = (0.0, 0.01, 0.02, 0.03, 0.04)
+"""How far from the middle of a vessel something is put down in it, m: RoboCasa takes what is less
+than 7 cm from a pan's middle for in it, and round things roll a little."""
+WALL = 0.006
+"""Of a vessel, m."""
+RIM_ROOM = 0.010
+"""Kept free between the palm and the inside of a rim, m."""
+HAND_WIDE = 0.095
+"""Least inner radius of a vessel that a hand goes into, m: half its own length, near enough."""
+LEAST_SHIFTED = math.sin(math.radians(5.0))
+"""Tipped by less, a hand has no side on which its palm hangs down, as a sine."""
+
+
+def rim_shift(arm: Arm, thing: Thing, target: Thing) -> Array:
+    """How far off the middle of a vessel to put down what is held (3,), for a tipped hand, whose
+    palm hangs down behind its fingers, to go in and draw back without touching the rim.
+
+    Args:
+        arm: the arm.
+        thing: what is held.
+        target: the vessel.
+    """
+    approach, radius = arm.rotation[:, 2], target.sides()[0][1] / 2.0 - WALL
+    level = np.linalg.norm(approach[:2])
+    # Above where the thing will stand.
+    palm = hand_corners(arm.rotation) + arm.position - np.append(thing.middle[:2], thing.bottom)
+    below = target.height - WALL - palm[:, 2]
+    if radius < HAND_WIDE or level < LEAST_SHIFTED or not (below > 0.0).any():
+        return np.zeros(3)
+    palm, back = palm[below > 0.0, :2], below[below > 0.0, None] / -approach[2] * approach[:2]
+    ahead = approach[:2] / level
+
+    def outermost(shift: float) -> float:
+        """The palm's farthest corner from the middle, now and on its way out, m."""
+        here = palm + shift * ahead
+        return float(np.linalg.norm(np.concatenate((here, here - back)), axis=1).max())
+
+    free = [shift for shift in SHIFTS if outermost(shift) < radius - RIM_ROOM]
+    chosen = free[0] if free else min(SHIFTS, key=outermost)
+    return np.append(chosen * ahead, 0.0)

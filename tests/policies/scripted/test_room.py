@@ -1,0 +1,107 @@
+"""Room for the palm: between the walls of a basin, within the rim of a pan."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.policies.scripted.arm import Arm, SkillFailed
+from pytest_safemanip.policies.scripted.sinks import ROOM, palm_room, roomy
+from pytest_safemanip.policies.scripted.grasping import across, hand_corners
+from pytest_safemanip.policies.scripted.rims import rim_shift
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.trace.elements import Body, Box
+from tests import toy
+
+NONE = (0.0, 0.0, 0.0)
+LEMON = (0.028, 0.036, 0.028)
+SQUASH = (0.032, 0.072, 0.032)
+LEFT = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+FACING_LEFT = (0.3, 0.0, 1.2, *LEFT)
+"""The fingers travel sideways, the robot faces forward (x)."""
+
+
+def _in_basin(half, behind):
+    """An object in a basin of 40 by 64 by 20 cm: so far behind its middle."""
+    fruit = Body("mug", half, NONE, NONE, 0.1)
+    basin = (Box("cabinet", "basin", "interior", (0.2, 0.32, 0.1)),)
+    scene = dataclasses.replace(toy.SCENE, bodies=(fruit, toy.SCENE.bodies[1]), boxes=basin)
+    step = toy.at_rest(
+        object_pose=((0.5 + behind, 0.0, 0.8 + half[2], *toy.UPRIGHT), (2, 0, 1, *toy.UPRIGHT)),
+        box_pose=((0.5, 0.0, 0.9, *toy.UPRIGHT),),
+        eef_pose=FACING_LEFT,
+    )
+    arm = Arm(scene, step)
+    return arm, Thing(arm, "obj"), Furniture(arm, "cab")
+
+
+def test_where_the_palm_has_room_the_narrow_side_is_held():
+    arm, lemon, sink = _in_basin(LEMON, 0.0)
+    chosen = roomy(arm, lemon, sink, 10.0)
+    np.testing.assert_allclose(chosen.hand, across(arm, lemon, 10.0).hand)
+    assert abs(chosen.hand[0, 0]) > 0.9
+
+
+def test_before_the_wall_the_fingers_turn():
+    arm, lemon, sink = _in_basin(LEMON, 0.13)
+    assert palm_room(across(arm, lemon, 20.0), sink) < 0.0
+    chosen = roomy(arm, lemon, sink, 20.0)
+    assert palm_room(chosen, sink) >= ROOM
+    assert abs(chosen.hand[0, 0]) < 0.9
+
+
+def test_what_lies_along_the_wall_is_left_there():
+    arm, squash, sink = _in_basin(SQUASH, 0.15)
+    with pytest.raises(SkillFailed, match="no room"):
+        roomy(arm, squash, sink, 20.0)
+
+
+@pytest.mark.parametrize("pitch", [-4.0, -2.0])
+def test_a_hand_that_leans_back_holds_a_thing_too(pitch):
+    arm, lemon, _ = _in_basin(LEMON, -0.04)
+    assert across(arm, lemon, pitch).hand[:, 2] @ (0.0, 0.0, -1.0) > 0.99
+
+
+def _over_pan(pitch, radius=0.12, height=0.05, thick=0.05):
+    """The shift and the palm's corners from the middle of the pan, where the thing stands."""
+    bodies = (
+        Body("mug", (thick / 2,) * 3, NONE, NONE, 0.1),
+        Body("apple", (radius, radius, height / 2), NONE, NONE, 0.5),
+    )
+    scene = dataclasses.replace(toy.SCENE, bodies=bodies)
+    held, pan = (0.3, 0.0, 1.2, *toy.UPRIGHT), (0.8, 0.0, 1.0, *toy.UPRIGHT)
+    arm = Arm(scene, toy.at_rest(object_pose=(held, pan), eef_pose=FACING_LEFT))
+    half = math.radians(180.0 - pitch) / 2.0
+    tipped = (0.3, 0.0, 1.2, *_times(math.cos(half), math.sin(half)))
+    arm.step = toy.at_rest(object_pose=(held, pan), eef_pose=tipped)
+    shift = rim_shift(arm, Thing(arm, "mug"), Thing(arm, "apple"))
+    palm = np.add(hand_corners(arm.rotation), (0.0, 0.0, thick / 2))
+    return shift, palm[palm[:, 2] < height]
+
+
+def _times(c, s):
+    """The hand turned left, then tipped about its fingers' direction: a quaternion."""
+    root = math.sqrt(0.5)
+    return (root * c, root * s, root * s, root * c)
+
+
+def test_a_tipped_hand_goes_down_off_the_middle_of_a_pan():
+    shift, palm = _over_pan(35.0)
+    assert shift[0] > 0.0
+    assert shift[1:] == pytest.approx((0.0, 0.0), abs=1e-6)
+    before, after = (np.linalg.norm((palm + k)[:, :2], axis=1).max() for k in (0.0 * shift, shift))
+    assert after < before
+    assert after < 0.12 - 0.006 - 0.008
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"pitch": 0.0}, {"radius": 0.08}, {"height": 0.022}, {"thick": 0.09}],
+    ids=["upright", "a small bowl", "a plate", "a tall thing"],
+)
+def test_elsewhere_the_middle_is_the_place(changed):
+    shift, _ = _over_pan(**{"pitch": 35.0, **changed})
+    assert shift == pytest.approx((0.0, 0.0, 0.0))
