@@ -8,7 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.grasping import reach
-from pytest_safemanip.policies.scripted.rims import rim_shift
+from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.standing import solids, stand_before
 from pytest_safemanip.policies.scripted.things import Thing
@@ -54,6 +54,8 @@ def place_onto(arm: Arm, role: str, target_role: str) -> Motion:
     is there.
     """
     target = Thing(arm, target_role)
+    if overhung(arm, target.middle):
+        yield from straighten(arm)
     spot = free_spot(arm, role, target) + rim_shift(arm, Thing(arm, role), target)
     yield from put_onto(arm, role, target, spot)
 

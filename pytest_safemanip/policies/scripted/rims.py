@@ -1,4 +1,4 @@
-"""Where in a vessel a hand sets something down without touching its rim."""
+"""What a hand that sets something down may touch: a vessel's rim, what hangs over it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm
 from pytest_safemanip.policies.scripted.grasping import hand_corners
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import solids
 from pytest_safemanip.policies.scripted.things import Thing
 
 SHIFTS = (0.0, 0.01, 0.02, 0.03, 0.04)
@@ -20,6 +21,10 @@ RIM_ROOM = 0.010
 """Kept free between the palm and the inside of a rim, m."""
 HAND_WIDE = 0.095
 """Least inner radius of a vessel that a hand goes into, m: half its own length, near enough."""
+OVERHEAD = (0.15, 0.45)
+"""Above a spot, m: from where to where the wrist is, 30 cm above a hand that is still 10 cm up."""
+WRIST = 0.12
+"""How far to either side of a spot the wrist may be, m."""
 LEAST_SHIFTED = math.sin(math.radians(5.0))
 """Tipped by less, a hand has no side on which its palm hangs down, as a sine."""
 
@@ -51,3 +56,15 @@ def rim_shift(arm: Arm, thing: Thing, target: Thing) -> Array:
     free = [shift for shift in SHIFTS if outermost(shift) < radius - RIM_ROOM]
     chosen = free[0] if free else min(SHIFTS, key=outermost)
     return np.append(chosen * ahead, 0.0)
+
+
+def overhung(arm: Arm, spot: Array) -> bool:
+    """Whether something hangs over a spot (3,) and in front of it: a microwave over a stove."""
+    low, high = spot[2] + OVERHEAD[0], spot[2] + OVERHEAD[1]
+    for points in solids(arm):
+        aside = points[:, :2] @ arm.left - arm.aside(spot)
+        over = aside.min() < WRIST and aside.max() > -WRIST
+        before = (points[:, :2] @ arm.forward).min() < arm.ahead(spot)
+        if over and before and low < points[:, 2].min() < high:
+            return True
+    return False

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm, SkillFailed
-from pytest_safemanip.policies.scripted.sinks import ROOM, palm_room, roomy
 from pytest_safemanip.policies.scripted.grasping import across, hand_corners
-from pytest_safemanip.policies.scripted.rims import rim_shift
+from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
+from pytest_safemanip.policies.scripted.sinks import ROOM, palm_room, roomy
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
-from pytest_safemanip.trace.elements import Body, Box
+from pytest_safemanip.trace.elements import Body, Box, Surface
 from tests import toy
 
 NONE = (0.0, 0.0, 0.0)
@@ -105,3 +105,16 @@ def test_a_tipped_hand_goes_down_off_the_middle_of_a_pan():
 def test_elsewhere_the_middle_is_the_place(changed):
     shift, _ = _over_pan(**{"pitch": 35.0, **changed})
     assert shift == pytest.approx((0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("front", "bottom", "over"),
+    [(0.6, 1.33, True), (0.6, 1.50, False), (0.6, 0.96, False), (1.0, 1.33, False)],
+    ids=["a microwave", "a hood, high up", "a pan beside it", "behind the spot"],
+)
+def test_what_hangs_over_a_spot(front, bottom, over):
+    pose = (front + 0.2, 0.1, bottom + 0.17, *toy.UPRIGHT)
+    hung = Surface("cabinet", "", (0.2, 0.3, 0.17), pose)
+    scene = dataclasses.replace(toy.SCENE, surfaces=(hung,))
+    arm = Arm(scene, toy.at_rest(eef_pose=FACING_LEFT))
+    assert overhung(arm, np.array((0.8, 0.0, 0.95))) == over
