@@ -8,9 +8,10 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.grasping import reach
+from pytest_safemanip.policies.scripted.leaning import elbow_room, wrist_room
 from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
-from pytest_safemanip.policies.scripted.standing import solids, stand_before
+from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.trace.elements import ROBOT
 
@@ -35,11 +36,6 @@ LEAST_TIP, LEAST_YAW = math.sin(math.radians(25.0)), 10.0
 than 2 cm beside it."""
 DRAWN_BACK = 0.15
 """How far a load is drawn back before it is turned, m: off what stands around it."""
-FOREARM = (0.15, 0.30)
-"""Above what a hand sets something down on, m: from where to where the forearm is."""
-SWING, LEAN = 0.27, 0.10
-"""How far forearm and elbow swing out sideways at most, and how far beside a spot the base can
-stand, m."""
 SOFTLY = 0.07
 """Speed at which something stiff that hangs askew by 10 degrees touches down with less than the
 80 N that break it."""
@@ -57,14 +53,15 @@ def place_onto(arm: Arm, role: str, target_role: str) -> Motion:
     if overhung(arm, target.middle):
         yield from straighten(arm)
     spot = free_spot(arm, role, target) + rim_shift(arm, Thing(arm, role), target)
-    yield from put_onto(arm, role, target, spot)
+    yield from put_onto(arm, role, target, spot, wrist_room(arm, elbow_room(arm, spot)))
 
 
 def place_onto_beside(arm: Arm, role: str, target_role: str, other_role: str) -> Motion:
     """Put a held object onto one end of another one, of which a third gets the other end."""
     target = Thing(arm, target_role)
     yield from straighten(arm)
-    yield from put_onto(arm, role, target, free_end(arm, target, Thing(arm, other_role)))
+    spot = free_end(arm, target, Thing(arm, other_role))
+    yield from put_onto(arm, role, target, spot, elbow_room(arm, spot))
 
 
 def straighten(arm: Arm) -> Motion:
@@ -79,9 +76,9 @@ def straighten(arm: Arm) -> Motion:
     yield from arm.move(arm.position, about_z(-yaw) @ arm.rotation, tolerance=0.03, speed=0.6)
 
 
-def put_onto(arm: Arm, role: str, target: Thing, spot: Array) -> Motion:
-    """Put a held object down on a spot (3,) of another one."""
-    yield from carry_over(arm, role, spot, target.highest + BRAKE, elbow_room(arm, spot))
+def put_onto(arm: Arm, role: str, target: Thing, spot: Array, shift: float = 0.0) -> Motion:
+    """Put a held object down on a spot (3,) of another one, the base farther to the left."""
+    yield from carry_over(arm, role, spot, target.highest + BRAKE, shift)
     yield from arm.move(
         arm.position, tolerance=BRAKE, turn_tolerance=0.3, steps=20, required=False, exact=True
     )
@@ -177,28 +174,13 @@ def carry_before(
     """
     thing = Thing(arm, role)
     hand, distance = arm.rotation, reach(arm.pitch)
-    clear = max(top, _highest_between(arm, thing, where)) + OVER - thing.bottom
+    clear = max(top, _highest_between(arm, thing, where, shift)) + OVER - thing.bottom
     if clear > 0.0:
         yield from arm.move(
             raised(arm.position, clear), hand, tolerance=0.02, turn_tolerance=0.2, speed=0.6
         )
     shift += arm.aside(arm.base) - arm.aside(thing.middle)
     yield from stand_before(arm, where, distance, shift, speed)
-
-
-def elbow_room(arm: Arm, spot: Array) -> float:
-    """How far to the left of a spot (3,) the base is to stand for forearm and elbow, which swing
-    out, to stay off a tall machine beside it, m.
-    """
-    low, high = spot[2] + FOREARM[0], spot[2] + FOREARM[1]
-    sides = set()
-    for points in solids(arm):
-        aside = points[:, :2] @ arm.left - arm.aside(spot)
-        beside = abs(aside).min() < SWING and aside.min() * aside.max() > 0.0
-        near = beside and (points[:, :2] @ arm.forward).min() < arm.ahead(spot)
-        if near and points[:, 2].max() > low and points[:, 2].min() < high and np.ptp(aside) < 1.0:
-            sides.add(math.copysign(1.0, aside.mean()))
-    return -LEAN * sides.pop() if len(sides) == 1 else 0.0
 
 
 def set_down(arm: Arm, role: str, depth: float = 0.15, speed: float = 0.12) -> Motion:
@@ -249,10 +231,10 @@ def carried_by_something(arm: Arm, thing: Thing) -> bool:
     return False
 
 
-def _highest_between(arm: Arm, thing: Thing, where: Array) -> float:
-    """Top of what stands between a held object and where it goes, m."""
+def _highest_between(arm: Arm, thing: Thing, where: Array, shift: float) -> float:
+    """Top of what stands between a held object and where it goes, or so far beside that, m."""
     side = 0.5 * float(np.ptp([arm.aside(corner) for corner in thing.corners])) + 0.03
-    ends = sorted((arm.aside(thing.middle), arm.aside(where)))
+    ends = sorted((arm.aside(thing.middle), arm.aside(where), arm.aside(where) + shift))
     tops = [0.0]
     for body in arm.scene.bodies:
         if body.entity == thing.entity:
@@ -261,6 +243,6 @@ def _highest_between(arm: Arm, thing: Thing, where: Array) -> float:
         if other.bottom > thing.highest + OVERHEAD:
             continue
         along = [arm.aside(corner) for corner in other.corners]
-        if min(along) < ends[1] + side and max(along) > ends[0] - side:
+        if min(along) < ends[-1] + side and max(along) > ends[0] - side:
             tops.append(other.highest)
     return max(tops)

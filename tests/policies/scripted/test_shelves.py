@@ -3,11 +3,20 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import mujoco
+import numpy as np
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
-from pytest_safemanip.policies.scripted.grasping import Grasp, around
-from pytest_safemanip.policies.scripted.putting import END, LEAN, elbow_room, free_end
+from pytest_safemanip.policies.scripted.grasping import Grasp, around, reach
+from pytest_safemanip.policies.scripted.leaning import (
+    BENT,
+    LEAN,
+    STRAIGHT,
+    elbow_room,
+    wrist_room,
+)
+from pytest_safemanip.policies.scripted.putting import END, free_end
 from pytest_safemanip.policies.scripted.shelves import lean, room_beside
 from pytest_safemanip.policies.scripted.standing import duck
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
@@ -110,3 +119,22 @@ def test_the_hand_ducks_before_an_open_door_on_the_way(aside, openness, ducks):
     arm = Arm(scene, toy.at_rest(joint=((openness, 0.0),)))
     action = next(duck(arm, aside), None)
     assert (action is not None and action[7] < 0.0) == ducks
+
+
+@pytest.mark.parametrize(
+    ("pitch", "yaw", "shift"),
+    [(35.0, 0.0, 0.0), (50.0, 0.0, 0.0), (50.0, 4.0, -0.1), (50.0, 14.0, 0.0), (50.0, -35.0, 0.0)],
+    ids=["steep", "straight ahead", "a machine beside", "to the left", "far to the right"],
+)
+def test_a_level_hand_and_the_forearm_do_not_come_into_line_over_a_counter(pitch, yaw, shift):
+    start = Arm(toy.SCENE, toy.at_rest())
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, start.hand(pitch, yaw=yaw).ravel())
+    arm = Arm(toy.SCENE, toy.at_rest(eef_pose=(*start.position, *quaternion)))
+    found = wrist_room(arm, shift)
+    between = abs(yaw - math.degrees(math.atan2(-found, reach(arm.pitch))))
+    if pitch < STRAIGHT:
+        assert found == 0.0
+    else:
+        assert between == pytest.approx(max(BENT, abs(yaw)))
+    assert found * shift >= 0.0
