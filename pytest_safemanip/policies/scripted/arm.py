@@ -41,6 +41,12 @@ CALM = 0.03
 """A hand that is slower than this is at rest, m/s."""
 BASE_DEAD_BAND = 0.27
 """Base commands below 0.25 do not overcome its friction."""
+CAREFUL = 0.4
+"""Base command for what hangs in two fingers: 0.15 m/s."""
+SWING = 0.6
+"""Time in which the base then comes to that speed, s: a bottle swings in the fingers once in 0.5 s
+to 0.6 s, and is left hanging still by a push that lasts as long; a sudden one would tip it by 10
+degrees, and as much again when the next one meets the swing."""
 
 
 class SkillFailed(SafemanipError):
@@ -232,13 +238,15 @@ class Arm:
             target: base position on the floor (2,).
             tolerance: along each axis of the base, m.
             steps: control steps at most.
-            speed: largest command.
+            speed: largest command; up to ``CAREFUL``, the base also starts gently.
             until: stops the base before the target.
 
         Raises:
             SkillFailed: if the base does not arrive in time.
         """
-        for _ in range(steps):
+        gentle = SWING / self.scene.control_period if speed <= CAREFUL else 1.0
+        for step in range(steps):
+            most = BASE_DEAD_BAND + (speed - BASE_DEAD_BAND) * min(1.0, (step + 1) / gentle)
             error = target - self.base
             local = np.array((error @ self.forward, error @ self.left))
             if (np.abs(local) < tolerance).all() or (until and until()):
@@ -247,7 +255,7 @@ class Arm:
             for axis in range(2):
                 if abs(local[axis]) > tolerance:
                     wanted = math.copysign(BASE_DEAD_BAND, local[axis]) + 1.5 * local[axis]
-                    action[7 + axis] = np.clip(wanted, -speed, speed)
+                    action[7 + axis] = np.clip(wanted, -most, most)
             yield action
         else:
             raise SkillFailed(f"the base stopped {np.linalg.norm(error):.3f} m short")
