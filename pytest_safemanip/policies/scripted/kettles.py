@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion
 from pytest_safemanip.policies.scripted.grasping import (
     MOST_YAW,
     Grasp,
@@ -26,14 +26,13 @@ BOW_OPEN = 0.7
 BACK = 0.33
 """How far the base draws back before it drives along the stove, m: off what stands on it and what
 hangs above."""
-CAREFUL = 0.4
-"""Base command with a kettle, whose weight is near what two fingers hold."""
 RISE = 0.05
 """How far it is lifted, m: a stove is as high as a counter, and something may hang above it."""
 ROLLED_PITCH = 12.0
 """Degrees from straight down for fingers that are not level: more, and the bow turns in them."""
-ROOM = 0.24
-"""Middle to middle of two vessels on burners that do not touch, m."""
+ROOM = 0.14
+"""From a kettle's middle to what stands beside it, on its way to a burner too, m: a body and spout
+of 10 cm, and the 3 cm that it swings and that the base stops short."""
 
 
 def hook(arm: Arm, role: str) -> Motion:
@@ -68,13 +67,25 @@ def place_on_stove(arm: Arm, role: str, stove_role: str) -> Motion:
 
 def free_burner(arm: Arm, thing: Thing, stove: Furniture) -> Array:
     """The burner (3,) with most room around it; with room enough, in front and near an object."""
-    others = [Thing(arm, b.entity).middle for b in arm.scene.bodies if b.entity != thing.entity]
+    others = [Thing(arm, b.entity) for b in arm.scene.bodies if b.entity != thing.entity]
     number = arm.scene.boxes_of(stove.entity, "burner")
     spots = [np.asarray(arm.step.box_pose[k][:3], np.float64) for k in number]
 
     def good(spot: Array) -> tuple[float, float, float]:
-        room = min((float(np.linalg.norm((o - spot)[:2])) for o in others), default=ROOM)
+        way = [spot[:2] - back * arm.forward for back in np.linspace(0.0, BACK, 12)]
+        room = min((_gap(other, point) for other in others for point in way), default=ROOM)
         aside = abs(arm.aside(thing.middle) - arm.aside(spot))
         return min(room, ROOM), -round(arm.ahead(spot), 2), -aside
 
     return max(spots, key=good)
+
+
+def _gap(vessel: Thing, point: Array) -> float:
+    """Distance on the level from a point (2,) to a round vessel and to its handle, which lies along
+    the middle of its box, m.
+    """
+    (_, width), (axis, length) = vessel.sides()
+    way = point - vessel.centre[:2]
+    along = float(np.clip(way @ axis[:2], -length / 2.0, length / 2.0))
+    body = float(np.linalg.norm(point - vessel.middle[:2])) - width / 2.0
+    return min(body, float(np.linalg.norm(way - along * axis[:2])))

@@ -26,9 +26,8 @@ STOVE = dataclasses.replace(
     [
         ((3.0, 3.0, 0.94), FRONT_LEFT),
         (FRONT_LEFT, FRONT_RIGHT),
-        ((0.3, 0.4, 0.94), REAR_LEFT),
     ],
-    ids=["free", "one is taken", "both in front are too near to it"],
+    ids=["free", "one is taken"],
 )
 def test_a_kettle_goes_where_there_is_room_in_front_and_near(other, chosen):
     step = toy.at_rest(
@@ -37,3 +36,17 @@ def test_a_kettle_goes_where_there_is_room_in_front_and_near(other, chosen):
     )
     arm = Arm(STOVE, step)
     assert free_burner(arm, Thing(arm, "obj"), Furniture(arm, "stove")) == pytest.approx(chosen)
+
+
+def test_a_kettle_stays_off_the_handle_of_a_pan():
+    mug = STOVE.bodies[0]
+    # A pan 20 cm wide, its handle 20 cm long, towards the robot.
+    pan = dataclasses.replace(STOVE.bodies[1], half=(0.2, 0.1, 0.03), centre=(-0.1, 0.0, 0.0))
+    step = toy.at_rest(
+        object_pose=((0.3, 1.0, 1.0, *toy.UPRIGHT), (*REAR_LEFT, *toy.UPRIGHT)),
+        box_pose=[(*place, *toy.UPRIGHT) for place in BURNERS],
+    )
+    arm = Arm(dataclasses.replace(STOVE, bodies=(mug, pan)), step)
+    assert free_burner(arm, Thing(arm, "obj"), Furniture(arm, "stove")) == pytest.approx(
+        FRONT_RIGHT
+    )
