@@ -30,9 +30,11 @@ RISE = 0.05
 """How far it is lifted, m: a stove is as high as a counter, and something may hang above it."""
 ROLLED_PITCH = 12.0
 """Degrees from straight down for fingers that are not level: more, and the bow turns in them."""
-ROOM = 0.14
-"""From a kettle's middle to what stands beside it, on its way to a burner too, m: a body and spout
-of 10 cm, and the 3 cm that it swings and that the base stops short."""
+TOUCH, ROOM = 0.12, 0.24
+"""From a kettle's middle to what stands beside it, on its way to a burner too, m: body and spout
+reach 10 cm, and it swings by 2 cm; and what is better where it is driven towards a vessel behind.
+Vessels side by side in front have it.
+"""
 
 
 def hook(arm: Arm, role: str) -> Motion:
@@ -66,16 +68,16 @@ def place_on_stove(arm: Arm, role: str, stove_role: str) -> Motion:
 
 
 def free_burner(arm: Arm, thing: Thing, stove: Furniture) -> Array:
-    """The burner (3,) with most room around it; with room enough, in front and near an object."""
+    """The burner (3,) with most room; with room enough, in front, then with room to swing, near."""
     others = [Thing(arm, b.entity) for b in arm.scene.bodies if b.entity != thing.entity]
     number = arm.scene.boxes_of(stove.entity, "burner")
     spots = [np.asarray(arm.step.box_pose[k][:3], np.float64) for k in number]
 
-    def good(spot: Array) -> tuple[float, float, float]:
+    def good(spot: Array) -> tuple[float, float, float, float]:
         way = [spot[:2] - back * arm.forward for back in np.linspace(0.0, BACK, 12)]
         room = min((_gap(other, point) for other in others for point in way), default=ROOM)
         aside = abs(arm.aside(thing.middle) - arm.aside(spot))
-        return min(room, ROOM), -round(arm.ahead(spot), 2), -aside
+        return min(room, TOUCH), -round(arm.ahead(spot), 2), min(room, ROOM), -aside
 
     return max(spots, key=good)
 
