@@ -8,10 +8,11 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.grasping import reach
-from pytest_safemanip.policies.scripted.putting import carried_by_something, leave
+from pytest_safemanip.policies.scripted.putting import leave
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.policies.scripted.touching import carried_by_something
 from pytest_safemanip.trace.geometry import matrix
 
 PITCH = 70.0

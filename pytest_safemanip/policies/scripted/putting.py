@@ -13,7 +13,7 @@ from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.policies.scripted.touching import carried_by_something, palm_meets
 
 OVER = 0.03
 """Free space below a load while it is carried over things, m."""
@@ -41,8 +41,10 @@ SOFTLY = 0.07
 80 N that break it."""
 BRAKE = 0.02
 """How much higher the hand comes to rest before it sets something down, m: it comes at 0.15 m/s."""
-TOUCH = 0.5
-"""Force that shows that a load stands on something, N."""
+LOWERING = 60
+"""Control steps in which a load is lowered by 12 cm at the usual speed."""
+USUAL = 0.12
+"""Share of the hand's top speed at which things are lowered, where they need no more care."""
 
 
 def place_onto(arm: Arm, role: str, target_role: str) -> Motion:
@@ -183,7 +185,7 @@ def carry_before(
     yield from stand_before(arm, where, distance, shift, speed)
 
 
-def set_down(arm: Arm, role: str, depth: float = 0.15, speed: float = 0.12) -> Motion:
+def set_down(arm: Arm, role: str, depth: float = 0.15, speed: float = USUAL) -> Motion:
     """Lower a held object until it stands on something, and let go.
 
     Args:
@@ -196,15 +198,15 @@ def set_down(arm: Arm, role: str, depth: float = 0.15, speed: float = 0.12) -> M
     yield from arm.grip(False)
 
 
-def set_upon(arm: Arm, role: str, depth: float = 0.15, speed: float = 0.12) -> Motion:
+def set_upon(arm: Arm, role: str, depth: float = 0.15, speed: float = USUAL) -> Motion:
     """Lower a held object until it stands on something, and go on holding it."""
     thing = Thing(arm, role)
     yield from arm.move(
         raised(arm.position, -depth),
         arm.rotation,
         speed=speed,
-        steps=60,
-        until=lambda: carried_by_something(arm, thing),
+        steps=round(LOWERING * max(1.0, USUAL / speed)),
+        until=lambda: carried_by_something(arm, thing) or palm_meets(arm, thing),
         required=False,
     )
 
@@ -219,16 +221,6 @@ def leave(arm: Arm, back: float = 0.28) -> Motion:
     away = raised(arm.position - 0.07 * arm.rotation[:, 2], 0.01)
     yield from arm.move(away, tolerance=0.03, speed=0.6, steps=40, required=False)
     yield from arm.drive(arm.base - back * arm.forward)
-
-
-def carried_by_something(arm: Arm, thing: Thing) -> bool:
-    """Whether an object presses on anything but the robot."""
-    contacts, parts = arm.step.contacts, arm.scene.parts
-    for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
-        pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
-        if thing.entity in pair and ROBOT not in pair:
-            return True
-    return False
 
 
 def _highest_between(arm: Arm, thing: Thing, where: Array, shift: float) -> float:

@@ -14,10 +14,11 @@ from pytest_safemanip.policies.scripted.grasping import (
     take,
 )
 from pytest_safemanip.policies.scripted.picking import pick_from_above
-from pytest_safemanip.policies.scripted.putting import carried_by_something, carry_before, set_down
+from pytest_safemanip.policies.scripted.putting import carry_before, set_down
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.policies.scripted.touching import carried_by_something
 
 BACK = 0.25
 """How far the base draws back from a tap, m: the hand comes out from beside the spout, whose arm is

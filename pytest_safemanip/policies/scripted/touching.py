@@ -1,0 +1,40 @@
+"""What a held thing and the hand touch while they come down."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.trace.elements import ROBOT
+
+TOUCH = 0.5
+"""Force that shows that a load stands on something, N."""
+
+
+def carried_by_something(arm: Arm, thing: Thing) -> bool:
+    """Whether an object presses on anything but the robot and what lies in it or on it."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
+        pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
+        if thing.entity in pair and ROBOT not in pair:
+            (other,) = pair - {thing.entity}
+            if other not in arm.scene.object_index or _lowest(Thing(arm, other)) < _lowest(thing):
+                return True
+    return False
+
+
+def palm_meets(arm: Arm, thing: Thing) -> bool:
+    """Whether the palm presses on anything but the object in the fingers: the rim of a bowl."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
+        pair = parts[contacts.a[row]], parts[contacts.b[row]]
+        palm = any(part.entity == ROBOT and part.name == "palm" for part in pair)
+        if palm and thing.entity not in {part.entity for part in pair}:
+            return True
+    return False
+
+
+def _lowest(thing: Thing) -> float:
+    """Height of a thing's underside, as if its box were rounded, m."""
+    return float(thing.centre[2]) - thing.reach(np.array((0.0, 0.0, -1.0)))
