@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
-from pytest_safemanip.policies.scripted.grasping import reach
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, cut, raised
+from pytest_safemanip.policies.scripted.grasping import palm_presses, reach
 from pytest_safemanip.policies.scripted.leaning import elbow_room, wrist_room
 from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
@@ -34,6 +34,10 @@ draws it back by 3 to 9 cm."""
 LEAST_TIP, LEAST_YAW = math.sin(math.radians(25.0)), 10.0
 """What a hand is tipped at least, as a sine, and turned at least, degrees, for its wrist to be more
 than 2 cm beside it."""
+TIPPED_SPEED = 0.05
+"""Share of the top speed for it: at 0.08, a palm meets a plate with 35 N, and 80 N may break it."""
+EASED = 0.006
+"""How far a palm that rests on something is raised before the fingers open, m: it is not level."""
 DRAWN_BACK = 0.15
 """How far a load is drawn back before it is turned, m: off what stands around it."""
 SOFTLY = 0.05
@@ -136,8 +140,23 @@ def lay_at(arm: Arm, role: str, spot: Array, top: float, pitch: float = LAY_PITC
         arm.position, arm.hand(pitch, 90.0), tolerance=0.04, turn_tolerance=0.1, steps=80
     )
     yield from carry_over(arm, role, spot, top)
-    yield from set_down(arm, role)
+    yield from lower_tipped(arm, role)
+    yield from arm.grip(False)
     yield from leave(arm)
+
+
+def lower_tipped(arm: Arm, role: str) -> Motion:
+    """Lower an object in a hand that is tipped over, whose palm may come to rest before it does."""
+    own = Thing(arm, role).entity
+    others = [Thing(arm, body.entity) for body in arm.scene.bodies if body.entity != own]
+
+    def rests() -> bool:
+        return any(palm_presses(arm, other) for other in others)
+
+    yield from cut(set_upon(arm, role, speed=TIPPED_SPEED), rests)
+    if rests():
+        off = raised(arm.position, EASED)
+        yield from arm.move(off, arm.rotation, tolerance=0.002, speed=0.2, steps=8, required=False)
 
 
 def carry_over(arm: Arm, role: str, where: Array, top: float, shift: float = 0.0) -> Motion:
