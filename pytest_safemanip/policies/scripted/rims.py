@@ -25,6 +25,9 @@ OVERHEAD = (0.15, 0.45)
 """Above a spot, m: from where to where the wrist is, 30 cm above a hand that is still 10 cm up."""
 WRIST = 0.12
 """How far to either side of a spot the wrist may be, m."""
+STEEP, DEEP = math.sin(math.radians(25.0)), 0.15
+"""Tipped by less, as a sine, and farther than this behind the front of what hangs over it, m, a
+hand has its wrist close to that, and goes no further in."""
 LEAST_SHIFTED = math.sin(math.radians(5.0))
 """Tipped by less, a hand has no side on which its palm hangs down, as a sine."""
 
@@ -43,6 +46,8 @@ def rim_shift(arm: Arm, thing: Thing, target: Thing) -> Array:
     # Above where the thing will stand.
     palm = hand_corners(arm.rotation) + arm.position - np.append(thing.middle[:2], thing.bottom)
     below = target.height - WALL - palm[:, 2]
+    if level < STEEP and overhung(arm, target.middle, DEEP):
+        return np.zeros(3)
     if radius < HAND_WIDE or level < LEAST_SHIFTED or not (below > 0.0).any():
         return np.zeros(3)
     palm, back = palm[below > 0.0, :2], below[below > 0.0, None] / -approach[2] * approach[:2]
@@ -58,13 +63,15 @@ def rim_shift(arm: Arm, thing: Thing, target: Thing) -> Array:
     return np.append(chosen * ahead, 0.0)
 
 
-def overhung(arm: Arm, spot: Array) -> bool:
-    """Whether something hangs over a spot (3,) and in front of it: a microwave over a stove."""
+def overhung(arm: Arm, spot: Array, deep: float = 0.0) -> bool:
+    """Whether something hangs over a spot (3,) and reaches so much farther to the front, m: a
+    microwave over a stove.
+    """
     low, high = spot[2] + OVERHEAD[0], spot[2] + OVERHEAD[1]
     for points in solids(arm):
         aside = points[:, :2] @ arm.left - arm.aside(spot)
         over = aside.min() < WRIST and aside.max() > -WRIST
-        before = (points[:, :2] @ arm.forward).min() < arm.ahead(spot)
+        before = (points[:, :2] @ arm.forward).min() < arm.ahead(spot) - deep
         if over and before and low < points[:, 2].min() < high:
             return True
     return False
