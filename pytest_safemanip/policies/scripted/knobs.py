@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -23,6 +24,9 @@ TRAIL = math.radians(42.0)
 """Angle by which the fingertip follows the fin's end when finger and fin touch."""
 PRESS = 0.03
 """How far along its circle's tangent the finger aims ahead of touching, m: knobs yield to that."""
+TOUCH, YIELDED = 0.2, 0.02
+"""Speed at which the finger meets the fin, and the angle from which the knob yields, rad: met
+twice as fast, it is hit with 60 to 90 N."""
 TRIES = 2
 """A fingertip that slid along the fin towards its axis is set to its end once more."""
 OFF = 0.12
@@ -92,10 +96,21 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
     for _ in range(TRIES):
         yield from arm.move(beside(-0.4, 0.10), hand, tolerance=0.02, steps=160)
         yield from arm.move(beside(-0.4, 0.03), hand, tolerance=0.012, speed=0.5, steps=60)
-        yield from arm.move(beside(-0.3, 0.0), hand, tolerance=0.01, speed=0.3, steps=40)
+        yield from arm.move(
+            beside(-0.3, 0.0), hand, tolerance=0.01, speed=TOUCH, steps=60, required=False
+        )
+        yield from arm.move(
+            pressing, hand, speed=TOUCH, steps=40, until=_moves(turned), required=False
+        )
         yield from arm.move(pressing, hand, speed=0.3, steps=80, until=there, required=False)
         yield from arm.move(arm.position - 0.12 * ahead, hand, tolerance=0.03, required=False)
         if there():
             return
     if (turned() - angle) * way < -0.2:
         raise SkillFailed(f"{joint.key} stopped at {turned():.2f} rad")
+
+
+def _moves(turned: Callable[[], float]) -> Callable[[], bool]:
+    """Whether a knob yields, compared with now."""
+    start = turned()
+    return lambda: abs(turned() - start) > YIELDED
