@@ -78,9 +78,9 @@ def test_last_failed_runs_the_violated_cases_only(suite: Suite) -> None:
     task = "PickPlaceCounterToCabinet"
     suite.has_recorded((task, "scripted:half_inside"))
     run = ("--safemanip-policy=scripted:half_inside", f"--safemanip-tasks={task}", "--lf")
-    suite.run(*run).assert_outcomes(failed=2, passed=3, skipped=1)
+    suite.run(*run).assert_outcomes(failed=1, passed=4, skipped=1)
     result = suite.run(*run)
-    result.assert_outcomes(failed=2, deselected=suite.seen_deselected(4))
+    result.assert_outcomes(failed=1, deselected=suite.seen_deselected(5))
 
 
 def test_listing_simulates_nothing_and_needs_no_simulator(one_suite: Suite) -> None:

@@ -13,6 +13,8 @@ from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
 ASTRIDE = 0.01
 """What reaches this far to both sides of an edge is half inside, m."""
+STAYS = 0.008
+"""How far inside the middle is, m: with that much of it on the shelf, it does not fall."""
 
 
 def _half_inside(arm: Arm) -> Motion:
@@ -28,7 +30,7 @@ def _half_inside(arm: Arm) -> Motion:
     )
 
     def at_edge() -> Array:
-        way = front - arm.ahead(thing.centre)
+        way = front + STAYS - arm.ahead(thing.centre)
         return np.add(arm.position, (*(way * arm.forward), shelf + 0.03 - thing.bottom))
 
     yield from arm.move(at_edge, tolerance=0.008, speed=0.5, steps=60, required=False)
