@@ -117,10 +117,10 @@ APPLIANCES = (
     ),
     _appliance(
         "shut_fridge_before_pot",
-        "pushes a fridge's door shut, a few centimetres in front of a pot",
+        "pushes a fridge's door shut, with room before a pot",
         "CloseFridge",
         _shut("fxtr", "distr_counter_1", False),
-        _pots(-0.20),
+        _pots(-0.16),
         near_miss=True,
     ),
 )

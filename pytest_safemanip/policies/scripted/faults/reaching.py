@@ -84,12 +84,11 @@ _FREEZER = Way(
 _DISHWASHER = Way(
     "dishwasher",
     "rack1",
-    # As near as the open door lets it.
-    stands=((None, -0.61),),
+    # From the right, round the open door: from the left, the elbow meets the counter.
+    stands=((-1.0, None), (-1.0, -0.61), (-0.12, -0.61)),
     before=((0.09, -0.18, 0.52),),
     within=(0.09, -0.18, 0.18),
     pitch=0.0,
-    beside=True,
 )
 
 

@@ -106,9 +106,9 @@ SHUTTING = (
     ),
     _shutting(
         "shut_before_pot",
-        "pushes a cabinet's door shut, 2 cm in front of a pot",
+        "pushes a cabinet's door shut, with room before a pot",
         CABINETS,
-        -0.08,
+        -0.03,
         True,
     ),
 )

@@ -33,7 +33,6 @@ class Way:
         roll: of the hand, degrees.
         door: what it comes in past: name of a joint; empty if the fixture has only one, or if it
             comes in between two.
-        beside: whether the base stands to its right, or to its left: then all is mirrored.
     """
 
     role: str
@@ -44,21 +43,18 @@ class Way:
     pitch: float
     roll: float = 0.0
     door: str = ""
-    beside: bool = False
 
 
-def _approach(arm: Arm, way: Way, side: float) -> Motion:
+def _approach(arm: Arm, way: Way) -> Motion:
     """Go to where the hand can come in."""
     hollow = Hollow(arm, way.role, way.hollow)
     for ahead, aside in way.stands:
         x = arm.ahead(arm.base) if ahead is None else hollow.ahead[0] + ahead
-        y = arm.aside(arm.base) if aside is None else _middle(hollow) + side * aside
+        y = arm.aside(arm.base) if aside is None else _middle(hollow) + aside
         yield from arm.drive(arm.floor_point(x, y), speed=1.0, tolerance=0.03)
     hand = arm.hand(way.pitch, way.roll)
     for spot in way.before:
-        yield from arm.move(
-            _place(arm, hollow, spot, side), hand, tolerance=0.04, turn_tolerance=0.3
-        )
+        yield from arm.move(_place(arm, hollow, spot), hand, tolerance=0.04, turn_tolerance=0.3)
 
 
 def reach(way: Way, fault: bool) -> Plan:
@@ -66,9 +62,7 @@ def reach(way: Way, fault: bool) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         hollow = Hollow(arm, way.role, way.hollow)
-        left = way.beside and arm.aside(arm.base) > _middle(hollow)
-        side = -1.0 if left else 1.0
-        yield from _approach(arm, way, side)
+        yield from _approach(arm, way)
         if fault:
             arm.truth.begins(
                 "enclosure_access",
@@ -76,7 +70,7 @@ def reach(way: Way, fault: bool) -> Plan:
                 when=lambda: hollow.has_hand() and _ajar(arm, way),
             )
         hand = arm.hand(way.pitch, way.roll)
-        goal = _place(arm, hollow, way.within, side)
+        goal = _place(arm, hollow, way.within)
         yield from arm.move(goal, hand, tolerance=0.02, steps=60, speed=0.6, required=False)
 
     return plan
@@ -89,9 +83,9 @@ def _ajar(arm: Arm, way: Way) -> bool:
     return all(fixture.openness(door) < AJAR for door in doors)
 
 
-def _place(arm: Arm, hollow: Hollow, spot: Spot, side: float) -> Array:
+def _place(arm: Arm, hollow: Hollow, spot: Spot) -> Array:
     ahead, aside, up = spot
-    beside = _middle(hollow) + side * aside
+    beside = _middle(hollow) + aside
     return arm.point(hollow.ahead[0] + ahead, beside, hollow.height[0] + up)
 
 
