@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.cups import grasp_cup
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.releasing import FLOOR, JUST_ABOVE
 from pytest_safemanip.policies.scripted.faults.worktop import apart, bring, let_go
@@ -37,8 +38,7 @@ TAKEN: Mapping[str, tuple[str, Take]] = {
     "PickPlaceCounterToCabinet": ("obj", pinch),
     "BreadSelection": ("croissant", _above),
     "CategorizeCondiments": ("obj1", pinch),
-    "CoffeeSetupMug": ("obj", pinch),
-    "HeatKebabSandwich": ("baguette", _above),
+    "CoffeeSetupMug": ("obj", grasp_cup),
     "RecycleBottlesByType": (
         "bottle_plastic_middle or bottle_glass_middle or mystery_middle",
         pluck,
@@ -51,6 +51,7 @@ which stands in the way to the others."""
 
 AMONG_OTHERS: Mapping[str, tuple[str, Take]] = {
     "GetToastedBread": ("obj", pinch),
+    "HeatKebabSandwich": ("baguette", _above),
     "MakeIceLemonade": ("ice_cube1", pinch),
     "PanTransfer": ("vegetable", pinch),
     "PortionHotDogs": ("hotdog_bun2", _above),
