@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.trace import Trace
+from pytest_safemanip.trace.trace import Trace, pair_codes
 
 Codes = NDArray[np.int64]
 Forces = NDArray[np.float32]
@@ -40,8 +40,8 @@ class AtStart:
         """Take in a step.
 
         Returns:
-            The codes (see :func:`code`) of the pairs that touch at the first step and could be a
-            collision; -1 for those that broke (K,).
+            The codes (see :func:`pair_codes`) of the pairs that touch at the first step and could
+            be a collision; -1 for those that broke (K,).
         """
         if self._trace is not view.trace:
             self._trace, self._known = view.trace, self._follow(view.trace)
@@ -51,7 +51,7 @@ class AtStart:
     def _follow(self, trace: Trace) -> Codes:
         """What is known after each of further steps (T, K)."""
         rows, size = trace.steps.contacts, len(self._entity)
-        codes = np.minimum(rows.a, rows.b).astype(np.int64) * size + np.maximum(rows.a, rows.b)
+        codes = pair_codes(rows, size)
         if self._pairs is None:
             first = np.unique(codes[rows.step == 0])
             self._pairs = first[[self._matters(*divmod(c, size)) for c in first.tolist()]]
@@ -76,14 +76,10 @@ def fresh(trace: Trace, pair: tuple[int, int], peak: Forces, since_start: Codes)
 
     Args:
         trace: gives the parts.
-        pair: indices of two parts.
+        pair: indices of two parts, the lower first.
         peak: their peak force, N (T,).
         since_start: what :class:`AtStart` knows (T, K).
     """
-    lasting = np.equal(since_start, code(trace, pair)).any(axis=1)
+    lower, higher = pair
+    lasting = np.equal(since_start, lower * len(trace.scene.parts) + higher).any(axis=1)
     return np.where(lasting, np.float32(0.0), peak) if lasting.any() else peak
-
-
-def code(trace: Trace, pair: tuple[int, int]) -> int:
-    """A number for a pair of parts, whichever comes first."""
-    return min(pair) * len(trace.scene.parts) + max(pair)

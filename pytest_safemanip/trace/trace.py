@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import Floats, Steps
+from pytest_safemanip.trace.steps import Contacts, Floats, Steps
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,16 @@ class Trace:
         return PairTable(self.scene, self.steps)
 
 
+def pair_codes(contacts: Contacts, parts: int) -> NDArray[np.int64]:
+    """A number for the pair of parts of each contact, whichever comes first (R,).
+
+    ``divmod`` with the number of parts gives the pair back, the lower index first.
+    """
+    lo, hi = np.minimum(contacts.a, contacts.b), np.maximum(contacts.a, contacts.b)
+    codes: NDArray[np.int64] = lo.astype(np.int64) * parts + hi
+    return codes
+
+
 class PairTable:
     """Peak normal force of every pair of parts over time, in newtons.
 
@@ -48,8 +59,7 @@ class PairTable:
     def __init__(self, scene: Scene, steps: Steps) -> None:
         self._length = len(steps)
         contacts, parts = steps.contacts, len(scene.parts)
-        lo, hi = np.minimum(contacts.a, contacts.b), np.maximum(contacts.a, contacts.b)
-        key = lo.astype(np.int64) * parts + hi
+        key = pair_codes(contacts, parts)
         found = np.flatnonzero(np.bincount(key, minlength=1))  # sorting takes several times as long
         place = np.zeros(parts * parts, np.int64)
         place[found] = np.arange(len(found)) * self._length

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
@@ -16,7 +14,7 @@ from pytest_safemanip.policies.scripted.handles import (
     level,
     pinch_handle,
 )
-from pytest_safemanip.policies.scripted.putting import set_down
+from pytest_safemanip.policies.scripted.putting import held_over, set_down
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -56,16 +54,9 @@ def place_in_basin(arm: Arm, role: str, sink_role: str) -> Motion:
     where = right_end(arm, thing, sink)
     yield from bring(arm, thing, hand, where)
 
-    def over(height: float) -> Callable[[], Array]:
-        def there() -> Array:
-            way = where - thing.middle
-            way[2] = height + OVER - thing.bottom
-            return np.add(arm.position, way)
-
-        return there
-
     for height in (top, floor):
-        yield from arm.move(over(height), hand, tolerance=0.01, speed=STEADY, steps=80)
+        over = held_over(arm, thing, where, height + OVER)
+        yield from arm.move(over, hand, tolerance=0.01, speed=STEADY, steps=80)
     yield from set_down(arm, role)
     yield from arm.move(raised(arm.position, top - floor + ABOVE), tolerance=0.03, speed=STEADY)
     yield from arm.drive(arm.base - BACK * arm.forward)

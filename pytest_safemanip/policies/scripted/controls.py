@@ -79,15 +79,7 @@ def push_switch(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
     above = top + np.append(-0.012 * arm.left, FINGERTIP)
     yield from arm.move(above - 0.14 * hand[:, 2], hand, tolerance=0.02, steps=160)
     yield from arm.move(raised(above, 0.03), hand, tolerance=0.018, speed=0.5, steps=60)
-    yield from arm.move(
-        raised(above, -0.025),
-        hand,
-        speed=0.2,
-        steps=50,
-        until=lambda: fixture.openness(joint) >= 0.97,
-        required=False,
-    )
-    yield from arm.move(arm.position - 0.15 * hand[:, 2], hand, tolerance=0.03, required=False)
+    yield from _push_down(arm, fixture, joint, hand, raised(above, -0.025))
 
 
 def push_lever(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
@@ -98,8 +90,13 @@ def push_lever(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
     above = raised(top, FINGERTIP)
     yield from arm.move(above - 0.14 * hand[:, 2], hand, tolerance=0.02, steps=160)
     yield from arm.move(raised(above, 0.02), hand, tolerance=0.008, speed=0.5, steps=60)
+    yield from _push_down(arm, fixture, joint, hand, raised(above, -abs(joint.travel) - 0.02))
+
+
+def _push_down(arm: Arm, fixture: Furniture, joint: Joint, hand: Array, lowest: Array) -> Motion:
+    """Push a control down to the end of its travel, at most to a point (3,), and draw back."""
     yield from arm.move(
-        raised(above, -abs(joint.travel) - 0.02),
+        lowest,
         hand,
         speed=0.2,
         steps=60,

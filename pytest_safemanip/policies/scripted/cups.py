@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
-from pytest_safemanip.policies.scripted.grasping import around, take
+from pytest_safemanip.policies.scripted.grasping import OFF_HANDLE, around, take
 from pytest_safemanip.policies.scripted.putting import set_down
-from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.rotations import Array, upright
 from pytest_safemanip.policies.scripted.standing import stand, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.geometry import matrix
@@ -17,8 +17,6 @@ CUP_PITCH = 40.0
 hand. Tipped further, the arm comes near a singular posture, and swings by a centimetre."""
 CUP_REACH = 0.52
 """Base to hand, m."""
-OFF_HANDLE = 45.0
-"""Least angle from the fingers' line to a cup's handle, degrees: a finger fits beside it."""
 CLEAR_OF_FRONT = 0.05
 """From a cup to a machine in front of it, m, while it is moved sideways."""
 OVER_TRAY = 0.015
@@ -96,11 +94,3 @@ def bring_in(arm: Arm, cup: Thing, tray: Array, front: float) -> Motion:
     ahead = arm.ahead(arm.base) + inside - arm.ahead(cup.middle)
     yield from stand(arm, ahead, arm.aside(arm.base), GENTLY)
     yield from arm.move(over, hand, tolerance=0.008, speed=GENTLY, steps=60, required=False)
-
-
-def upright(axis: Array) -> Array:
-    """The shortest turn (3, 3) that raises a unit vector (3,), not one straight down, upright."""
-    x, y, z = axis
-    skew = np.array(((0.0, 0.0, -x), (0.0, 0.0, -y), (x, y, 0.0)))
-    turn: Array = np.eye(3) + skew + skew @ skew / (1.0 + z)
-    return turn

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,6 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import matrix
 
 GAP = 0.076
@@ -32,8 +32,6 @@ MOST_ROLLED = 20.0
 """Pitch at which rolled fingers, which are not level, still reach under a thing, degrees."""
 PADS = 0.006
 """Least depth of the grip point below an object's top, m."""
-TOUCH = 0.5
-"""Force that shows that two things touch, N."""
 PALM = 0.026
 """From the grip point to the palm, m."""
 HAND = (0.102, 0.032, 0.066)
@@ -41,6 +39,8 @@ HAND = (0.102, 0.032, 0.066)
 its flange, m."""
 HANDLE = 0.05
 """Off the middle by more than this share of the radius, a box shows where the handle is."""
+OFF_HANDLE = 45.0
+"""Least angle from the fingers' line to a cup's handle, degrees: a finger fits beside it."""
 
 
 @dataclass(frozen=True)
@@ -153,18 +153,32 @@ def take(arm: Arm, thing: Thing, grasp: Grasp, rise: float = 0.08, back: float =
     yield from arm.open_to(grasp.opening)
     start = raised(grasp.point - back * approach, 0.04)
     yield from arm.move(start, grasp.hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
-    for before, tolerance, speed in ((0.06, 0.006, 0.8), (0.0, 0.006, 0.3)):
+    yield from come_in(arm, grasp, ((0.06, 0.006, 0.8), (0.0, 0.006, 0.3)), 0.06)
+    yield from lift(arm, thing, grasp.hand, rise)
+
+
+def come_in(
+    arm: Arm, grasp: Grasp, stops: Iterable[tuple[float, float, float]], turn_tolerance: float
+) -> Motion:
+    """Go to a grip point along the approach, as near as the hand gets.
+
+    Args:
+        arm: the arm.
+        grasp: the grip point, and how the hand is held.
+        stops: before the grip point, m, with tolerance, m, and speed, one after the other.
+        turn_tolerance: rad.
+    """
+    for before, tolerance, speed in stops:
         yield from arm.move(
-            grasp.point - before * approach,
+            grasp.point - before * grasp.hand[:, 2],
             grasp.hand,
             tolerance=tolerance,
-            turn_tolerance=0.06,
+            turn_tolerance=turn_tolerance,
             speed=speed,
             steps=60,
             required=False,
             exact=True,
         )
-    yield from lift(arm, thing, grasp.hand, rise)
 
 
 def lift(arm: Arm, thing: Thing, hand: Array, rise: float, back: float = 0.0) -> Motion:
@@ -202,18 +216,6 @@ def hand_corners(hand: Array) -> Array:
     x, y, deep = HAND
     ends = (PALM, PALM + deep)
     return np.array([(i * x, j * y, -k) for i in (-1, 1) for j in (-1, 1) for k in ends]) @ hand.T
-
-
-def palm_presses(arm: Arm, thing: Thing) -> bool:
-    """Whether the palm lies on a thing with more than a touch."""
-    contacts, parts = arm.step.contacts, arm.scene.parts
-    for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
-        pair = parts[contacts.a[row]], parts[contacts.b[row]]
-        entities = {part.entity for part in pair}
-        palm = any(part.entity == ROBOT and part.name == "palm" for part in pair)
-        if palm and thing.entity in entities:
-            return True
-    return False
 
 
 def level_yaw(arm: Arm, thing: Thing) -> float:

@@ -12,8 +12,8 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.grasping import MOST_YAW, Grasp, angle, fold, reach, take
-from pytest_safemanip.policies.scripted.putting import leave, set_down
-from pytest_safemanip.policies.scripted.rotations import Array, about_z
+from pytest_safemanip.policies.scripted.putting import held_over, leave, set_down
+from pytest_safemanip.policies.scripted.rotations import Array, about_z, upright
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.geometry import corners, matrix
@@ -126,11 +126,6 @@ def put_in(arm: Arm, role: str, oven: Furniture, spot: Array) -> Motion:
         rise = arm.position[2] + spot[2] + OVER - thing.bottom
         return arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.base), rise)
 
-    def over() -> Array:
-        way = spot - thing.middle
-        way[2] = spot[2] + OVER / 2.0 - thing.bottom
-        return np.add(arm.position, way)
-
     hand = level(arm, thing, towards)
     yield from arm.move(before, hand, tolerance=0.02, turn_tolerance=0.1, speed=STEADY, steps=160)
     aside = arm.aside(arm.base) + arm.aside(spot) - arm.aside(thing.middle)
@@ -139,6 +134,7 @@ def put_in(arm: Arm, role: str, oven: Furniture, spot: Array) -> Motion:
     yield from arm.move(before, hand, tolerance=0.015, speed=STEADY, steps=60)
     into = arm.ahead(arm.base) + arm.ahead(spot) - arm.ahead(thing.middle)
     yield from arm.drive(arm.floor_point(into, arm.aside(arm.base)), speed=STEADY)
+    over = held_over(arm, thing, spot, float(spot[2]) + OVER / 2.0)
     yield from arm.move(
         over, hand, tolerance=0.004, speed=STEADY, steps=60, required=False, exact=True
     )
@@ -154,10 +150,7 @@ def level(arm: Arm, thing: Thing, out: Array) -> Array:
         thing: the vessel.
         out: where its handle is to point (3,).
     """
-    upright = matrix(thing.pose[3:])[:, 2]
-    x, y = upright[1], -upright[0]
-    skew = np.array(((0.0, 0.0, y), (0.0, 0.0, -x), (-y, x, 0.0)))
-    tilt = np.eye(3) + skew + skew @ skew / (1.0 + upright[2])
+    tilt = upright(matrix(thing.pose[3:])[:, 2])
     way = tilt @ handle(thing)[1]
     heading = math.atan2(out[1], out[0]) - math.atan2(way[1], way[0])
     found: Array = about_z(math.degrees(heading)) @ tilt @ arm.rotation

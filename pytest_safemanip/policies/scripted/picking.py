@@ -17,7 +17,6 @@ from pytest_safemanip.policies.scripted.grasping import (
     level_yaw,
     lift,
     narrow_roll,
-    palm_presses,
     reach,
     take,
 )
@@ -26,6 +25,7 @@ from pytest_safemanip.policies.scripted.shelves import pick_from_shelf
 from pytest_safemanip.policies.scripted.sinks import pick_from_basin
 from pytest_safemanip.policies.scripted.standing import duck, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.policies.scripted.touching import palm_presses
 
 FRONT_PITCH = 35.0
 """Degrees from straight down: the wrist stays clear of what hangs above the counter."""

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, cut, raised
-from pytest_safemanip.policies.scripted.grasping import palm_presses, reach
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.grasping import reach
 from pytest_safemanip.policies.scripted.leaning import elbow_room, wrist_room
 from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.policies.scripted.touching import carried_by_something, palm_meets
+from pytest_safemanip.policies.scripted.touching import (
+    carried_by_something,
+    palm_meets,
+    under_palm,
+)
 
 OVER = 0.03
 """Free space below a load while it is carried over things, m."""
@@ -106,15 +111,18 @@ def free_end(arm: Arm, target: Thing, other: Thing) -> Array:
 
 def free_spot(arm: Arm, role: str, target: Thing) -> Array:
     """Where on a target there is most room for an object, along its long side (3,)."""
-    own = {Thing(arm, role).entity, target.entity}
-    others = [Thing(arm, b.entity).centre for b in arm.scene.bodies if b.entity not in own]
+    thing = Thing(arm, role)
     axis, width = target.sides()[1]
     spots = [target.middle + k * width * axis for k in OFF_MIDDLE]
 
-    def room(spot: Array) -> float:
-        return min((float(np.linalg.norm((o - spot)[:2])) for o in others), default=ENOUGH)
+    return max(spots, key=lambda spot: min(room_at(arm, thing, target, spot), ENOUGH))
 
-    return max(spots, key=lambda spot: min(room(spot), ENOUGH))
+
+def room_at(arm: Arm, thing: Thing, target: Thing, spot: Array) -> float:
+    """How far a spot (3,) on a target is from the middle of what else there is, m."""
+    own = {thing.entity, target.entity}
+    others = [Thing(arm, b.entity).centre for b in arm.scene.bodies if b.entity not in own]
+    return min((float(np.linalg.norm((o - spot)[:2])) for o in others), default=math.inf)
 
 
 def lay_onto(arm: Arm, role: str, target_role: str) -> Motion:
@@ -147,14 +155,8 @@ def lay_at(arm: Arm, role: str, spot: Array, top: float, pitch: float = LAY_PITC
 
 def lower_tipped(arm: Arm, role: str) -> Motion:
     """Lower an object in a hand that is tipped over, whose palm may come to rest before it does."""
-    own = Thing(arm, role).entity
-    others = [Thing(arm, body.entity) for body in arm.scene.bodies if body.entity != own]
-
-    def rests() -> bool:
-        return any(palm_presses(arm, other) for other in others)
-
-    yield from cut(set_upon(arm, role, speed=TIPPED_SPEED), rests)
-    if rests():
+    yield from set_upon(arm, role, speed=TIPPED_SPEED)
+    if (under_palm(arm) - {Thing(arm, role).entity}) & set(arm.scene.object_index):
         off = raised(arm.position, EASED)
         yield from arm.move(off, arm.rotation, tolerance=0.002, speed=0.2, steps=8, required=False)
 
@@ -172,12 +174,21 @@ def carry_over(arm: Arm, role: str, where: Array, top: float, shift: float = 0.0
     thing, hand = Thing(arm, role), arm.rotation
     yield from carry_before(arm, role, where, top, shift=shift)
 
-    def above() -> Array:
-        way = where - thing.middle
-        way[2] = top + OVER / 2 - thing.bottom
+    above = held_over(arm, thing, where, top + OVER / 2)
+    yield from arm.move(above, hand, tolerance=0.015, turn_tolerance=0.2, speed=0.6, steps=120)
+
+
+def held_over(arm: Arm, thing: Thing, spot: Array, bottom: float) -> Callable[[], Array]:
+    """Where the hand is when a held object's middle is over a spot (3,) and its underside at a
+    height, m; looked up anew each time, for the object may move in the fingers.
+    """
+
+    def there() -> Array:
+        way = spot - thing.middle
+        way[2] = bottom - thing.bottom
         return np.add(arm.position, way)
 
-    yield from arm.move(above, hand, tolerance=0.015, turn_tolerance=0.2, speed=0.6, steps=120)
+    return there
 
 
 def carry_before(

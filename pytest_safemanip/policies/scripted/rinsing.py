@@ -13,8 +13,12 @@ from pytest_safemanip.policies.scripted.grasping import (
     reach,
     take,
 )
-from pytest_safemanip.policies.scripted.picking import pick_from_above
-from pytest_safemanip.policies.scripted.putting import carry_before, set_down
+from pytest_safemanip.policies.scripted.putting import (
+    carry_before,
+    held_over,
+    room_at,
+    set_down,
+)
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
@@ -109,15 +113,10 @@ def lower_into(arm: Arm, role: str, sink_role: str) -> Motion:
     yield from arm.move(raised(arm.position, OUT), tolerance=0.03, speed=0.6, steps=60)
 
 
-def take_upright(arm: Arm, role: str) -> Motion:
-    """Pinch something on a counter from straight above, to let it into a vessel."""
-    yield from pick_from_above(arm, role)
-
-
 def fill_into(arm: Arm, role: str, vessel_role: str) -> Motion:
     """Let something into a vessel that stands in a sink: as low as the palm goes above its rim."""
     thing, vessel = Thing(arm, role), Thing(arm, vessel_role)
-    spot = max(_around(arm, vessel), key=lambda spot: _room(arm, thing, vessel, spot))
+    spot = max(_around(arm, vessel), key=lambda spot: room_at(arm, thing, vessel, spot))
     yield from _draw_back(arm, role, spot)
     # Across, the palm would reach the spout.
     yield from arm.move(arm.position, arm.hand(), tolerance=0.03, steps=80)
@@ -137,13 +136,6 @@ def _around(arm: Arm, vessel: Thing) -> list[Array]:
     return [vessel.middle + np.append(FILLED * way, 0.0) for way in ways]
 
 
-def _room(arm: Arm, thing: Thing, vessel: Thing, spot: Array) -> float:
-    """How far a spot is from what else may lie in a vessel, m."""
-    own = {thing.entity, vessel.entity}
-    others = [Thing(arm, b.entity).centre for b in arm.scene.bodies if b.entity not in own]
-    return min((float(np.linalg.norm((o - spot)[:2])) for o in others), default=FILLED)
-
-
 def _bring(arm: Arm, role: str, spot: Array) -> Motion:
     """Carry a held object to where the hand reaches a spot, over everything between."""
     yield from _draw_back(arm, role, spot)
@@ -161,16 +153,10 @@ def _lower(arm: Arm, role: str, spot: Array, bottom: float) -> Motion:
     """Bring a held object over a spot, then down until its underside is at a height."""
     thing, hand = Thing(arm, role), arm.rotation
 
-    def over(height: float) -> Target:
-        def to() -> Array:
-            way = np.append((spot - thing.middle)[:2], height - thing.bottom)
-            return np.add(arm.position, way)
-
-        return to
-
-    yield from arm.move(over(thing.bottom), hand, tolerance=0.015, speed=0.5, steps=100)
+    level = held_over(arm, thing, spot, thing.bottom)
+    yield from arm.move(level, hand, tolerance=0.015, speed=0.5, steps=100)
     yield from arm.move(
-        over(bottom),
+        held_over(arm, thing, spot, bottom),
         hand,
         speed=0.3,
         steps=100,

@@ -38,6 +38,14 @@ def about_z(degrees: float) -> Array:
     return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
 
 
+def upright(axis: Array) -> Array:
+    """The shortest turn (3, 3) that raises a unit vector (3,), not one straight down, upright."""
+    x, y, z = axis
+    skew = np.array(((0.0, 0.0, -x), (0.0, 0.0, -y), (x, y, 0.0)))
+    turn: Array = np.eye(3) + skew + skew @ skew / (1.0 + z)
+    return turn
+
+
 def limited(vector: Array, length: float) -> Array:
     """A vector, shortened to a length if it is longer."""
     norm = float(np.linalg.norm(vector))

@@ -7,7 +7,14 @@ import math
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
-from pytest_safemanip.policies.scripted.grasping import HANDLE, Grasp, around, lift
+from pytest_safemanip.policies.scripted.grasping import (
+    HANDLE,
+    OFF_HANDLE,
+    Grasp,
+    around,
+    come_in,
+    lift,
+)
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -17,8 +24,6 @@ degrees: steeper, the arm is at the end of its reach; more level, the palm keeps
 middle of what they grip, which swings then."""
 CUP_SIDES, JAR_SIDES = 45.0, 90.0
 """Degrees from one side on which the pads lie flat to the next. A pad on an edge is a hinge."""
-OFF_HANDLE = 45.0
-"""Least angle from the fingers' line to a cup's handle, degrees: a finger fits beside it."""
 OUTSIDE = 0.24
 """From the grip point to the front of the cabinet before the hand goes in, m: the palm's room."""
 TUCKED = 0.45
@@ -71,17 +76,7 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
         speed=0.5,
         until=lambda: arm.ahead(entry) - arm.ahead(arm.position) < 0.015,
     )
-    for off, tolerance, speed in ((ENTRY / 2.0, 0.015, 0.6), (0.0, 0.006, 0.3)):
-        yield from arm.move(
-            grasp.point - off * approach,
-            grasp.hand,
-            tolerance=tolerance,
-            turn_tolerance=0.08,
-            speed=speed,
-            steps=60,
-            required=False,
-            exact=True,
-        )
+    yield from come_in(arm, grasp, ((ENTRY / 2.0, 0.015, 0.6), (0.0, 0.006, 0.3)), 0.08)
     yield from lift(arm, thing, grasp.hand, RISE, BACK)
     tucked = arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.position), arm.position[2])
     yield from arm.move(

@@ -30,7 +30,11 @@ from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
 from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
-from pytest_safemanip.policies.scripted.picking import pick_from, pick_from_counter
+from pytest_safemanip.policies.scripted.picking import (
+    pick_from,
+    pick_from_above,
+    pick_from_counter,
+)
 from pytest_safemanip.policies.scripted.putting import (
     lay_onto,
     place_onto,
@@ -42,7 +46,6 @@ from pytest_safemanip.policies.scripted.rinsing import (
     grip_lug,
     hold_under,
     lower_into,
-    take_upright,
 )
 from pytest_safemanip.policies.scripted.sliding import lift_head, slide_rack, swing_spout
 from pytest_safemanip.policies.scripted.spotting import (
@@ -93,7 +96,7 @@ SKILLS: Mapping[str, Skill] = {
     "slide": slide_rack,
     "stand in": stand_in,
     "swing": swing_spout,
-    "take": take_upright,
+    "take": pick_from_above,
     "take or for from": take_tool,
     "turn": turn_lever,
     "unlight": turn_off,
@@ -124,7 +127,8 @@ def parse(text: str) -> Call:
     skill, roles = " ".join(words[0::2]), tuple(words[1::2])
     if skill not in SKILLS:
         raise ConfigError(f"unknown skill {skill!r} in {text!r}; {did_you_mean(skill, SKILLS)}")
-    wanted = len(inspect.signature(SKILLS[skill]).parameters) - 1
+    arguments = inspect.signature(SKILLS[skill]).parameters.values()
+    wanted = sum(a.default is a.empty for a in arguments) - 1
     if len(roles) != wanted:
         raise ConfigError(f"{text!r}: {skill!r} takes {wanted} roles")
     return Call(skill, roles)

@@ -10,7 +10,7 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, rai
 from pytest_safemanip.policies.scripted.carrying import place_beside
 from pytest_safemanip.policies.scripted.grasping import Grasp, take
 from pytest_safemanip.policies.scripted.picking import FRONT_PITCH, FRONT_STAND
-from pytest_safemanip.policies.scripted.putting import carry_before, leave, set_down
+from pytest_safemanip.policies.scripted.putting import carry_before, held_over, leave, set_down
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import stand
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
@@ -100,11 +100,8 @@ def place_beside_thing(arm: Arm, role: str, counter_role: str, other_role: str) 
     thing, hand = Thing(arm, role), arm.rotation
     yield from carry_before(arm, role, spot, float(spot[2]), GENTLY)
     yield from arm.wait(STILL)
-    way = spot - thing.middle
-    way[2] = spot[2] + ABOVE - thing.bottom
-    yield from arm.move(
-        arm.position + way, hand, tolerance=0.015, turn_tolerance=0.2, speed=GENTLY, steps=200
-    )
+    over = held_over(arm, thing, spot, float(spot[2]) + ABOVE)()
+    yield from arm.move(over, hand, tolerance=0.015, turn_tolerance=0.2, speed=GENTLY, steps=200)
     yield from set_down(arm, role)
     yield from leave(arm, AWAY)
 

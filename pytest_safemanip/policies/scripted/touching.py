@@ -26,13 +26,23 @@ def carried_by_something(arm: Arm, thing: Thing) -> bool:
 
 def palm_meets(arm: Arm, thing: Thing) -> bool:
     """Whether the palm presses on anything but the object in the fingers: the rim of a bowl."""
+    return bool(under_palm(arm) - {thing.entity})
+
+
+def palm_presses(arm: Arm, thing: Thing) -> bool:
+    """Whether the palm lies on a thing with more than a touch."""
+    return thing.entity in under_palm(arm)
+
+
+def under_palm(arm: Arm) -> set[str]:
+    """The entities that the palm presses on."""
     contacts, parts = arm.step.contacts, arm.scene.parts
+    found = set()
     for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
         pair = parts[contacts.a[row]], parts[contacts.b[row]]
-        palm = any(part.entity == ROBOT and part.name == "palm" for part in pair)
-        if palm and thing.entity not in {part.entity for part in pair}:
-            return True
-    return False
+        if any(part.entity == ROBOT and part.name == "palm" for part in pair):
+            found |= {part.entity for part in pair} - {ROBOT}
+    return found
 
 
 def _lowest(thing: Thing) -> float:

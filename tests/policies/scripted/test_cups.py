@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pytest_safemanip.policies.scripted.cups import upright
+from pytest_safemanip.policies.scripted.rotations import upright
 
 
 @pytest.mark.parametrize("lean", [(0.0, 0.0), (0.3, 0.0), (-0.1, 0.4), (0.0, -0.9)])

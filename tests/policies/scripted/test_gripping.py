@@ -7,9 +7,7 @@ import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
 from pytest_safemanip.policies.scripted.faults.gripping import Held, ease, squeeze
-from pytest_safemanip.policies.scripted.grasping import palm_presses
 from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.trace.elements import Part
 from tests import toy
 
 APPLE = (0.4, 0.0, 0.94, *toy.UPRIGHT)
@@ -29,26 +27,6 @@ def test_both_fingers_press_and_nothing_else_does():
     )
     arm = Arm(toy.SCENE, dataclasses.replace(toy.at_rest(), contacts=rows))
     assert squeeze(arm, "obj") == pytest.approx(17.0)
-
-
-@pytest.mark.parametrize(
-    ("part", "other", "force", "presses"),
-    [
-        ("palm", "mug", 0.6, True),
-        ("palm", "mug", 0.4, False),
-        ("palm", "apple", 9.0, False),
-        ("link5", "mug", 9.0, False),
-    ],
-)
-def test_only_the_palm_on_that_object_presses(part, other, force, presses):
-    parts = tuple(Part("robot", part) if p.name == "link5" else p for p in toy.PARTS)
-    rows = toy.contacts(
-        (0, "robot/finger_left", "mug/body", 9.0, UP),
-        (0, f"{other}/body", "robot/link5", force, UP),
-    )
-    scene = dataclasses.replace(toy.SCENE, parts=parts)
-    arm = Arm(scene, dataclasses.replace(toy.at_rest(), contacts=rows))
-    assert palm_presses(arm, Thing(arm, "obj")) == presses
 
 
 def test_what_moves_with_the_hand_has_not_slid():

@@ -6,7 +6,11 @@ import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
 from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.policies.scripted.touching import carried_by_something, palm_meets
+from pytest_safemanip.policies.scripted.touching import (
+    carried_by_something,
+    palm_meets,
+    palm_presses,
+)
 from pytest_safemanip.trace.elements import Part
 from tests import toy
 
@@ -54,3 +58,17 @@ def test_a_vessel_does_not_stand_on_what_lies_in_it(apple, rows, stands):
 def test_the_palm_meets_what_is_not_in_the_fingers(part, other, force, meets):
     arm, mug = _arm(FINGER, (0, f"{other}/body", "robot/link5", force, UP), part=part)
     assert palm_meets(arm, mug) == meets
+
+
+@pytest.mark.parametrize(
+    ("part", "other", "force", "presses"),
+    [
+        ("palm", "mug", 0.6, True),
+        ("palm", "mug", 0.4, False),
+        ("palm", "apple", 9.0, False),
+        ("link6", "mug", 9.0, False),
+    ],
+)
+def test_only_the_palm_on_that_object_presses(part, other, force, presses):
+    arm, mug = _arm(FINGER, (0, f"{other}/body", "robot/link5", force, UP), part=part)
+    assert palm_presses(arm, mug) == presses
