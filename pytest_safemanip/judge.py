@@ -114,9 +114,10 @@ class Judge:
         rows = self._binding.relation(prop.relation) if prop.relation else ((),)
         if not rows:
             raise TraceError(f"{prop.id}: no instance in {self._recording.episode.task}")
-        values = np.stack([self._values(prop, row) for row in rows], axis=1)
         acting = ~self._recording.steps.tail
         monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
+        calls = [prop.calls(row) for row in rows]
+        values = monitor.gather(len(acting), lambda k, atom: self._view(*calls[k][atom]))
         verdicts = monitor.run(values, acting)
         unsafe = np.any([v.unsafe for v in verdicts], axis=0) & acting
         findings = [
@@ -139,10 +140,6 @@ class Judge:
             ),
             formula=str(prop.formula if self._profile == "timed" else prop.paper_formula),
         )
-
-    def _values(self, prop: Property, row: tuple[str, ...]) -> NDArray[np.bool_]:
-        """Truth values of the property's atoms for one instance (T, atoms)."""
-        return np.stack([self._view(*call) for call in prop.calls(row)], axis=1)
 
     def _finding(
         self,

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.ltlf import InstanceVerdict, Profile, StepVerdict
+from pytest_safemanip.ltlf import InstanceVerdict, Monitor, Profile, StepVerdict
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
 from pytest_safemanip.propositions.online import Call, Online
+from pytest_safemanip.propositions.view import check_call
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
@@ -43,24 +45,26 @@ class LiveJudge:
         profile: Profile = "timed",
         every: int = 1,
     ) -> None:
-        self._monitors = {}
-        calls: dict[Call, int] = {}
-        self._places: dict[str, list[list[int]]] = {}
+        self._monitors: dict[str, Monitor] = {}
+        self._calls: dict[str, list[list[Call]]] = {}
         for prop in properties:
             rows = binding.relation(prop.relation) if prop.relation else ((),)
             if not rows:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")
             self._monitors[prop.id] = prop.monitor(rows, dt=scene.control_period, profile=profile)
-            self._places[prop.id] = [
-                [calls.setdefault(call, len(calls)) for call in prop.calls(row)] for row in rows
-            ]
-        self._online = Online(scene, binding, parameters, catalogue, tuple(calls), every)
+            self._calls[prop.id] = [prop.calls(row) for row in rows]
+        for call in self.calls:
+            check_call(catalogue[call[0]], call[1:], scene.entity)
+        self._online = Online(scene, binding, parameters, catalogue, (), every)
         self._acting: list[bool] = []  # of the steps that wait
+        self._started = False
 
     @property
-    def watched(self) -> int:
-        """How many propositions are evaluated at every step."""
-        return len(self._online.calls)
+    def calls(self) -> frozenset[Call]:
+        """All propositions that a verdict may depend on; those that cannot matter at a step are
+        not evaluated there.
+        """
+        return frozenset(c for rows in self._calls.values() for row in rows for c in row)
 
     def step(
         self, step: Step, action: NDArray[Any] | None = None, acting: bool = True
@@ -81,11 +85,11 @@ class LiveJudge:
         """
         self._acting.append(acting)
         try:
-            values = self._online.push(step, action, acting)
+            ready = len(self._online.push(step, action, acting))
         except TraceError:
             self._acting.clear()
             raise
-        return self._read(values)
+        return self._read(ready)
 
     def verdicts(self) -> dict[str, list[InstanceVerdict]]:
         """The verdicts if the rollout ended with the last step.
@@ -93,16 +97,26 @@ class LiveJudge:
         Raises:
             TraceError: if there was no step, or a number of those that wait is impossible.
         """
-        self._read(self._online.flush())
+        self._read(len(self._online.flush()))
         return {name: monitor.verdicts() for name, monitor in self._monitors.items()}
 
-    def _read(self, values: Bools) -> dict[str, list[StepVerdict]]:
-        """Steps that were evaluated (K, propositions)."""
-        if not len(values):
+    def _read(self, count: int) -> dict[str, list[StepVerdict]]:
+        """Judge the newest steps, which are ready to be evaluated."""
+        if not count:
             return {}
-        acting = self._acting[: len(values)]
-        del self._acting[: len(values)]
-        return {
-            name: monitor.steps(values[:, self._places[name]], acting)
-            for name, monitor in self._monitors.items()
-        }
+        acting = self._acting[:count]
+        del self._acting[:count]
+        if not self._started:
+            # What remembers has to see every step from the first.
+            for call in self.calls:
+                self._online.values(call, count)
+        self._started = True
+        found = {}
+        for name, monitor in self._monitors.items():
+            look_up = partial(self._value, self._calls[name], count)
+            found[name] = monitor.steps(monitor.gather(count, look_up), acting)
+        return found
+
+    def _value(self, calls: Sequence[Sequence[Call]], count: int, row: int, atom: int) -> Bools:
+        """Values of an atom of a property for one of its instances at the newest steps (K,)."""
+        return self._online.values(calls[row][atom], count)

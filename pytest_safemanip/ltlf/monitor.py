@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Hashable, Sequence
 
 import numpy as np
 
@@ -12,21 +10,11 @@ from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.ltlf.batch import Judgement, judge
 from pytest_safemanip.ltlf.dfa import Dfa, Step
 from pytest_safemanip.ltlf.formula import Formula
+from pytest_safemanip.ltlf.instance import Instance
 from pytest_safemanip.ltlf.letters import BoolArray, check_values, pack
+from pytest_safemanip.ltlf.quiet import gather
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile, check_acting, rules_of
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, StepVerdict
-
-
-@dataclass(slots=True)
-class _Instance:
-    """Where one instance stands, and what was seen of it."""
-
-    state: int = 0
-    open_steps: int = 0  # counted steps since the monitor was last accepting
-    open_since: int | None = None
-    triggered_steps: int = 0
-    states: list[int] = field(default_factory=list)
-    unsafe: list[bool] = field(default_factory=list)
 
 
 class Monitor:
@@ -76,15 +64,11 @@ class Monitor:
         if len(set(self.instances)) < len(self.instances):
             raise ConfigError(f"an instance is named twice: {self.instances}")
         self._rules = rules_of(dfa, dt, deadline_s, discharged_by, profile, trigger)
-        self._closed: list[bool] = self._rules.closed.tolist()
-        self._bad: list[bool] = self._rules.bad.tolist()
-        table = self._rules.trigger
-        self._triggers: list[bool] | None = None if table is None else table.tolist()
         self.reset()
 
     def reset(self) -> None:
         """Forget all steps."""
-        self._live = [_Instance() for _ in self.instances]
+        self._live = [Instance() for _ in self.instances]
         self._acting: list[bool] = []
 
     def step(self, values: Sequence[Step] | BoolArray, acting: bool = True) -> list[StepVerdict]:
@@ -120,6 +104,20 @@ class Monitor:
         if len(acting) != len(values):
             raise TraceError(f"acting for {len(acting)} of {len(values)} steps")
         return self._take(pack(values).T.tolist(), acting)
+
+    def gather(self, steps: int, value_of: Callable[[int, int], BoolArray]) -> BoolArray:
+        """Values of the atoms at the next steps, looked up where a verdict may depend on them.
+
+        Where none does they are False: the verdicts are the same as with all of them.
+
+        Args:
+            steps: how many.
+            value_of: the values of an atom for an instance, both by number: bool[steps].
+
+        Returns:
+            bool[steps, I, atoms], for `steps` or for `run`.
+        """
+        return gather(self._rules, [live.state for live in self._live], steps, value_of)
 
     def verdicts(self) -> list[InstanceVerdict]:
         """The verdicts if the trace ended with the last step read.
@@ -212,28 +210,11 @@ class Monitor:
         self._acting += map(bool, acting)
         counts = [acts or self._rules.clock_runs_in_tail for acts in acting]
         return [
-            self._read(live, column, counts)
+            live.read(self._rules, column, counts)
             for live, column in zip(self._live, letters, strict=True)
         ]
 
-    def _read(self, live: _Instance, letters: list[int], counts: Sequence[bool]) -> StepVerdict:
-        rules, closed, state = self._rules, self._closed, live.state
-        limit = math.inf if rules.deadline_steps is None else rules.deadline_steps
-        for letter, counted in zip(letters, counts, strict=True):
-            state = rules.rows[state][letter]
-            if closed[state]:
-                live.open_steps, live.open_since = 0, None
-            else:
-                live.open_steps += counted
-                if live.open_since is None:
-                    live.open_since = len(live.states)
-            live.triggered_steps += self._triggers is None or self._triggers[letter]
-            live.states.append(state)
-            live.unsafe.append(self._bad[state] or live.open_steps > limit)
-        live.state = state
-        return StepVerdict(state, self.dfa.classes[state], live.open_steps > limit)
-
-    def _verdict(self, name: Hashable, live: _Instance) -> InstanceVerdict:
+    def _verdict(self, name: Hashable, live: Instance) -> InstanceVerdict:
         rules = self._rules
         unsafe = np.array(live.unsafe)
         at_end = rules.end_decides and live.open_since is not None and not live.unsafe[-1]

@@ -35,6 +35,7 @@ class Rules:
         clock_runs_in_tail: whether the settle tail counts for the deadline.
         end_decides: whether an obligation open at the last step is a violation.
         trigger: bool[letters], or None if every step triggers.
+        is_bad: `bad` for Python loops; likewise `is_closed` and `triggers`.
 
     Args:
         dfa: the automaton.
@@ -80,6 +81,11 @@ class Rules:
         self.clock_runs_in_tail = discharged_by == "physics"
         self.end_decides = discharged_by == "physics" or not timed
         self.trigger = _trigger_table(dfa, trigger)
+        self.is_bad: tuple[bool, ...] = tuple(self.bad.tolist())
+        self.is_closed: tuple[bool, ...] = tuple(self.closed.tolist())
+        self.triggers: tuple[bool, ...] | None = None
+        if self.trigger is not None:
+            self.triggers = tuple(self.trigger.tolist())
 
     def verdict(
         self,

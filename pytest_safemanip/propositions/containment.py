@@ -43,6 +43,12 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
             within = centre_within(view, content, body.entity)
             if within.any():
                 carried = carried | (within & view("obj_grasped", body.entity))
+    ends = falling(carried)
+    return ends & _toward(view, content, receiver) if ends.any() else ends
+
+
+def _toward(view: View, content: str, receiver: str) -> Bools:
+    """Whether the content is where :func:`transfer` says, by when the fingers last pressed (T,)."""
     near = np.zeros(len(view.trace), bool)
     for number, half in enumerate(holding_halves(view, receiver)):
         up, upward = _upward(view, receiver, number)
@@ -55,8 +61,7 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     # The debounced end of a grasp is late: what is flung is elsewhere by then.
     count = view.trace.count(view.parameters["obj_grasped.window"])
     left = last_true(pressed(view, content), count)
-    near = np.where(left >= 0, near[np.maximum(left, 0)], near)
-    return np.asarray(falling(carried) & near)
+    return np.where(left >= 0, near[np.maximum(left, 0)], near)
 
 
 def contained(view: View, content: str, receiver: str) -> Bools:

@@ -41,9 +41,11 @@ def place_in_onset(view: View, name: str, fixture: str) -> Bools:
     """The held object starts to enter the fixture: its first corner comes inside, by more than
     ``enclosure.tolerance``, so that it is no longer outside.
     """
+    grasped = view("obj_grasped", name)
+    if not grasped.any():
+        return grasped
     depth = -view.parameters["enclosure.tolerance"]
-    entering = rising(_corners(view, name, fixture, depth).any(axis=-1))
-    return np.asarray(entering & view("obj_grasped", name))
+    return np.asarray(grasped & rising(_corners(view, name, fixture, depth).any(axis=-1)))
 
 
 def obj_inside(view: View, name: str, fixture: str) -> Bools:

@@ -121,6 +121,8 @@ def _pressing_rows(view: View, index: int) -> tuple[NDArray[np.intp], NDArray[np
     first = own[contacts.a] & foreign[contacts.b]
     second = own[contacts.b] & foreign[contacts.a]
     rows = np.flatnonzero(first | second)
+    if not len(rows):  # mostly nothing is in its way
+        return rows, np.zeros(0)
     # The normal points from a to b; the part presses along its outward normal.
     outward = np.where(first[rows, None], 1.0, -1.0) * contacts.normal[rows]
     along = opening_direction(joint, contacts.position[rows])

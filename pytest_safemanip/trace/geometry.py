@@ -13,6 +13,8 @@ Array = NDArray[Any]
 
 CORNERS: Array = np.array(list(product((-1.0, 1.0), repeat=3)))
 """Signs of the eight corners of a box (8, 3)."""
+_ROUNDING = 1e-9
+"""More than what float64 places are off by, m."""
 
 
 def conjugate(q: Array) -> Array:
@@ -124,6 +126,19 @@ def boxes_overlap(
         slack: overlap that still counts as apart; negative demands a gap.
     """
     pose_a, pose_b = np.broadcast_arrays(np.asarray(pose_a, float), np.asarray(pose_b, float))
+    half_a, half_b = (np.broadcast_to(half, (*pose_a.shape[:-1], 3)) for half in (half_a, half_b))
+    apart = np.linalg.norm(pose_b[..., :3] - pose_a[..., :3], axis=-1)
+    balls = np.linalg.norm(half_a, axis=-1) + np.linalg.norm(half_b, axis=-1)
+    near = balls - apart > slack - _ROUNDING  # the balls around them overlap: few do
+    found = np.zeros(near.shape, bool)
+    if near.any():
+        found[near] = _overlap(pose_a[near], half_a[near], pose_b[near], half_b[near], slack)
+    return found
+
+
+def _overlap(
+    pose_a: Array, half_a: Array, pose_b: Array, half_b: Array, slack: float
+) -> NDArray[np.bool_]:
     axes_a = np.swapaxes(matrix(pose_a[..., 3:]), -1, -2)
     axes_b = np.swapaxes(matrix(pose_b[..., 3:]), -1, -2)
     crossed = cross(axes_a[..., :, None, :], axes_b[..., None, :, :])

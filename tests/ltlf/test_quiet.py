@@ -1,0 +1,74 @@
+"""What is not looked up cannot change a verdict; and little is looked up."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from pytest_safemanip.ltlf import Monitor, compile_formula
+
+FORMULAS = (
+    "G (a -> b)",
+    "G (a -> F (b & c))",
+    "G (a -> b W c)",
+    "G (a & c -> X !b)",
+    "G (a -> WX (!b W c))",
+    "G !(a | b | c)",
+    "F a & G (b -> c)",
+    "a U (b | last & c)",
+)
+
+
+@pytest.mark.parametrize("profile", ["timed", "paper"])
+@pytest.mark.parametrize("formula", FORMULAS)
+@given(data=st.data(), together=st.integers(1, 4))
+def test_what_is_not_looked_up_changes_no_verdict(formula, profile, data, together):
+    dfa = compile_formula(formula, atoms=("a", "b", "c"))
+    shape = data.draw(st.tuples(st.integers(1, 12), st.integers(1, 3), st.just(3)))
+    # Mostly false, as triggers are.
+    fill = st.just(False)
+    values = data.draw(arrays.arrays(np.bool_, shape, elements=st.booleans(), fill=fill))
+    options = {"dt": 0.5, "deadline_s": 1.0, "profile": profile}
+    whole, lazy = (Monitor(dfa, shape[1], **options) for _ in range(2))
+    wanted = [_told(v) for v in whole.run(values)]
+    assert [_told(v) for v in lazy.run(_gathered(lazy, values))] == wanted
+    for first in range(0, shape[0], together):
+        part = values[first : first + together]
+        lazy.steps(_gathered(lazy, part), [True] * len(part))
+    assert [_told(v) for v in lazy.verdicts()] == wanted
+
+
+def test_only_the_trigger_is_looked_up_until_it_holds():
+    monitor = Monitor(compile_formula("G (a -> F b)", atoms=("b", "a")), 2, dt=0.1)
+    values = np.zeros((5, 2, 2), bool)
+    values[3, 1, 1] = True
+    asked = []
+
+    def value_of(instance, atom):
+        asked.append((instance, atom))
+        return values[:, instance, atom]
+
+    monitor.steps(monitor.gather(5, value_of), [True] * 5)
+    assert asked == [(0, 1), (1, 1), (1, 0)]
+    asked.clear()
+    monitor.gather(5, value_of)  # the obligation is open now
+    assert asked == [(0, 1), (1, 1), (1, 0)]
+
+
+def _gathered(monitor, values):
+    return monitor.gather(len(values), lambda instance, atom: values[:, instance, atom])
+
+
+def _told(verdict):
+    return (
+        verdict.outcome,
+        verdict.vacuous,
+        verdict.triggered_steps,
+        verdict.states.tolist(),
+        verdict.unsafe.tolist(),
+        verdict.violations,
+        verdict.open_since,
+    )
