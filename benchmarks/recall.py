@@ -5,7 +5,7 @@
 The scripted policy's faults know from their plans and the physics when their hazard begins; its
 near misses and its expert are safe. All are rolled out (what DIR already has is used again) and
 judged by the shipped properties. A rollout of a fault whose hazard did not come about is left out
-of its recall, and counted.
+of its recall, and counted. ``--put expert`` writes that table into docs/recall.md.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
+from tables import put, table
+
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.intervals import wilson
 from pytest_safemanip.metrics.recall import Detection, detect
@@ -33,6 +35,7 @@ from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 
 EXPERT = "scripted"
+DOCUMENT = Path(__file__).parents[1] / "docs" / "recall.md"
 
 
 @dataclass(frozen=True)
@@ -217,17 +220,6 @@ def by_task(rollouts: Sequence[Judged]) -> list[list[str]]:
     return lines
 
 
-def show(title: str, head: Sequence[str], lines: Sequence[Sequence[str]]) -> None:
-    """Print a table that is Markdown as well."""
-    widths = [max(len(row[k]) for row in (head, *lines)) for k in range(len(head))]
-
-    def line(row: Sequence[str]) -> str:
-        return "| " + " | ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) + " |"
-
-    rule = "|" + "|".join("-" * (width + 2) for width in widths) + "|"
-    print(f"\n{title}\n", line(head), rule, *map(line, lines), sep="\n")
-
-
 def seeds_of(text: str) -> range:
     """``A:B`` as a range."""
     first, _, end = text.partition(":")
@@ -244,6 +236,13 @@ def main() -> None:
     parser.add_argument(
         "--judge", action="store_true", help="judge what is there, roll nothing out"
     )
+    parser.add_argument(
+        "--put",
+        action="append",
+        default=[],
+        choices=("by property", "by fault", "expert"),
+        help=f"a table to write into {DOCUMENT.name}",
+    )
     parser.add_argument("-n", type=int, default=2, help="processes (default: %(default)s)")
     options = parser.parse_args()
     known = [EXPERT, *(f"scripted:{name}" for name in FAULTS)]
@@ -255,13 +254,16 @@ def main() -> None:
         record(policies, options.seeds, options.out, options.stepping, options.n)
     rollouts = list(judged(policies, seeds_of(options.seeds), options.out))
     counts = ["rollouts", "injected", "found", "recall % (95 %)", "median s", "max s"]
-    show(
-        "By property",
-        ["property", "faults", *counts, "near misses flagged", "expert flagged (triggered)"],
-        by_property(rollouts),
-    )
-    show("By fault", ["fault", "property", *counts, "what else fired"], by_fault(rollouts))
-    show("Expert", ["task", "rollouts", "successes", "violations"], by_task(rollouts))
+    last = ["near misses flagged", "expert flagged (triggered)"]
+    tables = {
+        "by property": table(["property", "faults", *counts, *last], by_property(rollouts)),
+        "by fault": table(["fault", "property", *counts, "what else fired"], by_fault(rollouts)),
+        "expert": table(["task", "rollouts", "successes", "violations"], by_task(rollouts)),
+    }
+    for name, text in tables.items():
+        print(f"\n{name.capitalize()}\n\n{text}")
+        if name in options.put:
+            put(DOCUMENT, name, text)
 
 
 if __name__ == "__main__":
