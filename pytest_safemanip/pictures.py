@@ -25,9 +25,11 @@ from pytest_safemanip.arguments import parse_seeds
 from pytest_safemanip.cases import select_tasks
 from pytest_safemanip.errors import ConfigError, SafemanipError
 from pytest_safemanip.sim.backend import Request
+from pytest_safemanip.sim.codec import decode_request
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.spec.tasks import load_tasks
 from pytest_safemanip.trace import files
+from pytest_safemanip.trace.episode import Episode
 
 ROWS = 6
 """Of a sheet; the next row begins a new one."""
@@ -112,16 +114,14 @@ def _sheets(chosen: argparse.Namespace, pillow: Any) -> Iterator[Path]:
 def _video(chosen: argparse.Namespace, pillow: Any) -> Iterator[Path]:
     recording = files.load(chosen.video)
     episode, steps = recording.episode, recording.steps
-    tasks = load_tasks([resources.folder("tasks")])
-    if episode.task not in tasks:
-        raise ConfigError(f"{chosen.video}: task {episode.task!r} is not among the shipped ones")
+    request = _request_of(episode, chosen.video)
     cameras = _cameras(chosen.cameras)
     studio = _studio(chosen)
     period = recording.scene.control_period
     stride = max(1, round(1 / (FRAMES_PER_SECOND * period)))
     frames = []
     try:
-        with studio.visit(_request(tasks[episode.task], episode.seed, episode.scenes)) as shot:
+        with studio.visit(request) as shot:
             shot.check(recording.scene)
             for step in range(0, len(steps), stride):
                 shot.pose(steps.qpos[step])
@@ -155,6 +155,16 @@ def _studio(chosen: argparse.Namespace) -> Any:
     from pytest_safemanip.sim.robocasa.studio import Studio
 
     return Studio(chosen.assets, chosen.size, wanted)
+
+
+def _request_of(episode: Episode, path: Path) -> Request:
+    """The episode of a recording."""
+    if episode.request:
+        return decode_request(episode.request)
+    tasks = load_tasks([resources.folder("tasks")])
+    if episode.task not in tasks:
+        raise ConfigError(f"{path}: task {episode.task!r} is not among the shipped ones")
+    return _request(tasks[episode.task], episode.seed, episode.scenes)
 
 
 def _request(task: Task, seed: int, scenes: str) -> Request:

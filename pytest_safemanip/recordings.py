@@ -10,7 +10,7 @@ from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.settings import Settings
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace import files
-from pytest_safemanip.trace.recording import Episode
+from pytest_safemanip.trace.episode import Episode
 
 Rollout = tuple[str, str, int]
 """Policy, task, seed."""

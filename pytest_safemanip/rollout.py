@@ -13,7 +13,9 @@ from pytest_safemanip.errors import RolloutError, SafemanipError
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
 from pytest_safemanip.policies.prompts import PLACE, told
 from pytest_safemanip.sim.backend import ACTION_SIZE, Backend, Request, Start
-from pytest_safemanip.trace.recording import Episode, Recording, check
+from pytest_safemanip.sim.codec import encode_request
+from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.steps import Step, Steps
 
 REST_SPEED = 0.01
@@ -109,6 +111,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: Progress | None = 
         hashes={**source.hashes, **job.hashes, "start": start.fingerprint},
         served=_facts(policy),
         hazards=tuple(getattr(policy, "hazards", ())),
+        request=encode_request(job.request),
     )
     return check(Recording(episode, start.scene, stacked))
 

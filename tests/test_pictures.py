@@ -50,7 +50,8 @@ def test_tasks_are_drawn_on_a_sheet_and_a_recording_moves(
     assert all(view.std() > 10 for view in views)
     assert all((a != b).any() for a, b in itertools.combinations(views, 2))
 
-    request = Request("OpenDrawer", 0, "compact")
+    # Not the kitchen that the task has by itself: the recording says which.
+    request = Request("OpenDrawer", 0, "compact", kitchen="full")
     job = rollout.Job("OpenDrawer", "hold", request, rollout.Protocol("horizon", 0.01), {})
     recording = rollout.run(job, backend, Hold())
     path = tmp_path / "OpenDrawer-hold-seed0.rollout"

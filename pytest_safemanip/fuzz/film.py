@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.fuzz.scenes import PLACES, SHELF, TOP, UPRIGHT
-from pytest_safemanip.trace.recording import Episode, Recording
+from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts, Steps
 

@@ -19,7 +19,7 @@ from pytest_safemanip.policies.replay import Replay
 from pytest_safemanip.policies.simple import Hold, Random
 from pytest_safemanip.sim.provenance import source_digest
 from pytest_safemanip.sim.staging import Staging
-from pytest_safemanip.trace.recording import POLICY_NAME
+from pytest_safemanip.trace.episode import POLICY_NAME
 
 Factory = Callable[[], Policy]
 

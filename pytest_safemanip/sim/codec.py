@@ -8,6 +8,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Request, Start
 from pytest_safemanip.sim.staging import from_plain, to_plain
 from pytest_safemanip.sim.wire import Message
@@ -25,8 +26,26 @@ def encode_request(request: Request) -> dict[str, Any]:
 
 
 def decode_request(values: Mapping[str, Any]) -> Request:
-    """The inverse of :func:`encode_request`."""
-    return Request(**{**values, "changes": from_plain(values["changes"])})
+    """The inverse of :func:`encode_request`, of values that anybody may have written.
+
+    Raises:
+        ConfigError: if they are no request.
+    """
+    try:
+        request = Request(**{**values, "changes": from_plain(values.get("changes", ()))})
+    except TypeError as error:
+        raise ConfigError(f"what was asked of the simulator: {error}") from error
+    texts = (request.task, request.scenes, request.kitchen, request.stepping)
+    groups = request.object_groups
+    if not all(isinstance(text, str) for text in texts) or type(request.seed) is not int:
+        raise ConfigError(f"what was asked of the simulator: {values!r}")
+    if not isinstance(groups, Mapping) or not all(map(_names, groups.values())):
+        raise ConfigError(f"what was asked of the simulator: objects drawn from {groups!r}")
+    return request
+
+
+def _names(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(name, str) for name in value)
 
 
 def encode_step(step: Step) -> Message:

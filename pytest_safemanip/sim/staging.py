@@ -5,9 +5,16 @@ is open, which objects are drawn.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
+
+from pytest_safemanip.errors import ConfigError
+
+Relation = Literal["in", "on", "beside"]
+MOST = 100
+"""Changes of one episode."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +33,7 @@ class Put:
     """
 
     role: str
-    relation: Literal["in", "on", "beside"]
+    relation: Relation
     target: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     turn: tuple[float, float] = (0.0, 0.0)
@@ -73,11 +80,46 @@ def to_plain(changes: Iterable[Change]) -> list[dict[str, Any]]:
     return [{"kind": names[type(c)], **dataclasses.asdict(c)} for c in changes]
 
 
-def from_plain(values: Iterable[Mapping[str, Any]]) -> tuple[Change, ...]:
-    """The inverse of :func:`to_plain`."""
-    return tuple(_KINDS[v["kind"]](**{k: _tuple(x) for k, x in v.items() if k != "kind"})
-                 for v in values)  # fmt: skip
+def from_plain(values: object) -> tuple[Change, ...]:
+    """The inverse of :func:`to_plain`, of values that anybody may have written.
+
+    Raises:
+        ConfigError: if they are no changes.
+    """
+    if not isinstance(values, list | tuple) or len(values) > MOST:
+        raise ConfigError(f"changes of an episode: expected a list of at most {MOST}")
+    return tuple(map(_change, values))
 
 
-def _tuple(value: Any) -> Any:
+def _change(value: object) -> Change:
+    if not isinstance(value, Mapping) or value.get("kind") not in tuple(_KINDS):
+        raise ConfigError(f"changes of an episode: expected {' or '.join(_KINDS)}, found {value!r}")
+    kind = _KINDS[value["kind"]]
+    fields = {name: _plain(x) for name, x in value.items() if name != "kind"}
+    try:
+        change = kind(**fields)
+    except TypeError as error:
+        raise ConfigError(f"changes of an episode: {value!r}: {error}") from error
+    for part in dataclasses.fields(kind):
+        if not _fits(getattr(change, part.name), part.default, part.name):
+            raise ConfigError(f"changes of an episode: {part.name} of {value!r}")
+    return change
+
+
+def _plain(value: object) -> Any:
     return tuple(value) if isinstance(value, list) else value
+
+
+def _fits(value: object, default: object, name: str) -> bool:
+    """Whether a field may have a value, by that which it has without one."""
+    if name == "relation":
+        return value in get_args(Relation)
+    if name == "openness":
+        return _number(value)
+    if isinstance(default, tuple):
+        return isinstance(value, tuple) and len(value) == len(default) and all(map(_number, value))
+    return isinstance(value, str)
+
+
+def _number(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)

@@ -1,7 +1,8 @@
 """What happened in a rollout: entities, per-step arrays, contacts, and the file that holds them."""
 
 from pytest_safemanip.trace.elements import Box, Entity, Joint, Part
-from pytest_safemanip.trace.recording import Episode, Recording
+from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts, Step, Steps
 from pytest_safemanip.trace.trace import Trace

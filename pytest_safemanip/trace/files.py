@@ -24,16 +24,18 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.members import MAX_ARRAY, Array, Members, npy
-from pytest_safemanip.trace.recording import Episode, Recording, check
+from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts
 from pytest_safemanip.trace.stored import LATER, StoredSteps
 from pytest_safemanip.trace.surfaces import Surfaces
 
-SCHEMA = 3
+SCHEMA = 4
 _EARLIER = (1, 2)
 """Read too. Their header has the digest, of the unpacked content, and all of the scene."""
+_KNOWN = (*_EARLIER, 3, SCHEMA)
 SUFFIX = ".rollout"
 MAX_HEADER = 4 * 2**20
 _MAX_DIGEST = 64
@@ -200,9 +202,9 @@ def _header(members: Members) -> dict[str, Any]:
     if not isinstance(header, dict):
         raise TraceError("header.json: not a mapping")
     schema = header.get("schema")
-    if schema not in (*_EARLIER, SCHEMA):
+    if schema not in _KNOWN:
         raise TraceError(
-            f"schema {schema!r}, this version reads {_EARLIER[0]} to {SCHEMA}; "
+            f"schema {schema!r}, this version reads {_KNOWN[0]} to {SCHEMA}; "
             "record again, or use the version of pytest-safemanip that wrote it"
         )
     return header

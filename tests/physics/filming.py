@@ -11,7 +11,8 @@ import numpy as np
 from pytest_safemanip.sim.robocasa import extents, parts
 from pytest_safemanip.sim.robocasa.contacts import ContactSampler
 from pytest_safemanip.trace.elements import Body, Box, Entity, Joint, Switch
-from pytest_safemanip.trace.recording import Episode, Recording, check
+from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts, Step, Steps
 from tests.physics.script import Script

@@ -160,6 +160,16 @@ def test_a_file_of_an_earlier_schema_is_read_and_checked_too(schema):
     assert "the content does not match its digest" in refusal(zipped(content))
 
 
+def test_a_file_of_the_third_schema_does_not_say_what_else_was_asked_for():
+    content = members()
+    header = json.loads(content["header.json"])
+    header["schema"], _ = 3, header["episode"].pop("request")
+    content["header.json"] = json.dumps(header).encode()
+    read = files.from_bytes(packed(content))
+    same(read, RECORDING)
+    assert read.episode.request == {}
+
+
 def test_what_no_verdict_depends_on_is_checked_when_it_is_asked_for():
     content = members()
     content["qvel.npy"] = npy(RECORDING.steps.qvel * np.float32(np.nan))
@@ -196,7 +206,7 @@ def test_surfaces_without_their_numbers_are_refused(numbers):
         (zipped({"header.json": b"[1"}), "header.json: not JSON"),
         (zipped({"header.json": b"[" * 200_000}), "header.json: not JSON"),
         (zipped({"header.json": b"[]"}), "header.json: not a mapping"),
-        (zipped({"header.json": b'{"schema": 4}'}), "schema 4, this version reads 1 to 3; record"),
+        (zipped({"header.json": b'{"schema": 5}'}), "schema 5, this version reads 1 to 4; record"),
         (zipped({"header.json": b"{}"}), "schema None"),
         (zipped({"header.json": b'{"schema": 1}'}), " is missing"),
         (zipped({"header.json": b" " * (files.MAX_HEADER + 1)}), "header.json: 4194305 bytes"),

@@ -29,9 +29,12 @@ def arguments(scenes: str, assets_root: Path, kitchen: str = "small") -> dict[st
     (``robocasa.utils.env_utils.create_env``).
 
     Raises:
-        ConfigError: if there is no such family.
+        ConfigError: if there is no such family, or no such compact kitchen.
     """
     if scenes == "compact":
+        if kitchen not in KITCHENS:
+            hint = did_you_mean(kitchen, KITCHENS)
+            raise ConfigError(f"unknown compact kitchen {kitchen!r}; {hint}")
         style = assets_root / "scenes" / "kitchen_styles" / "test" / "style001.yaml"
         return {
             "layout_ids": [KITCHENS[kitchen]()],

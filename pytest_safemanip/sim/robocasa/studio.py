@@ -68,7 +68,7 @@ class Shot:
         if self._reader.description.scene.bodies != scene.bodies:
             raise ConfigError(
                 "the recording cannot be drawn: its episode begins with other objects now; it is "
-                "from other assets, or from a policy that changes how episodes begin"
+                "from other assets, or an older one that does not say how its episode began"
             )
 
     def take(self, camera: str) -> NDArray[np.uint8]:

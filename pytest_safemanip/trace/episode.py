@@ -1,0 +1,96 @@
+"""What was run: the part of a recording that no verdict depends on."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace.hazard import Hazard
+
+POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
+"""What a policy may be called: its name is part of node ids and file names."""
+
+MOST_HAZARDS = 100
+
+_TEXTS = ("task", "policy", "instruction", "ended", "backend", "scenes", "stepping", "assets")
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What was run.
+
+    Attributes:
+        task: name of the task.
+        seed: of the environment and of the policy.
+        policy: as the user named it.
+        instruction: the task's instruction in this episode.
+        horizon: control steps after which the rollout ends without success.
+        ended: why the acting part ended: the task succeeded, its time was over, or the policy said
+            that it was done.
+        backend: name of the simulator backend.
+        scenes: which family of scenes.
+        stepping: how it was asked to be stepped, ``exact`` or ``fast``.
+        assets: which assets: ``official``, ``primitive`` or ``mixed``.
+        versions: package name to version, of everything that moves the physics.
+        hashes: digest of the backend's and policy's code, of the assets and of the start state.
+        served: of a policy behind a server: endpoint, protocol, whether it took the seed, how many
+            calls and actions there were and how many entries were clipped.
+        hazards: what a policy did wrong on purpose; monitors do not see it.
+        request: what else the simulator was asked for, in plain values: the kitchen, what objects
+            were drawn from, what stood elsewhere. Empty in recordings of schema 3 and before.
+    """
+
+    task: str
+    seed: int
+    policy: str
+    instruction: str
+    horizon: int
+    ended: Literal["success", "horizon", "policy"]
+    backend: str
+    scenes: str
+    stepping: str
+    assets: str
+    versions: Mapping[str, str]
+    hashes: Mapping[str, str]
+    served: Mapping[str, str]
+    hazards: tuple[Hazard, ...] = ()
+    request: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain builtins, for the recording's header."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Episode:
+        """The inverse of :meth:`to_json`.
+
+        Raises:
+            TraceError: if a field is missing, unknown or of the wrong type.
+        """
+        hazards = data.get("hazards", ())
+        if not isinstance(hazards, list | tuple) or len(hazards) > MOST_HAZARDS:
+            raise TraceError(f"episode: hazards must be a list of at most {MOST_HAZARDS}")
+        try:
+            episode = cls(**{**data, "hazards": tuple(map(Hazard.from_json, hazards))})
+        except TypeError as error:
+            raise TraceError(f"episode: malformed description ({error})") from error
+        for name in _TEXTS:
+            if not isinstance(getattr(episode, name), str):
+                raise TraceError(f"episode: {name} must be a string")
+        for name in ("seed", "horizon"):
+            value = getattr(episode, name)
+            if type(value) is not int or value < 0:
+                raise TraceError(f"episode: {name} must be an integer from 0 up")
+        for name in ("versions", "hashes", "served"):
+            value = getattr(episode, name)
+            if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
+                raise TraceError(f"episode: {name} must be a mapping to strings")
+        if not isinstance(episode.request, dict):
+            raise TraceError("episode: request must be a mapping")
+        if not POLICY_NAME.fullmatch(episode.policy):
+            raise TraceError(f"episode: {episode.policy!r} is no name of a policy")
+        return episode

@@ -1,0 +1,48 @@
+"""What is asked of a simulator, as a message and in a recording."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.sim.backend import Request
+from pytest_safemanip.sim.codec import decode_request, encode_request
+from pytest_safemanip.sim.staging import Put, SetOpen
+
+PUT = Put("obj", "in", "cab", (0.0, 0.1, 0.0), (90.0, 0.0), "shelf_1")
+REQUEST = Request(
+    "OpenDrawer", 3, "compact", {"obj": ["mug", "cup"]}, "full", (PUT, SetOpen("cab", 1)), "fast"
+)
+PLAIN = json.loads(json.dumps(encode_request(REQUEST)))
+MOVED = PLAIN["changes"][0]
+
+
+def test_a_request_survives_as_json():
+    assert decode_request(PLAIN) == REQUEST
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"colour": "red"}, "unexpected keyword argument 'colour'"),
+        ({"task": 1}, "what was asked of the simulator"),
+        ({"seed": True}, "what was asked of the simulator"),
+        ({"object_groups": ["mug"]}, "objects drawn from"),
+        ({"object_groups": {"obj": "mug"}}, "objects drawn from"),
+        ({"changes": 1}, "expected a list of at most 100"),
+        ({"changes": [MOVED] * 101}, "expected a list of at most 100"),
+        ({"changes": ["put"]}, "expected put or open, found 'put'"),
+        ({"changes": [{**MOVED, "kind": ["put"]}]}, "expected put or open"),
+        ({"changes": [{"kind": "open", "role": "cab"}]}, "missing 1 required"),
+        ({"changes": [{**MOVED, "relation": "under"}]}, "relation of"),
+        ({"changes": [{**MOVED, "offset": [0.0, 0.0]}]}, "offset of"),
+        ({"changes": [{**MOVED, "turn": [0.0, float("nan")]}]}, "turn of"),
+        ({"changes": [{"kind": "open", "role": "cab", "openness": "1"}]}, "openness of"),
+        ({"changes": [{"kind": "open", "role": 1, "openness": 1.0}]}, "role of"),
+    ],
+)
+def test_what_is_no_request_is_refused(changed, message):
+    with pytest.raises(ConfigError, match=message):
+        decode_request({**PLAIN, **changed})
