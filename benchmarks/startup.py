@@ -3,7 +3,8 @@
     python benchmarks/startup.py
 
 One passing test, run in a fresh process with the plugin and without, in turn, and without any other
-plugin. The figures are CPU times of the whole process.
+plugin; then beside Hypothesis, which asks every package at the end of a run for its strategies. The
+figures are CPU times of the whole process.
 """
 
 from __future__ import annotations
@@ -14,10 +15,18 @@ import resource
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from statistics import median
 
-RUNS = {"pytest": (), "pytest with the plugin": ("-p", "pytest_safemanip.plugin")}
+HYPOTHESIS = ("-p", "_hypothesis_pytestplugin")
+OURS = ("-p", "pytest_safemanip.plugin")
+RUNS: Mapping[str, tuple[tuple[str, ...], Mapping[str, str]]] = {
+    "pytest": ((), {}),
+    "pytest with the plugin": (OURS, {}),
+    "Hypothesis": (HYPOTHESIS, {"HYPOTHESIS_NO_PLUGINS": "1"}),
+    "Hypothesis and the plugin": ((*OURS, *HYPOTHESIS), {}),
+}
 
 
 def main() -> None:
@@ -28,11 +37,11 @@ def main() -> None:
     times: dict[str, list[float]] = {name: [] for name in RUNS}
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "test_it.py").write_text("def test_it():\n    pass\n")
-        for arguments in RUNS.values():
-            _run(Path(folder), arguments)  # writes the bytecode
+        for run in RUNS.values():
+            _run(Path(folder), *run)  # writes the bytecode
         for _ in range(rounds):
-            for name, arguments in RUNS.items():
-                times[name].append(_run(Path(folder), arguments))
+            for name, run in RUNS.items():
+                times[name].append(_run(Path(folder), *run))
     reference = median(times["pytest"])
     print(f"{'one test, ' + str(rounds) + ' rounds':<26}{'median ms':>10}{'ratio':>8}{'added':>9}")
     for name, measured in times.items():
@@ -41,9 +50,9 @@ def main() -> None:
         print(f"{name:<26}{ms:>10.1f}{ms / reference / 1000:>8.3f}{added:>6.1f} ms")
 
 
-def _run(folder: Path, arguments: tuple[str, ...]) -> float:
+def _run(folder: Path, arguments: tuple[str, ...], more: Mapping[str, str]) -> float:
     """CPU seconds of a pytest run."""
-    environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", **more}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(

@@ -1,4 +1,8 @@
-"""What Hypothesis loads when it is imported: ``st.from_type(Recording)`` and the like work."""
+"""What Hypothesis loads when it is imported: ``st.from_type(Recording)`` and the like work.
+
+Hypothesis is imported at the end of every pytest run that it is installed for, whether or not any
+test uses it; so the strategies themselves, beside which this would belong, are imported when asked.
+"""
 
 from __future__ import annotations
 
