@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion
+from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, raised
 from pytest_safemanip.policies.scripted.grasping import (
     MOST_YAW,
     Grasp,
@@ -13,6 +13,7 @@ from pytest_safemanip.policies.scripted.grasping import (
     reach,
     take,
 )
+from pytest_safemanip.policies.scripted.handles import STEADY
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH
 from pytest_safemanip.policies.scripted.putting import leave, set_down
 from pytest_safemanip.policies.scripted.rotations import Array
@@ -61,8 +62,11 @@ def place_on_stove(arm: Arm, role: str, stove_role: str) -> Motion:
     back = arm.ahead(arm.base) - BACK
     aside = arm.aside(arm.base) + arm.aside(spot) - arm.aside(thing.middle)
     into = arm.ahead(arm.base) + arm.ahead(spot) - arm.ahead(thing.middle)
-    for ahead, side in ((back, arm.aside(arm.base)), (back, aside), (into, aside)):
+    for ahead, side in ((back, arm.aside(arm.base)), (back, aside)):
         yield from arm.drive(arm.floor_point(ahead, side), speed=CAREFUL)
+    low = raised(arm.position, min(0.0, float(spot[2]) + RISE - thing.bottom))
+    yield from arm.move(low, speed=STEADY, tolerance=0.02)
+    yield from arm.drive(arm.floor_point(into, aside), speed=CAREFUL)
     yield from set_down(arm, role)
     yield from leave(arm)
 

@@ -53,6 +53,7 @@ from pytest_safemanip.policies.scripted.spotting import (
     place_beside_any,
     pluck,
 )
+from pytest_safemanip.policies.scripted.tipping import tip_into
 from pytest_safemanip.policies.scripted.tools import lay_tool, take_tool
 from pytest_safemanip.policies.scripted.travelling import carry_to
 from pytest_safemanip.policies.scripted.wielding import scrub
@@ -98,6 +99,7 @@ SKILLS: Mapping[str, Skill] = {
     "swing": swing_spout,
     "take": pick_from_above,
     "take or for from": take_tool,
+    "tip into": tip_into,
     "turn": turn_lever,
     "unlight": turn_off,
     "light under": turn_on_under,
