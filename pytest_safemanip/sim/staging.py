@@ -30,6 +30,8 @@ class Put:
         turn: rotation that it gets, from how its task would stand it: degrees about the base's
             left direction, then about the vertical (2,).
         interior: which interior of the fixture, by name; empty for the lowest.
+        across: whether it is first turned about the vertical until its longer side lies across the
+            base's forward direction: a seed's own heading lets a pot's handles point anywhere.
     """
 
     role: str
@@ -38,6 +40,7 @@ class Put:
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     turn: tuple[float, float] = (0.0, 0.0)
     interior: str = ""
+    across: bool = False
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,9 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Backend, Request, Start
 from pytest_safemanip.sim.codec import decode_request, encode_request
+from pytest_safemanip.sim.robocasa.staged import turned_across
 from pytest_safemanip.sim.staging import Change, Put, SetOpen
-from pytest_safemanip.trace.geometry import corners, tilt
+from pytest_safemanip.trace.geometry import about, corners, multiply, tilt
 
 TASK = "PickPlaceCounterToCabinet"
 GROUPS = {"obj": ["can"]}
@@ -60,6 +61,16 @@ def test_a_door_stands_half_open_and_what_was_put_in_lies_on_its_side(backend: B
     assert (middle < region.max(axis=0)).all()
     index = start.scene.object_index["obj"]
     assert tilt(np.asarray(start.step.object_pose[index][3:])) == pytest.approx(np.pi / 2, abs=0.1)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 100.0, -170.0])
+def test_the_longer_side_is_turned_across_however_it_lay(degrees: float) -> None:
+    axes = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))  # faces along y
+    lying = multiply(about((0.0, 0.0, 1.0), np.radians(degrees)), about((1.0, 0.0, 0.0), np.pi / 2))
+    half = np.array((0.05, 0.3, 0.1))  # its longest side stands upright
+    turned = turned_across(lying, half, axes)
+    extents = np.ptp(corners(np.append(np.zeros(3), turned), half), axis=0)
+    assert extents == pytest.approx((0.2, 0.1, 0.6))
 
 
 def test_it_stands_on_the_shelf_that_was_named(backend: Backend) -> None:

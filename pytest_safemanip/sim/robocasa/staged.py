@@ -53,6 +53,25 @@ def _settle(env: Any) -> None:
         env.sim.step2()
 
 
+def turned_across(heading: Floats, half: Floats, axes: Floats) -> Floats:
+    """Turn a box about the vertical until its longer level side lies across.
+
+    Args:
+        heading: its orientation (4,).
+        half: its half extents (3,), m.
+        axes: columns are the directions forward, left and up (3, 3).
+
+    Returns:
+        Its orientation, that side to the left or the right (4,).
+    """
+    sides = matrix(heading).T
+    level = np.flatnonzero(np.abs(sides @ axes[:, 2]) < np.sqrt(0.5))
+    longer = sides[level[np.argmax(half[level])]]
+    turn = np.arctan2(longer @ axes[:, 0], longer @ axes[:, 1])
+    turned: Floats = multiply(about(axes[:, 2], turn), heading)
+    return turned
+
+
 class _Stage:
     def __init__(self, env: Any, description: Description, step: Step) -> None:
         self._env, self._about, self._step = env, description, step
@@ -69,8 +88,11 @@ class _Stage:
         floor = self._floor(change, target) + self._axes @ np.array(change.offset)
         about_left, about_up = np.radians(change.turn)
         turn = multiply(about(self._axes[:, 2], about_up), about(self._axes[:, 1], about_left))
-        pose = np.concatenate((np.zeros(3), multiply(turn, self._poses[entity][3:])))
         body = self._scene.bodies[self._scene.object_index[entity]]
+        heading = self._poses[entity][3:]
+        if change.across:
+            heading = turned_across(heading, np.array(body.half), self._axes)
+        pose = np.concatenate((np.zeros(3), multiply(turn, heading)))
         points = corners(pose, body.half, body.centre)
         low, high = points.min(axis=0), points.max(axis=0)
         pose[:2] = floor[:2] - (low + high)[:2] / 2.0

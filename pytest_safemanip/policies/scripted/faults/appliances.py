@@ -73,15 +73,16 @@ def _bread(category: str, ahead: float, turn: float) -> Staging:
     return Staging((put,), {"baguette": (category,)})
 
 
-POT = 0.19
-"""From one pot to the next behind it, m."""
+POT = 0.215
+"""From one pot to the next behind it, m: the widest is 20.4 cm wide without its handles."""
 
 
 def _pots(ahead: float) -> Staging:
     """Two pots in a row on a shelf of the fridge: one alone is pushed in by a light touch."""
     rows = (("distr_counter_1", ahead), ("door_obj", ahead + POT))
     changes = (
-        Put(role, "in", "fxtr", (where, 0.0, 0.0), interior="fridge_shelf1") for role, where in rows
+        Put(role, "in", "fxtr", (where, 0.0, 0.0), interior="fridge_shelf1", across=True)
+        for role, where in rows
     )
     return Staging(tuple(changes), {role: ("pot",) for role, _ in rows})
 
