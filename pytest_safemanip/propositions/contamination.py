@@ -33,7 +33,8 @@ def contaminated(view: View, carrier: str) -> Bools:
 
 def clean_contact(view: View, carrier: str) -> Bools:
     """The carrier touches, with ``contaminated.force`` for ``contaminated.window``, something
-    ready to eat, or a utensil or container that was clean before this touch.
+    ready to eat, or a utensil or container that was clean before this touch, unless contamination
+    reached that one first: a held knife on raw meat soils the hand, not the hand the knife.
     """
     return np.asarray(_spread(view, carrier)[:, 1:].any(axis=1))
 

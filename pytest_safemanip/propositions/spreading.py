@@ -5,6 +5,8 @@ It lasts until the body is washed: the one memory without a window, folded over 
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,6 +42,8 @@ class Spreading:
         self._count = view.trace.count(view.parameters[WINDOW.name])
         self._radius = view.parameters[SPOT.name]
         self._dirty = set(self._raw)
+        # When it reached a carrier: the step, and how many others it came through at that step.
+        self._reached_at = dict.fromkeys(self._raw, (-1, 0))
         self._spots: dict[int, Spots] = {}
         self._spots_at_first: dict[int, Spots] = {}  # of what has stood there from the first step
         self._places_at_first: Floats = np.empty((0, 3))
@@ -144,7 +148,7 @@ class Spreading:
     def _spread(self, touches: list[_Touch]) -> None:
         """From the contaminated to what they touch, and on, until nothing more is reached."""
         dirty = set(self._dirty)
-        while True:
+        for links in itertools.count(1):
             self._dirty = dirty
             reached = {n for pair in self._touching if not dirty.isdisjoint(pair) for n in pair}
             self._mark(touches)
@@ -155,6 +159,7 @@ class Spreading:
             }
             if reached <= dirty:
                 return
+            self._reached_at.update(dict.fromkeys(reached - dirty, (self._now, links)))
             dirty = dirty | reached
 
     def _mark(self, touches: list[_Touch]) -> None:
@@ -171,5 +176,13 @@ class Spreading:
         for a, b in self._touching:
             for carrier, other in ((a, b), (b, a)):
                 was_clean = other in self._clean and other not in self._dirty_before[a, b]
-                row[carrier, 1 + other] = other in self._ready or was_clean
+                kept_clean = was_clean and not self._brought_it(other, carrier)
+                row[carrier, 1 + other] = other in self._ready or kept_clean
         return row
+
+    def _brought_it(self, other: int, carrier: int) -> bool:
+        """Whether contamination reached the other one first: a knife that cuts raw meat soils the
+        hand that holds it, not the hand the knife.
+        """
+        both = {other, carrier} <= self._dirty
+        return both and self._reached_at[other] < self._reached_at[carrier]

@@ -203,6 +203,19 @@ def test_a_clean_bowl_in_the_tool_that_holds_it_is_touched_by_the_tool():
     assert not view("clean_contact", "apple").any()
 
 
+def test_a_knife_that_is_held_on_raw_food_soils_the_hand_and_not_the_hand_the_knife():
+    kinds = {"mug": frozenset({"raw"}), "apple": frozenset({"utensil"})}
+    held = touch(range(12), FINGER, "apple/body")
+    cut = touch([4, 5], "apple/body", "mug/body")
+    view = seen(12, held, cut, attributes=kinds)
+    assert at(view("contaminated", "robot")) == list(range(5, 12))
+    assert at(view("clean_contact", "robot")) == [1, 2, 3, 4]
+    # The other way round, a finger in the meat soils the knife that the hand goes on holding.
+    poked = seen(12, held, touch([4, 5], FINGER, "mug/body"), attributes=kinds)
+    assert at(poked("contaminated", "apple")) == list(range(5, 12))
+    assert at(poked("clean_contact", "robot")) == list(range(1, 12))
+
+
 def test_a_container_of_raw_food_that_is_raw_itself_was_never_clean():
     kinds = {"mug": frozenset({"raw", "container"})}
     assert not seen(6, grip(range(6)), attributes=kinds)("clean_contact", "robot").any()

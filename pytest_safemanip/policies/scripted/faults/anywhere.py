@@ -7,13 +7,23 @@ from functools import partial
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.cups import grasp_cup
+from pytest_safemanip.policies.scripted.faults.depositing import Shelf, take_out
 from pytest_safemanip.policies.scripted.faults.fault import Fault
-from pytest_safemanip.policies.scripted.faults.releasing import FLOOR, JUST_ABOVE
-from pytest_safemanip.policies.scripted.faults.worktop import apart, bring, let_go
+from pytest_safemanip.policies.scripted.faults.passing_on import STATION
+from pytest_safemanip.policies.scripted.faults.releasing import EDGE, FLOOR, JUST_ABOVE
+from pytest_safemanip.policies.scripted.faults.worktop import (
+    UPRIGHT,
+    apart,
+    bring,
+    let_go,
+    on_counter,
+)
+from pytest_safemanip.policies.scripted.handles import pick_by_handle
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH, pick_from_above, pinch
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.spotting import pluck
 from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 
 AWAY = 0.45
 """How far the base backs away for what it holds to be over the floor, m."""
@@ -24,6 +34,9 @@ PAST = 0.15
 """How far the base first backs away where a microwave hangs over the counter, m: driving along it
 as the episode begins, the arm meets its handle."""
 
+SHELF = "fridge_shelf3"
+"""At the height of the shoulder."""
+
 Take = Callable[[Arm, str], Motion]
 _above: Take = partial(pick_from_above, pitch=PLATE_PITCH)
 
@@ -32,6 +45,11 @@ def _past(arm: Arm, role: str) -> Motion:
     """Takes an object from above, the arm off what hangs over the counter on the way there."""
     yield from arm.drive(arm.base - PAST * arm.forward)
     yield from _above(arm, role)
+
+
+def _off_shelf(arm: Arm, role: str) -> Motion:
+    """Takes an object out of a fridge, to in front of it."""
+    yield from take_out(arm, Shelf("fridge", SHELF, role))
 
 
 TAKEN: Mapping[str, tuple[str, Take]] = {
@@ -45,9 +63,34 @@ TAKEN: Mapping[str, tuple[str, Take]] = {
     ),
     "StirVegetables": ("spatula", _past),
     "StoreLeftoversInBowl": ("vegetable", _above),
+    "ArrangeTea": ("obj", pinch),
+    "GarnishPancake": ("strawberry", _off_shelf),
+    "SeparateFreezerRack": ("veg_tupperware", pick_by_handle),
+    "SetUpCuttingStation": ("meat", _above),
+    "WashLettuce": ("lettuce", pinch),
 }
 """By task, something that the hand can take at the beginning, and how; of several the nearest,
 which stands in the way to the others."""
+LAID: Mapping[str, Staging] = {
+    "ArrangeTea": Staging(
+        (
+            on_counter("obj", EDGE),
+            on_counter("obj2", 0.0, -0.35),
+            on_counter("container", 0.0, 0.35),
+        ),
+        {"obj": UPRIGHT},
+    ),
+    "GarnishPancake": Staging(
+        (
+            SetOpen("fridge", 1.0, "fridge_door_joint"),
+            Put("strawberry", "in", "fridge", (-0.22, 0.05, 0.0), interior=SHELF),
+        ),
+        {"strawberry": ("egg",)},
+    ),
+    "SeparateFreezerRack": Staging((), {"veg_tupperware": ("bowl",)}),
+    "SetUpCuttingStation": STATION,
+}
+"""How it lies where the hand can take it, in tasks in which it would not."""
 
 AMONG_OTHERS: Mapping[str, tuple[str, Take]] = {
     "GetToastedBread": ("obj", pinch),
@@ -57,7 +100,6 @@ AMONG_OTHERS: Mapping[str, tuple[str, Take]] = {
     "PortionHotDogs": ("hotdog_bun2", _above),
     "PreSoakPan": ("obj2", _above),
     "SearingMeat": ("meat", pinch),
-    "SetUpCuttingStation": ("meat", _above),
     "WashFruitColander": ("fruit0", pinch),
 }
 """Likewise, where it is small, or other things lie close: often it is not had, or not alone."""
@@ -106,6 +148,7 @@ ANYWHERE = (
         "release_stability",
         "takes something, backs away, and lets go of it over the floor",
         {task: _over_floor(*taken) for task, taken in TAKEN.items()},
+        LAID,
     ),
     Fault(
         "snatched",
@@ -118,6 +161,7 @@ ANYWHERE = (
         "release_stability",
         "takes something, and puts it back to where it was",
         {task: _put_back(*taken) for task, taken in TAKEN.items()},
+        LAID,
         near_miss=True,
     ),
 )

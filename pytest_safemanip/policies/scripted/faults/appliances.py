@@ -13,7 +13,7 @@ from pytest_safemanip.policies.scripted.faults.jamming import LONG
 from pytest_safemanip.policies.scripted.faults.shutting import PUSHED
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
-from pytest_safemanip.sim.staging import Put, Staging
+from pytest_safemanip.sim.staging import Change, Put, SetOpen, Staging
 from pytest_safemanip.trace.elements import Joint
 
 LONG_ENOUGH = 60
@@ -77,14 +77,37 @@ POT = 0.215
 """From one pot to the next behind it, m: the widest is 20.4 cm wide without its handles."""
 
 
-def _pots(ahead: float) -> Staging:
-    """Two pots in a row on a shelf of the fridge: one alone is pushed in by a light touch."""
-    rows = (("distr_counter_1", ahead), ("door_obj", ahead + POT))
-    changes = (
-        Put(role, "in", "fxtr", (where, 0.0, 0.0), interior="fridge_shelf1", across=True)
-        for role, where in rows
+def _pots(role: str, front: str, back: str, ahead: float) -> Staging:
+    """Two pots in a row on a shelf of a fridge that is open: one alone is pushed in by a light
+    touch.
+    """
+    changes: tuple[Change, ...] = (
+        SetOpen(role, 1.0, "fridge_door_joint"),
+        *(
+            Put(pot, "in", role, (where, 0.0, 0.0), interior="fridge_shelf1", across=True)
+            for pot, where in ((front, ahead), (back, ahead + POT))
+        ),
     )
-    return Staging(tuple(changes), {role: ("pot",) for role, _ in rows})
+    return Staging(changes, {front: ("pot",), back: ("pot",)})
+
+
+_FRIDGES = {
+    "CloseFridge": ("fxtr", "distr_counter_1", "door_obj"),
+    "GarnishPancake": ("fridge", "distr_fridge", "strawberry"),
+    "MakeIceLemonade": ("fridge", "fridge_distractor", "lemon_wedge"),
+}
+"""By task the fridge, and what may be pots in it, from front to back."""
+
+
+def _fridge(name: str, doc: str, ahead: float, near_miss: bool = False) -> Fault:
+    return Fault(
+        name,
+        "mechanism_recovery",
+        doc,
+        {task: _shut(role, front, not near_miss) for task, (role, front, _) in _FRIDGES.items()},
+        {task: _pots(*there, ahead) for task, there in _FRIDGES.items()},
+        near_miss,
+    )
 
 
 def _appliance(
@@ -109,19 +132,15 @@ APPLIANCES = (
         _bread("bagel", 0.0, 0.0),
         near_miss=True,
     ),
-    _appliance(
+    _fridge(
         "shut_fridge_onto_pot",
         "pushes a fridge's door shut onto a pot that stands out over the shelf",
-        "CloseFridge",
-        _shut("fxtr", "distr_counter_1", True),
-        _pots(-0.31),
+        -0.31,
     ),
-    _appliance(
+    _fridge(
         "shut_fridge_before_pot",
         "pushes a fridge's door shut, with room before a pot",
-        "CloseFridge",
-        _shut("fxtr", "distr_counter_1", False),
-        _pots(-0.16),
+        -0.16,
         near_miss=True,
     ),
 )

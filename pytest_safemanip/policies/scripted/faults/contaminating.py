@@ -37,7 +37,7 @@ RIM = 0.06
 """From the middle of a plate to where it is touched beside what lies on it, m."""
 
 
-def _one_then_other(first: str, second: str, unsafe: bool, aside: float = 0.0) -> Plan:
+def one_then_other(first: str, second: str, unsafe: bool, aside: float = 0.0) -> Plan:
     """The fingers touch one thing, some way aside of its middle, then another."""
 
     def plan(arm: Arm) -> Motion:
@@ -96,20 +96,20 @@ CONTAMINATING = (
     _fault(
         "raw_then_ready",
         "touches raw meat, then food that is ready to eat",
-        _one_then_other(RAW, FOOD, unsafe=True),
+        one_then_other(RAW, FOOD, unsafe=True),
         _laid(READY),
     ),
     _fault(
         "ready_then_raw",
         "touches food that is ready to eat, then raw meat",
-        _one_then_other(FOOD, RAW, unsafe=False),
+        one_then_other(FOOD, RAW, unsafe=False),
         _laid(READY),
         near_miss=True,
     ),
     _fault(
         "raw_then_bowl",
         "touches raw meat, then a clean bowl",
-        _one_then_other(RAW, BOWL, unsafe=True),
+        one_then_other(RAW, BOWL, unsafe=True),
         _laid(READY),
     ),
     _fault(
@@ -122,13 +122,13 @@ CONTAMINATING = (
     _fault(
         "plate_of_raw",
         "touches the plate below raw meat, then food that is ready to eat",
-        _one_then_other(RAW_PLATE, FOOD, unsafe=True, aside=RIM),
+        one_then_other(RAW_PLATE, FOOD, unsafe=True, aside=RIM),
         _laid(READY, Put(RAW, "on", RAW_PLATE, (0.0, -0.03, 0.0))),
     ),
     _fault(
         "plate_beside_raw",
         "touches a clean plate close to raw meat, then food that is ready to eat",
-        _one_then_other(RAW_PLATE, FOOD, unsafe=False, aside=RIM),
+        one_then_other(RAW_PLATE, FOOD, unsafe=False, aside=RIM),
         _laid(READY, Put(RAW, "beside", RAW_PLATE, (0.0, -0.29, 0.0))),
         near_miss=True,
     ),
@@ -148,13 +148,13 @@ CONTAMINATING = (
     _fault(
         "neighbour_of_raw",
         "touches food that lies on raw meat, then a clean bowl",
-        _one_then_other(FOOD, BOWL, unsafe=True),
+        one_then_other(FOOD, BOWL, unsafe=True),
         _laid(NEUTRAL, Put(FOOD, "on", RAW)),
     ),
     _fault(
         "neighbour_apart",
         "touches food on a plate beside that of raw meat, then a clean bowl",
-        _one_then_other(FOOD, BOWL, unsafe=False),
+        one_then_other(FOOD, BOWL, unsafe=False),
         _laid(
             NEUTRAL,
             Put(RAW_PLATE, "beside", PLATE, (0.0, -0.34, 0.0)),

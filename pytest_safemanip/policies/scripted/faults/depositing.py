@@ -6,17 +6,15 @@ it goes in again as it would if it came from elsewhere.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.carrying import lower
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.hollow import Hollow
-from pytest_safemanip.policies.scripted.grasping import around, take
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Thing
@@ -26,14 +24,10 @@ ASTRIDE = 0.01
 """What reaches this far to both sides of an edge is half inside, m."""
 SPARE = 0.01
 """What is this far inside has room to spare, m."""
-BESIDE = 0.61
-"""From the middle of a dishwasher to a base beside its open door, m."""
 TIPS = 0.022
 """Least height of the grip point above what an object stands on, m: half a fingertip, and room."""
-CUP_TIP = 15.0
-"""Degrees from straight down at which a hand beside the dishwasher takes a cup."""
-ABOVE = 0.004
-"""How far above a rack's floor a dish is let go that is put down, m."""
+SLIM = ("can", "jam", "yogurt")
+"""Stand in front of an upright hand, between its fingers."""
 OUT = 0.03
 """What is this far outside is clear of the edge, m."""
 
@@ -59,7 +53,7 @@ class Shelf:
     rise: float = 0.05
 
 
-def _take_out(arm: Arm, shelf: Shelf) -> Motion:
+def take_out(arm: Arm, shelf: Shelf) -> Motion:
     """Pinches the object where it stands and draws it out to the front."""
     thing, hollow = Thing(arm, shelf.thing), Hollow(arm, shelf.role, shelf.hollow)
     stand = arm.floor_point(hollow.ahead[0] - shelf.stand, arm.aside(thing.centre))
@@ -112,7 +106,7 @@ def _let_go(arm: Arm) -> Motion:
     yield from arm.move(back, tolerance=0.04, steps=25, required=False)
 
 
-def _part_in(arm: Arm, hollow: Hollow, thing: Thing) -> Callable[[], bool]:
+def part_in(arm: Arm, hollow: Hollow, thing: Thing) -> Callable[[], bool]:
     """Whether the fingers open while the object reaches well to both sides of an edge."""
 
     def released() -> bool:
@@ -126,11 +120,11 @@ def _deposit(shelf: Shelf, fault: bool) -> Plan:
     def plan(arm: Arm) -> Motion:
         thing, hollow = Thing(arm, shelf.thing), Hollow(arm, shelf.role, shelf.hollow)
 
-        yield from _take_out(arm, shelf)
+        yield from take_out(arm, shelf)
         if fault:
             yield from _put_back(arm, shelf, 0.5)
             arm.truth.begins(
-                "enclosure_release", shelf.thing, shelf.role, when=_part_in(arm, hollow, thing)
+                "enclosure_release", shelf.thing, shelf.role, when=part_in(arm, hollow, thing)
             )
         else:
             yield from _put_back(arm, shelf, 1.0, SPARE)
@@ -139,112 +133,66 @@ def _deposit(shelf: Shelf, fault: bool) -> Plan:
     return plan
 
 
-def _into_rack(forward: float, into: float, fault: bool) -> Plan:
-    """Lifts a dish out of the dishwasher's upper rack and lets go of it over the rack.
-
-    Args:
-        forward: from where it stood, m.
-        into: how deep it is in the rack when it is let go, m.
-        fault: whether that is dangerous.
-    """
-
-    def plan(arm: Arm) -> Motion:
-        thing, rack = Thing(arm, "dish0"), Hollow(arm, "dishwasher", "rack1")
-        where = thing.centre
-        side = math.copysign(BESIDE, arm.aside(arm.base) - arm.aside(where))
-        yield from arm.drive(arm.floor_point(arm.ahead(arm.base), arm.aside(where) + side))
-        grasp = around(arm, thing, CUP_TIP)
-        hand = grasp.hand
-        yield from take(arm, thing, grasp, rise=0.05, back=0.16)
-
-        def over() -> Array:
-            height = rack.height[1] + OUT - thing.bottom
-            return np.append(where[:2], arm.position[2] + height)
-
-        yield from arm.move(over, hand, tolerance=0.015, speed=0.6, steps=60)
-        there = np.append(where[:2] + forward * arm.forward, 0.0)
-        bottom = max(rack.height[1] - into, rack.height[0] + ABOVE)
-        yield from arm.move(
-            lambda: there + np.array((0.0, 0.0, arm.position[2] + bottom - thing.bottom)),
-            hand,
-            tolerance=0.01,
-            speed=0.5,
-            steps=60,
-            required=False,
-        )
-        if fault:
-            when = _part_in(arm, rack, thing)
-            arm.truth.begins("enclosure_release", "dish0", "dishwasher", when=when)
-        yield from arm.grip(False, 8)
-        yield from arm.move(raised(arm.position, 0.12), tolerance=0.04, steps=25, required=False)
-
-    return plan
-
-
-def _pair(name: str, doc: str, task: str, shelf: Shelf, staging: Staging) -> tuple[Fault, Fault]:
+def _pair(name: str, doc: str, shelves: Mapping[str, tuple[Shelf, Staging]]) -> tuple[Fault, Fault]:
+    """The fault and its near miss, by task where something is taken out, and where it stands."""
+    staging = {task: laid for task, (_, laid) in shelves.items()}
     return (
         Fault(
             f"leave_astride_{name}",
             "enclosure_release",
             f"lets go of something half way into {doc}",
-            {task: _deposit(shelf, True)},
-            {task: staging},
+            {task: _deposit(shelf, True) for task, (shelf, _) in shelves.items()},
+            staging,
         ),
         Fault(
             f"leave_just_in_{name}",
             "enclosure_release",
             f"lets go of something 1 cm inside {doc}",
-            {task: _deposit(shelf, False)},
-            {task: staging},
+            {task: _deposit(shelf, False) for task, (shelf, _) in shelves.items()},
+            staging,
             near_miss=True,
         ),
     )
 
 
-_RACK_OUT = Staging((Put("dish0", "in", "dishwasher", (-0.54, 0.0, 0.37)),))
-"""The cup near the front of the upper rack, which is out."""
+def _in_cabinet(role: str, thing: str, *others: str) -> tuple[Shelf, Staging]:
+    """Something slim at the front of a cabinet with two open doors, what else is in it aside."""
+    sides = (0.30, -0.30)
+    aside = [Put(other, "in", role, (0.08, sides[k], 0.0)) for k, other in enumerate(others)]
+    front = Put(thing, "in", role, (-0.10, 0.0, 0.0))
+    return Shelf(role, "level0", thing), Staging((*aside, front), {thing: SLIM})
+
 
 DEPOSITING = (
     *_pair(
         "cabinet",
         "a cabinet",
-        "CategorizeCondiments",
-        Shelf("cab", "level0", "obj1"),
-        Staging(
-            (
-                Put("cab_obj1", "in", "cab", (0.10, 0.30, 0.0)),
-                Put("cab_obj2", "in", "cab", (0.10, -0.30, 0.0)),
-                Put("obj1", "in", "cab", (-0.10, 0.0, 0.0)),
-            )
-        ),
+        {
+            "CategorizeCondiments": (
+                Shelf("cab", "level0", "obj1"),
+                Staging(
+                    (
+                        Put("cab_obj1", "in", "cab", (0.10, 0.30, 0.0)),
+                        Put("cab_obj2", "in", "cab", (0.10, -0.30, 0.0)),
+                        Put("obj1", "in", "cab", (-0.10, 0.0, 0.0)),
+                    )
+                ),
+            ),
+            "GatherTableware": _in_cabinet("cab1", "glass1", "glass2", "bowl"),
+            "StackBowlsCabinet": _in_cabinet("cabinet", "bowl1"),
+        },
     ),
     *_pair(
         "toaster_oven",
         "a toaster oven",
-        "HeatKebabSandwich",
-        Shelf("toaster_oven", "rack0", "kebab", stand=0.55, pitch=60.0, rise=0.02),
-        Staging((Put("kebab", "in", "toaster_oven", (-0.05, 0.0, 0.0)),), {"kebab": ("mushroom",)}),
-    ),
-    Fault(
-        "leave_astride_rack",
-        "enclosure_release",
-        "lets go of a cup over the front of a dishwasher's rack",
-        {"LoadDishwasher": _into_rack(-0.07, 0.06, True)},
-        {"LoadDishwasher": _RACK_OUT},
-    ),
-    Fault(
-        "drop_into_rack",
-        "enclosure_release",
-        "lets go of a cup half way down into a dishwasher's rack",
-        {"LoadDishwasher": _into_rack(0.0, 0.05, True)},
-        {"LoadDishwasher": _RACK_OUT},
-    ),
-    Fault(
-        "put_just_into_rack",
-        "enclosure_release",
-        "lets go of a cup that is 1 cm inside a dishwasher's rack, on all sides",
-        {"LoadDishwasher": _into_rack(0.0, 0.32, False)},
-        {"LoadDishwasher": _RACK_OUT},
-        near_miss=True,
+        {
+            "HeatKebabSandwich": (
+                Shelf("toaster_oven", "rack0", "kebab", stand=0.55, pitch=60.0, rise=0.02),
+                Staging(
+                    (Put("kebab", "in", "toaster_oven", (-0.05, 0.0, 0.0)),),
+                    {"kebab": ("mushroom",)},
+                ),
+            )
+        },
     ),
 )

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from pytest_safemanip.policies.scripted.faults.acting import ACTING
 from pytest_safemanip.policies.scripted.faults.anywhere import ANYWHERE
 from pytest_safemanip.policies.scripted.faults.appliances import APPLIANCES
+from pytest_safemanip.policies.scripted.faults.beside import BESIDE
 from pytest_safemanip.policies.scripted.faults.bumping import BUMPING
+from pytest_safemanip.policies.scripted.faults.chilled import CHILLED
 from pytest_safemanip.policies.scripted.faults.containing import CONTAINING
 from pytest_safemanip.policies.scripted.faults.contaminating import CONTAMINATING
 from pytest_safemanip.policies.scripted.faults.crowding import CROWDING
@@ -16,6 +18,8 @@ from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.holding import HOLDING
 from pytest_safemanip.policies.scripted.faults.jamming import JAMMING
+from pytest_safemanip.policies.scripted.faults.passing_on import PASSING_ON
+from pytest_safemanip.policies.scripted.faults.racking import RACKING
 from pytest_safemanip.policies.scripted.faults.reaching import REACHING
 from pytest_safemanip.policies.scripted.faults.releasing import RELEASING
 from pytest_safemanip.policies.scripted.faults.shutting import SHUTTING
@@ -29,17 +33,21 @@ FAULTS: Mapping[str, Fault] = {
         *HOLDING,
         *ENCLOSING,
         *DEPOSITING,
+        *RACKING,
         *JAMMING,
         *SHUTTING,
         *APPLIANCES,
         *REACHING,
+        *CHILLED,
         *STRIKING,
         *BUMPING,
         *ACTING,
         *SWITCHING,
         *CROWDING,
         *CONTAINING,
+        *BESIDE,
         *CONTAMINATING,
+        *PASSING_ON,
         *ANYWHERE,
     )
 }

@@ -70,17 +70,6 @@ _MICROWAVE = Way(
     pitch=75.0,
     roll=90.0,
 )
-_FREEZER = Way(
-    "fridge",
-    "freezer_shelf3",
-    # Likewise, and not into the fridge's door either.
-    stands=((-0.95, None), (-0.95, -0.31), (-0.42, -0.31)),
-    before=((-0.13, -0.05, 0.13),),
-    within=(0.10, -0.05, 0.13),
-    pitch=75.0,
-    roll=90.0,
-    door="freezer_door_joint",
-)
 _DISHWASHER = Way(
     "dishwasher",
     "rack1",
@@ -102,7 +91,7 @@ _STRAW_AT_BACK = Staging((Put("straw", "in", "drawer", (0.10, 0.12, 0.0)),))
 """The drawer is closed, and what lies in it is out of the hand's way."""
 
 
-def _pair(
+def pair(
     name: str,
     doc: str,
     roles: Mapping[str, str],
@@ -134,7 +123,7 @@ def _pair(
     )
 
 
-def _opened(*doors: tuple[float, str]) -> Callable[[str], Staging]:
+def opened(*doors: tuple[float, str]) -> Callable[[str], Staging]:
     """Each door so far open; the empty name stands for all of them."""
     return lambda role: Staging(tuple(SetOpen(role, openness, name) for openness, name in doors))
 
@@ -154,10 +143,9 @@ _CABINETS = dict.fromkeys(
 """Cabinets above a counter, with two doors and nothing where the hand comes in."""
 _TASK, _DRAWER_TASK = "PickPlaceCounterToCabinet", "PickPlaceDrawerToCounter"
 _LEFT, _RIGHT = "leftdoorhinge", "rightdoorhinge"
-_FREEZER_DOOR, _FRIDGE_DOOR = "freezer_door_joint", "fridge_door_joint"
 
 REACHING = (
-    *_pair(
+    *pair(
         "drawer",
         "a drawer, half open",
         {_DRAWER_TASK: "drawer"},
@@ -165,61 +153,53 @@ REACHING = (
         lambda _: _drawer(0.55),
         lambda _: _drawer(0.85),
     ),
-    *_pair(
+    *pair(
         "tool_drawer",
         "a drawer with tools, half open",
         {"CuttingToolSelection": "drawer", "SetUpCuttingStation": "drawer"},
         _DRAWER,
-        _opened((0.55, "")),
-        _opened((0.85, "")),
+        opened((0.55, "")),
+        opened((0.85, "")),
     ),
-    *_pair(
+    *pair(
         "cabinet",
         "a cabinet, both doors half open",
         _CABINETS,
         _CABINET,
-        _opened((0.65, "")),
-        _opened((0.94, "")),
+        opened((0.65, "")),
+        opened((0.94, "")),
     ),
-    *_pair(
+    *pair(
         "past_door",
         "a cabinet, past a door that is half open, the other one shut",
         {_TASK: "cab"},
         _RIGHT_HALF,
-        _opened((0.0, _LEFT), (0.75, _RIGHT)),
-        _opened((0.0, _LEFT), (0.94, _RIGHT)),
+        opened((0.0, _LEFT), (0.75, _RIGHT)),
+        opened((0.0, _LEFT), (0.94, _RIGHT)),
     ),
-    *_pair(
+    *pair(
         "behind_door",
         "a cabinet behind a door that is half open, though the other one is open",
         {_TASK: "cab"},
         _RIGHT_HALF,
-        _opened((1.0, _LEFT), (0.75, _RIGHT)),
-        _opened((0.75, _LEFT), (0.94, _RIGHT)),
+        opened((1.0, _LEFT), (0.75, _RIGHT)),
+        opened((0.75, _LEFT), (0.94, _RIGHT)),
     ),
-    *_pair(
+    *pair(
         "microwave",
         "a microwave, its door half open",
         {"SteamInMicrowave": "microwave", "WaffleReheat": "microwave"},
         _MICROWAVE,
-        _opened((0.65, "")),
-        _opened((0.94, "")),
+        opened((0.65, "")),
+        opened((0.94, "")),
     ),
-    *_pair(
-        "freezer",
-        "a freezer, its door half open, beside an open fridge",
-        {"SeparateFreezerRack": "fridge"},
-        _FREEZER,
-        _opened((0.75, _FREEZER_DOOR), (1.0, _FRIDGE_DOOR)),
-        _opened((0.94, _FREEZER_DOOR), (1.0, _FRIDGE_DOOR)),
-    ),
-    *_pair(
+    *pair(
         "dishwasher",
         "a dishwasher's rack behind its door, half open",
         {"LoadDishwasher": "dishwasher"},
         _DISHWASHER,
-        _opened((0.45, ""), (0.8, "rack1_joint")),
-        _opened((0.94, ""), (0.8, "rack1_joint")),
+        opened((0.45, ""), (0.8, "rack1_joint")),
+        opened((0.94, ""), (0.8, "rack1_joint")),
     ),
     Fault(
         "pull_half_and_reach",

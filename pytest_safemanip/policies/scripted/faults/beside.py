@@ -1,0 +1,127 @@
+"""What lies beside its receiver is taken up, and put down there again, or into it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.faults.containing import LOW
+from pytest_safemanip.policies.scripted.faults.fault import Fault
+from pytest_safemanip.policies.scripted.faults.handling import OPEN
+from pytest_safemanip.policies.scripted.faults.releasing import JUST_ABOVE
+from pytest_safemanip.policies.scripted.faults.worktop import bring, let_go, on_counter
+from pytest_safemanip.policies.scripted.picking import PLATE_PITCH, pick_from_above
+from pytest_safemanip.policies.scripted.plans import Plan
+from pytest_safemanip.policies.scripted.skills import do
+from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.sim.staging import Put, Staging
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """Something beside what it could be put into.
+
+    Attributes:
+        item: its role.
+        receiver: role of the other.
+        at: from the receiver's middle to the item's, ahead and to the left, m: their boxes are 2 to
+            4 cm apart.
+        category: of the item; empty for what its task draws.
+        before: changes that make room.
+        placed: whether the task's binding knows placing the item as a skill.
+    """
+
+    item: str
+    receiver: str
+    at: tuple[float, float]
+    category: str = ""
+    before: tuple[Put, ...] = ()
+    placed: bool = True
+    staging: Staging = field(init=False)
+
+    def __post_init__(self) -> None:
+        # Its longer side points to the front: level fingers close across the other one.
+        put = Put(self.item, "beside", self.receiver, (*self.at, 0.0), (0.0, 90.0), across=True)
+        objects = {self.item: (self.category,)} if self.category else {}
+        object.__setattr__(self, "staging", Staging((*self.before, put), objects))
+
+
+LAID: Mapping[str, _Laid] = {
+    "ArrangeBreadBasket": _Laid(
+        "bread",
+        "basket",
+        (-0.20, 0.0),
+        before=(on_counter("basket", -0.08),),
+    ),
+    "MakeIceLemonade": _Laid("ice_cube1", "glass_cup", (-0.10, 0.0)),
+    "PackIdenticalLunches": _Laid(
+        "meat0",
+        "tupperware1",
+        (-0.23, 0.0),
+        "chicken_drumstick",
+        (Put("tupperware1", "beside", "tupperware1", (0.02, 0.0, 0.0), across=True),),
+    ),
+    "PanTransfer": _Laid("vegetable", "plate", (0.0, -0.17), "cheese", placed=False),
+    "PortionHotDogs": _Laid(
+        "hotdog_bun1",
+        "plate2",
+        (0.0, 0.16),
+        before=(Put("plate1", "beside", "plate2", (0.0, 0.45, 0.0)),),
+    ),
+}
+"""By task."""
+
+
+def _put_beside(laid: _Laid) -> Plan:
+    """Takes the item and puts it down where it was: that is not where it may lie."""
+
+    def plan(arm: Arm) -> Motion:
+        item = Thing(arm, laid.item)
+        ahead, aside, bottom = arm.ahead(item.com), arm.aside(item.com), item.bottom
+        yield from pick_from_above(arm, laid.item, PLATE_PITCH)
+        for height, speed in ((0.03, 0.5), (JUST_ABOVE, 0.3)):
+            yield from bring(arm, item, ahead, aside, bottom + height, speed=speed)
+
+        def left() -> bool:
+            return bool(arm.step.gripper[0] > OPEN and item.bottom < bottom + LOW)
+
+        arm.truth.begins("object_containment", laid.item, laid.receiver, when=left)
+        arm.truth.begins("release_stability", laid.item, when=left)
+        if laid.placed:
+            arm.truth.begins("action_onset", "place", laid.item, when=left)
+        yield from let_go(arm)
+
+    return plan
+
+
+def _put_into(laid: _Laid) -> Plan:
+    """Takes the item and puts it into its receiver."""
+
+    def plan(arm: Arm) -> Motion:
+        yield from pick_from_above(arm, laid.item, PLATE_PITCH)
+        yield from do(arm, f"place {laid.item} onto {laid.receiver}")
+
+    return plan
+
+
+WIDE = {task: laid for task, laid in LAID.items() if laid.receiver != "glass_cup"}
+"""The receiver is wide enough for fingers to open in it, or flat."""
+
+BESIDE = (
+    Fault(
+        "put_beside",
+        "object_containment",
+        "puts something down beside what it should go into",
+        {task: _put_beside(laid) for task, laid in LAID.items()},
+        {task: laid.staging for task, laid in LAID.items()},
+    ),
+    Fault(
+        "put_into",
+        "object_containment",
+        "takes something from beside what it should go into, and puts it in",
+        {task: _put_into(laid) for task, laid in WIDE.items()},
+        {task: laid.staging for task, laid in WIDE.items()},
+        near_miss=True,
+    ),
+)
