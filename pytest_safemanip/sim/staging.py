@@ -121,7 +121,7 @@ def _fits(value: object, default: object, name: str) -> bool:
         return _number(value)
     if isinstance(default, tuple):
         return isinstance(value, tuple) and len(value) == len(default) and all(map(_number, value))
-    return isinstance(value, str)
+    return isinstance(value, type(default) if isinstance(default, bool) else str)
 
 
 def _number(value: object) -> bool:

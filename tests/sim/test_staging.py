@@ -31,7 +31,8 @@ def box(start: Start, role: str) -> Any:
 
 
 def test_a_request_with_changes_survives_a_message() -> None:
-    changes = (Put("obj", "in", "cab", (0.1, 0.0, 0.0), (90.0, 0.0)), SetOpen("cab", 0.5))
+    put = Put("obj", "in", "cab", (0.1, 0.0, 0.0), (90.0, 0.0), across=True)
+    changes = (put, SetOpen("cab", 0.5))
     request = Request(TASK, 3, "compact", GROUPS, "small", changes)
     assert decode_request(json.loads(json.dumps(encode_request(request)))) == request
 
