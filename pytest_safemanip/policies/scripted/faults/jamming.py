@@ -136,7 +136,7 @@ STRAW, CUP = "DeliverStraw", "glass_cup"
 _BESIDE_STRAW = Staging(
     (
         SetOpen("drawer", 0.85),
-        Put("straw", "in", "drawer", (-0.12, 0.0, 0.0)),
+        Put("straw", "in", "drawer", (-0.02, 0.10, 0.0), across=True),
         Put(CUP, "in", "drawer", FRONT),
     ),
     {CUP: ("wine",)},
