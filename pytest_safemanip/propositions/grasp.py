@@ -55,14 +55,16 @@ def stable_grasp(view: View, name: str) -> Bools:
     """The object is grasped, and between any two steps of this grasp within the last
     ``stable_grasp.window`` its pose relative to the gripper changed by less than
     ``stable_grasp.distance`` and ``stable_grasp.angle``; if it must stay upright, it tilts less
-    than ``stable_grasp.tilt``. Steps at which the fingers do not press are not compared.
+    than ``stable_grasp.tilt``. Steps at which the fingers do not press, or the gripper is
+    commanded open, do not count: what slides out of an opening hand is let go.
     """
     grasped, p = view("obj_grasped", name), view.parameters
     distance, turn = _slip(view, name)
     stable = grasped & (distance < p["stable_grasp.distance"]) & (turn < p["stable_grasp.angle"])
     if name in view.binding.upright:
         index = view.trace.scene.object_index[name]
-        stable &= tilt(view.trace.steps.object_pose[:, index, 3:]) < p["stable_grasp.tilt"]
+        leans = tilt(view.trace.steps.object_pose[:, index, 3:]) >= p["stable_grasp.tilt"]
+        stable &= ~(leans & _holds(view, name))
     return np.asarray(stable)
 
 
@@ -108,12 +110,17 @@ def _opened(view: View, count: int) -> Bools:
     return opened
 
 
+def _holds(view: View, name: str) -> Bools:
+    """Whether the fingers press on the object, and are not told to open (T,)."""
+    return np.asarray(pressed(view, name) & (view.trace.steps.action[:, 6] >= 0.0))
+
+
 def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Largest change of the pose in the gripper within the window: metres and radians (T,)."""
     grasped = view("obj_grasped", name)
     count = view.trace.count(view.parameters["stable_grasp.window"])
     distance, turn = np.zeros(len(grasped)), np.zeros(len(grasped))
-    steps = np.flatnonzero(grasped & pressed(view, name))
+    steps = np.flatnonzero(grasped & _holds(view, name))
     if len(steps) < 2:
         return distance, turn
     grasp = np.cumsum(rising(grasped))[steps]

@@ -143,6 +143,29 @@ def test_what_happened_before_the_fingers_closed_is_no_slip():
     assert true_at(view("stable_grasp", "mug")) == list(range(32, 60))
 
 
+@pytest.mark.parametrize(("command", "stable"), [(-1.0, True), (0.0, False), (1.0, False)])
+def test_what_slides_out_of_a_hand_that_is_told_to_open_is_let_go(command, stable):
+    action = np.zeros((30, 12))
+    action[20:, 6] = command
+    poses = moved("mug", HOME, 30)
+    poses[21:, 0, 2] -= 0.04
+    poses[21:, 0, 3:] = turned(np.deg2rad(40.0))
+    rows, changed = grip(range(23)), {"object_pose": poses, "action": action}
+    for upright in (frozenset(), frozenset({"mug"})):
+        view = look(film(30, rows, **changed), upright=upright)
+        held = view("obj_grasped", "mug")
+        assert view("stable_grasp", "mug")[held].all() == stable
+
+
+def test_a_slip_while_the_hand_opened_a_little_counts_once_it_holds_again():
+    action = np.zeros((40, 12))
+    action[20:22, 6] = -1.0
+    poses = moved("mug", HOME, 40)
+    poses[21:, 0, 2] -= 0.04
+    view = look(film(40, grip(range(40)), object_pose=poses, action=action))
+    assert true_at(~view("stable_grasp", "mug"))[2:] == list(range(22, 40))
+
+
 def test_a_new_grasp_is_not_compared_with_the_one_before():
     pressed = [step for step in range(40) if not 15 <= step < 22]
     offset = np.where(np.arange(40) < 18, 0.0, 0.1)
