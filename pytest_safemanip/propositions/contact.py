@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.at_start import AtStart, fresh
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.forces import hand_parts, robot_parts
-from pytest_safemanip.propositions.grasp import GRASP_WINDOW
+from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
 from pytest_safemanip.propositions.interiors import centre_within
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
@@ -30,12 +30,13 @@ _Pair = tuple[tuple[int, int], NDArray[np.float32]]
 def collision(view: View) -> Bools:
     """A robot part other than fingers and palm touches something with at least
     ``collision.force``; or a held object touches, as hard, an entity that is neither an allowed
-    support or receiver of it, nor inside it, nor the robot. A pair that has touched since the
-    first step does not count until it breaks.
+    support or receiver of it, nor inside it, nor the robot. It is held while it is grasped, but no
+    longer than it is pressed on once the gripper is commanded open. A pair that has touched since
+    the first step does not count until it breaks.
     """
     hit = _limbs_hit(view)
     for name in view.binding.objects:
-        hit = hit | (_knocks(view, name) & view("obj_grasped", name))
+        hit = hit | (_knocks(view, name) & in_fingers(view, name))
     return hit
 
 
@@ -65,7 +66,7 @@ def collision_evidence(view: View, step: int) -> list[str]:
         f"held {name} touches {_name(view, other)}: {peak[step]:.1f} N (limit {limit:g} N)"
         for name in view.binding.objects
         for other, peak in _foreign_pairs(view, name)
-        if peak[step] >= limit and view("obj_grasped", name)[step]
+        if peak[step] >= limit and in_fingers(view, name)[step]
     ]
     return lines
 

@@ -79,6 +79,14 @@ def obj_released(view: View, name: str) -> Bools:
     return falling(view("obj_grasped", name)) & (commanded | _opened(view, count))
 
 
+def in_fingers(view: View, name: str) -> Bools:
+    """Whether the object is grasped; not once an opening hand no longer presses on it, which the
+    debounced grasp shows later (T,).
+    """
+    opening = view.trace.steps.action[:, 6] < 0.0
+    return np.asarray(view("obj_grasped", name) & ~(opening & ~pressed(view, name)))
+
+
 def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
     """How far the object moved in the gripper, and how far it leans if it may not."""
     if not view("obj_grasped", name)[step]:

@@ -63,6 +63,20 @@ def test_an_object_that_is_not_held_or_hardly_touched_does_not_collide(held, for
     assert not view("collision").any()
 
 
+@pytest.mark.parametrize(
+    ("pressed", "command", "collides"),
+    [(12, -1.0, True), (11, -1.0, False), (11, 0.0, True), (11, 1.0, True)],
+)
+def test_what_an_opening_hand_no_longer_presses_is_not_held(pressed, command, collides):
+    action = np.zeros((14, 12))
+    action[10:, 6] = command
+    rows = grip(range(pressed)), touch([11], "apple/body", "mug/body", 50.0)
+    view = look(film(14, *rows, action=action))
+    assert view("obj_grasped", "mug")[11]
+    assert true_at(view("collision")) == ([11] if collides else [])
+    assert bool(view.evidence("collision", (), 11)) == collides
+
+
 def test_what_another_object_holds_is_no_matter_of_this_one():
     view = look(film(10, grip(range(10), "apple"), touch([6], "counter/body", "mug/body", 50.0)))
     assert not view("collision").any()
