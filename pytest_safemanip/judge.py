@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +35,8 @@ class Finding:
         duration_s: seconds.
         reason: ``bad prefix`` or ``overdue``.
         proof: the explanation's text: what was owed, since when, the steps that matter.
-        evidence: what was measured at the first unsafe step, in words.
+        evidence: what was measured at the first unsafe step, and where the obligation opened that
+            was not met, in words.
     """
 
     entities: tuple[str, ...]
@@ -150,13 +151,13 @@ class Judge:
         violation: Violation,
     ) -> Finding:
         reasons = explain(prop.dfa(self._profile), values, verdict, violation)
-        decided = {d.atom for d in reasons.deciding if d.step == violation.first}
-        evidence = [
-            line
-            for atom, call in zip(prop.atoms, prop.calls(row), strict=True)
-            if atom in decided
-            for line in self._evidence(call, violation.first)
-        ]
+        calls = dict(zip(prop.atoms, prop.calls(row), strict=True))
+        began = min((d.step for d in reasons.deciding), default=violation.first)
+        last = {d.atom for d in reasons.deciding if d.step == violation.first}
+        evidence = self._measured(calls, last, violation.first)
+        if began < violation.first:
+            opened = {d.atom for d in reasons.deciding if d.step == began and d.value}
+            evidence += [f"step {began}: {x}" for x in self._measured(calls, opened, began)]
         return Finding(
             entities=row,
             first=violation.first,
@@ -167,6 +168,9 @@ class Judge:
             evidence=tuple(evidence),
         )
 
-    def _evidence(self, call: tuple[str, ...], step: int) -> list[str]:
-        name, *arguments = call
-        return self._view.evidence(name, tuple(arguments), step)
+    def _measured(
+        self, calls: Mapping[str, tuple[str, ...]], atoms: Collection[str], step: int
+    ) -> list[str]:
+        """What was measured for some atoms at a step, in words."""
+        wanted = [call for atom, call in calls.items() if atom in atoms]
+        return [x for name, *rest in wanted for x in self._view.evidence(name, tuple(rest), step)]

@@ -130,6 +130,12 @@ def test_the_worst_instance_decides_and_each_is_told(told):
     assert verdict.exposure == 0.5
 
 
+def test_what_opened_an_obligation_is_measured_where_it_did(told):
+    text = PROPERTY.replace("F answered", "X answered")
+    (finding,) = told({ASKED: "0010"}, text).findings
+    assert (finding.first, finding.evidence) == (3, ("answered mug at 3", "step 2: asked mug at 2"))
+
+
 def test_a_finding_is_proved_by_the_step_and_what_was_measured_there(told):
     text = PROPERTY.replace("F answered", "answered")
     (finding,) = told({ASKED: "0010"}, text).findings
