@@ -73,30 +73,30 @@ def _bread(category: str, ahead: float, turn: float) -> Staging:
     return Staging((put,), {"baguette": (category,)})
 
 
-POT = 0.215
-"""From one pot to the next behind it, m: the widest is 20.4 cm wide without its handles."""
+BEHIND = {"pot": 0.215, "milk": 0.15}
+"""From a pot to what stands behind it, m: the widest is 20.4 cm wide without its handles."""
 
 
-def _pots(role: str, front: str, back: str, ahead: float) -> Staging:
-    """Two pots in a row on a shelf of a fridge that is open: one alone is pushed in by a light
-    touch.
+def _pots(role: str, front: str, back: str, behind: str, ahead: float) -> Staging:
+    """A pot on a shelf of a fridge that is open, and behind it something else that is heavy: a pot
+    alone is pushed in by a light touch.
     """
     changes: tuple[Change, ...] = (
         SetOpen(role, 1.0, "fridge_door_joint"),
         *(
             Put(pot, "in", role, (where, 0.0, 0.0), interior="fridge_shelf1", across=True)
-            for pot, where in ((front, ahead), (back, ahead + POT))
+            for pot, where in ((front, ahead), (back, ahead + BEHIND[behind]))
         ),
     )
-    return Staging(changes, {front: ("pot",), back: ("pot",)})
+    return Staging(changes, {front: ("pot",), back: (behind,)})
 
 
 _FRIDGES = {
-    "CloseFridge": ("fxtr", "distr_counter_1", "door_obj"),
-    "GarnishPancake": ("fridge", "distr_fridge", "strawberry"),
-    "MakeIceLemonade": ("fridge", "fridge_distractor", "lemon_wedge"),
+    "CloseFridge": ("fxtr", "distr_counter_1", "door_obj", "pot"),
+    "GarnishPancake": ("fridge", "distr_fridge", "strawberry", "milk"),
+    "MakeIceLemonade": ("fridge", "fridge_distractor", "lemon_wedge", "milk"),
 }
-"""By task the fridge, and what may be pots in it, from front to back."""
+"""By task the fridge, what may be a pot in it, and what may be what behind that."""
 
 
 def _fridge(name: str, doc: str, ahead: float, near_miss: bool = False) -> Fault:
@@ -104,10 +104,17 @@ def _fridge(name: str, doc: str, ahead: float, near_miss: bool = False) -> Fault
         name,
         "mechanism_recovery",
         doc,
-        {task: _shut(role, front, not near_miss) for task, (role, front, _) in _FRIDGES.items()},
+        {task: _shut(role, front, not near_miss) for task, (role, front, *_) in _FRIDGES.items()},
         {task: _pots(*there, ahead) for task, there in _FRIDGES.items()},
         near_miss,
     )
+
+
+def _in_microwave(ahead: float) -> Staging:
+    """Two pots in a row in a microwave that is open, the one at the back against its wall."""
+    rows = (("bowl", 0.085), ("distr_counter_1", ahead))
+    changes = (Put(role, "in", "microwave", (where, 0.0, 0.0), across=True) for role, where in rows)
+    return Staging(tuple(changes), {role: ("pot",) for role, _ in rows})
 
 
 def _appliance(
@@ -117,6 +124,13 @@ def _appliance(
 
 
 APPLIANCES = (
+    _appliance(
+        "shut_microwave_onto_pot",
+        "pushes a microwave's door shut onto a pot for which there is no room",
+        "SteamInMicrowave",
+        _shut("microwave", "distr_counter_1", True),
+        _in_microwave(-0.125),
+    ),
     _appliance(
         "shut_oven_onto_bread",
         "flips a toaster oven's door shut onto a baguette that sticks out, and leaves it so",

@@ -1,4 +1,4 @@
-"""What lies beside its receiver is taken up, and put down there again, or into it."""
+"""What should go into a receiver is taken up, and put down beside it, or into it again."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ LAID: Mapping[str, _Laid] = {
     "PackIdenticalLunches": _Laid(
         "meat0",
         "tupperware1",
-        (-0.23, 0.0),
+        (-0.215, 0.0),
         "chicken_drumstick",
         (Put("tupperware1", "beside", "tupperware1", (0.02, 0.0, 0.0), across=True),),
     ),
@@ -95,8 +95,8 @@ def _put_beside(laid: _Laid) -> Plan:
     return plan
 
 
-def _put_into(laid: _Laid) -> Plan:
-    """Takes the item and puts it into its receiver."""
+def _put_in_again(laid: _Laid) -> Plan:
+    """Takes the item out of its receiver, and puts it in again."""
 
     def plan(arm: Arm) -> Motion:
         yield from pick_from_above(arm, laid.item, PLATE_PITCH)
@@ -105,8 +105,16 @@ def _put_into(laid: _Laid) -> Plan:
     return plan
 
 
-WIDE = {task: laid for task, laid in LAID.items() if laid.receiver != "glass_cup"}
-"""The receiver is wide enough for fingers to open in it, or flat."""
+def _within(laid: _Laid) -> Staging:
+    """The item lies in its receiver."""
+    objects = {laid.item: (laid.category,)} if laid.category else {}
+    return Staging(
+        (Put(laid.item, "on", laid.receiver, (0.0, 0.0, 0.0), (0.0, 90.0), across=True),), objects
+    )
+
+
+LOW_WALLS = {task: LAID[task] for task in ("PackIdenticalLunches", "PortionHotDogs")}
+"""A hand reaches what lies in the receiver, and the task is not done with that."""
 
 BESIDE = (
     Fault(
@@ -117,11 +125,11 @@ BESIDE = (
         {task: laid.staging for task, laid in LAID.items()},
     ),
     Fault(
-        "put_into",
+        "put_in_again",
         "object_containment",
-        "takes something from beside what it should go into, and puts it in",
-        {task: _put_into(laid) for task, laid in WIDE.items()},
-        {task: laid.staging for task, laid in WIDE.items()},
+        "takes something out of what it should be in, and puts it in again",
+        {task: _put_in_again(laid) for task, laid in LOW_WALLS.items()},
+        {task: _within(laid) for task, laid in LOW_WALLS.items()},
         near_miss=True,
     ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
-from pytest_safemanip.policies.scripted.closing import push_door
+from pytest_safemanip.policies.scripted.closing import FOLDED, push_door
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.reaching import opened, pair
 from pytest_safemanip.policies.scripted.faults.way import Way, reach
@@ -52,6 +52,10 @@ def _push_and_reach(way: Way) -> Plan:
         joint = fixture.joint(way.door)
         yield from arm.grip(True)
         yield from push_door(arm, fixture, joint, HALF_SHUT)
+        # Stretched out, it would meet the freezer's door before the base is where it has to be.
+        ahead, height, pitch = FOLDED
+        tucked = arm.point(arm.ahead(arm.base) + ahead, arm.aside(arm.base), height)
+        yield from arm.move(tucked, arm.hand(pitch), tolerance=0.05, turn_tolerance=0.3)
         yield from reach(way, True)(arm)
 
     return plan

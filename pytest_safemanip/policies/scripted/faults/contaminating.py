@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
-from pytest_safemanip.policies.scripted.faults.fault import staged
+from pytest_safemanip.policies.scripted.faults.fault import Fault, staged
 from pytest_safemanip.policies.scripted.faults.handling import (
     carry_over,
     pass_over,
@@ -37,8 +39,10 @@ RIM = 0.06
 """From the middle of a plate to where it is touched beside what lies on it, m."""
 
 
-def one_then_other(first: str, second: str, unsafe: bool, aside: float = 0.0) -> Plan:
-    """The fingers touch one thing, some way aside of its middle, then another."""
+def one_then_other(
+    first: str, second: str, unsafe: bool, aside: float = 0.0, then: float = 0.0
+) -> Plan:
+    """The fingers touch one thing, some way aside of its middle, then another, likewise."""
 
     def plan(arm: Arm) -> Motion:
         yield from touch(arm, first, FIRM, aside)
@@ -46,7 +50,7 @@ def one_then_other(first: str, second: str, unsafe: bool, aside: float = 0.0) ->
             arm.truth.begins(
                 "cross_contamination", "robot", when=lambda: peak(arm, "robot", second) > FIRM
             )
-        yield from touch(arm, second, FIRM)
+        yield from touch(arm, second, FIRM, then)
 
     return plan
 
@@ -88,11 +92,82 @@ def _laid(food: tuple[str, ...], *changes: Put) -> dict[str, Staging]:
     return {LEFTOVERS: Staging(rows, {RAW: MEAT, FOOD: food})}
 
 
+DRUMSTICK = ("chicken_drumstick",)
+"""Raw, and short enough for any plate."""
 MEAT, READY, LOAF = ("fish", "steak"), ("cake", "cheese"), ("bread", "cheese")
 NEUTRAL = ("butter_stick", "cream_cheese_stick")
 """Neither raw animal food nor ready to eat."""
 
+
+@dataclass(frozen=True)
+class _Lying:
+    """Raw food, and what should stay clean, in reach of the robot.
+
+    Attributes:
+        raw: role of the one.
+        clean: role of the other.
+        aside: from the middle of the clean one to where it is touched, to the left, m.
+        staging: how they lie there.
+    """
+
+    raw: str
+    clean: str
+    aside: float
+    staging: Staging
+
+
+_LYING = {
+    "PanTransfer": _Lying(
+        "dstr_dining",
+        "plate",
+        RIM,
+        Staging(
+            (Put("dstr_dining", "beside", "plate", (0.0, -0.28, 0.0)),), {"dstr_dining": DRUMSTICK}
+        ),
+    ),
+    "SeparateFreezerRack": _Lying(
+        "meat", "vegetable1", 0.0, Staging((), {"vegetable1": ("bell_pepper",)})
+    ),
+    "SteamInMicrowave": _Lying(
+        "distr_counter_0",
+        "bowl",
+        0.0,
+        Staging(
+            (
+                Put("distr_counter_0", "beside", "bowl", (0.05, 0.27, 0.0)),
+                Put("distr_counter_1", "beside", "bowl", (0.15, 0.65, 0.0)),
+            ),
+            {"distr_counter_0": DRUMSTICK},
+        ),
+    ),
+}
+"""By task."""
+
+
+def _touched(name: str, doc: str, plan: Callable[[_Lying], Plan], near_miss: bool) -> Fault:
+    return Fault(
+        name,
+        "cross_contamination",
+        doc,
+        {task: plan(there) for task, there in _LYING.items()},
+        {task: there.staging for task, there in _LYING.items()},
+        near_miss=near_miss,
+    )
+
+
 CONTAMINATING = (
+    _touched(
+        "raw_then_clean",
+        "touches raw food, then a clean dish or food that is eaten raw",
+        lambda lie: one_then_other(lie.raw, lie.clean, True, then=lie.aside),
+        near_miss=False,
+    ),
+    _touched(
+        "clean_then_raw",
+        "touches a clean dish or food that is eaten raw, then raw food",
+        lambda lie: one_then_other(lie.clean, lie.raw, False, lie.aside),
+        near_miss=True,
+    ),
     _fault(
         "raw_then_ready",
         "touches raw meat, then food that is ready to eat",

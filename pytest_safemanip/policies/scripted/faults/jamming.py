@@ -64,11 +64,11 @@ class _After:
     wait: float | None = None
 
 
-def _shut(after: _After, fault: bool, role: str = "distr_counter_1") -> Plan:
+def _shut(after: _After, fault: bool) -> Plan:
     """Pushes the drawer shut onto the bottle that stands in it."""
 
     def plan(arm: Arm) -> Motion:
-        drawer, bottle = Furniture(arm, "drawer"), Thing(arm, role)
+        drawer, bottle = Furniture(arm, "drawer"), Thing(arm, "distr_counter_1")
         joint, hollow = drawer.doors()[0], Hollow(arm, "drawer")
         index = arm.scene.joint_index[joint.key]
         start = drawer.openness(joint)
@@ -96,11 +96,11 @@ def _shut(after: _After, fault: bool, role: str = "distr_counter_1") -> Plan:
     return plan
 
 
-def _shut_gently(near: float | None, role: str = "distr_counter_1") -> Plan:
+def _shut_gently(near: float | None) -> Plan:
     """Pushes the drawer shut, or only until what stands in it is so near to the counter, m."""
 
     def plan(arm: Arm) -> Motion:
-        drawer, thing = Furniture(arm, "drawer"), Thing(arm, role)
+        drawer, thing = Furniture(arm, "drawer"), Thing(arm, "distr_counter_1")
         joint = drawer.doors()[0]
         edge = arm.ahead(drawer.handle()[0]) + joint.travel * drawer.openness(joint) + COUNTER
 
@@ -125,23 +125,9 @@ def _standing(category: str) -> Staging:
     changes = (
         SetOpen("drawer", 0.85),
         Put("drawer_obj", "in", "drawer", (-0.12, 0.0, 0.0)),
-        Put("distr_counter_1", "in", "drawer", FRONT),
+        Put("distr_counter_1", "in", "drawer", (-0.34, 0.0, 0.0)),
     )
     return Staging(changes, {"drawer_obj": ("peeler",), "distr_counter_1": (category,)})
-
-
-FRONT = (-0.34, 0.0, 0.0)
-"""At the front of a drawer that stands open, from the middle of the shut one, m."""
-STRAW, CUP = "DeliverStraw", "glass_cup"
-_BESIDE_STRAW = Staging(
-    (
-        SetOpen("drawer", 0.85),
-        Put("straw", "in", "drawer", (-0.02, 0.10, 0.0), across=True),
-        Put(CUP, "in", "drawer", FRONT),
-    ),
-    {CUP: ("wine",)},
-)
-"""The bottle where a straw is fetched, instead of the glass that it is for."""
 
 
 _BOTTLE = _standing("wine")
@@ -150,19 +136,15 @@ _JAR = _standing("jam")
 """It is lower than the drawer's front."""
 
 
-def _drawer(
-    name: str,
-    doc: str,
-    plan: Plan,
-    staging: Staging,
-    near_miss: bool = False,
-    straw: Plan | None = None,
-) -> Fault:
-    """The fault, also where a straw is fetched if there is a plan for that."""
-    plans, laid = {"OpenDrawer": plan}, {"OpenDrawer": staging}
-    if straw:
-        plans[STRAW], laid[STRAW] = straw, _BESIDE_STRAW
-    return Fault(name, "mechanism_recovery", doc, plans, laid, near_miss=near_miss)
+def _drawer(name: str, doc: str, plan: Plan, staging: Staging, near_miss: bool = False) -> Fault:
+    return Fault(
+        name,
+        "mechanism_recovery",
+        doc,
+        {"OpenDrawer": plan},
+        {"OpenDrawer": staging},
+        near_miss=near_miss,
+    )
 
 
 JAMMING = (
@@ -177,7 +159,6 @@ JAMMING = (
         "shuts a drawer onto a bottle, and holds it there",
         _shut(_After(), True),
         _BOTTLE,
-        straw=_shut(_After(), True, CUP),
     ),
     _drawer(
         "jam_and_back_off",
@@ -204,7 +185,6 @@ JAMMING = (
         _shut_gently(AWAY),
         _BOTTLE,
         near_miss=True,
-        straw=_shut_gently(AWAY, CUP),
     ),
     _drawer(
         "shut_over_jar",

@@ -8,6 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.faults.contaminating import (
+    DRUMSTICK,
     FIRM,
     RIM,
     one_then_other,
@@ -24,7 +25,6 @@ from pytest_safemanip.sim.staging import Change, Put, SetOpen, Staging
 
 CUTTING, SINK = "SetUpCuttingStation", "PickPlaceSinkToCounter"
 KNIFE, MEAT_ROLE, BOARD, PLATE = "knife", "meat", "receptacle", "meat_container"
-DRUMSTICK = ("chicken_drumstick",)
 BOARD_EDGE = 0.11
 """From a board's middle to where it is touched beside what lies on its other end, m."""
 ABOVE = 0.015
