@@ -32,36 +32,28 @@ class AtStart:
         self._entity = [part.entity for part in view.trace.scene.parts]
         supports = view.binding.supports
         self._fine = {o: {ROBOT, *supports.get(o, ())} for o in view.binding.objects}
-        self._trace: Trace | None = None
-        self._known: Codes = np.empty((0, 0), np.int64)
         self._pairs: Codes | None = None
+        self._lasting: Bools = np.empty(0, bool)
 
-    def advance(self, view: View, step: int) -> Codes:
-        """Take in a step.
+    def advance(self, view: View) -> Codes:
+        """Take in steps.
 
         Returns:
-            The codes (see :func:`pair_codes`) of the pairs that touch at the first step and could
-            be a collision; -1 for those that broke (K,).
+            After each, the codes (see :func:`pair_codes`) of the pairs that touch at the first step
+            and could be a collision; -1 for those that broke (T, K).
         """
-        if self._trace is not view.trace:
-            self._trace, self._known = view.trace, self._follow(view.trace)
-        known: Codes = self._known[step]
-        return known
-
-    def _follow(self, trace: Trace) -> Codes:
-        """What is known after each of further steps (T, K)."""
-        rows, size = trace.steps.contacts, len(self._entity)
+        rows, size = view.trace.steps.contacts, len(self._entity)
         codes = pair_codes(rows, size)
         if self._pairs is None:
             first = np.unique(codes[rows.step == 0])
             self._pairs = first[[self._matters(*divmod(c, size)) for c in first.tolist()]]
-            before: Bools = np.ones(len(self._pairs), bool)
-        else:
-            before = self._known[-1] != BROKEN
-        there = np.zeros((len(trace), len(self._pairs)), bool)
-        for column in np.flatnonzero(before):
+            self._lasting = np.ones(len(self._pairs), bool)
+        there = np.zeros((len(view.trace), len(self._pairs)), bool)
+        for column in np.flatnonzero(self._lasting):
             there[rows.step[codes == self._pairs[column]], column] = True
-        return np.where(np.logical_and.accumulate(there), self._pairs, BROKEN)
+        lasting = np.logical_and.accumulate(there)
+        self._lasting = lasting[-1]
+        return np.where(lasting, self._pairs, BROKEN)
 
     def _matters(self, a: int, b: int) -> bool:
         sides = self._entity[a], self._entity[b]

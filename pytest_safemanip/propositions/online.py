@@ -146,9 +146,8 @@ class Online:
             self._folds[start] = start(self.slice(1)), _Series(Ring(self._kept))
         fold, series = self._folds[start]
         missing, series.upto = now - series.upto, now
-        view = self.slice(missing)
-        for step in range(missing):
-            series.ring.extend(fold.advance(view, step)[None])
+        if missing:
+            series.ring.extend(fold.advance(self.slice(missing)))
         return series.ring.last(length)
 
     def once(self, compute: Callable[..., T], arguments: tuple[Hashable, ...]) -> T:

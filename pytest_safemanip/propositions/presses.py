@@ -65,13 +65,9 @@ class Presses:
 
     Args:
         view: the trace, its binding and parameters.
-
-    Attributes:
-        trace: which trace it is.
     """
 
     def __init__(self, view: View) -> None:
-        self.trace = view.trace
         contacts = view.trace.steps.contacts
         carrier, ours, self._moves = view.shared(_sides)
         a, b = contacts.a, contacts.b

@@ -49,7 +49,6 @@ class Spreading:
         self._places_at_first: Floats = np.empty((0, 3))
         self._pressed_at_first: set[_Pair] = set()
         self._stayed: list[list[bool]] = []
-        self._presses: Presses | None = None
         self._washed: list[set[int]] = []
         self._now = -1
         self._parts: list[_Pair] = []
@@ -61,24 +60,27 @@ class Spreading:
         self._resting: list[tuple[int, Press]] = []
         self._known = self._row()
 
-    def advance(self, view: View, step: int) -> Bools:
-        """Take in a step.
+    def advance(self, view: View) -> Bools:
+        """Take in steps.
 
         Returns:
-            For each carrier whether it is contaminated, and which carriers it touches that are
-            ready to eat, or that were clean before the touch and should stay so
-            (carriers, 1 + carriers).
+            After each, for each carrier whether it is contaminated, and which carriers it touches
+            that are ready to eat, or that were clean before the touch and should stay so
+            (T, carriers, 1 + carriers).
         """
-        if self._presses is None or self._presses.trace is not view.trace:
-            self._presses = Presses(view)
-            washed = np.stack([view("sanitized", name) for name in self._names], axis=1)
-            self._washed = [set(np.flatnonzero(row).tolist()) for row in washed]
-            places = view.trace.steps.object_pose[:, :, :3].astype(float)
-            if self._now < 0:
-                self._places_at_first = places[step]
-            way = places - self._places_at_first
-            self._stayed = (np.linalg.norm(way, axis=-1) < STAYED).tolist()
-        presses, before = self._presses, self._dirty
+        presses = Presses(view)
+        washed = np.stack([view("sanitized", name) for name in self._names], axis=1)
+        self._washed = [set(np.flatnonzero(row).tolist()) for row in washed]
+        places = view.trace.steps.object_pose[:, :, :3].astype(float)
+        if self._now < 0:
+            self._places_at_first = places[0]
+        way = places - self._places_at_first
+        self._stayed = (np.linalg.norm(way, axis=-1) < STAYED).tolist()
+        return np.stack([self._take(presses, step) for step in range(len(view.trace))])
+
+    def _take(self, presses: Presses, step: int) -> Bools:
+        """Take in one of them."""
+        before = self._dirty
         self._now += 1
         parts = presses.parts(step)
         if parts != self._parts:

@@ -70,12 +70,7 @@ class View:
 
     def fold(self, start: Callable[[View], Fold]) -> Array:
         """What a fold gives after each step (T, ...)."""
-
-        def run() -> Array:
-            state = start(self)
-            return np.stack([state.advance(self, step) for step in range(len(self.trace))])
-
-        return self._once(start, (), run)
+        return self._once(start, (), lambda: start(self).advance(self))
 
     def shared(self, compute: Callable[..., T], *arguments: Hashable) -> T:
         """What depends on scene, binding and parameters alone, computed once."""
@@ -113,8 +108,10 @@ class View:
 class Fold(Protocol):
     """A memory without a window: what it knows after a step follows from what it knew before."""
 
-    def advance(self, view: View, step: int) -> Array:
-        """Take in the next step; what is known after it. Called for every step, in order."""
+    def advance(self, view: View) -> Array:
+        """Take in the steps of a view, which follow those taken in before; what is known after
+        each of them (T, ...).
+        """
 
 
 def pointwise(
