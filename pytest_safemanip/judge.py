@@ -6,7 +6,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf import (
@@ -118,12 +117,14 @@ class Judge:
         acting = ~self._recording.steps.tail
         monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
         calls = [prop.calls(row) for row in rows]
-        values = monitor.gather(len(acting), lambda k, atom: self._view(*calls[k][atom]))
+        values = monitor.gather(
+            len(acting), lambda k, atom, a, b: self._view.part(*calls[k][atom], first=a, stop=b)
+        )
         verdicts = monitor.run(values, acting)
         unsafe = np.any([v.unsafe for v in verdicts], axis=0) & acting
         findings = [
-            self._finding(prop, row, values[:, k], verdict, violation)
-            for k, (row, verdict) in enumerate(zip(rows, verdicts, strict=True))
+            self._finding(prop, row, verdict, violation)
+            for row, verdict in zip(rows, verdicts, strict=True)
             for violation in verdict.violations
         ]
         return Verdict(
@@ -146,10 +147,11 @@ class Judge:
         self,
         prop: Property,
         row: tuple[str, ...],
-        values: NDArray[np.bool_],
         verdict: InstanceVerdict,
         violation: Violation,
     ) -> Finding:
+        # The excerpt shows values that decided nothing, too.
+        values = np.stack([self._view(*call) for call in prop.calls(row)], axis=1)
         reasons = explain(prop.dfa(self._profile), values, verdict, violation)
         calls = dict(zip(prop.atoms, prop.calls(row), strict=True))
         began = min((d.step for d in reasons.deciding), default=violation.first)

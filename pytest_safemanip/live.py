@@ -117,6 +117,8 @@ class LiveJudge:
             found[name] = monitor.steps(monitor.gather(count, look_up), acting)
         return found
 
-    def _value(self, calls: Sequence[Sequence[Call]], count: int, row: int, atom: int) -> Bools:
-        """Values of an atom of a property for one of its instances at the newest steps (K,)."""
-        return self._online.values(calls[row][atom], count)
+    def _value(
+        self, calls: Sequence[Sequence[Call]], count: int, row: int, atom: int, a: int, b: int
+    ) -> Bools:
+        """Values of an atom of a property for one of its instances, at some of the newest steps."""
+        return self._online.values(calls[row][atom], count)[a:b]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from pytest_safemanip.ltlf.dfa import Dfa, Step
 from pytest_safemanip.ltlf.formula import Formula
 from pytest_safemanip.ltlf.instance import Instance
 from pytest_safemanip.ltlf.letters import BoolArray, check_values, pack
-from pytest_safemanip.ltlf.quiet import gather
+from pytest_safemanip.ltlf.quiet import Values, gather
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile, check_acting, rules_of
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, StepVerdict
 
@@ -105,14 +105,15 @@ class Monitor:
             raise TraceError(f"acting for {len(acting)} of {len(values)} steps")
         return self._take(pack(values).T.tolist(), acting)
 
-    def gather(self, steps: int, value_of: Callable[[int, int], BoolArray]) -> BoolArray:
+    def gather(self, steps: int, value_of: Values) -> BoolArray:
         """Values of the atoms at the next steps, looked up where a verdict may depend on them.
 
-        Where none does they are False: the verdicts are the same as with all of them.
+        Where none does they may be False: the verdicts are the same as with all of them.
 
         Args:
             steps: how many.
-            value_of: the values of an atom for an instance, both by number: bool[steps].
+            value_of: called with the numbers of an instance and of an atom, the first of some of
+                the steps and one after the last: the values of the atom there, bool[K].
 
         Returns:
             bool[steps, I, atoms], for `steps` or for `run`.

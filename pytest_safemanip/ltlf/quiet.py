@@ -7,12 +7,19 @@ the others decide nothing, and need not be evaluated.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from pytest_safemanip.ltlf.letters import BoolArray, Letters, pack
 from pytest_safemanip.ltlf.rules import Rules
+
+FEW = 32
+"""Steps that are looked up at first; then twice as many each time."""
+
+Values = Callable[[int, int, int, int], BoolArray]
+"""Called with the numbers of an instance and of an atom, a step and one after a later step: the
+values at these steps, bool[K]."""
 
 
 class Quiet:
@@ -40,40 +47,54 @@ class Quiet:
         # While an obligation is open, the other atoms say whether it is met.
         self._stays = stays & rules.closed[:, None]
 
-    def keeps(self, state: int, letters: Letters) -> bool:
-        """Whether a state that owes nothing is kept, whatever the other atoms are.
+    def next(self, state: int, letters: Letters, first: int) -> int:
+        """The first step that the other atoms may matter for; the number of steps if none is.
 
         Args:
-            state: before some steps.
-            letters: of the steps, with any values of the other atoms: uint[K].
+            state: before step `first`.
+            letters: of all steps, with any values of the other atoms: uint[T].
+            first: where to begin.
         """
-        return bool(self._stays[state, letters].all())
+        stays = self._stays[state, letters[first:]]
+        return len(letters) if stays.all() else first + int(np.argmin(stays))
 
 
 quiet_of = lru_cache(maxsize=1024)(Quiet)
 """Made once for the rules of a property."""
 
 
-def gather(
-    rules: Rules, states: Sequence[int], steps: int, value_of: Callable[[int, int], BoolArray]
-) -> BoolArray:
+def gather(rules: Rules, states: Sequence[int], steps: int, value_of: Values) -> BoolArray:
     """Values of the atoms, looked up where a verdict may depend on them: bool[T, I, atoms].
 
-    Where none does they are False.
+    Where none does they may be False.
 
     Args:
         rules: the property's.
         states: of the instances before the first step.
         steps: T.
-        value_of: the values of an atom for an instance, both by number: bool[T].
+        value_of: the values of an atom.
     """
     quiet = quiet_of(rules)
     values = np.zeros((steps, len(states), len(rules.dfa.atoms)), bool)
     for instance, state in enumerate(states):
         own = values[:, instance]
         for atom in quiet.watched:
-            own[:, atom] = value_of(instance, atom)
-        if quiet.others and not quiet.keeps(state, pack(own)):
-            for atom in quiet.others:
-                own[:, atom] = value_of(instance, atom)
+            own[:, atom] = value_of(instance, atom, 0, steps)
+        if quiet.others:
+            _look_up(rules, state, own, partial(value_of, instance))
     return values
+
+
+def _look_up(
+    rules: Rules, state: int, values: BoolArray, value_of: Callable[[int, int, int], BoolArray]
+) -> None:
+    """Fill in the other atoms of an instance: bool[T, atoms]."""
+    quiet, letters, length = quiet_of(rules), pack(values), FEW
+    first = quiet.next(state, letters, 0)
+    while first < len(letters):
+        stop = min(first + length, len(letters))
+        for atom in quiet.others:
+            values[first:stop, atom] = value_of(atom, first, stop)
+        for letter in pack(values[first:stop]).tolist():
+            state = rules.rows[state][letter]
+        first, length = quiet.next(state, letters, stop), 2 * length

@@ -84,6 +84,8 @@ class Proposition:
         evidence: what was measured at a step, in words; may be empty.
         debounce: seconds of the vote that its contacts pass, given the parameters: what flickers
             for less than half of it does not matter. None if it has no such filter.
+        sparse: whether it looks at no more steps than it is asked for (`View.since`, `View.until`),
+            because a look is dear; it is then asked for few at a time, and not remembered.
         exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
         doc: the exact condition.
     """
@@ -96,6 +98,7 @@ class Proposition:
     act: bool = False
     evidence: Callable[..., list[str]] | None = None
     debounce: Callable[[Mapping[str, float]], float] | None = None
+    sparse: bool = False
     exempt: Mapping[str, str] = field(default_factory=dict)
 
     @property

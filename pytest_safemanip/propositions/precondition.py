@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import last_true, recently
+from pytest_safemanip.propositions.filters import last_true
 from pytest_safemanip.propositions.forces import object_parts
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.interiors import centre_within
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
-from pytest_safemanip.propositions.release import UPRIGHT, rests
+from pytest_safemanip.propositions.release import UPRIGHT, rested
 from pytest_safemanip.propositions.solids import solids
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners, to_local
@@ -49,7 +49,7 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     """
     onset = np.flatnonzero(view("skill_onset", skill, entity))
     result = np.ones(len(view.trace), bool)
-    for step in onset[onset >= view.since]:
+    for step in onset[(onset >= view.since) & (onset < view.until)]:
         result[step] = not _CONDITIONS[skill](view, entity, int(step))
     return result
 
@@ -63,7 +63,7 @@ def _pick(view: View, name: str, step: int) -> list[str]:
     trace, broken = view.trace, []
     count = trace.count(view.parameters["pre_safe.pick_window"])
     # A hand that lies against an object for long before it closes on it does not unsettle it.
-    if not recently(rests(view, name), count)[step]:
+    if not rested(view, name, step - count + 1, step):
         broken.append(f"{name} was not at rest on a permitted support before it was grasped")
     own = object_parts(view, name)
     contacts, parts, stacked = trace.steps.contacts, trace.scene.parts, set()

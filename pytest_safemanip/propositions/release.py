@@ -9,7 +9,7 @@ from pytest_safemanip.propositions.filters import held
 from pytest_safemanip.propositions.firmness import firm
 from pytest_safemanip.propositions.forces import forces_on
 from pytest_safemanip.propositions.support import carried_objects, carrying_rows, margin_at
-from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import tilt
 
@@ -31,14 +31,17 @@ def settled(view: View, name: str) -> Bools:
     to its support; the robot does not touch it with ``settled.touch``; it is upright if it must
     be. The floor and the robot are no support.
     """
-    now = _settled_now(view)[:, view.trace.scene.object_index[name]]
-    return held(now, view.trace.count(view.parameters["settled.window"]))
+    count = view.trace.count(view.parameters["settled.window"])
+    force = forces_on(view, ROBOT)[:, view.trace.scene.object_index[name]]
+    wanted = force < view.parameters["settled.touch"]
+    wanted[: max(view.since - count + 1, 0)] = wanted[view.until :] = False
+    return held(_lies_still(view, name, wanted), count)
 
 
 def settled_evidence(view: View, name: str, step: int) -> list[str]:
     """What keeps the object from being settled."""
     p, lines = view.parameters, []
-    index, found = view.trace.scene.object_index[name], carried_objects(view)
+    index, found = view.trace.scene.object_index[name], view.own(carried_objects)
     now = np.flatnonzero((found.body == index) & (found.step == step))
     if not len(now):
         below = sorted(_below(view, index, step))
@@ -60,33 +63,36 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
     return lines
 
 
-def rests(view: View, name: str) -> Bools:
-    """As :func:`settled`, whether or not the robot touches it."""
-    now = _lies_still(view)[:, view.trace.scene.object_index[name]]
-    return held(now, view.trace.count(view.parameters["settled.window"]))
+def rested(view: View, name: str, first: int, last: int) -> bool:
+    """Whether the object would have been settled at one of some steps, had the robot not touched
+    it.
+
+    Args:
+        view: what is looked at.
+        name: the object.
+        first: of the steps.
+        last: of them.
+    """
+    count = view.trace.count(view.parameters["settled.window"])
+    wanted = np.zeros(len(view.trace), bool)
+    wanted[max(first - count + 1, 0) : last + 1] = True
+    return bool(held(_lies_still(view, name, wanted), count)[max(first, 0) : last + 1].any())
 
 
-@pointwise
-def _settled_now(view: View) -> Bools:
-    """Whether each object stands on permitted supports at this very step (T, N)."""
-    untouched = forces_on(view, ROBOT) < view.parameters["settled.touch"]
-    return np.asarray(_lies_still(view) & untouched)
-
-
-@pointwise
-def _lies_still(view: View) -> Bools:
-    """The same, whether or not the robot touches it (T, N)."""
+def _lies_still(view: View, name: str, wanted: Bools) -> Bools:
+    """Whether the object stands on permitted supports at this very step, touched by the robot or
+    not (T,); only some steps (T,) are looked at.
+    """
     p, trace = view.parameters, view.trace
-    upright = np.ones((len(trace), len(trace.scene.bodies)), bool)
-    for name in view.binding.upright:
-        index = trace.scene.object_index[name]
-        upright[:, index] = tilt(trace.steps.object_pose[:, index, 3:]) < p["settled.tilt"]
-    found = carried_objects(view)
-    calm = (found.speed < p["settled.speed"]) & (found.spin < p["settled.spin"])
-    groups = np.flatnonzero(calm & upright[found.step, found.body])
-    groups = groups[firm(view, found, groups)]
-    result = np.zeros(upright.shape, bool)
-    result[found.step[groups], found.body[groups]] = True
+    index, found = trace.scene.object_index[name], view.own(carried_objects)
+    groups = np.flatnonzero((found.body == index) & wanted[found.step])
+    calm = (found.speed[groups] < p["settled.speed"]) & (found.spin[groups] < p["settled.spin"])
+    groups = groups[calm]
+    if name in view.binding.upright:
+        leans = tilt(trace.steps.object_pose[found.step[groups], index, 3:]) >= p["settled.tilt"]
+        groups = groups[~leans]
+    result = np.zeros(len(trace), bool)
+    result[found.step[groups[firm(view, found, groups)]]] = True
     return result
 
 
@@ -105,5 +111,6 @@ PROPOSITIONS = (
         (SPEED, SPIN, WINDOW, MARGIN, TOUCH, UPRIGHT),
         settled,
         evidence=settled_evidence,
+        sparse=True,
     ),
 )

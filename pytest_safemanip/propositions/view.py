@@ -31,9 +31,11 @@ class View:
 
     Attributes:
         since: first step whose value is asked for; a proposition may leave out earlier ones.
+        until: one after the last such step, likewise.
     """
 
     since = 0
+    until: int
 
     def __init__(
         self,
@@ -42,7 +44,7 @@ class View:
         parameters: Mapping[str, float],
         catalogue: Mapping[str, Proposition],
     ) -> None:
-        self.trace = trace
+        self.trace, self.until = trace, len(trace)
         self.binding = binding
         self.parameters = parameters
         self._catalogue = catalogue
@@ -62,11 +64,30 @@ class View:
             self._values[key] = self.evaluate(proposition, arguments)
         return self._values[key]
 
+    def part(self, name: str, *arguments: str, first: int, stop: int) -> Bools:
+        """Truth values of a proposition at steps ``first`` to ``stop - 1`` (K,).
+
+        Raises:
+            TraceError: as for a call.
+        """
+        proposition = self._catalogue[name]
+        if not proposition.sparse or (name, *arguments) in self._values:
+            return self(name, *arguments)[first:stop]
+        check_call(proposition, arguments, self.trace.scene.entity)
+        before, self.since, self.until = (self.since, self.until), first, stop
+        found = self.evaluate(proposition, arguments)[first:stop]
+        self.since, self.until = before
+        return found
+
     def pointwise(self, compute: Callable[..., A], *arguments: Hashable) -> A:
         """What :func:`pointwise` decorates, computed once (T, ...)."""
         found = self._once(compute, arguments, lambda: compute(self, *arguments))
         found.flags.writeable = False  # it is shared
         return found
+
+    def own(self, compute: Callable[[View], T]) -> T:
+        """What depends on the steps of this view, of any type, computed once for it."""
+        return self._once(compute, "own", lambda: compute(self))
 
     def fold(self, start: Callable[[View], Fold]) -> Array:
         """What a fold gives after each step (T, ...)."""

@@ -27,7 +27,7 @@ FORMULAS = (
 @given(data=st.data(), together=st.integers(1, 4))
 def test_what_is_not_looked_up_changes_no_verdict(formula, profile, data, together):
     dfa = compile_formula(formula, atoms=("a", "b", "c"))
-    shape = data.draw(st.tuples(st.integers(1, 12), st.integers(1, 3), st.just(3)))
+    shape = data.draw(st.tuples(st.integers(1, 90), st.integers(1, 3), st.just(3)))
     # Mostly false, as triggers are.
     fill = st.just(False)
     values = data.draw(arrays.arrays(np.bool_, shape, elements=st.booleans(), fill=fill))
@@ -43,23 +43,24 @@ def test_what_is_not_looked_up_changes_no_verdict(formula, profile, data, togeth
 
 def test_only_the_trigger_is_looked_up_until_it_holds():
     monitor = Monitor(compile_formula("G (a -> F b)", atoms=("b", "a")), 2, dt=0.1)
-    values = np.zeros((5, 2, 2), bool)
-    values[3, 1, 1] = True
+    values = np.zeros((100, 2, 2), bool)
+    values[3, 1, 1] = values[7, 1, 0] = values[50, 1, 1] = True
     asked = []
 
-    def value_of(instance, atom):
-        asked.append((instance, atom))
-        return values[:, instance, atom]
+    def value_of(instance, atom, first, stop):
+        asked.append((instance, atom, first, stop))
+        return values[first:stop, instance, atom]
 
-    monitor.steps(monitor.gather(5, value_of), [True] * 5)
-    assert asked == [(0, 1), (1, 1), (1, 0)]
+    found = monitor.gather(100, value_of)
+    assert asked == [(0, 1, 0, 100), (1, 1, 0, 100), (1, 0, 3, 35), (1, 0, 50, 100)]
+    monitor.steps(found, [True] * 100)
     asked.clear()
     monitor.gather(5, value_of)  # the obligation is open now
-    assert asked == [(0, 1), (1, 1), (1, 0)]
+    assert asked == [(0, 1, 0, 5), (1, 1, 0, 5), (1, 0, 0, 5)]
 
 
 def _gathered(monitor, values):
-    return monitor.gather(len(values), lambda instance, atom: values[:, instance, atom])
+    return monitor.gather(len(values), lambda k, atom, a, b: values[a:b, k, atom])
 
 
 def _told(verdict):
