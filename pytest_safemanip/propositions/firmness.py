@@ -70,7 +70,7 @@ class _Below:
         if self.stack < 0:
             openness = view.trace.steps.joint[steps, self.joint, 0]
             return np.asarray(self.pace * np.abs(openness - self.openness))
-        apart = body_corners(view)[steps, self.stack] - self.box
+        apart = body_corners(view, steps, self.stack) - self.box
         return np.asarray(np.linalg.norm(apart, axis=-1).max(axis=-1))
 
 

@@ -122,7 +122,7 @@ def corners_inside(view: View, fixture: str, slack: float, floor: bool = False) 
         step, body = np.nonzero(near(view, fixture, number))
         if len(step) == 0:
             continue
-        local = to_local(pose[step, None], body_corners(view)[step, body])
+        local = to_local(pose[step, None], body_corners(view, step, body))
         if floor:
             lying = (local[..., 2].mean(axis=1, keepdims=True) > -half[2]) & (local[..., 2] < 0)
             local[..., 2] = np.where(lying, 0.0, local[..., 2])

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import Array, corners
 from pytest_safemanip.trace.kinematics import carried
+
+Places = int | NDArray[np.intp]
 
 
 def solids(
@@ -46,7 +48,7 @@ def solids(
             found.append((owner, box, index))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
-            found.append((body.entity, body_corners(view)[step, index], -1 - index))
+            found.append((body.entity, body_corners(view, step, index), -1 - index))
     return found
 
 
@@ -65,15 +67,21 @@ def pace(view: View, surface: int) -> tuple[int, float]:
     return number, joint.travel * arm
 
 
-@pointwise
-def body_corners(view: View) -> Array:
-    """Box corners of all objects (T, N, 8, 3)."""
+def body_corners(view: View, step: Places, body: Places) -> Array:
+    """Box corners of objects by number at steps: (8, 3), or (K, 8, 3) where either is an array."""
+    half, centre = view.shared(_bodies)
+    pose = view.trace.steps.object_pose[step, body]
+    return corners(pose, half[body][..., None, :], centre[body][..., None, :])
+
+
+def _bodies(view: View) -> tuple[Array, Array]:
+    """Half extents and centres of the objects' boxes (N, 3), (N, 3)."""
     bodies = view.trace.scene.bodies
     half, centre = (
-        np.array([getattr(body, name) for body in bodies], float).reshape(-1, 1, 3)
+        np.array([getattr(body, name) for body in bodies], float).reshape(-1, 3)
         for name in ("half", "centre")
     )
-    return corners(view.trace.steps.object_pose, half, centre)
+    return half, centre
 
 
 @dataclass(frozen=True)
