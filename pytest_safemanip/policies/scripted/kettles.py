@@ -9,9 +9,10 @@ from pytest_safemanip.policies.scripted.grasping import (
     MOST_YAW,
     Grasp,
     angle,
+    come_in,
     fold,
+    lift,
     reach,
-    take,
 )
 from pytest_safemanip.policies.scripted.handles import STEADY
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH
@@ -24,6 +25,12 @@ BOW = 0.010
 """Grip point below the top of a kettle, m: the middle of its bow."""
 BOW_OPEN = 0.7
 """Share of the full opening on the way to a bow: 2 cm of free space on both sides."""
+FRONT = 0.15
+"""How far in front of a bow, m, the hand comes down to its height: in below a wall cabinet, 45 cm
+above the counter, with the wrist 30 cm above the hand."""
+ENTRY = 0.06
+"""Before the grip point along the approach, m, from where the hand goes straight: the fingertips
+come in above the bow."""
 BACK = 0.33
 """How far the base draws back before it drives along the stove, m: off what stands on it and what
 hangs above."""
@@ -52,7 +59,13 @@ def hook(arm: Arm, role: str) -> Motion:
     hand = arm.hand(pitch, yaw=yaw) if level else arm.hand(pitch, roll)
     yield from stand_before(arm, thing.middle, reach(pitch))
     point = np.append(thing.middle[:2], thing.highest - BOW)
-    yield from take(arm, thing, Grasp(point, hand, BOW_OPEN), rise=RISE)
+    entry = point - ENTRY * hand[:, 2]
+    yield from arm.open_to(BOW_OPEN)
+    front = entry - np.append(FRONT * arm.forward, 0.0)
+    yield from arm.move(front, hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
+    stops = ((ENTRY, 0.006, 0.8), (0.0, 0.006, 0.3))
+    yield from come_in(arm, Grasp(point, hand, BOW_OPEN), stops, 0.06)
+    yield from lift(arm, thing, hand, RISE)
 
 
 def place_on_stove(arm: Arm, role: str, stove_role: str) -> Motion:

@@ -26,9 +26,6 @@ OVERHEAD = 0.2
 """What is this far above a load, m, stands in a cabinet over it: nothing is carried over that."""
 OFF_MIDDLE = (0.0, 0.18, -0.18, 0.25, -0.25)
 """Places along a target's long side, from its middle, shares of its length."""
-END = 0.27
-"""From a target's middle to where one of two things goes, share of its length: on a board of 30 cm
-their middles are 16 cm apart, room for a croissant, a jar, and the fingers that let go of it."""
 ENOUGH = 0.09
 """Middle to middle of two things that lie beside each other, m."""
 LAY_PITCH = 55.0
@@ -67,46 +64,37 @@ def place_onto(arm: Arm, role: str, target_role: str) -> Motion:
     yield from put_onto(arm, role, target, spot, wrist_room(arm, elbow_room(arm, spot)))
 
 
-def place_onto_beside(arm: Arm, role: str, target_role: str, other_role: str) -> Motion:
-    """Put a held object onto one end of another one, of which a third gets the other end."""
-    target = Thing(arm, target_role)
-    yield from straighten(arm)
-    spot = free_end(arm, target, Thing(arm, other_role))
-    yield from put_onto(arm, role, target, spot, elbow_room(arm, spot))
-
-
-def straighten(arm: Arm) -> Motion:
+def straighten(arm: Arm, speed: float = 0.7) -> Motion:
     """Draw a load back and turn it until the hand points straight ahead: turned, the wrist is
     beside the hand and hits what stands there.
+
+    Args:
+        arm: the arm.
+        speed: largest command to the base.
     """
     approach = arm.rotation[:, 2]
     yaw = math.degrees(math.atan2(arm.aside(approach), arm.ahead(approach)))
     if np.linalg.norm(approach[:2]) < LEAST_TIP or abs(yaw) < LEAST_YAW:
         return
-    yield from arm.drive(arm.base - DRAWN_BACK * arm.forward)
+    yield from arm.drive(arm.base - DRAWN_BACK * arm.forward, speed=speed)
     yield from arm.move(arm.position, about_z(-yaw) @ arm.rotation, tolerance=0.03, speed=0.6)
 
 
 def put_onto(arm: Arm, role: str, target: Thing, spot: Array, shift: float = 0.0) -> Motion:
     """Put a held object down on a spot (3,) of another one, the base farther to the left."""
-    yield from carry_over(arm, role, spot, target.highest + BRAKE, shift)
+    yield from bring_onto(arm, role, target, spot, shift)
+    yield from leave(arm)
+
+
+def bring_onto(
+    arm: Arm, role: str, target: Thing, spot: Array, shift: float = 0.0, speed: float = 0.7
+) -> Motion:
+    """Likewise, but the hand stays where it lets go; with a largest command to the base."""
+    yield from carry_over(arm, role, spot, target.highest + BRAKE, shift, speed)
     yield from arm.move(
         arm.position, tolerance=BRAKE, turn_tolerance=0.3, steps=20, required=False, exact=True
     )
     yield from set_down(arm, role, speed=SOFTLY)
-    yield from leave(arm)
-
-
-def free_end(arm: Arm, target: Thing, other: Thing) -> Array:
-    """The end of a target that another object leaves free (3,); of both, the one that is farther
-    from the robot: what comes second need not be carried over what stands there.
-    """
-    axis, width = target.sides()[1]
-    ends = [target.middle + k * width * axis for k in (-END, END)]
-    away = float(np.linalg.norm((other.centre - target.middle)[:2]))
-    if away < width / 2.0 and abs(other.bottom - target.highest) < OVER:
-        return max(ends, key=lambda end: float(np.linalg.norm((end - other.centre)[:2])))
-    return max(ends, key=arm.ahead)
 
 
 def free_spot(arm: Arm, role: str, target: Thing) -> Array:
@@ -161,7 +149,9 @@ def lower_tipped(arm: Arm, role: str) -> Motion:
         yield from arm.move(off, arm.rotation, tolerance=0.002, speed=0.2, steps=8, required=False)
 
 
-def carry_over(arm: Arm, role: str, where: Array, top: float, shift: float = 0.0) -> Motion:
+def carry_over(
+    arm: Arm, role: str, where: Array, top: float, shift: float = 0.0, speed: float = 0.7
+) -> Motion:
     """Bring a held object above a point, over everything between.
 
     Args:
@@ -170,10 +160,15 @@ def carry_over(arm: Arm, role: str, where: Array, top: float, shift: float = 0.0
         where: the point (3,); only its horizontal part counts.
         top: height of what is highest there, m.
         shift: how much farther to the left the base is to stand, m.
+        speed: largest command to the base.
     """
     thing, hand = Thing(arm, role), arm.rotation
-    yield from carry_before(arm, role, where, top, shift=shift)
-
+    yield from carry_before(arm, role, where, top, speed, shift)
+    if shift:
+        # What stands beside the spot is not crossed on the way down.
+        beside = arm.floor_point(0.0, arm.aside(where) - arm.aside(thing.middle))
+        front = arm.position + np.append(beside, 0.0)
+        yield from arm.move(front, hand, tolerance=0.02, turn_tolerance=0.2, speed=0.6)
     above = held_over(arm, thing, where, top + OVER / 2)
     yield from arm.move(above, hand, tolerance=0.015, turn_tolerance=0.2, speed=0.6, steps=120)
 

@@ -25,6 +25,7 @@ from pytest_safemanip.policies.scripted.controls import await_release, press
 from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.cups import grasp_cup, place_under
 from pytest_safemanip.policies.scripted.driving import go
+from pytest_safemanip.policies.scripted.ends import place_on_end, place_onto_beside
 from pytest_safemanip.policies.scripted.handles import pick_by_handle, place_inside
 from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
@@ -38,7 +39,6 @@ from pytest_safemanip.policies.scripted.picking import (
 from pytest_safemanip.policies.scripted.putting import (
     lay_onto,
     place_onto,
-    place_onto_beside,
 )
 from pytest_safemanip.policies.scripted.rinsing import (
     draw_back,
@@ -101,6 +101,7 @@ SKILLS: Mapping[str, Skill] = {
     "take or for from": take_tool,
     "tip into": tip_into,
     "turn": turn_lever,
+    "unhook onto": place_on_end,
     "unlight": turn_off,
     "light under": turn_on_under,
 }

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.ends import END, free_end
 from pytest_safemanip.policies.scripted.grasping import Grasp, around, reach
 from pytest_safemanip.policies.scripted.leaning import (
     BENT,
@@ -16,7 +17,6 @@ from pytest_safemanip.policies.scripted.leaning import (
     elbow_room,
     wrist_room,
 )
-from pytest_safemanip.policies.scripted.putting import END, free_end
 from pytest_safemanip.policies.scripted.shelves import lean, room_beside
 from pytest_safemanip.policies.scripted.standing import duck
 from pytest_safemanip.policies.scripted.things import Furniture, Thing

@@ -1,0 +1,97 @@
+"""Two things on one board or tray: each is put onto one of its ends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion
+from pytest_safemanip.policies.scripted.closing import FOLDED
+from pytest_safemanip.policies.scripted.leaning import elbow_room, wrist_room
+from pytest_safemanip.policies.scripted.putting import (
+    LEAST_TIP,
+    OVER,
+    bring_onto,
+    put_onto,
+    straighten,
+)
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.things import Thing
+
+END = 0.27
+"""From a target's middle to where one of two things goes, share of its length: on a board of 30 cm
+their middles are 16 cm apart, room for a croissant, a jar, and the fingers that let go of it."""
+KETTLE_END = 0.24
+"""From a tray's middle to a kettle's, share of its length: on 34 cm, a kettle of 17 cm stands
+inside the rim."""
+OFF_BOW = (0.12, 0.04)
+"""How far open fingers draw back along a bow, and up from one that lies across, m: they are off it
+then, and the wrist stays below a wall cabinet."""
+BACK = 0.33
+"""How far the base draws back before the arm is folded, m: off what hangs above."""
+UNBENT = (0.45, 1.12, 40.0)
+"""Base to hand, m, its height, m, below the doors of a wall cabinet, and its pitch, degrees."""
+
+
+def place_onto_beside(arm: Arm, role: str, target_role: str, other_role: str) -> Motion:
+    """Put a held object onto one end of another one, of which a third gets the other end."""
+    target = Thing(arm, target_role)
+    yield from straighten(arm)
+    spot = free_end(arm, target, Thing(arm, other_role))
+    # Off a machine that is beside the other end only, too.
+    shift = elbow_room(arm, spot) or elbow_room(arm, target.middle)
+    yield from put_onto(arm, role, target, spot, wrist_room(arm, shift))
+    yield from unbend(arm)
+
+
+def free_end(arm: Arm, target: Thing, other: Thing) -> Array:
+    """The end of a target that another object leaves free (3,); of both, the one that is farther
+    from the robot: what comes second need not be carried over what stands there.
+    """
+    axis, width = target.sides()[1]
+    ends = [target.middle + k * width * axis for k in (-END, END)]
+    away = float(np.linalg.norm((other.centre - target.middle)[:2]))
+    if away < width / 2.0 and abs(other.bottom - target.highest) < OVER:
+        return max(ends, key=lambda end: float(np.linalg.norm((end - other.centre)[:2])))
+    return max(ends, key=arm.ahead)
+
+
+def unbend(arm: Arm) -> Motion:
+    """Bring a hand that reached out to one side back before the base: bent as it was, the arm would
+    come to the end of a joint on its next way.
+    """
+    ahead, height, pitch = UNBENT
+    before = arm.point(arm.ahead(arm.base) + ahead, arm.aside(arm.base), height)
+    yield from arm.move(
+        before, arm.hand(pitch), tolerance=0.05, turn_tolerance=0.3, speed=0.6, required=False
+    )
+
+
+def place_on_end(arm: Arm, role: str, target_role: str) -> Motion:
+    """Put a held kettle onto one end of a tray, the one beside a machine: it stands nearer to the
+    middle than what may come onto the other end, and leaves the hand more room.
+    """
+    target = Thing(arm, target_role)
+    yield from straighten(arm, CAREFUL)
+    axis, width = target.sides()[1]
+    ends = [target.middle + share * width * axis for share in (-KETTLE_END, KETTLE_END)]
+    shift = elbow_room(arm, target.middle)
+    spot = max(ends, key=lambda end: -shift * arm.aside(end) or arm.ahead(end))
+    yield from bring_onto(arm, role, target, spot, shift, CAREFUL)
+    yield from unhook(arm)
+
+
+def unhook(arm: Arm) -> Motion:
+    """Draw open fingers off a bow, along it or up, and the base back, and fold the arm."""
+    approach = arm.rotation[:, 2] * (1.0, 1.0, 0.0)
+    along, up = OFF_BOW
+    tipped = np.linalg.norm(approach) > LEAST_TIP
+    away = -along * approach / np.linalg.norm(approach) if tipped else np.array((0.0, 0.0, up))
+    yield from arm.move(arm.position + away, tolerance=0.02, speed=0.6, steps=40, required=False)
+    yield from arm.drive(arm.base - BACK * arm.forward)
+    yield from arm.move(
+        arm.point(arm.ahead(arm.base) + FOLDED[0], arm.aside(arm.base), FOLDED[1]),
+        arm.hand(FOLDED[2]),
+        tolerance=0.05,
+        turn_tolerance=0.2,
+        required=False,
+    )
