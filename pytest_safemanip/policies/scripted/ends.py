@@ -67,17 +67,23 @@ def unbend(arm: Arm) -> Motion:
 
 
 def place_on_end(arm: Arm, role: str, target_role: str) -> Motion:
-    """Put a held kettle onto one end of a tray, the one beside a machine: it stands nearer to the
-    middle than what may come onto the other end, and leaves the hand more room.
-    """
+    """Put a held kettle onto one end of a tray."""
     target = Thing(arm, target_role)
     yield from straighten(arm, CAREFUL)
+    shift = elbow_room(arm, target.middle)
+    yield from bring_onto(arm, role, target, kettle_end(arm, target), shift, CAREFUL)
+    yield from unhook(arm)
+
+
+def kettle_end(arm: Arm, target: Thing) -> Array:
+    """Where a kettle goes on a tray (3,): the end beside a machine, for it stands nearer to the
+    middle than what may come onto the other end, and leaves the hand more room; without a machine,
+    the end that is farther from the robot.
+    """
     axis, width = target.sides()[1]
     ends = [target.middle + share * width * axis for share in (-KETTLE_END, KETTLE_END)]
-    shift = elbow_room(arm, target.middle)
-    spot = max(ends, key=lambda end: -shift * arm.aside(end) or arm.ahead(end))
-    yield from bring_onto(arm, role, target, spot, shift, CAREFUL)
-    yield from unhook(arm)
+    away = elbow_room(arm, target.middle)
+    return max(ends, key=lambda end: -away * arm.aside(end) if away else arm.ahead(end))
 
 
 def unhook(arm: Arm) -> Motion:
