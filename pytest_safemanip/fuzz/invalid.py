@@ -13,7 +13,7 @@ from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.steps import ARRAYS
 
 if TYPE_CHECKING:
-    from pytest_safemanip.fuzz.laws import Draw
+    from pytest_safemanip.fuzz.trial import Draw
 
 _WORST = st.sampled_from((np.nan, np.inf, -np.inf))
 _SEEDS = st.integers(0, 2**16)

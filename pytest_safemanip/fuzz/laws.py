@@ -9,29 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
 
 import numpy as np
 from hypothesis import strategies as st
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.fuzz import changes
-from pytest_safemanip.fuzz.film import of_length
 from pytest_safemanip.fuzz.invalid import invalid
+from pytest_safemanip.fuzz.steps import causal, online, part, window
 from pytest_safemanip.fuzz.timing import flickering, lasting_states, near
-from pytest_safemanip.fuzz.trial import LawBroken, Trial
+from pytest_safemanip.fuzz.trial import Draw, LawBroken, Trial
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.trace.recording import Recording
 
-T = TypeVar("T")
 _SEEDS = st.integers(0, 2**16)
-
-
-class Draw(Protocol):
-    """Hypothesis's ``data.draw``."""
-
-    def __call__(self, strategy: st.SearchStrategy[T]) -> T:
-        """A value of the strategy."""
 
 
 @dataclass(frozen=True)
@@ -54,45 +45,6 @@ class Law:
 def _total(trial: Trial, draw: Draw) -> None:
     for arguments in trial.calls:
         trial.values(arguments)
-
-
-def _causal(trial: Trial, draw: Draw) -> None:
-    stop = draw(st.integers(1, len(trial.recording.steps)))
-    begun = trial.on(of_length(trial.recording, 0, stop))
-    for arguments in trial.calls:
-        prefix, whole = begun(arguments), trial.values(arguments)
-        trial.expect(arguments, prefix, whole[:stop], f"without the steps from {stop} on")
-
-
-def _window(trial: Trial, draw: Draw) -> None:
-    """At a step drawn, at the first one where it is true and at the last one of all."""
-    last = len(trial.recording.steps) - 1
-    drawn = draw(st.integers(0, last))
-    for arguments in trial.calls:
-        for step in {drawn, int(np.argmax(trial.values(arguments))), last}:
-            _look_back(trial, arguments, step)
-
-
-def _look_back(trial: Trial, arguments: tuple[str, ...], step: int) -> None:
-    """Compare a value with that on the steps of its window alone."""
-    window = trial.proposition.window(trial.parameters)
-    count = step if math.isinf(window) else round(window / trial.recording.trace.dt)
-    first = max(step - max(count, int(trial.proposition.act)), 0)
-    recent = of_length(trial.recording, first, step + 1)
-    if recent.steps.tail[0]:
-        return
-    found = trial.values(arguments).copy()
-    found[step] = trial.on(recent)(arguments)[-1]
-    where = f"without the steps before {first}, which are outside its window of {window:g} s"
-    trial.expect(arguments, found, trial.values(arguments), where)
-
-
-def _online(trial: Trial, draw: Draw) -> None:
-    every = draw(st.integers(1, 7))
-    found = trial.online(every)
-    for number, arguments in enumerate(trial.calls):
-        where = f"step by step, {every} at a time"
-        trial.expect(arguments, found[:, number], trial.values(arguments), where)
 
 
 def _rewritten(
@@ -208,9 +160,15 @@ def _thresholds(proposition: Proposition) -> list[str]:
 
 LAWS = (
     Law("total", "it has a boolean value at every step of any recording", _total),
-    Law("causal", "a value does not depend on later steps", _causal),
-    Law("window", "a value depends on the steps of its window only", _window),
-    Law("online", "step by step it has the same values as on the whole recording", _online),
+    Law("causal", "a value does not depend on later steps", causal),
+    Law("window", "a value depends on the steps of its window only", window),
+    Law("online", "step by step it has the same values as on the whole recording", online),
+    Law(
+        "part",
+        "asked for some steps only, it has the same values there",
+        part,
+        lambda proposition: proposition.sparse,
+    ),
     Law(
         "permutation",
         "names and order of entities and contacts do not matter",

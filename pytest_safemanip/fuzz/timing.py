@@ -17,8 +17,7 @@ from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.steps import Contacts
 
 if TYPE_CHECKING:
-    from pytest_safemanip.fuzz.laws import Draw
-    from pytest_safemanip.fuzz.trial import Trial
+    from pytest_safemanip.fuzz.trial import Draw, Trial
 
 MAX_STATES = 5
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol, TypeVar
 
 import numpy as np
+from hypothesis import strategies as st
 
 from pytest_safemanip.errors import ConfigError, SafemanipError, did_you_mean
 from pytest_safemanip.fuzz.scenes import bind
@@ -16,6 +18,7 @@ from pytest_safemanip.propositions.online import Online
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.recording import Recording
 
+T = TypeVar("T")
 Arguments = tuple[str, ...]
 SHORT = 0.2
 """Windows up to this many seconds are kept; longer ones are shortened, so that generated
@@ -36,6 +39,13 @@ class LawBroken(SafemanipError):
     ) -> None:
         super().__init__(why)
         self.arguments, self.step, self.values = arguments, step, values
+
+
+class Draw(Protocol):
+    """Hypothesis's ``data.draw``."""
+
+    def __call__(self, strategy: st.SearchStrategy[T]) -> T:
+        """A value of the strategy."""
 
 
 class Trial:
@@ -69,6 +79,11 @@ class Trial:
         chosen = self.parameters if parameters is None else parameters
         view = View(recording.trace, bind(recording.scene), chosen, self.catalogue)
         return lambda arguments: view(self.proposition.name, *arguments)
+
+    def part(self, arguments: Arguments, first: int, stop: int) -> Bools:
+        """Its values at steps ``first`` to ``stop - 1`` (K,), asked for alone."""
+        view = View(self.recording.trace, self.binding, self.parameters, self.catalogue)
+        return view.part(self.proposition.name, *arguments, first=first, stop=stop)
 
     def online(self, every: int) -> Bools:
         """Its values for all calls, step by step, some steps at a time (T, calls)."""

@@ -85,6 +85,7 @@ BROKEN = {
     "causal": (lambda view, o: np.full(len(view.trace), grasped(view, o).any()), math.inf),
     "window": (since_ever, 0.25),
     "online": (since_ever, math.inf),
+    "part": (lambda view, o: grasped(view, o) & (view.since == 0), 0.25),
     "permutation": (
         lambda view, o: grasped(view, o) & (o == min(view.trace.scene.object_index)),
         0.25,
@@ -119,7 +120,13 @@ def unshrunk():
 def test_a_law_catches_what_breaks_it(law):
     evaluate, window = BROKEN[law.name]
     own = Proposition(
-        "own", ("object",), lambda _: window, (NEWTONS,), evaluate, debounce=lambda _: 0.25
+        "own",
+        ("object",),
+        lambda _: window,
+        (NEWTONS,),
+        evaluate,
+        debounce=lambda _: 0.25,
+        sparse=True,
     )
     catalogue = Catalogue([own])
     found = hunt(own, law, catalogue, shortened(catalogue, {}), examples=2000)
