@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, cut, raised
+from pytest_safemanip.policies.scripted.fingers import fingers_meet, free_of_others
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP, GAP, lift, narrow_roll
 from pytest_safemanip.policies.scripted.opening import pull_out
 from pytest_safemanip.policies.scripted.rotations import Array
@@ -36,18 +37,24 @@ SLANTED = 0.3
 """Sine of the angle from which a low thing lies slanted: its ends are at different depths then."""
 END = 0.045
 """From the end of a low thing to where it is pinched at least, m."""
+ROUND = 0.03
+"""How much wider than a thing the fingers are opened to go down around it, m."""
+OPENING = 0.08
+"""Between the open fingers, m."""
 
 
 def pick_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
     """Pinch an object in an open drawer from above, across its narrow side, and lift it out.
 
     Raises:
-        SkillFailed: if it is too wide, out of reach, or was not lifted.
+        SkillFailed: if it is too wide, out of reach, too near to something, or was not lifted.
     """
     yield from pinch_in_drawer(arm, Thing(arm, role), Furniture(arm, drawer_role))
 
 
-def pinch_in_drawer(arm: Arm, thing: Thing, drawer: Furniture, slip: float = 0.0) -> Motion:
+def pinch_in_drawer(
+    arm: Arm, thing: Thing, drawer: Furniture, slip: float = 0.0, thick: float | None = None
+) -> Motion:
     """Pinch a thing in an open drawer from above, across its narrow side, and lift it out.
 
     Args:
@@ -55,21 +62,28 @@ def pinch_in_drawer(arm: Arm, thing: Thing, drawer: Furniture, slip: float = 0.0
         thing: what is picked.
         drawer: where it lies.
         slip: how far behind it the hand comes down, before it draws near above it, m.
+        thick: how thick it is where it is pinched, m; as its narrow side if not given.
 
     Raises:
-        SkillFailed: if it is too wide, out of reach, or was not lifted.
+        SkillFailed: if it is too wide, out of reach, too near to something, or was not lifted.
     """
     roll = narrow_roll(arm, thing)
     low = thing.height < LOW
-    missing = 0.0 if low else _hidden(arm, thing, drawer, roll)
-    if missing > 0.0:
-        joint = drawer.doors()[0]
+    width = OPENING if low else min(OPENING, (thick or thing.sides()[0][1]) + ROUND)
+    off = np.zeros(3) if low else free_of_others(arm, thing, width)
+    if not low and _before_wall(arm, thing.com + off, drawer) < _half_palm(arm, roll):
+        raise SkillFailed("it lies too near to the drawer's back")
+    deep = _short_by(arm, thing, drawer, roll, off) > 0.0
+    if deep:
         yield from _step_aside(arm, drawer)
-        yield from pull_out(arm, drawer, drawer.openness(joint) + missing / joint.travel)
+        # What lies in a drawer lags behind when it is pulled, and slides deeper.
+        yield from pull_out(arm, drawer, lambda: _short_by(arm, thing, drawer, roll, off) <= 0.0)
+        if _short_by(arm, thing, drawer, roll, off) > PASSING:
+            raise SkillFailed("it lies too far back in the drawer")
     pose, half = drawer.interior()
     front = arm.ahead(pose) - half[1]
-    where = _short_of_rail(arm, thing, drawer, roll) if low else thing.com
-    straight = low or missing > 0.0
+    where = _short_of_rail(arm, thing, drawer, roll) if low else thing.com + off
+    straight = low or deep
     hand = arm.hand(0.0 if straight else _drawer_pitch(arm.ahead(where) - arm.ahead(pose)), roll)
     near = min(arm.ahead(where) - STAND, front - CLEARANCE)
     rise = ABOVE - arm.position[2]
@@ -79,7 +93,8 @@ def pinch_in_drawer(arm: Arm, thing: Thing, drawer: Furniture, slip: float = 0.0
     yield from arm.drive(arm.floor_point(near - 0.08, arm.aside(arm.base)))
     yield from arm.drive(arm.floor_point(near - 0.08, arm.aside(where)))
     yield from arm.drive(arm.floor_point(near, arm.aside(where)))
-    yield from arm.open_to(1.0 if low else 0.8)
+    yield from arm.open_to(1.0)
+    yield from arm.open_to(width / OPENING)
     target = np.append(where[:2], thing.bottom + FINGERTIP)
     behind = np.append(slip * arm.forward, 0.0)
     over, before = np.append(where[:2], ABOVE) + behind, raised(target, 0.06) + behind
@@ -87,9 +102,12 @@ def pinch_in_drawer(arm: Arm, thing: Thing, drawer: Furniture, slip: float = 0.0
     yield from arm.move(before, hand, tolerance=0.012, turn_tolerance=0.06, speed=0.7, steps=80)
     if slip:
         yield from arm.move(raised(target, SLIPPED), hand, tolerance=0.008, speed=0.3, steps=40)
-    yield from arm.move(
+    down = arm.move(
         target, hand, tolerance=0.005, turn_tolerance=0.06, speed=0.3, steps=40, required=False
     )
+    yield from cut(down, lambda: fingers_meet(arm, thing))
+    if fingers_meet(arm, thing):
+        raise SkillFailed("what lies beside it leaves no room for the fingers")
     yield from lift(arm, thing, hand, 0.08)
     yield from arm.move(
         np.append(arm.position[:2], 1.10), arm.hand(0.0, roll), tolerance=0.03, speed=0.6, steps=60
@@ -109,31 +127,53 @@ def _step_aside(arm: Arm, drawer: Furniture) -> Motion:
 def _short_of_rail(arm: Arm, thing: Thing, drawer: Furniture, roll: float) -> Array:
     """Where a low thing is pinched (3,): in its middle, or as much nearer to its end, or beside
     it if it lies across, as the palm needs to pass the front of what the drawer is in.
-
-    Raises:
-        SkillFailed: if it lies too far back.
     """
-    deep = _hidden(arm, thing, drawer, roll)
+    along, beside = _nearer(arm, thing, _hidden(arm, thing.com, drawer, roll))
+    back = np.append(beside * arm.forward, 0.0)
+    return np.asarray(thing.com - along - back, np.float64)
+
+
+def _short_by(arm: Arm, thing: Thing, drawer: Furniture, roll: float, off: Array) -> float:
+    """How much nearer a thing would have to lie to be pinched there, or, if it is low, near its
+    end or beside it, m.
+    """
+    deep = _hidden(arm, thing.com + off, drawer, roll)
+    if thing.height >= LOW:
+        return deep
+    along, beside = _nearer(arm, thing, deep)
+    return deep - abs(float(along[:2] @ arm.forward)) - beside
+
+
+def _nearer(arm: Arm, thing: Thing, deep: float) -> tuple[Array, float]:
+    """How far from its middle along a low thing (3,), and how far beside it, m, it is pinched to
+    be so much nearer to the robot, m, or by as much as there is.
+    """
     (_, width), (axis, length) = thing.sides()
     slope = float(axis[:2] @ arm.forward)
-    along = beside = 0.0
     if abs(slope) > SLANTED:
         along = float(np.clip(deep / abs(slope), 0.0, length / 2.0 - END))
-    else:
-        beside = float(np.clip(deep, 0.0, (GAP - width) / 2.0 - BESIDE))
-    if along * abs(slope) + beside < deep - PASSING:
-        raise SkillFailed("it lies too far back in the drawer")
-    back = np.append(beside * arm.forward, 0.0)
-    return np.asarray(thing.com - math.copysign(along, slope) * axis - back, np.float64)
+        return np.asarray(math.copysign(along, slope) * axis, np.float64), 0.0
+    return np.zeros(3), float(np.clip(deep, 0.0, (GAP - width) / 2.0 - BESIDE))
 
 
-def _hidden(arm: Arm, thing: Thing, drawer: Furniture, roll: float) -> float:
-    """How much nearer a thing would have to lie for the palm, straight above it, to pass the front
-    of what the drawer is in, m.
+def _hidden(arm: Arm, where: Array, drawer: Furniture, roll: float) -> float:
+    """How much nearer a place (3,) would have to be for the palm, straight above it, to pass the
+    front of what the drawer is in, m.
     """
     rail = min(arm.ahead(end) for end in drawer.extent())
+    return arm.ahead(where) + _half_palm(arm, roll) - rail
+
+
+def _before_wall(arm: Arm, where: Array, drawer: Furniture) -> float:
+    """How far a place (3,) is from the back wall of a drawer, m."""
+    pose, half = drawer.interior()
+    return arm.ahead(pose) + float(half[1]) - arm.ahead(where)
+
+
+def _half_palm(arm: Arm, roll: float) -> float:
+    """What the palm of a hand that points down needs ahead of it, m."""
     palm = PALM @ np.abs(arm.forward @ arm.hand(0.0, roll)[:2, :2])
-    return arm.ahead(thing.com) + float(palm) + PASSING - rail
+    return float(palm) + PASSING
 
 
 def _drawer_pitch(ahead: float) -> float:

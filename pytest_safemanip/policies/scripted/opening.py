@@ -59,18 +59,20 @@ def open_access(arm: Arm, role: str) -> Motion:
 
 def open_drawer(arm: Arm, role: str) -> Motion:
     """Hook closed fingers behind the bar and drive back until the drawer is open."""
-    yield from pull_out(arm, Furniture(arm, role), DRAWER_OPEN)
+    drawer = Furniture(arm, role)
+    joint = drawer.doors()[0]
+    yield from pull_out(arm, drawer, lambda: drawer.openness(joint) >= DRAWER_OPEN)
 
 
-def pull_out(arm: Arm, drawer: Furniture, openness: float) -> Motion:
-    """Hook closed fingers behind a drawer's bar and drive back until it is open so far.
+def pull_out(arm: Arm, drawer: Furniture, until: Callable[[], bool]) -> Motion:
+    """Hook closed fingers behind a drawer's bar and drive back until it is open far enough.
 
     Args:
         arm: the arm.
-        drawer: the drawer.
-        openness: 1 is what RoboCasa calls open, about half of its depth; it can be pulled on.
+        drawer: the drawer. At 1 it is what RoboCasa calls open, about half of its depth; it can be
+            pulled on.
+        until: whether it is.
     """
-    joint = drawer.doors()[0]
     start = drawer.handle()[0][:3]
     behind = np.append(HOOK_DEPTH * arm.forward, 0.0)
     yield from arm.grip(True)
@@ -89,7 +91,7 @@ def pull_out(arm: Arm, drawer: Furniture, openness: float) -> Motion:
         yield from arm.move(over(rise), hand, tolerance=0.01, speed=0.4, steps=80)
     yield from arm.drive(
         arm.base - 0.55 * arm.forward,
-        until=lambda: drawer.openness(joint) >= openness,
+        until=until,
         speed=0.45,
     )
     yield from arm.move(raised(arm.position, 0.1), tolerance=0.03, steps=50, required=False)

@@ -130,15 +130,20 @@ def lay_at(arm: Arm, role: str, spot: Array, top: float, pitch: float = LAY_PITC
         top: height of what is highest there, m.
         pitch: of the hand, degrees from straight down.
     """
+    yield from tip_over(arm, pitch)
+    yield from carry_over(arm, role, spot, top)
+    yield from lower_tipped(arm, role)
+    yield from arm.grip(False)
+    yield from leave(arm)
+
+
+def tip_over(arm: Arm, pitch: float) -> Motion:
+    """Draw a held object back and tip it over, away from the robot, to so many degrees."""
     away = arm.position + np.append(-0.10 * arm.forward, 0.02)
     yield from arm.move(away, tolerance=0.03, speed=0.5, steps=40)
     yield from arm.move(
         arm.position, arm.hand(pitch, 90.0), tolerance=0.04, turn_tolerance=0.1, steps=80
     )
-    yield from carry_over(arm, role, spot, top)
-    yield from lower_tipped(arm, role)
-    yield from arm.grip(False)
-    yield from leave(arm)
 
 
 def lower_tipped(arm: Arm, role: str) -> Motion:

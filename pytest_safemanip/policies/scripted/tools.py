@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.drawers import pinch_in_drawer
-from pytest_safemanip.policies.scripted.grasping import narrow_roll
-from pytest_safemanip.policies.scripted.putting import lay_at
+from pytest_safemanip.policies.scripted.putting import (
+    BRAKE,
+    carry_over,
+    held_over,
+    leave,
+    lower_tipped,
+    tip_over,
+)
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -17,20 +21,22 @@ PEELED = frozenset({"carrot", "cucumber", "eggplant", "potato"})
 """What has a skin that is peeled off, as RoboCasa's task has it; the rest is cut with a knife."""
 PALM_WIDE = 0.10
 """From the middle of the palm to its end, in the direction in which the fingers open, m."""
-UNDER_EDGE = 0.05
-"""From a tool to the front of the furniture around its drawer, m: half of the open fingers, and
-their thickness."""
-BEHIND_FRONT = 0.070
+BEHIND_FRONT = 0.060
 """From the front of a drawer's inside to a tool behind it, m: nearer, the palm meets the front."""
 SLIP = 0.03
 """How far behind a tool the hand comes down, m: the palm's end passes the drawer's front."""
 TOOL_PITCH = 25.0
 """Degrees from straight down: the arm reaches a board behind an open drawer, and the near end of
 the palm, 10 cm from its middle, stays above the counter while the hand holds what is 2 cm thick."""
+HANDLE = 0.02
+"""Thickness of a knife or a peeler where it is pinched, m: its blade may be as wide as 5 cm."""
+LET_GO = 0.03
+"""How much farther the fingers are opened to let go of a tool, share of their opening: they drift
+on by four times as much, half a centimetre each, and the far one does not come to the food."""
 BEFORE_FOOD = 0.075
 """From a tool's middle to the food behind it, m: a palm that is tipped over the tool, and the
 finger beyond it."""
-ON_BOARD = 0.085
+ON_BOARD = 0.090
 """How far before the middle of a board a tool still lies on it, m: boards are 21 cm wide."""
 
 
@@ -40,19 +46,15 @@ def take_tool(
     """Pick the tool for a food out of an open drawer.
 
     Raises:
-        SkillFailed: if the hand would meet the drawer's front or what is above its back, or if the
-            tool was not lifted.
+        SkillFailed: if the hand would meet the drawer's front, or if the tool was not lifted.
     """
     role = tool_for(arm, peeler_role, knife_role, food_role)
     tool, drawer = Thing(arm, role), Furniture(arm, drawer_role)
-    where, turned = arm.ahead(tool.com), math.radians(narrow_roll(arm, tool))
-    deep = where + max(UNDER_EDGE, PALM_WIDE * abs(math.sin(turned)))
-    around = min(arm.ahead(corner) for corner in drawer.extent())
-    front = drawer.opening()[0]
-    if deep > around or where < front + BEHIND_FRONT:
-        raise SkillFailed(f"{role} lies where the hand does not reach into the drawer")
+    where, front = arm.ahead(tool.com), drawer.opening()[0]
+    if where < front + BEHIND_FRONT:
+        raise SkillFailed(f"{role} lies too near to the drawer's front for the hand")
     slip = SLIP if where < front + PALM_WIDE else 0.0
-    yield from pinch_in_drawer(arm, tool, drawer, slip)
+    yield from pinch_in_drawer(arm, tool, drawer, slip, HANDLE)
 
 
 def lay_tool(
@@ -64,7 +66,15 @@ def lay_tool(
     board, food = Thing(arm, board_role), Thing(arm, food_role)
     spot = spot_before(arm, board.middle, food)
     role = tool_for(arm, peeler_role, knife_role, food_role)
-    yield from lay_at(arm, role, spot, food.highest, TOOL_PITCH)
+    yield from tip_over(arm, TOOL_PITCH)
+    yield from carry_over(arm, role, spot, food.highest)
+    close = held_over(arm, Thing(arm, role), spot, board.highest + BRAKE)
+    yield from arm.move(
+        close, arm.rotation, tolerance=0.006, speed=0.2, steps=60, required=False, exact=True
+    )
+    yield from lower_tipped(arm, role)
+    yield from arm.open_to(float(arm.step.gripper[0]) + LET_GO)
+    yield from leave(arm)
 
 
 def tool_for(arm: Arm, peeler_role: str, knife_role: str, food_role: str) -> str:

@@ -5,9 +5,10 @@ import dataclasses
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.fingers import free_of_others
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.policies.scripted.tools import ON_BOARD, spot_before, tool_for
-from pytest_safemanip.trace.elements import Entity
+from pytest_safemanip.trace.elements import Body, Entity
 from tests import toy
 
 
@@ -37,3 +38,32 @@ def test_a_tool_goes_on_this_side_of_the_food_and_stays_on_the_board(before, sho
     spot = spot_before(arm, middle, Thing(arm, "obj"))
     assert arm.ahead(middle) - arm.ahead(spot) == pytest.approx(short)
     assert arm.aside(spot) == pytest.approx(arm.aside(middle))
+
+
+LYING = Body("mug", (0.12, 0.015, 0.013), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.1)
+NEIGHBOUR = Body("apple", (0.02, 0.08, 0.013), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.1)
+
+
+def along_beside(ahead, aside):
+    """How far from a lying thing's middle the fingers take it, with another one so far away."""
+    scene = dataclasses.replace(toy.SCENE, bodies=(LYING, NEIGHBOUR))
+    poses = ((0.5, 0.0, 1.0, *toy.UPRIGHT), (0.5 + ahead, aside, 1.0, *toy.UPRIGHT))
+    arm = Arm(scene, toy.at_rest(object_pose=poses))
+    return float(free_of_others(arm, Thing(arm, "mug"), 0.06)[0])
+
+
+@pytest.mark.parametrize(
+    ("neighbour", "along"),
+    [((0.0, 0.20), 0.0), ((0.02, 0.10), -0.015), ((-0.02, 0.10), 0.015)],
+    ids=["far off", "beside it, to the one side", "beside it, to the other"],
+)
+def test_fingers_keep_off_what_lies_beside(neighbour, along):
+    assert along_beside(*neighbour) == pytest.approx(along)
+
+
+def test_where_boxes_leave_no_room_the_middle_is_tried():
+    board = Body("mug", (0.12, 0.1, 0.01), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.1)
+    poses = ((0.65, 0.0, 1.0, *toy.UPRIGHT), (0.5, 0.0, 1.0, *toy.UPRIGHT))
+    scene = dataclasses.replace(toy.SCENE, bodies=(board, NEIGHBOUR))
+    arm = Arm(scene, toy.at_rest(object_pose=poses))
+    assert not free_of_others(arm, Thing(arm, "apple"), 0.07).any()

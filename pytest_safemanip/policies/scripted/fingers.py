@@ -1,0 +1,60 @@
+"""Room for the fingers beside what lies near."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.planar import footprints_overlap
+
+ALONG = (0.0, 0.015, -0.015, 0.03, -0.03, 0.045, -0.045)
+"""How far from its middle a thing may be pinched for the sake of what lies beside it, m: farther,
+it would hang."""
+FINGER_SIZE = (0.016, 0.022)
+"""Thickness of a finger along its travel, and its width, m, with 2 mm kept free."""
+
+BLOCKED = 10.0
+"""Force that shows that a finger stands on something and does not slide past it, N."""
+
+
+def free_of_others(arm: Arm, thing: Thing, width: float) -> Array:
+    """From a lying thing's middle to where along it the open fingers meet nothing else (3,), m; its
+    middle if there is no such place: boxes say more than there is of a tool.
+
+    Args:
+        arm: the arm.
+        thing: what is pinched from above, across its narrow side.
+        width: between the fingers, m.
+    """
+    (across, _), (axis, _) = thing.sides()
+    others = [Thing(arm, body.entity) for body in arm.scene.bodies if body.entity != thing.entity]
+    beside = [o.corners for o in others if o.bottom < thing.highest and o.highest > thing.bottom]
+    thick, wide = FINGER_SIZE
+    for along in ALONG:
+        middle = thing.com + along * axis
+        ends = [
+            _rectangle(middle + side * (width + thick) / 2.0 * across, thick * across, wide * axis)
+            for side in (-1.0, 1.0)
+        ]
+        if not any(footprints_overlap(end, other, 0.0) for end in ends for other in beside):
+            return np.asarray(along * axis, np.float64)
+    return np.zeros(3)
+
+
+def fingers_meet(arm: Arm, thing: Thing) -> bool:
+    """Whether a finger comes down on an object that it is not to take."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force >= BLOCKED).tolist():
+        pair = parts[contacts.a[row]], parts[contacts.b[row]]
+        finger = any(p.entity == ROBOT and p.name.startswith("finger") for p in pair)
+        others = {p.entity for p in pair} - {ROBOT, thing.entity}
+        if finger and others & set(arm.scene.object_index):
+            return True
+    return False
+
+
+def _rectangle(middle: Array, side: Array, other: Array) -> Array:
+    return np.array([middle + i * side + j * other for i in (-0.5, 0.5) for j in (-0.5, 0.5)])
