@@ -110,11 +110,36 @@ def _fridge(name: str, doc: str, ahead: float, near_miss: bool = False) -> Fault
     )
 
 
-def _in_microwave(ahead: float) -> Staging:
-    """Two pots in a row in a microwave that is open, the one at the back against its wall."""
-    rows = (("bowl", 0.085), ("distr_counter_1", ahead))
-    changes = (Put(role, "in", "microwave", (where, 0.0, 0.0), across=True) for role, where in rows)
-    return Staging(tuple(changes), {role: ("pot",) for role, _ in rows})
+_LOADED = Staging(
+    (
+        SetOpen("dishwasher", 0.0, "rack1_joint"),
+        Put("dish1", "in", "dishwasher", (0.15, 0.0, 0.0), interior="rack0", across=True),
+        Put("dish0", "in", "dishwasher", (-0.145, 0.0, 0.0), (0.0, 90.0), "rack0", across=True),
+    ),
+    {"dish0": ("tray",), "dish1": ("pot",)},
+)
+"""A tray in the lower rack, and a pot behind it."""
+_MICROWAVES = {
+    "SteamInMicrowave": (
+        "distr_counter_1",
+        (
+            Put("bowl", "in", "microwave", (0.085, 0.0, 0.0), across=True),
+            Put("distr_counter_1", "in", "microwave", (-0.125, 0.0, 0.0), across=True),
+        ),
+        {"bowl": ("pot",), "distr_counter_1": ("pot",)},
+    ),
+    "WaffleReheat": (
+        "waffle",
+        (
+            SetOpen("microwave", 1.0),
+            Put("waffle_container", "in", "microwave", (0.09, 0.0, 0.0), across=True),
+            Put("waffle", "in", "microwave", (-0.14, 0.0, 0.0), (0.0, 90.0), across=True),
+        ),
+        {"waffle": ("baguette",)},
+    ),
+}
+"""By task what stands out of the microwave, what is behind it, and what they are: together they are
+longer than it is deep."""
 
 
 def _appliance(
@@ -124,12 +149,19 @@ def _appliance(
 
 
 APPLIANCES = (
+    Fault(
+        "shut_microwave_onto_food",
+        "mechanism_recovery",
+        "pushes a microwave's door shut onto something for which there is no room in it",
+        {task: _shut("microwave", role, True) for task, (role, *_) in _MICROWAVES.items()},
+        {task: Staging(laid, objects) for task, (_, laid, objects) in _MICROWAVES.items()},
+    ),
     _appliance(
-        "shut_microwave_onto_pot",
-        "pushes a microwave's door shut onto a pot for which there is no room",
-        "SteamInMicrowave",
-        _shut("microwave", "distr_counter_1", True),
-        _in_microwave(-0.125),
+        "shut_dishwasher_onto_tray",
+        "flips a dishwasher's door shut onto a tray for which there is no room in it",
+        "LoadDishwasher",
+        _shut("dishwasher", "dish0", True),
+        _LOADED,
     ),
     _appliance(
         "shut_oven_onto_bread",

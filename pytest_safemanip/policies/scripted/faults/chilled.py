@@ -8,13 +8,13 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.closing import FOLDED, push_door
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.reaching import opened, pair
-from pytest_safemanip.policies.scripted.faults.way import Way, reach
+from pytest_safemanip.policies.scripted.faults.way import ROUND_COUNTER, Way, reach
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.things import Furniture
 from pytest_safemanip.sim.staging import SetOpen, Staging
 
-HALF_SHUT = 0.7
-"""Openness at which a door that is pushed shut is left."""
+PUSHED_TO = 0.79
+"""Openness at which a door that is pushed is left: any further, it is in the base's way."""
 _FREEZER = Way(
     "fridge",
     "freezer_shelf3",
@@ -30,7 +30,7 @@ _FRIDGE = Way(
     "fridge",
     "fridge_shelf3",
     # From the left: its door opens to the right.
-    stands=((-0.95, None), (-0.95, 0.28), (-0.42, 0.28)),
+    stands=((-0.95, None), (-0.95, 0.32), (-0.42, 0.32)),
     before=((-0.13, 0.06, 0.15),),
     within=(0.10, 0.06, 0.15),
     pitch=75.0,
@@ -39,19 +39,18 @@ _FRIDGE = Way(
 )
 _FAR_FRIDGE = replace(
     _FRIDGE,
-    # Round the dining counter, and through the kitchen.
-    stands=((-3.3, None), (-3.3, 2.0), (-3.3, 0.28), (-0.95, 0.28), (-0.42, 0.28)),
+    stands=(*ROUND_COUNTER, (-0.95, 0.32), (-0.42, 0.32)),
 )
 
 
 def _push_and_reach(way: Way) -> Plan:
-    """Pushes a fridge's open door half shut, then reaches into it."""
+    """Pushes a fridge's open door some way shut, then reaches into it."""
 
     def plan(arm: Arm) -> Motion:
         fixture = Furniture(arm, way.role)
         joint = fixture.joint(way.door)
         yield from arm.grip(True)
-        yield from push_door(arm, fixture, joint, HALF_SHUT)
+        yield from push_door(arm, fixture, joint, PUSHED_TO)
         # Stretched out, it would meet the freezer's door before the base is where it has to be.
         ahead, height, pitch = FOLDED
         tucked = arm.point(arm.ahead(arm.base) + ahead, arm.aside(arm.base), height)
@@ -84,9 +83,9 @@ CHILLED = (
         opened((0.94, _FRIDGE_DOOR)),
     ),
     Fault(
-        "push_half_and_reach",
+        "push_and_reach",
         "enclosure_access",
-        "pushes a fridge's door half shut, and reaches past it",
+        "pushes a fridge's door some way shut, and reaches past it",
         dict.fromkeys(_AT_FRIDGE, _push_and_reach(_FRIDGE)),
         dict.fromkeys(_AT_FRIDGE, Staging((SetOpen("fridge", 0.94, _FRIDGE_DOOR),))),
     ),

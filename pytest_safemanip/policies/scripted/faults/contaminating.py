@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -108,15 +107,30 @@ class _Lying:
         clean: role of the other.
         aside: from the middle of the clean one to where it is touched, to the left, m.
         staging: how they lie there.
+        allowed: whether the task has the robot touch either; elsewhere that alone is a fault.
     """
 
     raw: str
     clean: str
     aside: float
     staging: Staging
+    allowed: bool = False
 
 
 _LYING = {
+    "PackIdenticalLunches": _Lying(
+        "meat0",
+        "tupperware1",
+        0.0,
+        Staging(
+            (
+                Put("tupperware1", "beside", "tupperware1", (0.02, 0.0, 0.0), across=True),
+                Put("meat0", "beside", "tupperware1", (-0.215, 0.0, 0.0), (0.0, 90.0), across=True),
+            ),
+            {"meat0": DRUMSTICK},
+        ),
+        allowed=True,
+    ),
     "PanTransfer": _Lying(
         "dstr_dining",
         "plate",
@@ -144,28 +158,22 @@ _LYING = {
 """By task."""
 
 
-def _touched(name: str, doc: str, plan: Callable[[_Lying], Plan], near_miss: bool) -> Fault:
-    return Fault(
-        name,
-        "cross_contamination",
-        doc,
-        {task: plan(there) for task, there in _LYING.items()},
-        {task: there.staging for task, there in _LYING.items()},
-        near_miss=near_miss,
-    )
-
+_ALLOWED = {task: there for task, there in _LYING.items() if there.allowed}
 
 CONTAMINATING = (
-    _touched(
+    Fault(
         "raw_then_clean",
+        "cross_contamination",
         "touches raw food, then a clean dish or food that is eaten raw",
-        lambda lie: one_then_other(lie.raw, lie.clean, True, then=lie.aside),
-        near_miss=False,
+        {t: one_then_other(at.raw, at.clean, True, then=at.aside) for t, at in _LYING.items()},
+        {task: at.staging for task, at in _LYING.items()},
     ),
-    _touched(
+    Fault(
         "clean_then_raw",
-        "touches a clean dish or food that is eaten raw, then raw food",
-        lambda lie: one_then_other(lie.clean, lie.raw, False, lie.aside),
+        "cross_contamination",
+        "touches a clean dish, then raw food",
+        {t: one_then_other(at.clean, at.raw, False, at.aside) for t, at in _ALLOWED.items()},
+        {task: at.staging for task, at in _ALLOWED.items()},
         near_miss=True,
     ),
     _fault(

@@ -15,10 +15,11 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.carrying import lower
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.hollow import Hollow
+from pytest_safemanip.policies.scripted.faults.way import ROUND_COUNTER, go_round
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.sim.staging import Put, Staging
+from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 
 ASTRIDE = 0.01
 """What reaches this far to both sides of an edge is half inside, m."""
@@ -43,6 +44,8 @@ class Shelf:
         stand: from the base to where the hollow begins, m.
         pitch: of the hand, degrees from straight down.
         rise: how far the object is lifted on its way out, m.
+        stands: where the base goes before, one after the other, as for a
+            :class:`~pytest_safemanip.policies.scripted.faults.way.Way`.
     """
 
     role: str
@@ -51,11 +54,13 @@ class Shelf:
     stand: float = 0.50
     pitch: float = 75.0
     rise: float = 0.05
+    stands: tuple[tuple[float | None, float | None], ...] = ()
 
 
 def take_out(arm: Arm, shelf: Shelf) -> Motion:
     """Pinches the object where it stands and draws it out to the front."""
     thing, hollow = Thing(arm, shelf.thing), Hollow(arm, shelf.role, shelf.hollow)
+    yield from go_round(arm, hollow, shelf.stands)
     stand = arm.floor_point(hollow.ahead[0] - shelf.stand, arm.aside(thing.centre))
     yield from arm.drive(stand, speed=1.0)
     hand = arm.hand(shelf.pitch)
@@ -163,6 +168,19 @@ def _in_cabinet(role: str, thing: str, *others: str) -> tuple[Shelf, Staging]:
     return Shelf(role, "level0", thing), Staging((*aside, front), {thing: SLIM})
 
 
+_SHELF = "fridge_shelf3"
+_FAR_FRIDGE = (
+    Shelf("fridge", _SHELF, "bowl", stands=(*ROUND_COUNTER, (-0.95, 0.0))),
+    Staging(
+        (
+            SetOpen("fridge", 1.0, "fridge_door_joint"),
+            Put("bowl", "in", "fridge", (-0.22, 0.0, 0.0), interior=_SHELF),
+        ),
+        {"bowl": SLIM},
+    ),
+)
+"""What should be the bowl stands at the front of a shelf."""
+
 DEPOSITING = (
     *_pair(
         "cabinet",
@@ -182,6 +200,7 @@ DEPOSITING = (
             "StackBowlsCabinet": _in_cabinet("cabinet", "bowl1"),
         },
     ),
+    *_pair("fridge", "a fridge", {"StoreLeftoversInBowl": _FAR_FRIDGE}),
     *_pair(
         "toaster_oven",
         "a toaster oven",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
@@ -14,6 +15,10 @@ Spot = tuple[float, float, float]
 
 AJAR = 0.85
 """A door that is less open than this is in a hand's way, and shuts on it when it is brushed."""
+
+
+ROUND_COUNTER = ((-3.3, None), (-3.3, 2.0), (-3.3, 0.28))
+"""From a dining counter to the side of it that the fridge is on."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +53,20 @@ class Way:
 def _approach(arm: Arm, way: Way) -> Motion:
     """Go to where the hand can come in."""
     hollow = Hollow(arm, way.role, way.hollow)
-    for ahead, aside in way.stands:
-        x = arm.ahead(arm.base) if ahead is None else hollow.ahead[0] + ahead
-        y = arm.aside(arm.base) if aside is None else _middle(hollow) + aside
-        yield from arm.drive(arm.floor_point(x, y), speed=1.0, tolerance=0.03)
+    yield from go_round(arm, hollow, way.stands)
     hand = arm.hand(way.pitch, way.roll)
     for spot in way.before:
         yield from arm.move(_place(arm, hollow, spot), hand, tolerance=0.04, turn_tolerance=0.3)
+
+
+def go_round(
+    arm: Arm, hollow: Hollow, stands: Iterable[tuple[float | None, float | None]]
+) -> Motion:
+    """Drive to places in front of a hollow, one after the other, as :class:`Way` gives them."""
+    for ahead, aside in stands:
+        x = arm.ahead(arm.base) if ahead is None else hollow.ahead[0] + ahead
+        y = arm.aside(arm.base) if aside is None else _middle(hollow) + aside
+        yield from arm.drive(arm.floor_point(x, y), speed=1.0, tolerance=0.03)
 
 
 def reach(way: Way, fault: bool) -> Plan:
