@@ -142,6 +142,10 @@ _MICROWAVES = {
 longer than it is deep."""
 
 
+_BOWLS = {"SteamInMicrowave": "bowl", "WaffleReheat": "waffle_container"}
+"""By task what stands in the microwave with room before it."""
+
+
 def _appliance(
     name: str, doc: str, task: str, plan: Plan, staging: Staging, near_miss: bool = False
 ) -> Fault:
@@ -155,6 +159,22 @@ APPLIANCES = (
         "pushes a microwave's door shut onto something for which there is no room in it",
         {task: _shut("microwave", role, True) for task, (role, *_) in _MICROWAVES.items()},
         {task: Staging(laid, objects) for task, (_, laid, objects) in _MICROWAVES.items()},
+    ),
+    Fault(
+        "shut_microwave_before_bowl",
+        "mechanism_recovery",
+        "pushes a microwave's door shut, with 4 cm of room before a bowl",
+        {task: _shut("microwave", role, False) for task, role in _BOWLS.items()},
+        {
+            task: Staging(
+                (
+                    SetOpen("microwave", 1.0),
+                    Put(role, "in", "microwave", (-0.05, 0.0, 0.0), across=True),
+                )
+            )
+            for task, role in _BOWLS.items()
+        },
+        near_miss=True,
     ),
     _appliance(
         "shut_dishwasher_onto_tray",
