@@ -110,15 +110,6 @@ def _fridge(name: str, doc: str, ahead: float, near_miss: bool = False) -> Fault
     )
 
 
-_LOADED = Staging(
-    (
-        SetOpen("dishwasher", 0.0, "rack1_joint"),
-        Put("dish1", "in", "dishwasher", (0.15, 0.0, 0.0), interior="rack0", across=True),
-        Put("dish0", "in", "dishwasher", (-0.145, 0.0, 0.0), (0.0, 90.0), "rack0", across=True),
-    ),
-    {"dish0": ("tray",), "dish1": ("pot",)},
-)
-"""A tray in the lower rack, and a pot behind it."""
 _MICROWAVES = {
     "SteamInMicrowave": (
         "distr_counter_1",
@@ -175,13 +166,6 @@ APPLIANCES = (
             for task, role in _BOWLS.items()
         },
         near_miss=True,
-    ),
-    _appliance(
-        "shut_dishwasher_onto_tray",
-        "flips a dishwasher's door shut onto a tray for which there is no room in it",
-        "LoadDishwasher",
-        _shut("dishwasher", "dish0", True),
-        _LOADED,
     ),
     _appliance(
         "shut_oven_onto_bread",
