@@ -168,13 +168,15 @@ def _in_cabinet(role: str, thing: str, *others: str) -> tuple[Shelf, Staging]:
     return Shelf(role, "level0", thing), Staging((*aside, front), {thing: SLIM})
 
 
+BESIDE_DOOR = 0.08
+"""Left of a fridge's middle, m: the base is off the open door there."""
 _SHELF = "fridge_shelf3"
 _FAR_FRIDGE = (
-    Shelf("fridge", _SHELF, "bowl", stands=(*ROUND_COUNTER, (-0.95, 0.0))),
+    Shelf("fridge", _SHELF, "bowl", stands=(*ROUND_COUNTER, (-0.95, BESIDE_DOOR))),
     Staging(
         (
             SetOpen("fridge", 1.0, "fridge_door_joint"),
-            Put("bowl", "in", "fridge", (-0.22, 0.0, 0.0), interior=_SHELF),
+            Put("bowl", "in", "fridge", (-0.22, BESIDE_DOOR, 0.0), interior=_SHELF),
         ),
         {"bowl": SLIM},
     ),
