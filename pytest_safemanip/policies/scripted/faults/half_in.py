@@ -11,11 +11,16 @@ from pytest_safemanip.policies.scripted.faults.hollow import Hollow
 from pytest_safemanip.policies.scripted.handles import pick_by_handle, put_in
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
-from pytest_safemanip.sim.staging import Staging
+from pytest_safemanip.sim.staging import SetOpen, Staging
 
 TASK, ROLE = "SeparateFreezerRack", "veg_tupperware"
-BOWL = Staging((), {ROLE: ("bowl",)})
-"""A box has nothing that a hand could hold; a bowl has a lug."""
+BOWL = Staging((SetOpen("fridge", 1.0, "freezer_door_joint"),), {ROLE: ("bowl",)})
+"""A box has nothing that a hand could hold; a bowl has a lug. A door that is less open
+is in its way."""
+ROOM = 0.40
+"""How far the base draws back before it carries the bowl past the freezer's open door, m."""
+OFF_DOOR = 0.012
+"""How far right of the freezer's middle it goes in, m: its door, 11 cm thick, is on the left."""
 LUG_FREE = 0.6
 """Opening of the fingers at which they are off a lug, which is 3 cm wide."""
 HALF, WHOLE = 0.02, 0.15
@@ -37,7 +42,9 @@ def _put(beyond: float, fault: bool) -> Plan:
                 "fridge",
                 when=lambda: bool(arm.step.gripper[0] > LUG_FREE) and astride(),
             )
-        middle = arm.floor_point(shelf.ahead[0] + beyond, sum(shelf.aside) / 2.0)
+        middle = arm.floor_point(shelf.ahead[0] + beyond, sum(shelf.aside) / 2.0 - OFF_DOOR)
+        yield from arm.drive(arm.base - ROOM * arm.forward, speed=0.5)
+        yield from arm.drive(arm.floor_point(arm.ahead(arm.base), arm.aside(middle)), speed=0.5)
         yield from put_in(arm, ROLE, Furniture(arm, "fridge"), np.append(middle, shelf.height[0]))
 
     return plan
