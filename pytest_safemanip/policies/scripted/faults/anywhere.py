@@ -9,7 +9,6 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.cups import grasp_cup
 from pytest_safemanip.policies.scripted.faults.depositing import Shelf, take_out
 from pytest_safemanip.policies.scripted.faults.fault import Fault
-from pytest_safemanip.policies.scripted.faults.half_in import BOWL
 from pytest_safemanip.policies.scripted.faults.passing_on import STATION
 from pytest_safemanip.policies.scripted.faults.releasing import EDGE, FLOOR, JUST_ABOVE
 from pytest_safemanip.policies.scripted.faults.worktop import (
@@ -88,7 +87,8 @@ LAID: Mapping[str, Staging] = {
         ),
         {"strawberry": ("egg",)},
     ),
-    "SeparateFreezerRack": BOWL,
+    # A box has nothing that a hand could hold; a bowl has a lug.
+    "SeparateFreezerRack": Staging((), {"veg_tupperware": ("bowl",)}),
     "SetUpCuttingStation": STATION,
 }
 """How it lies where the hand can take it, in tasks in which it would not."""

@@ -16,7 +16,6 @@ from pytest_safemanip.policies.scripted.faults.crowding import CROWDING
 from pytest_safemanip.policies.scripted.faults.depositing import DEPOSITING
 from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
 from pytest_safemanip.policies.scripted.faults.fault import Fault
-from pytest_safemanip.policies.scripted.faults.half_in import HALF_IN
 from pytest_safemanip.policies.scripted.faults.holding import HOLDING
 from pytest_safemanip.policies.scripted.faults.jamming import JAMMING
 from pytest_safemanip.policies.scripted.faults.passing_on import PASSING_ON
@@ -34,7 +33,6 @@ FAULTS: Mapping[str, Fault] = {
         *HOLDING,
         *ENCLOSING,
         *DEPOSITING,
-        *HALF_IN,
         *RACKING,
         *JAMMING,
         *SHUTTING,
