@@ -105,8 +105,7 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     """Height and owner of the highest thing below an object's footprint."""
     slack = view.parameters["pre_safe.overlap"]
     bottom = points[:, 2].min()
-    best, owner, lowest = -np.inf, None, -np.inf
-    vessel = (-np.inf, "")
+    vessel, found = (-np.inf, ""), []
     centre = points.mean(axis=0)
     reach = float(np.linalg.norm(points - centre, axis=1).max())
     around_it = solids(view, name, step, (centre, reach))
@@ -120,10 +119,26 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
         # A vessel's box is mostly air: what is let go inside it falls onto its floor or contents.
         if height > bottom + slack and _in_vessel(view, entity, points, step):
             vessel = max(vessel, (float(low[k, 2]), entity))
-        elif near[k] and best < height <= bottom + slack and footprints_overlap(points, box, slack):
-            best, owner, lowest = height, entity, float(low[k, 2])
+        elif near[k] and height <= bottom + slack and footprints_overlap(points, box, slack):
+            found.append((height, entity, box))
     floor, around = vessel
-    return (floor, around) if around and not lowest > floor else (best, owner)
+    if not found:
+        return (floor, around) if around else (-np.inf, None)
+    height, owner, box = _uncovered(view, found, step)
+    lowest = float(box[:, 2].min())
+    return (floor, around) if around and not lowest > floor else (height, owner)
+
+
+def _uncovered(
+    view: View, found: list[tuple[float, str, Array]], step: int
+) -> tuple[float, str, Array]:
+    """The highest of the things below an object: height, owner and box. What lies on a plate comes
+    before the plate, whose rim may be higher.
+    """
+    found = sorted(found, key=lambda item: -item[0])
+    highest = found[0]
+    inside = (item for item in found[1:] if item[1] != highest[1])
+    return next((item for item in inside if _in_vessel(view, highest[1], item[2], step)), highest)
 
 
 def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pytest_safemanip.trace import Entity, Part
 from tests import toy
 from tests.propositions.stage import (
     along,
@@ -134,6 +135,37 @@ def test_what_lies_below_must_be_a_permitted_support():
 def test_another_object_below_counts_from_a_centimetre_of_overlap(apart, line):
     # The boxes of mug and apple touch at a distance of 9 cm.
     assert placed((0.4, apart, TOP + 0.08 + HALF)) == (False, [line])
+
+
+@pytest.mark.parametrize(
+    ("supports", "evidence"),
+    [
+        ("apple", []),
+        ("plate", ["mug is let go above apple, which is no permitted support"]),
+    ],
+)
+def test_what_lies_on_a_plate_comes_before_its_rim_which_is_higher(supports, evidence):
+    mug, apple = toy.SCENE.bodies
+    plate = dataclasses.replace(apple, entity="plate", half=(0.15, 0.15, 0.011))
+    scene = dataclasses.replace(
+        toy.SCENE,
+        entities=(*toy.SCENE.entities, Entity("plate", "object", "plate")),
+        bodies=(mug, dataclasses.replace(apple, half=(0.06, 0.06, 0.007)), plate),
+        parts=(*toy.PARTS, Part("plate", "body")),
+    )
+    heights = (TOP + 0.020 + HALF, TOP + 0.013, TOP + 0.011)
+    poses = [[(0.4, 0.0, z, *toy.UPRIGHT) for z in heights]] * 30
+    recording = film(
+        30,
+        grip(range(10)),
+        scene=scene,
+        gripper=along(arrays(30).gripper, range(10, 13), 1, 0.5),
+        object_pose=np.array(poses, np.float32),
+        object_twist=np.zeros((30, 3, 6), np.float32),
+    )
+    view = look(recording, supports={"mug": frozenset({supports})})
+    (step,) = true_at(view("skill_onset", "place", "mug"))
+    assert view.evidence("pre_safe", ("place", "mug"), step) == evidence
 
 
 def test_nothing_below_is_no_support():

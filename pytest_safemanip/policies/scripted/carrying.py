@@ -7,7 +7,9 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.grasping import narrow_roll
 from pytest_safemanip.policies.scripted.picking import FRONT_PITCH
+from pytest_safemanip.policies.scripted.putting import set_down
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing, counter
 
 CARRY_REACH = 0.50
@@ -17,10 +19,23 @@ SHELF_STAND = 0.51
 """Base to the front of the shelf, m."""
 SHELF_DEPTH = 0.06
 """Free space between the front of the shelf and the object, m."""
-NEXT = 0.105
-"""Middle to middle of two things on a shelf, m: the opening fingers go between them."""
+HANG_PITCH = 60.0
+"""Likewise for what hangs 15 cm below the hand: less level, the arm does not reach so high."""
+HANG_REACH = 0.46
+"""Base to hand before the shelf then, m."""
+HANG_OVER = 0.025
+"""Free space below it, m."""
+HANGS = 0.05
+"""From the grip point down to the centre of mass of what swings in the fingers, m."""
+GENTLY = 0.4
+"""Speed, of base and hand, at which it hardly swings."""
 BESIDE = 0.40
 """From the side of a drawer to where something is put down beside it, m."""
+
+
+def hangs(arm: Arm, thing: Thing) -> bool:
+    """Whether a held object is gripped so far above its centre of mass that it swings."""
+    return bool(arm.position[2] - thing.com[2] > HANGS)
 
 
 def carry_to_shelf(arm: Arm, role: str, cabinet_role: str, aside: float | None = None) -> Motion:
@@ -35,50 +50,75 @@ def carry_to_shelf(arm: Arm, role: str, cabinet_role: str, aside: float | None =
     thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
     front, shelf = cabinet.opening()
     pose, half = cabinet.interior()
+    hanging = hangs(arm, thing)
+    fast, faster = (GENTLY, GENTLY) if hanging else (0.7, 1.0)
+    pitch, over = (HANG_PITCH, HANG_OVER) if hanging else (SHELF_PITCH, 0.05)
     clear = max(0.12, thing.extent_ahead()[1] - (front - 0.10))
-    yield from arm.drive(arm.base - clear * arm.forward)
+    yield from arm.drive(arm.base - clear * arm.forward, speed=fast)
     reach = min(arm.ahead(arm.position) - arm.ahead(arm.base), CARRY_REACH + 0.02)
-    turning = arm.hand((FRONT_PITCH + SHELF_PITCH) / 2.0)
+    turning = arm.hand(HANG_PITCH if hanging else (FRONT_PITCH + SHELF_PITCH) / 2.0)
     yield from arm.move(
         arm.point(arm.ahead(arm.base) + reach, arm.aside(arm.position), 1.30),
         turning,
         tolerance=0.05,
         turn_tolerance=0.3,
+        speed=faster,
         steps=80,
     )
 
     def before_shelf() -> Array:
-        height = arm.position[2] + shelf + 0.05 - thing.bottom
-        return arm.point(arm.ahead(arm.base) + CARRY_REACH, arm.aside(arm.base), height)
+        height = arm.position[2] + shelf + over - thing.bottom
+        return arm.point(arm.ahead(arm.base) + before, arm.aside(arm.base), height)
 
+    hand, before = arm.hand(pitch), HANG_REACH if hanging else CARRY_REACH
     yield from arm.move(
-        before_shelf, arm.hand(SHELF_PITCH), tolerance=0.03, turn_tolerance=0.15, steps=120
+        before_shelf, hand, tolerance=0.03, turn_tolerance=0.15, speed=faster, steps=120
     )
     middle, room = arm.aside(pose), half[0] - 0.2
     wanted = arm.aside(thing.centre) if aside is None else aside
     to = float(np.clip(wanted, middle - room, middle + room))
-    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), to))
+    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), to), speed=fast)
 
 
-def put_on_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
-    """Push a held object in over the shelf, lower it, let go, and draw back."""
+def put_on_shelf(arm: Arm, role: str, cabinet_role: str, depth: float = SHELF_DEPTH) -> Motion:
+    """Push a held object in over the shelf, lower it, let go, and draw back.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        cabinet_role: the cabinet.
+        depth: free space between the front of the shelf and the object there, m.
+    """
     thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
     front, shelf = cabinet.opening()
-    hand = arm.hand(SHELF_PITCH)
-    before = arm.floor_point(front - SHELF_STAND, arm.aside(arm.base))
+    hanging, aside = hangs(arm, thing), arm.aside(arm.base)
+    hand = arm.hand(HANG_PITCH if hanging else SHELF_PITCH)
+    closest = nearest(arm, aside, aside) if hanging else front - SHELF_STAND
     yield from arm.drive(
-        before, until=lambda: thing.extent_ahead()[0] > front + SHELF_DEPTH, speed=0.5
+        arm.floor_point(closest, aside),
+        until=lambda: thing.extent_ahead()[0] > front + depth,
+        speed=GENTLY if hanging else 0.5,
     )
 
     def over_shelf() -> Array:
-        way = front + SHELF_DEPTH - thing.extent_ahead()[0]
-        return np.add(arm.position, (*(way * arm.forward), shelf + 0.03 - thing.bottom))
+        way = front + depth - thing.extent_ahead()[0]
+        rise = shelf + (HANG_OVER if hanging else 0.03) - thing.bottom
+        return np.add(arm.position, (*(way * arm.forward), rise))
 
     yield from arm.move(
-        over_shelf, hand, tolerance=0.02, turn_tolerance=0.2, speed=0.6, steps=60, required=False
+        over_shelf,
+        hand,
+        tolerance=0.02,
+        turn_tolerance=0.2,
+        speed=GENTLY if hanging else 0.6,
+        steps=60,
+        required=False,
     )
-    yield from lower(arm, thing, shelf, hand)
-    yield from arm.grip(False)
+    if hanging:
+        yield from set_down(arm, role)
+    else:
+        yield from lower(arm, thing, shelf, hand)
+        yield from arm.grip(False)
     yield from arm.move(
         arm.position - 0.08 * arm.rotation[:, 2],
         tolerance=0.03,
@@ -92,28 +132,6 @@ def put_on_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
 def place_in_cabinet(arm: Arm, role: str, cabinet_role: str) -> Motion:
     """Put a held object on the lowest shelf of an open cabinet."""
     yield from carry_to_shelf(arm, role, cabinet_role)
-    yield from put_on_shelf(arm, role, cabinet_role)
-
-
-def place_in_cabinet_beside(arm: Arm, role: str, cabinet_role: str, other_role: str) -> Motion:
-    """Put a held object on the lowest shelf of an open cabinet, beside another object in it."""
-    pose, half = Furniture(arm, cabinet_role).interior()
-    other = Thing(arm, other_role)
-    others = [Thing(arm, body.entity) for body in arm.scene.bodies]
-    standing = [thing for thing in others if thing.entity != Thing(arm, role).entity]
-    places = [arm.aside(other.centre) + side * NEXT for side in (-1.0, 1.0)]
-    middle, room = arm.aside(pose), half[0] - 0.2
-
-    def free(aside: float) -> float:
-        """How far it is there from what stands on the shelf, and from its ends, m."""
-        gaps = [
-            abs(aside - arm.aside(thing.centre))
-            for thing in standing
-            if abs(thing.bottom - (pose[2] - half[2])) < 0.05
-        ]
-        return min((*gaps, 0.0 if abs(aside - middle) > room else NEXT))
-
-    yield from carry_to_shelf(arm, role, cabinet_role, max(places, key=free))
     yield from put_on_shelf(arm, role, cabinet_role)
 
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
-from pytest_safemanip.policies.scripted.things import Furniture
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.elements import Joint
+from pytest_safemanip.trace.geometry import corners
 from pytest_safemanip.trace.kinematics import carried
 
 HOOK_PITCH = 25.0
@@ -34,6 +35,9 @@ BAR_END = 0.03
 DOOR_TURN = 0.7
 """Share of the door's rotation that the hand follows; the bar turns between the pads."""
 DOOR_DONE = 0.95
+DOOR_SLOW, DOOR_GENTLY = 0.85, 0.25
+"""From this openness on, a door is pulled at this share of the top speed: at its stop, a hand that
+goes on pulls at the bar with 314 N."""
 
 LEVER_PITCH = 40.0
 LEVER_ASIDE = 0.13
@@ -105,6 +109,26 @@ def open_doors(arm: Arm, role: str) -> Motion:
             yield from _swing(arm, cabinet, joint)
 
 
+def open_for(arm: Arm, role: str, object_role: str) -> Motion:
+    """Swing the doors of a fixture that an object is behind.
+
+    Raises:
+        SkillFailed: if a handle slipped.
+    """
+    cabinet, thing = Furniture(arm, role), Thing(arm, object_role)
+    for joint in cabinet.doors():
+        if joint.kind == "hinge" and _before(arm, joint, thing.centre):
+            yield from _swing(arm, cabinet, joint)
+
+
+def _before(arm: Arm, joint: Joint, point: Array) -> bool:
+    """Whether a door, closed, covers a point."""
+    box = np.asarray(corners(np.array(joint.pose), np.array(joint.half)), np.float64)
+    across = [arm.aside(corner) for corner in box]
+    low, high = box[:, 2].min(), box[:, 2].max()
+    return bool(low < point[2] < high and min(across) < arm.aside(point) < max(across))
+
+
 def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
     edge = 2.0 * np.asarray(joint.pose[:3]) - np.asarray(joint.anchor)
     bar, half = cabinet.handle(near=edge)
@@ -118,7 +142,14 @@ def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
     yield from arm.open_to(0.6)
     yield from arm.move(start + below - 0.16 * approach, hand, tolerance=0.03, steps=160)
     yield from arm.move(
-        start + below - 0.06 * approach, hand, turn_tolerance=0.08, speed=0.6, steps=80
+        start + below - 0.06 * approach,
+        hand,
+        tolerance=0.006,
+        turn_tolerance=0.08,
+        speed=0.6,
+        steps=80,
+        exact=True,
+        required=False,
     )
     yield from arm.move(
         lambda: cabinet.handle(near=start)[0][:3] + below + 0.013 * approach,
@@ -147,9 +178,15 @@ def _pull_round(arm: Arm, cabinet: Furniture, joint: Joint, side: float) -> Moti
 
     for openness in np.arange(first + 0.06, DOOR_DONE + 0.12, 0.06).tolist():
         turned = -side * DOOR_TURN * math.degrees(joint.travel * (openness - first))
-        target = carried(joint, shut, np.array(openness))[:3]
-        reached = opened(openness - 0.03)
-        yield from arm.move(target, about_z(turned) @ hand, steps=20, required=False, until=reached)
+        target = carried(joint, shut, np.array(min(openness, 1.0)))[:3]
+        yield from arm.move(
+            target,
+            about_z(turned) @ hand,
+            speed=1.0 if openness < DOOR_SLOW else DOOR_GENTLY,
+            steps=20,
+            required=False,
+            until=opened(min(openness - 0.03, DOOR_DONE)),
+        )
         if cabinet.openness(joint) >= DOOR_DONE:
             return
     if cabinet.openness(joint) < 0.5:

@@ -12,6 +12,7 @@ from pytest_safemanip.policies.scripted.grasping import reach
 from pytest_safemanip.policies.scripted.leaning import elbow_room, wrist_room
 from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
+from pytest_safemanip.policies.scripted.spots import free_spot
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.policies.scripted.touching import (
@@ -24,10 +25,6 @@ OVER = 0.03
 """Free space below a load while it is carried over things, m."""
 OVERHEAD = 0.2
 """What is this far above a load, m, stands in a cabinet over it: nothing is carried over that."""
-OFF_MIDDLE = (0.0, 0.18, -0.18, 0.25, -0.25)
-"""Places along a target's long side, from its middle, shares of its length."""
-ENOUGH = 0.09
-"""Middle to middle of two things that lie beside each other, m."""
 LAY_PITCH = 55.0
 """As far as the hand tips at the height of a counter, degrees from straight down."""
 BEYOND = 0.035
@@ -95,22 +92,6 @@ def bring_onto(
         arm.position, tolerance=BRAKE, turn_tolerance=0.3, steps=20, required=False, exact=True
     )
     yield from set_down(arm, role, speed=SOFTLY)
-
-
-def free_spot(arm: Arm, role: str, target: Thing) -> Array:
-    """Where on a target there is most room for an object, along its long side (3,)."""
-    thing = Thing(arm, role)
-    axis, width = target.sides()[1]
-    spots = [target.middle + k * width * axis for k in OFF_MIDDLE]
-
-    return max(spots, key=lambda spot: min(room_at(arm, thing, target, spot), ENOUGH))
-
-
-def room_at(arm: Arm, thing: Thing, target: Thing, spot: Array) -> float:
-    """How far a spot (3,) on a target is from the middle of what else there is, m."""
-    own = {thing.entity, target.entity}
-    others = [Thing(arm, b.entity).centre for b in arm.scene.bodies if b.entity not in own]
-    return min((float(np.linalg.norm((o - spot)[:2])) for o in others), default=math.inf)
 
 
 def lay_onto(arm: Arm, role: str, target_role: str) -> Motion:

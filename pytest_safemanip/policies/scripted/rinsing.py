@@ -16,10 +16,10 @@ from pytest_safemanip.policies.scripted.grasping import (
 from pytest_safemanip.policies.scripted.putting import (
     carry_before,
     held_over,
-    room_at,
     set_down,
 )
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.spots import room_at
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.policies.scripted.touching import carried_by_something

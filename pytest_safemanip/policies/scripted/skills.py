@@ -16,21 +16,20 @@ from pytest_safemanip.policies.scripted.basins import (
     pick_by_handle_from_above,
     place_in_basin,
 )
-from pytest_safemanip.policies.scripted.carrying import (
-    place_in_cabinet,
-    place_in_cabinet_beside,
-)
+from pytest_safemanip.policies.scripted.carrying import place_in_cabinet
 from pytest_safemanip.policies.scripted.closing import close_access
 from pytest_safemanip.policies.scripted.controls import await_release, press
 from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.cups import grasp_cup, place_under
 from pytest_safemanip.policies.scripted.driving import go
 from pytest_safemanip.policies.scripted.ends import place_on_end, place_onto_beside
+from pytest_safemanip.policies.scripted.fridges import pick_from_fridge
 from pytest_safemanip.policies.scripted.handles import pick_by_handle, place_inside
 from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
-from pytest_safemanip.policies.scripted.opening import open_access, turn_lever
+from pytest_safemanip.policies.scripted.neighbours import place_in_cabinet_beside
+from pytest_safemanip.policies.scripted.opening import open_access, open_for, turn_lever
 from pytest_safemanip.policies.scripted.picking import (
     pick_from,
     pick_from_above,
@@ -52,16 +51,18 @@ from pytest_safemanip.policies.scripted.spotting import (
     place_beside_alike,
     place_beside_any,
     pluck,
+    pluck_for,
 )
 from pytest_safemanip.policies.scripted.tipping import tip_into
 from pytest_safemanip.policies.scripted.tools import lay_tool, take_tool
-from pytest_safemanip.policies.scripted.travelling import carry_to
+from pytest_safemanip.policies.scripted.travelling import balance_to, carry_to
 from pytest_safemanip.policies.scripted.wielding import scrub
 
 Skill = Callable[..., Motion]
 
 SKILLS: Mapping[str, Skill] = {
     "await": await_release,
+    "balance to": balance_to,
     "carry to": carry_to,
     "close": close_access,
     "clutch": pick_by_handle_from_above,
@@ -76,7 +77,9 @@ SKILLS: Mapping[str, Skill] = {
     "lay onto": lay_onto,
     "lay or for onto": lay_tool,
     "open": open_access,
+    "open for": open_for,
     "pick": pick_from_counter,
+    "fetch from": pick_from_fridge,
     "grasp": grasp_cup,
     "pick from": pick_from,
     "hook": hook,
@@ -91,6 +94,7 @@ SKILLS: Mapping[str, Skill] = {
     "place on beside": place_beside_any,
     "place on beside or": place_beside_alike,
     "pluck": pluck,
+    "pluck for": pluck_for,
     "press": press,
     "scrub with": scrub,
     "sink in": place_in_basin,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
-from pytest_safemanip.policies.scripted.carrying import place_beside
+from pytest_safemanip.policies.scripted.carrying import HANG_PITCH, place_beside
 from pytest_safemanip.policies.scripted.grasping import Grasp, take
 from pytest_safemanip.policies.scripted.picking import FRONT_PITCH, FRONT_STAND
 from pytest_safemanip.policies.scripted.putting import carry_before, held_over, leave, set_down
@@ -28,6 +28,8 @@ HAND_WIDE = 0.105
 """From the grip point to the end of the palm, m."""
 ENOUGH_ROOM = 0.01
 """Free space beside the fingers that is as good as more, m."""
+SHELF_REACH = 0.62
+"""Base to hand at which the arm holds that pitch at the height of a bottle's neck, m."""
 BELOW_TOP = 0.025
 """Grip point below the top of what stands, m."""
 GENTLY = 0.4
@@ -50,10 +52,24 @@ def pluck(arm: Arm, role: str) -> Motion:
     Raises:
         SkillFailed: if it is too wide or was not lifted.
     """
+    yield from _pluck(arm, role, FRONT_PITCH, FRONT_STAND)
+
+
+def pluck_for(arm: Arm, role: str, cabinet_role: str) -> Motion:
+    """Pinch something tall and round, to hang from the fingers as it will hang over the shelf of a
+    cabinet: a hand that tips later turns about the neck of a bottle.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    yield from _pluck(arm, role, HANG_PITCH, SHELF_REACH)
+
+
+def _pluck(arm: Arm, role: str, pitch: float, distance: float) -> Motion:
     thing = Thing(arm, role)
-    yield from stand(arm, arm.ahead(thing.centre) - FRONT_STAND, arm.aside(thing.centre))
+    yield from stand(arm, arm.ahead(thing.centre) - distance, arm.aside(thing.centre))
     best = max(YAWS, key=lambda yaw: min(_room(arm, thing, yaw), ENOUGH_ROOM))
-    hand = arm.hand(FRONT_PITCH, yaw=best)
+    hand = arm.hand(pitch, yaw=best)
     point = raised(thing.top, -BELOW_TOP)
     yield from take(arm, thing, Grasp(point, hand, 1.0), rise=0.05)
 

@@ -23,6 +23,8 @@ BEND = 0.12
 PITCH = 20.0
 """Degrees from straight down that the hand is pitched on the way: straight down, the wrist reaches
 its limit so close to the base."""
+BALANCE_PITCH, BALANCE_HEIGHT, BALANCE_TUCKED = 70.0, 1.30, 0.46
+"""Likewise, and height of the hand and base to hand, m, where one finger is below what is held."""
 SHORT = 0.35
 """How far before its last place the way ends, m: room to raise and to tip a load."""
 SPEED = 0.6
@@ -40,17 +42,56 @@ def carry_to(arm: Arm, role: str, target_role: str) -> Motion:
     Raises:
         SkillFailed: if the base finds no way there.
     """
-    thing, target = Thing(arm, role), Thing(arm, target_role)
-    hand = _pitched(arm, PITCH)
+    yield from draw_in(arm)
+    height = arm.position[2] + ABOVE - Thing(arm, role).bottom
+    yield from tuck(arm, TUCKED, height, _pitched(arm, PITCH))
+    yield from travel(arm, role, target_role)
+
+
+def balance_to(arm: Arm, role: str, target_role: str) -> Motion:
+    """Bring something small before another thing that stands elsewhere, with one finger below it:
+    between two fingers that are level a ball sinks by half a millimetre in a second, and in half a
+    minute is past their tips.
+
+    Raises:
+        SkillFailed: if the base finds no way there.
+    """
+    yield from draw_in(arm)
+    level = arm.hand(BALANCE_PITCH, 90.0)
+    yield from tuck(arm, BALANCE_TUCKED, BALANCE_HEIGHT, level)
+    yield from travel(arm, role, target_role)
+    yield from tuck(arm, TUCKED, BALANCE_HEIGHT, arm.hand(PITCH))
+
+
+def draw_in(arm: Arm) -> Motion:
+    """Draw the base back, and a stretched arm in."""
     yield from arm.drive(arm.base - OFF * arm.forward, speed=SPEED)
-    height = arm.position[2] + ABOVE - thing.bottom
     # Upwards a little: a straight arm bends at once where it is not pulled along its own line.
     bent = arm.position + np.append(-BEND * arm.forward, 0.02)
     yield from arm.move(bent, tolerance=0.03, speed=0.5, steps=40, required=False)
-    tucked = arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.base), height)
+
+
+def tuck(arm: Arm, ahead: float, height: float, hand: Array) -> Motion:
+    """Hold the hand before the base.
+
+    Args:
+        arm: the arm.
+        ahead: how far before it, m.
+        height: above the floor, m.
+        hand: orientation (3, 3).
+
+    Raises:
+        SkillFailed: if the hand does not get there.
+    """
+    tucked = arm.point(arm.ahead(arm.base) + ahead, arm.aside(arm.base), height)
     yield from arm.move(tucked, hand, tolerance=0.03, turn_tolerance=0.15, speed=0.6, steps=120)
+
+
+def travel(arm: Arm, role: str, target_role: str) -> Motion:
+    """Drive to where a tucked hand is before an object, around what stands on the floor."""
+    thing, target = Thing(arm, role), Thing(arm, target_role)
     aside = arm.aside(target.middle)
-    ahead = arm.ahead(target.middle) - reach(arm.pitch)
+    ahead = arm.ahead(target.middle) - reach(PITCH)
     goal = arm.floor_point(ahead - SHORT, aside)
     for place in route(arm, thing, goal):
         yield from arm.drive(place, speed=SPEED, steps=LONG)

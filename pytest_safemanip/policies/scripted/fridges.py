@@ -1,0 +1,59 @@
+"""Taking something small from a shelf of an open fridge, near its front."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.grasping import across, come_in, lift
+from pytest_safemanip.policies.scripted.handles import fold_in
+from pytest_safemanip.policies.scripted.standing import nearest, stand
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+
+PITCH = 55.0
+"""Degrees from straight down: between two shelves, with 28 cm from one to the next, the wrist stays
+outside, below the upper one."""
+REACH = 0.58
+"""Base to hand at which the arm holds that pitch, m."""
+OUTSIDE = 0.14
+"""From the hand to the front of the shelf before it goes in, m."""
+TUCKED = 0.46
+"""Base to hand then, m."""
+RISE, BACK = 0.03, 0.02
+"""How far something is lifted off the shelf and drawn back meanwhile, m."""
+GENTLY = 0.4
+"""Speed of base and hand with what is held by its fingers' tips."""
+TIPS = 0.0165
+"""Grip point above the shelf at which tipped fingertips do not touch it, m."""
+DEEP = 0.002
+"""How far a thing's middle is beyond the grip point, m: on the pads' own middle, for a ball near
+their end is slowly pressed out of them, by 1 mm/s."""
+BESIDE = (0.0, 0.03, -0.03, 0.06, -0.06, 0.09, -0.09, 0.12, -0.12, 0.15, -0.15)
+"""How far beside a thing the base may stand for an open door, m."""
+
+
+def pick_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
+    """Pinch something near the front of a shelf, and bring it out past the open door.
+
+    Raises:
+        SkillFailed: if it is too wide or was not lifted.
+    """
+    thing, fridge = Thing(arm, role), Furniture(arm, fridge_role)
+    front = fridge.opening()[0]
+    aside = arm.aside(thing.centre)
+    base = arm.ahead(thing.centre) - REACH
+    beside = aside + max(BESIDE, key=lambda s: min(base, nearest(arm, aside + s, aside + s)))
+    start = min(front - OUTSIDE - TUCKED, arm.ahead(arm.base))
+    yield from fold_in(arm)
+    yield from stand(arm, start, beside)
+    grasp = across(arm, thing, PITCH)
+    point = thing.centre - DEEP * grasp.hand[:, 2]
+    point[2] = max(point[2], thing.bottom + TIPS)
+    grasp = replace(grasp, point=point)
+    before = arm.point(arm.ahead(arm.base) + TUCKED, aside, grasp.point[2] + 0.08)
+    yield from arm.open_to(grasp.opening)
+    yield from arm.move(before, grasp.hand, tolerance=0.03, turn_tolerance=0.12, steps=140)
+    yield from stand(arm, base, beside, GENTLY)
+    yield from come_in(arm, grasp, ((0.06, 0.008, 0.6), (0.0, 0.003, 0.3)), 0.08)
+    yield from lift(arm, thing, grasp.hand, RISE, BACK)
+    yield from arm.drive(arm.floor_point(start, beside), speed=GENTLY)

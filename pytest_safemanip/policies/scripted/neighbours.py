@@ -1,0 +1,117 @@
+"""Putting something on a shelf close to another thing that stands there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.carrying import GENTLY, carry_to_shelf, put_on_shelf
+from pytest_safemanip.policies.scripted.picking import FRONT_PITCH
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+
+CLOSE = 0.135
+"""Middle to middle of what is put down and what it belongs to, m: RoboCasa wants 15 cm, and the
+hand stops within 1 cm."""
+DEPTHS = (0.02, 0.04, 0.06, 0.08, 0.10)
+"""Free space between the front of the shelf and the object, m."""
+PLACES = 25
+"""Number of places along the shelf that are looked at."""
+FROM_SIDE = 0.17
+"""From the side of a cabinet to the middle of the hand, m: the palm is 10 cm wide to either side,
+and the elbow swings out a little beyond."""
+FINGERS, PALM = 0.058, 0.105
+"""From the grip point to the far side of an opening finger, and to the end of the palm, m."""
+ROOM = 0.02
+"""Free space that is as good as more, m."""
+APART = 0.25
+"""From the middle of what it does not belong to, m: what belongs to that finds room too."""
+TALLER = 0.03
+"""What is higher by more is as wide as its box at the height of the palm, m."""
+BEHIND = 0.015
+"""From a thing that is put down in front of another one to that, m."""
+TOP = 0.008
+"""How far before the middle of a thing a palm passes that is as high as its top, m: there the palm
+is 13 mm behind the grip point, shakers have a radius of 21 mm, and bottles are narrower."""
+BEFORE, HEIGHT = 0.46, 1.25
+"""Where the hand comes down to afterwards, before the base and above the floor, m: from between the
+doors, it would not get straight to what stands below them."""
+
+
+def place_in_cabinet_beside(arm: Arm, role: str, cabinet_role: str, other_role: str) -> Motion:
+    """Put a held object on the lowest shelf of an open cabinet, close to another object in it, and
+    come down in front of the counter.
+
+    Raises:
+        SkillFailed: if there is no room.
+    """
+    cabinet, other, thing = Furniture(arm, cabinet_role), Thing(arm, other_role), Thing(arm, role)
+    aside, depth = spot_on_shelf(arm, thing, cabinet, other)
+    yield from carry_to_shelf(arm, role, cabinet_role, aside)
+
+    def before_spot() -> Array:
+        way = aside - arm.aside(thing.centre)
+        return np.add(arm.position, (*(way * arm.left), 0.0))
+
+    yield from arm.move(before_spot, tolerance=0.005, speed=GENTLY, steps=25, required=False)
+    yield from put_on_shelf(arm, role, cabinet_role, depth)
+    low = arm.point(arm.ahead(arm.base) + BEFORE, arm.aside(arm.base), HEIGHT)
+    yield from arm.move(low, arm.hand(FRONT_PITCH), tolerance=0.05, turn_tolerance=0.3)
+
+
+def spot_on_shelf(arm: Arm, thing: Thing, cabinet: Furniture, other: Thing) -> tuple[float, float]:
+    """Where on a shelf, close to another object, there is most room for a thing and the hand: along
+    the base's left direction, and from the front of the shelf to the thing, m.
+
+    Raises:
+        SkillFailed: if there is none.
+    """
+    pose, half = cabinet.interior()
+    floor, front = pose[2] - half[2], cabinet.opening()[0]
+    everything = [Thing(arm, body.entity) for body in arm.scene.bodies]
+    standing = [t for t in everything if t.entity != thing.entity and abs(t.bottom - floor) < 0.05]
+    radius = thing.sides()[1][1] / 2.0
+    middle, reach = arm.aside(pose), half[0] - FROM_SIDE
+    spots = [
+        (float(aside), depth)
+        for aside in np.linspace(middle - reach, middle + reach, PLACES)
+        for depth in DEPTHS
+    ]
+
+    def room(spot: tuple[float, float]) -> float:
+        """Least distance from the hand, and from the thing, to what stands there, m."""
+        gaps = [math.inf]
+        for t in standing:
+            aside = abs(spot[0] - arm.aside(t.centre)) - t.sides()[1][1] / 2.0
+            beyond = t.extent_ahead()[0] - front - spot[1] - radius
+            gaps.append(max(min(aside - FINGERS, past_palm(spot, t)), beyond - radius - BEHIND))
+        return min(gaps)
+
+    def past_palm(spot: tuple[float, float], t: Thing) -> float:
+        """Of the palm, which comes after the fingers, nothing reaches beyond the grip point."""
+        if t.height < thing.height - TALLER:
+            return math.inf
+        centre = front + spot[1] + radius
+        wide = t.sides()[1][1] / 2.0
+        if t.height < thing.height + TALLER:
+            before = arm.ahead(t.centre) - TOP - centre
+        else:
+            before = t.extent_ahead()[0] - centre
+        return max(abs(spot[0] - arm.aside(t.centre)) - wide - PALM, before)
+
+    def away(spot: tuple[float, float]) -> float:
+        """From a spot to the other object, m."""
+        ahead = front + spot[1] + radius - arm.ahead(other.centre)
+        return math.hypot(spot[0] - arm.aside(other.centre), ahead)
+
+    def apart(spot: tuple[float, float]) -> float:
+        """From a spot to what the thing does not belong to, along the shelf, m."""
+        rest = [t for t in standing if t.entity != other.entity]
+        return min((abs(spot[0] - arm.aside(t.centre)) for t in rest), default=APART)
+
+    spots = [spot for spot in spots if away(spot) < CLOSE and room(spot) >= 0.0]
+    if not spots:
+        raise SkillFailed(f"there is no room close to {other.entity}")
+    return max(spots, key=lambda s: (min(room(s), ROOM), min(apart(s), APART), -away(s)))

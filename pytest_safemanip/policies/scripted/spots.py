@@ -1,0 +1,41 @@
+"""Where on another object there is room for what is put down."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.things import Thing
+
+OFF_MIDDLE = (0.0, 0.18, -0.18, 0.25, -0.25)
+"""Places along a target's long side, from its middle, shares of its length."""
+ON_PLATE = 0.003
+"""What lies on a plate is higher than that by more, m: by the plate's floor."""
+ENOUGH = 0.09
+"""Middle to middle of two things that lie beside each other, m."""
+
+
+def free_spot(arm: Arm, role: str, target: Thing) -> Array:
+    """Where on a target there is most room for an object, along its long side (3,)."""
+    thing = Thing(arm, role)
+    axis, width = target.sides()[1]
+    spots = [target.middle + k * width * axis for k in OFF_MIDDLE]
+
+    return max(spots, key=lambda spot: min(room_at(arm, thing, target, spot), ENOUGH))
+
+
+def room_at(arm: Arm, thing: Thing, target: Thing, spot: Array) -> float:
+    """How far a spot (3,) on a target is from the middle of what else there is on it, m."""
+    own = {thing.entity, target.entity}
+    others = [Thing(arm, b.entity) for b in arm.scene.bodies if b.entity not in own]
+    above = [o.centre for o in others if not carries(o, target)]
+    return min((float(np.linalg.norm((o - spot)[:2])) for o in above), default=math.inf)
+
+
+def carries(below: Thing, target: Thing) -> bool:
+    """Whether the one is a plate, say, that the other lies on."""
+    away = float(np.linalg.norm((below.middle - target.middle)[:2]))
+    return below.bottom < target.bottom - ON_PLATE and away < below.sides()[0][1] / 2.0
