@@ -28,10 +28,11 @@ DOOR_ASIDE = 0.10
 """Base to handle, away from the hinge, m: room for the arm while the door comes round."""
 DOOR_BELOW = 0.03
 """Grip this far below a bar's middle, m."""
-DOOR_GRIP = 1.10
-"""Long bars are gripped this high above the floor, m: lower, the hand cannot be held as level."""
-BAR_END = 0.03
-"""From the end of a bar to the hand, m."""
+LONG_BAR = 0.15
+"""Half of the length from which a bar is gripped at its upper end, m: the palm of a hand that is
+less level passes above it, and is not in line with the forearm, where it swings by 1.5 cm."""
+END_PITCH, END_GRIP = 38.0, 0.016
+"""Of that hand, degrees from straight down, and below the bar's end, m."""
 DOOR_TURN = 0.7
 """Share of the door's rotation that the hand follows; the bar turns between the pads."""
 DOOR_DONE = 0.95
@@ -136,8 +137,9 @@ def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
     side = math.copysign(1.0, arm.aside(np.asarray(joint.anchor)) - arm.aside(start))
     stand = arm.floor_point(arm.ahead(start) - DOOR_STAND, arm.aside(start) + side * DOOR_ASIDE)
     yield from arm.drive(stand)
-    hand = arm.hand(DOOR_PITCH)
-    rise = float(np.clip(DOOR_GRIP - start[2], -DOOR_BELOW, max(half) - DOOR_BELOW - BAR_END))
+    long = max(half) > LONG_BAR
+    hand = arm.hand(END_PITCH if long else DOOR_PITCH)
+    rise = max(half) - END_GRIP if long else -DOOR_BELOW
     approach, below = hand[:, 2], np.array((0.0, 0.0, rise))
     yield from arm.open_to(0.6)
     yield from arm.move(start + below - 0.16 * approach, hand, tolerance=0.03, steps=160)
