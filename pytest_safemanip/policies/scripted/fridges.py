@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.grasping import across, come_in, lift
 from pytest_safemanip.policies.scripted.handles import fold_in
+from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import nearest, stand
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -25,9 +28,9 @@ GENTLY = 0.4
 """Speed of base and hand with what is held by its fingers' tips."""
 TIPS = 0.0165
 """Grip point above the shelf at which tipped fingertips do not touch it, m."""
-DEEP = 0.002
-"""How far a thing's middle is beyond the grip point, m: on the pads' own middle, for a ball near
-their end is slowly pressed out of them, by 1 mm/s."""
+DEEP = 0.003
+"""How far beyond a thing's middle the fingers close on it, m: a ball that is 5 mm before the grip
+point, towards their tips, is slowly pressed out of them."""
 BESIDE = (0.0, 0.03, -0.03, 0.06, -0.06, 0.09, -0.09, 0.12, -0.12, 0.15, -0.15)
 """How far beside a thing the base may stand for an open door, m."""
 
@@ -47,9 +50,7 @@ def pick_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
     yield from fold_in(arm)
     yield from stand(arm, start, beside)
     grasp = across(arm, thing, PITCH)
-    point = thing.centre - DEEP * grasp.hand[:, 2]
-    point[2] = max(point[2], thing.bottom + TIPS)
-    grasp = replace(grasp, point=point)
+    grasp = replace(grasp, point=deep_in(thing, grasp.hand))
     before = arm.point(arm.ahead(arm.base) + TUCKED, aside, grasp.point[2] + 0.08)
     yield from arm.open_to(grasp.opening)
     yield from arm.move(before, grasp.hand, tolerance=0.03, turn_tolerance=0.12, steps=140)
@@ -57,3 +58,15 @@ def pick_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
     yield from come_in(arm, grasp, ((0.06, 0.008, 0.6), (0.0, 0.003, 0.3)), 0.08)
     yield from lift(arm, thing, grasp.hand, RISE, BACK)
     yield from arm.drive(arm.floor_point(start, beside), speed=GENTLY)
+
+
+def deep_in(thing: Thing, hand: Array) -> Array:
+    """The grip point (3,), above the shelf, at which a tipped hand (3, 3) has a small thing well
+    between its fingers.
+    """
+    approach = hand[:, 2]
+    level = approach * (1.0, 1.0, 0.0)
+    slope = float(np.linalg.norm(level))
+    rise = max(0.0, thing.bottom + TIPS - float(thing.centre[2]))
+    ahead = (DEEP - rise * approach[2]) / slope
+    return np.asarray(thing.centre + ahead * level / slope + np.array((0.0, 0.0, rise)))
