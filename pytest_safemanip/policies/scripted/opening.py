@@ -36,9 +36,9 @@ END_PITCH, END_GRIP = 38.0, 0.016
 DOOR_TURN = 0.7
 """Share of the door's rotation that the hand follows; the bar turns between the pads."""
 DOOR_DONE = 0.95
-DOOR_SLOW, DOOR_GENTLY = 0.85, 0.25
-"""From this openness on, a door is pulled at this share of the top speed: at its stop, a hand that
-goes on pulls at the bar with 314 N."""
+DOOR_STOP, DOOR_GENTLY = 0.85, 0.25
+"""From this openness on, a door with a long bar is pulled at this share of the top speed, and not
+beyond its stop: the hand would pull at the bar there with 314 N."""
 
 LEVER_PITCH = 40.0
 LEVER_ASIDE = 0.13
@@ -146,12 +146,12 @@ def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
     yield from arm.move(
         start + below - 0.06 * approach,
         hand,
-        tolerance=0.006,
+        tolerance=0.006 if long else 0.015,
         turn_tolerance=0.08,
         speed=0.6,
         steps=80,
-        exact=True,
-        required=False,
+        exact=long,
+        required=not long,
     )
     yield from arm.move(
         lambda: cabinet.handle(near=start)[0][:3] + below + 0.013 * approach,
@@ -161,7 +161,7 @@ def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
         steps=60,
     )
     yield from arm.grip(True)
-    yield from _pull_round(arm, cabinet, joint, side)
+    yield from _pull_round(arm, cabinet, joint, side, DOOR_STOP if long else math.inf)
     yield from arm.grip(False, 6)
     yield from arm.move(
         arm.position - 0.10 * arm.rotation[:, 2], tolerance=0.03, steps=40, required=False
@@ -169,8 +169,8 @@ def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
     yield from arm.drive(arm.base - 0.22 * arm.forward)
 
 
-def _pull_round(arm: Arm, cabinet: Furniture, joint: Joint, side: float) -> Motion:
-    """Carry the gripped handle along the door's own arc."""
+def _pull_round(arm: Arm, cabinet: Furniture, joint: Joint, side: float, slow: float) -> Motion:
+    """Carry the gripped handle along the door's own arc, gently from an openness on."""
     first = cabinet.openness(joint)
     grip, hand = arm.position, arm.rotation
     shut = carried(joint, np.append(grip, (1.0, 0.0, 0.0, 0.0)), np.array(-first))
@@ -180,14 +180,15 @@ def _pull_round(arm: Arm, cabinet: Furniture, joint: Joint, side: float) -> Moti
 
     for openness in np.arange(first + 0.06, DOOR_DONE + 0.12, 0.06).tolist():
         turned = -side * DOOR_TURN * math.degrees(joint.travel * (openness - first))
-        target = carried(joint, shut, np.array(min(openness, 1.0)))[:3]
+        gently = openness >= slow
+        target = carried(joint, shut, np.array(min(openness, 1.0) if gently else openness))[:3]
         yield from arm.move(
             target,
             about_z(turned) @ hand,
-            speed=1.0 if openness < DOOR_SLOW else DOOR_GENTLY,
+            speed=DOOR_GENTLY if gently else 1.0,
             steps=20,
             required=False,
-            until=opened(min(openness - 0.03, DOOR_DONE)),
+            until=opened(min(openness - 0.03, DOOR_DONE) if gently else openness - 0.03),
         )
         if cabinet.openness(joint) >= DOOR_DONE:
             return
