@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture
@@ -41,6 +41,10 @@ FLIP_PITCH = 60.0
 FLIP_REACH = 0.60
 FLIP_UNDER = 0.010
 """How far a finger goes under the edge of a drop door, m: its handle's bar is not far behind."""
+FLIP_OVER = 0.002
+"""How far above its edge the fingertips aim that push it, m: they slide down by 2 cm on the way; in
+the gap behind its handle they would draw it open again."""
+FLIP_TRIES = 2
 FINGER = 0.04
 """From the grip point to the inner side of a finger of the open hand, m."""
 LEAD = 0.15
@@ -135,15 +139,18 @@ def flip_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
     yield from arm.drive(arm.floor_point(arm.ahead(where) - FLIP_REACH, arm.aside(where)))
     if fixture.openness(joint) > FLIPPED:
         yield from _lift_door(arm, fixture, joint, face)
-    hand = arm.hand(FLIP_PITCH)
+    hand, rim = arm.hand(FLIP_PITCH), raised(face, FLIP_UNDER + FLIP_OVER)
     yield from arm.grip(True)
 
     def pushed(openness: float, gap: float) -> Array:
-        return _before(joint, face, openness, gap) - FINGERTIP * hand[:, 2]
+        return _before(joint, rim, openness, gap) - FINGERTIP * hand[:, 2]
 
-    yield from arm.move(pushed(fixture.openness(joint), PUSH_GAP), hand, tolerance=0.02)
-    yield from _follow(arm, fixture, joint, hand, lambda openness: pushed(openness, 0.0), until)
-    yield from arm.move(arm.position - 0.15 * hand[:, 2], tolerance=0.03, required=False)
+    for _ in range(FLIP_TRIES):
+        yield from arm.move(pushed(fixture.openness(joint), PUSH_GAP), hand, tolerance=0.02)
+        yield from _follow(arm, fixture, joint, hand, lambda openness: pushed(openness, 0.0), until)
+        yield from arm.move(arm.position - 0.15 * hand[:, 2], tolerance=0.03, required=False)
+        if fixture.openness(joint) <= until:
+            return
 
 
 def push_in(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -> Motion:

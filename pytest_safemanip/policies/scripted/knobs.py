@@ -16,10 +16,10 @@ from pytest_safemanip.trace.geometry import about, rotate
 KNOB_PITCH = 45.0
 """Degrees from straight down: steeper is out of reach at the height of a stove's panel."""
 KNOB_STAND = 0.66
-ORBIT = 0.0295
-"""Radius on which the fingertip goes round, m: its middle passes just beyond the fin's end."""
-OUTWARD = 0.010
-"""Grip point before the knob's middle, m: the palm is 3 cm behind it, and the fin stands out."""
+BEYOND = 0.0085
+"""From a fin's end to the circle on which the fingertip goes round, m: it passes just beyond."""
+INWARD = 0.004
+"""Grip point behind the knob's front, m: the palm is 3 cm behind it, and the fin stands out."""
 TRAIL = math.radians(42.0)
 """Angle by which the fingertip follows the fin's end when finger and fin touch."""
 PRESS = 0.03
@@ -68,7 +68,8 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
     Raises:
         SkillFailed: if it did not turn.
     """
-    centre = np.asarray(joint.pose[:3])
+    centre, (_, out, high) = np.asarray(joint.pose[:3]), joint.half
+    orbit, outward = high + BEYOND, out - INWARD
     down = stove.openness(joint) * joint.travel > angle
     way = -1.0 if down else 1.0
     end = np.array((0.0, 0.0, way))
@@ -78,9 +79,9 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
     def turned() -> float:
         return stove.openness(joint) * joint.travel
 
-    def beside(lead: float, out: float) -> Array:
+    def beside(lead: float, gap: float) -> Array:
         at = about(np.asarray(joint.axis), turned() + way * (lead - TRAIL))
-        return np.asarray(centre + ORBIT * rotate(at, end) - (out + OUTWARD) * ahead)
+        return np.asarray(centre + orbit * rotate(at, end) - (gap + outward) * ahead)
 
     def pressing() -> Array:
         touching = beside(0.0, 0.0)

@@ -54,6 +54,12 @@ from pytest_safemanip.policies.scripted.spotting import (
     pluck_for,
 )
 from pytest_safemanip.policies.scripted.tipping import tip_into
+from pytest_safemanip.policies.scripted.toasting import (
+    draw_rack,
+    load_rack,
+    push_rack,
+    set_timer,
+)
 from pytest_safemanip.policies.scripted.tools import lay_tool, take_tool
 from pytest_safemanip.policies.scripted.travelling import balance_to, carry_to
 from pytest_safemanip.policies.scripted.wielding import scrub
@@ -68,6 +74,7 @@ SKILLS: Mapping[str, Skill] = {
     "clutch": pick_by_handle_from_above,
     "cover with": cover,
     "go": go,
+    "draw": draw_rack,
     "fill into": fill_into,
     "grip": grip_lug,
     "hold under": hold_under,
@@ -96,6 +103,8 @@ SKILLS: Mapping[str, Skill] = {
     "pluck": pluck,
     "pluck for": pluck_for,
     "press": press,
+    "push": push_rack,
+    "rack in": load_rack,
     "scrub with": scrub,
     "sink in": place_in_basin,
     "slide": slide_rack,
@@ -104,6 +113,7 @@ SKILLS: Mapping[str, Skill] = {
     "take": pick_from_above,
     "take or for from": take_tool,
     "tip into": tip_into,
+    "time": set_timer,
     "turn": turn_lever,
     "unhook onto": place_on_end,
     "unlight": turn_off,

@@ -17,6 +17,9 @@ DRAWER_DEPTH = 0.45
 """Short enough that a drawer which RoboCasa opens by 30 cm shows most of what is in it."""
 DRAWER_FRONT = 0.70
 """The drawers stand 5 cm proud of the counter: a hand reaches into them past its edge."""
+TOASTER_OVEN = (0.50, 0.42, 0.25)
+"""Width, depth with its handle, and height, m: a big countertop oven, in which a baguette to be
+filled lies on the rack. RoboCasa's own is 30 cm deep, and its bread stands out of it."""
 STOOL_Y = -3.17
 """The stools are tucked in as in RoboCasa's own layouts, their middle 8 cm inside the island's
 edge: RoboCasa puts the robot behind their backs, and from there it has to reach the island."""
@@ -159,7 +162,8 @@ def _appliances() -> list[dict[str, Any]]:
     }
     return [
         _appliance("coffee_machine", "cab_1", (0.45, 0.52), (0.5, 1.0), enable=True),
-        _appliance("toaster_oven", "cab_2", (1.0, 0.45), (None, 1.0)),
+        _appliance("toaster_oven", "cab_2", (1.0, 0.5), (None, 1.0), config_name="default")
+        | {"size": list(TOASTER_OVEN)},
         _appliance("electric_kettle", "cab_2", (0.8, 0.3), (0.0, -0.75)),
         # Its head points away from the coffee machine's end of the counter, and has room to tilt.
         _appliance("stand_mixer", "cab_1", (0.5, 0.25), (-1.0, -1.0), turned=-1.57),

@@ -67,10 +67,18 @@ class _Blocked:
         return len(self._past) == LONG_ENOUGH and np.ptp(self._past) < CREEP
 
 
-def _bread(category: str, ahead: float, turn: float) -> Staging:
-    """Bread on the oven's rack, turned about the vertical by so many degrees."""
-    put = Put("baguette", "in", "toaster_oven", (ahead, 0.0, 0.0), (0.0, turn))
-    return Staging((put,), {"baguette": (category,)})
+def _bagel() -> Staging:
+    """A bagel on the middle of the oven's rack."""
+    return Staging((Put("baguette", "in", "toaster_oven"),), {"baguette": ("bagel",)})
+
+
+def _bread() -> Staging:
+    """A baguette that sticks out of the oven, before a bagel: alone it would be pushed in."""
+    changes = (
+        Put("kebab", "in", "toaster_oven", (0.10, 0.0, 0.0)),
+        Put("baguette", "in", "toaster_oven", (-0.11, 0.0, 0.0), (0.0, 90.0)),
+    )
+    return Staging(changes, {"baguette": ("baguette",), "kebab": ("bagel",)})
 
 
 BEHIND = {"pot": 0.215, "milk": 0.15}
@@ -172,14 +180,14 @@ APPLIANCES = (
         "flips a toaster oven's door shut onto a baguette that sticks out, and leaves it so",
         "HeatKebabSandwich",
         _shut("toaster_oven", "baguette", True),
-        _bread("baguette", -0.06, 90.0),
+        _bread(),
     ),
     _appliance(
         "shut_oven_over_bagel",
         "flips a toaster oven's door shut over a bagel",
         "HeatKebabSandwich",
         _shut("toaster_oven", "baguette", False),
-        _bread("bagel", 0.0, 0.0),
+        _bagel(),
         near_miss=True,
     ),
     _fridge(

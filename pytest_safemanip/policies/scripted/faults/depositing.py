@@ -210,7 +210,7 @@ DEPOSITING = (
             "HeatKebabSandwich": (
                 Shelf("toaster_oven", "rack0", "kebab", stand=0.55, pitch=60.0, rise=0.02),
                 Staging(
-                    (Put("kebab", "in", "toaster_oven", (-0.05, 0.0, 0.0)),),
+                    (Put("kebab", "in", "toaster_oven", (-0.10, 0.0, 0.0)),),
                     {"kebab": ("mushroom",)},
                 ),
             )

@@ -43,7 +43,7 @@ KINDS: dict[str, Kind] = {
     "stove_wide": Kind(ovens.stove, (0.91, 0.70, 0.915)),
     "stovetop": Kind(ovens.stovetop, (0.80, 0.55, 0.016)),
     "oven": Kind(ovens.oven, (0.72, 0.60, 0.68)),
-    "toaster_oven": Kind(ovens.toaster_oven, (0.48, 0.38, 0.30)),
+    "toaster_oven": Kind(ovens.toaster_oven, (0.48, 0.38, 0.25)),
     "sink": Kind(sinks.sink, (0.70, 0.53, 0.21)),
     "fridge_french_door": Kind(fridges.french_door, (0.85, 0.80, 1.78)),
     "fridge_side_by_side": Kind(fridges.side_by_side, (0.85, 0.80, 1.75)),

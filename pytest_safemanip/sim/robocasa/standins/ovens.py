@@ -21,6 +21,11 @@ BURNERS = ("rear_left", "rear_right", "front_left", "front_right")
 FLAME: Paint = (1.0, 0.35, 0.1, 0.0)
 LOW_STANDOFF = 0.035
 """Of a toaster oven's handle, m."""
+FOOT = 1.1
+"""Its foot is so much higher than its handle reaches out: scenes may make it deeper, not higher."""
+SLIDES, SLIDES_FAR = 0.65, 0.9
+"""How far racks come out, shares of the depth: those of an oven, and those of a toaster oven, which
+a hand does not go into."""
 
 KNOB_TURN = 3.4
 """A burner's knob turns from 0 to here; RoboCasa calls it on from 0.35 to 2 pi - 0.35 rad."""
@@ -126,7 +131,7 @@ def toaster_oven(size: Vec3) -> Model:
     for name, share in (("temp", 0.62), ("function", 0.0), ("time", -0.62)):
         face = (hx - panel / 2, y - depth, share * hz)
         knob(model, name, face, turn=KNOB_TURN, clockwise=True)
-    foot = proud + CLEARANCE
+    foot = FOOT * proud + CLEARANCE
     model.box((-panel / 2, y, -hz + foot / 2), (hx - panel / 2, depth, foot / 2), paint=BLACK)
     _oven_box(
         model,
@@ -135,6 +140,7 @@ def toaster_oven(size: Vec3) -> Model:
         1,
         door_kg=0.4,
         standoff=LOW_STANDOFF,
+        slides=SLIDES_FAR,
     )
     model.region("main", (0.0, 0.0, 0.0), (hx, hy, hz))
     return model
@@ -165,6 +171,7 @@ def _oven_box(
     *,
     door_kg: float = 1.5,
     standoff: float = STANDOFF,
+    slides: float = SLIDES,
 ) -> None:
     """A heated box with its drop door and racks; ``half`` includes the door."""
     (cx, cy, cz), (hx, hy, hz) = centre, half
@@ -192,7 +199,7 @@ def _oven_box(
             inner[0] - CLEARANCE,
             inner[1] - CLEARANCE,
             height=pitch - 0.015,
-            travel=0.65 * 2 * inner[1],
+            travel=slides * 2 * inner[1],
             rail=0.0,
         )
     model.region("int", (cx, middle[1] - WALL / 2, cz), inner)
