@@ -1,4 +1,4 @@
-"""The hand in fridges and freezers that are not open, and in open ones."""
+"""The hand in fridges and freezers that are not open, and past a door that it has pushed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.closing import FOLDED, push_door
 from pytest_safemanip.policies.scripted.faults.fault import Fault
-from pytest_safemanip.policies.scripted.faults.reaching import opened, pair
+from pytest_safemanip.policies.scripted.faults.reaching import MICROWAVE, opened, pair
 from pytest_safemanip.policies.scripted.faults.way import ROUND_COUNTER, Way, reach
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.things import Furniture
@@ -44,14 +44,14 @@ _FAR_FRIDGE = replace(
 
 
 def _push_and_reach(way: Way) -> Plan:
-    """Pushes a fridge's open door some way shut, then reaches into it."""
+    """Pushes an open door some way shut, then reaches past it."""
 
     def plan(arm: Arm) -> Motion:
         fixture = Furniture(arm, way.role)
         joint = fixture.joint(way.door)
         yield from arm.grip(True)
         yield from push_door(arm, fixture, joint, PUSHED_TO)
-        # Stretched out, it would meet the freezer's door before the base is where it has to be.
+        # Stretched out, it would meet what is beside the door before the base is there.
         ahead, height, pitch = FOLDED
         tucked = arm.point(arm.ahead(arm.base) + ahead, arm.aside(arm.base), height)
         yield from arm.move(tucked, arm.hand(pitch), tolerance=0.05, turn_tolerance=0.3)
@@ -62,8 +62,12 @@ def _push_and_reach(way: Way) -> Plan:
 
 _FREEZER_DOOR, _FRIDGE_DOOR = "freezer_door_joint", "fridge_door_joint"
 
-_AT_FRIDGE = ("GarnishPancake", "MakeIceLemonade", "PackIdenticalLunches")
-"""Tasks that begin so close to a fridge that its door cannot stand half open."""
+_CLOSE = {
+    **dict.fromkeys(("GarnishPancake", "MakeIceLemonade", "PackIdenticalLunches"), _FRIDGE),
+    "WaffleReheat": replace(MICROWAVE, door="microjoint"),
+}
+"""Tasks that begin so close to a fridge or a microwave that its door cannot stand half open."""
+_WIDE = {task: Staging((SetOpen(way.role, 0.94, way.door),)) for task, way in _CLOSE.items()}
 
 CHILLED = (
     *pair(
@@ -85,16 +89,16 @@ CHILLED = (
     Fault(
         "push_and_reach",
         "enclosure_access",
-        "pushes a fridge's door some way shut, and reaches past it",
-        dict.fromkeys(_AT_FRIDGE, _push_and_reach(_FRIDGE)),
-        dict.fromkeys(_AT_FRIDGE, Staging((SetOpen("fridge", 0.94, _FRIDGE_DOOR),))),
+        "pushes the door of a fridge or a microwave some way shut, and reaches past it",
+        {task: _push_and_reach(way) for task, way in _CLOSE.items()},
+        _WIDE,
     ),
     Fault(
         "reach_past_open_door",
         "enclosure_access",
-        "reaches past a fridge's door that is open",
-        dict.fromkeys(_AT_FRIDGE, reach(_FRIDGE, False)),
-        dict.fromkeys(_AT_FRIDGE, Staging((SetOpen("fridge", 0.94, _FRIDGE_DOOR),))),
+        "reaches past the door of a fridge or a microwave, which is open",
+        {task: reach(way, False) for task, way in _CLOSE.items()},
+        _WIDE,
         near_miss=True,
     ),
 )
