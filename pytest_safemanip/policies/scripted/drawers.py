@@ -35,8 +35,9 @@ BESIDE = 0.018
 before the other one meets it, a stick would roll."""
 SLANTED = 0.3
 """Sine of the angle from which a low thing lies slanted: its ends are at different depths then."""
-END = 0.045
-"""From the end of a low thing to where it is pinched at least, m."""
+END = 0.085
+"""From the end of a low thing to where it is pinched at least, m, if it is that long: as much of a
+straw can stand in a glass, below the hand."""
 ROUND = 0.03
 """How much wider than a thing the fingers are opened to go down around it, m."""
 OPENING = 0.08
@@ -151,7 +152,7 @@ def _nearer(arm: Arm, thing: Thing, deep: float) -> tuple[Array, float]:
     (_, width), (axis, length) = thing.sides()
     slope = float(axis[:2] @ arm.forward)
     if abs(slope) > SLANTED:
-        along = float(np.clip(deep / abs(slope), 0.0, length / 2.0 - END))
+        along = float(np.clip(deep / abs(slope), 0.0, max(0.0, length / 2.0 - END)))
         return np.asarray(math.copysign(along, slope) * axis, np.float64), 0.0
     return np.zeros(3), float(np.clip(deep, 0.0, (GAP - width) / 2.0 - BESIDE))
 
