@@ -40,6 +40,18 @@ END = 0.085
 straw can stand in a glass, below the hand."""
 ROUND = 0.03
 """How much wider than a thing the fingers are opened to go down around it, m."""
+LEAN = 20.0
+"""Degrees that the hand is tipped where something lies near a drawer's back wall: the palm is drawn
+off the wall, and its far end raised."""
+LEAN_SHIFT = 0.012
+"""How much nearer to the robot the hand then goes down, its farther finger close to the thing, and
+how much wider the fingers are, m."""
+LEAN_RISE = 0.007
+"""How much higher it stays, m: the nearer finger is the lower one."""
+CLOSE = 0.006
+"""How much wider than the thing its fingers then are before they come down the rest, m."""
+LEANT = 0.086
+"""From the grip point to the far end of the palm of that hand, m."""
 OPENING = 0.08
 """Between the open fingers, m."""
 
@@ -72,8 +84,13 @@ def pinch_in_drawer(
     low = thing.height < LOW
     width = OPENING if low else min(OPENING, (thick or thing.sides()[0][1]) + ROUND)
     off = np.zeros(3) if low else free_of_others(arm, thing, width)
-    if not low and _before_wall(arm, thing.com + off, drawer) < _half_palm(arm, roll):
-        raise SkillFailed("it lies too near to the drawer's back")
+    room = _before_wall(arm, thing.com + off, drawer)
+    leaning = not low and room < _half_palm(arm, roll)
+    if leaning:
+        off -= np.append(LEAN_SHIFT * arm.forward, 0.0)
+        width += LEAN_SHIFT
+        if room + LEAN_SHIFT < LEANT or width > OPENING:
+            raise SkillFailed("it lies too near to the drawer's back")
     deep = _short_by(arm, thing, drawer, roll, off) > 0.0
     if deep:
         yield from _step_aside(arm, drawer)
@@ -81,12 +98,31 @@ def pinch_in_drawer(
         yield from pull_out(arm, drawer, lambda: _short_by(arm, thing, drawer, roll, off) <= 0.0)
         if _short_by(arm, thing, drawer, roll, off) > PASSING:
             raise SkillFailed("it lies too far back in the drawer")
-    pose, half = drawer.interior()
-    front = arm.ahead(pose) - half[1]
+    pose, _ = drawer.interior()
     where = _short_of_rail(arm, thing, drawer, roll) if low else thing.com + off
     straight = low or deep
-    hand = arm.hand(0.0 if straight else _drawer_pitch(arm.ahead(where) - arm.ahead(pose)), roll)
-    near = min(arm.ahead(where) - STAND, front - CLEARANCE)
+    pitch = 0.0 if straight else _drawer_pitch(arm.ahead(where) - arm.ahead(pose))
+    hand = arm.hand(LEAN if leaning else pitch, roll)
+    yield from _stand_at(arm, drawer, where)
+    yield from arm.open_to(1.0)
+    yield from arm.open_to(width / OPENING)
+    target = np.append(where[:2], thing.bottom + FINGERTIP + (LEAN_RISE if leaning else 0.0))
+    yield from _go_down(arm, thing, target, hand, slip)
+    if leaning:
+        # The more the fingers close, the higher the lower one is.
+        yield from arm.open_to(((thick or thing.sides()[0][1]) + CLOSE) / OPENING)
+        lower = np.append(arm.position[:2], thing.bottom + FINGERTIP)
+        yield from arm.move(lower, hand, tolerance=0.002, speed=0.2, steps=15, required=False)
+    yield from lift(arm, thing, hand, 0.08)
+    yield from arm.move(
+        np.append(arm.position[:2], 1.10), arm.hand(0.0, roll), tolerance=0.03, speed=0.6, steps=60
+    )
+
+
+def _stand_at(arm: Arm, drawer: Furniture, where: Array) -> Motion:
+    """Drive round an open drawer to where the hand reaches a place (3,) in it."""
+    pose, half = drawer.interior()
+    near = min(arm.ahead(where) - STAND, arm.ahead(pose) - float(half[1]) - CLEARANCE)
     rise = ABOVE - arm.position[2]
     if rise > 0.0:
         yield from arm.move(raised(arm.position, rise), tolerance=0.03, steps=60)
@@ -94,11 +130,16 @@ def pinch_in_drawer(
     yield from arm.drive(arm.floor_point(near - 0.08, arm.aside(arm.base)))
     yield from arm.drive(arm.floor_point(near - 0.08, arm.aside(where)))
     yield from arm.drive(arm.floor_point(near, arm.aside(where)))
-    yield from arm.open_to(1.0)
-    yield from arm.open_to(width / OPENING)
-    target = np.append(where[:2], thing.bottom + FINGERTIP)
+
+
+def _go_down(arm: Arm, thing: Thing, target: Array, hand: Array, slip: float) -> Motion:
+    """Come down to a grip point (3,) in a drawer, or behind it by so much, m, and then near.
+
+    Raises:
+        SkillFailed: if a finger stands on what lies beside.
+    """
     behind = np.append(slip * arm.forward, 0.0)
-    over, before = np.append(where[:2], ABOVE) + behind, raised(target, 0.06) + behind
+    over, before = np.append(target[:2], ABOVE) + behind, raised(target, 0.06) + behind
     yield from arm.move(over, hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
     yield from arm.move(before, hand, tolerance=0.012, turn_tolerance=0.06, speed=0.7, steps=80)
     if slip:
@@ -109,10 +150,6 @@ def pinch_in_drawer(
     yield from cut(down, lambda: fingers_meet(arm, thing))
     if fingers_meet(arm, thing):
         raise SkillFailed("what lies beside it leaves no room for the fingers")
-    yield from lift(arm, thing, hand, 0.08)
-    yield from arm.move(
-        np.append(arm.position[:2], 1.10), arm.hand(0.0, roll), tolerance=0.03, speed=0.6, steps=60
-    )
 
 
 def _step_aside(arm: Arm, drawer: Furniture) -> Motion:
