@@ -39,6 +39,10 @@ rise."""
 KNUCKLES, HAND = 0.07, (0.10, 0.03)
 """From the grip point back to the middle of the hand, and its half width along the fingers' travel
 and across, m."""
+WRIST, WRIST_ROOM, ASIDE = 0.21, 0.20, 0.05
+"""From the grip point back to the wrist, m; half of the wrist's width, the thickness of an open
+door, by which it stands inside the cabinet's side, and 5 cm for it to lean in and the arm to sway;
+how far aside of its way in the hand passes at most."""
 ELBOW, LEAN = 0.30, 0.10
 """How far beside the base's middle the elbow and an open door's edge reach together, and how far
 beside the hand the base can stand, m."""
@@ -62,13 +66,14 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     approach = grasp.hand[:, 2]
     entry = grasp.point - ENTRY * approach
     aside, in_front = arm.aside(entry), arm.ahead(arm.position) - (front - OUTSIDE)
+    passing = aside + off_door(arm, cabinet, arm.aside(entry - WRIST * approach))
     # The hand passes sideways before what stands on the counter.
     start = min(front - OUTSIDE - TUCKED, arm.ahead(arm.base) - max(0.0, in_front))
     beside = aside + lean(arm, cabinet, aside)
     yield from arm.drive(arm.floor_point(start, arm.aside(arm.base)))
     yield from arm.drive(arm.floor_point(start, beside))
     yield from arm.open_to(grasp.opening)
-    before = arm.point(start + TUCKED, aside, entry[2])
+    before = arm.point(start + TUCKED, passing, entry[2])
     yield from arm.move(before, grasp.hand, tolerance=0.035, turn_tolerance=0.2, steps=140)
     inside = min(arm.ahead(grasp.point) - INSIDE, nearest(arm, beside, beside))
     yield from arm.drive(
@@ -76,7 +81,9 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
         speed=0.5,
         until=lambda: arm.ahead(entry) - arm.ahead(arm.position) < 0.015,
     )
-    yield from come_in(arm, grasp, ((ENTRY / 2.0, 0.015, 0.6), (0.0, 0.006, 0.3)), 0.08)
+    back_in_line = [(ENTRY, 0.010, 0.6)] if passing != aside else []
+    stops = (*back_in_line, (ENTRY / 2.0, 0.015, 0.6), (0.0, 0.006, 0.3))
+    yield from come_in(arm, grasp, stops, 0.08)
     yield from lift(arm, thing, grasp.hand, RISE, BACK)
     tucked = arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.position), arm.position[2])
     yield from arm.move(
@@ -87,6 +94,20 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     yield from arm.move(
         low, grasp.hand, tolerance=0.03, turn_tolerance=0.15, speed=GENTLY, steps=140
     )
+
+
+def off_door(arm: Arm, cabinet: Furniture, wrist: float) -> float:
+    """How far to the left a hand is to pass between the open doors for its wrist to stay off the
+    nearer one, m.
+
+    Args:
+        arm: the arm.
+        cabinet: whose doors are open.
+        wrist: where the wrist would be, along the base's left direction, m.
+    """
+    pose, half = cabinet.interior()
+    off = wrist - arm.aside(pose)
+    return -math.copysign(float(np.clip(abs(off) + WRIST_ROOM - half[0], 0.0, ASIDE)), off)
 
 
 def lean(arm: Arm, cabinet: Furniture, aside: float) -> float:

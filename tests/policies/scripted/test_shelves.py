@@ -17,7 +17,7 @@ from pytest_safemanip.policies.scripted.leaning import (
     elbow_room,
     wrist_room,
 )
-from pytest_safemanip.policies.scripted.shelves import lean, room_beside
+from pytest_safemanip.policies.scripted.shelves import ASIDE, lean, off_door, room_beside
 from pytest_safemanip.policies.scripted.standing import duck
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.elements import Body, Surface
@@ -81,6 +81,14 @@ def test_a_hand_is_ten_centimetres_wide_to_either_side(aside, room):
 def test_the_base_stands_away_from_the_nearer_door(aside, left):
     arm = Arm(toy.SCENE, toy.at_rest(base_pose=(0.0, -1.0, 0.0, *FACING_Y)))
     assert lean(arm, Furniture(arm, "cab"), aside) == pytest.approx(left, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("wrist", "left"), [(0.05, 0.0), (0.12, -0.02), (-0.12, 0.02), (0.3, -ASIDE)]
+)
+def test_the_wrist_passes_off_the_nearer_door(wrist, left):
+    arm = Arm(toy.SCENE, toy.at_rest(base_pose=(0.0, -1.0, 0.0, *FACING_Y)))
+    assert off_door(arm, Furniture(arm, "cab"), wrist) == pytest.approx(left, abs=1e-6)
 
 
 def _machine(aside, height=0.2):
