@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.faults.containing import LOW
 from pytest_safemanip.policies.scripted.faults.fault import Fault
-from pytest_safemanip.policies.scripted.faults.handling import OPEN
+from pytest_safemanip.policies.scripted.faults.handling import OPEN, apart
 from pytest_safemanip.policies.scripted.faults.releasing import JUST_ABOVE
 from pytest_safemanip.policies.scripted.faults.worktop import bring, let_go, on_counter
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH, pick_from_above
@@ -16,6 +16,9 @@ from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.skills import do
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.sim.staging import Put, Staging
+
+GAP = 0.02
+"""What is put down before its receiver is this far from it, m: their sizes vary by as much."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +77,13 @@ LAID: Mapping[str, _Laid] = {
 
 
 def _put_beside(laid: _Laid) -> Plan:
-    """Takes the item and puts it down where it was: that is not where it may lie."""
+    """Takes the item and puts it down close to where it was: that is not where it may lie."""
 
     def plan(arm: Arm) -> Motion:
-        item = Thing(arm, laid.item)
+        item, receiver = Thing(arm, laid.item), Thing(arm, laid.receiver)
         ahead, aside, bottom = arm.ahead(item.com), arm.aside(item.com), item.bottom
+        if laid.at[0]:  # beside one another, a finger has to fit between them
+            ahead += apart(item, receiver, arm.forward)[0] - GAP
         yield from pick_from_above(arm, laid.item, PLATE_PITCH)
         for height, speed in ((0.03, 0.5), (JUST_ABOVE, 0.3)):
             yield from bring(arm, item, ahead, aside, bottom + height, speed=speed)
