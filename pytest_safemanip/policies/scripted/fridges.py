@@ -9,7 +9,9 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.grasping import across, come_in, lift
 from pytest_safemanip.policies.scripted.handles import fold_in
+from pytest_safemanip.policies.scripted.putting import BRAKE, USUAL, carry_over, leave
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.spots import free_spot
 from pytest_safemanip.policies.scripted.standing import nearest, stand
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -58,6 +60,24 @@ def pick_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
     yield from come_in(arm, grasp, ((0.06, 0.008, 0.6), (0.0, 0.003, 0.3)), 0.08)
     yield from lift(arm, thing, grasp.hand, RISE, BACK)
     yield from arm.drive(arm.floor_point(start, beside), speed=GENTLY)
+
+
+def drop_onto(arm: Arm, role: str, target_role: str) -> Motion:
+    """Let a small held thing fall by some millimetres onto another one, which the fingertips around
+    it do not touch.
+
+    Raises:
+        SkillFailed: if the hand or the base does not get there.
+    """
+    target = Thing(arm, target_role)
+    yield from carry_over(arm, role, free_spot(arm, role, target), target.highest + BRAKE)
+    low = np.append(arm.position[:2], target.highest + TIPS)
+    hand = arm.rotation
+    yield from arm.move(
+        low, hand, tolerance=0.002, speed=USUAL, steps=100, required=False, exact=True
+    )
+    yield from arm.grip(False)
+    yield from leave(arm)
 
 
 def deep_in(thing: Thing, hand: Array) -> Array:

@@ -23,7 +23,7 @@ from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.cups import grasp_cup, place_under
 from pytest_safemanip.policies.scripted.driving import go
 from pytest_safemanip.policies.scripted.ends import place_on_end, place_onto_beside
-from pytest_safemanip.policies.scripted.fridges import pick_from_fridge
+from pytest_safemanip.policies.scripted.fridges import drop_onto, pick_from_fridge
 from pytest_safemanip.policies.scripted.handles import pick_by_handle, place_inside
 from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
@@ -86,6 +86,7 @@ SKILLS: Mapping[str, Skill] = {
     "open": open_access,
     "open for": open_for,
     "pick": pick_from_counter,
+    "drop onto": drop_onto,
     "fetch from": pick_from_fridge,
     "grasp": grasp_cup,
     "pick from": pick_from,
