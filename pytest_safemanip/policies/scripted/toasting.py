@@ -49,6 +49,8 @@ TUCKED = 0.50
 OVER = 0.03
 """Free space below a load on its way over a rack, m: bread that is 8 cm high comes in below the
 roof."""
+CLEAR = 0.05
+"""From a load to a rack in front of it, m, while it is moved sideways."""
 ROOF = 0.055
 """From the front of an oven to the grip point of a hand that points straight down, m: the wrist
 above it stays off the oven's roof."""
@@ -161,7 +163,13 @@ def load_rack(arm: Arm, role: str, oven_role: str) -> Motion:
     hand = arm.hand(-math.degrees(slope))
     yield from arm.move(tucked, hand, tolerance=0.02, turn_tolerance=0.05, speed=0.5, steps=40)
     away = arm.ahead(spot) - reach(0.0)
-    yield from stand(arm, min(away, arm.ahead(arm.base)), arm.aside(spot), GENTLY)
+    # Past what lies on the rack already, and reaches to its edge.
+    front = thing.extent_ahead()[1] - arm.ahead(arm.base)
+    before = arm.ahead(rack_edge(arm, oven)) - CLEAR - front
+    yield from arm.drive(
+        arm.floor_point(min(before, arm.ahead(arm.base)), arm.aside(arm.base)), speed=GENTLY
+    )
+    yield from stand(arm, arm.ahead(arm.base), arm.aside(spot), GENTLY)
     yield from stand(arm, away, arm.aside(spot), GENTLY)
     over = held_over(arm, thing, spot, float(spot[2]) + OVER / 3.0)
     yield from arm.move(over, hand, tolerance=0.008, speed=0.4, steps=80, required=False)
