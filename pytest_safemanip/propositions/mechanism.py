@@ -68,14 +68,14 @@ def recovered(view: View, fixture: str) -> Bools:
 
 def mech_hit_evidence(view: View, fixture: str, step: int) -> list[str]:
     """What the moving part presses on."""
-    contacts, lines = view.trace.steps.contacts, []
+    contacts, hardest = view.trace.steps.contacts, dict[str, float]()
     for index in view.trace.scene.joints_of(fixture):
         rows, forces = _pressing_rows(view, index)
         now = contacts.step[rows] == step
-        for row, force in zip(rows[now], np.abs(forces[now]), strict=True):
-            if force > 0:
-                lines.append(f"{fixture} presses on {_other(view, index, row)}: {force:.1f} N")
-    return lines
+        for row, force in zip(rows[now], np.abs(forces[now]).tolist(), strict=True):
+            other = _other(view, index, row)
+            hardest[other] = max(force, hardest.get(other, 0.0))
+    return [f"{fixture} presses on {o}: {force:.1f} N" for o, force in hardest.items() if force > 0]
 
 
 def _hits(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:

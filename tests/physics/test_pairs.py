@@ -87,7 +87,7 @@ PAIRS = {
         ("cabinet",),
         ("grasps", "hit"),
         ("hit", "end"),
-        "",
+        r"step \d+: cabinet presses on crate: \d+\.\d N",
         alike=frozenset({"action_onset"}),
     ),
     "object_containment": Pair(
