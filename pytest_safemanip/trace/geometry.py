@@ -130,6 +130,8 @@ def boxes_overlap(
     apart = np.linalg.norm(pose_b[..., :3] - pose_a[..., :3], axis=-1)
     balls = np.linalg.norm(half_a, axis=-1) + np.linalg.norm(half_b, axis=-1)
     near = balls - apart > slack - _ROUNDING  # the balls around them overlap: few do
+    if near.all():
+        return _overlap(pose_a, half_a, pose_b, half_b, slack)
     found = np.zeros(near.shape, bool)
     if near.any():
         found[near] = _overlap(pose_a[near], half_a[near], pose_b[near], half_b[near], slack)
