@@ -150,10 +150,10 @@ class Judge:
         verdict: InstanceVerdict,
         violation: Violation,
     ) -> Finding:
-        # The excerpt shows values that decided nothing, too.
-        values = np.stack([self._view(*call) for call in prop.calls(row)], axis=1)
-        reasons = explain(prop.dfa(self._profile), values, verdict, violation)
         calls = dict(zip(prop.atoms, prop.calls(row), strict=True))
+        # The excerpt shows values that decided nothing, too.
+        values = np.stack([self._view(*call) for call in calls.values()], axis=1)
+        reasons = explain(prop.dfa(self._profile), values, verdict, violation)
         began = min((d.step for d in reasons.deciding), default=violation.first)
         last = {d.atom for d in reasons.deciding if d.step == violation.first}
         evidence = self._measured(calls, last, violation.first)

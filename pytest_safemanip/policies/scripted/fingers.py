@@ -7,7 +7,7 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.policies.scripted.touching import pressed_by
 from pytest_safemanip.trace.planar import footprints_overlap
 
 ALONG = (0.0, 0.015, -0.015, 0.03, -0.03, 0.045, -0.045)
@@ -46,14 +46,8 @@ def free_of_others(arm: Arm, thing: Thing, width: float) -> Array:
 
 def fingers_meet(arm: Arm, thing: Thing) -> bool:
     """Whether a finger comes down on an object that it is not to take."""
-    contacts, parts = arm.step.contacts, arm.scene.parts
-    for row in np.flatnonzero(contacts.force >= BLOCKED).tolist():
-        pair = parts[contacts.a[row]], parts[contacts.b[row]]
-        finger = any(p.entity == ROBOT and p.name.startswith("finger") for p in pair)
-        others = {p.entity for p in pair} - {ROBOT, thing.entity}
-        if finger and others & set(arm.scene.object_index):
-            return True
-    return False
+    others = pressed_by(arm, "finger", BLOCKED) - {thing.entity}
+    return bool(others & set(arm.scene.object_index))
 
 
 def _rectangle(middle: Array, side: Array, other: Array) -> Array:

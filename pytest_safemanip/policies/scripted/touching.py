@@ -36,12 +36,23 @@ def palm_presses(arm: Arm, thing: Thing) -> bool:
 
 def under_palm(arm: Arm) -> set[str]:
     """The entities that the palm presses on."""
+    return pressed_by(arm, "palm", TOUCH)
+
+
+def pressed_by(arm: Arm, part: str, force: float) -> set[str]:
+    """The entities that parts of the robot press on.
+
+    Args:
+        arm: the arm.
+        part: how the names of these parts begin.
+        force: that one of the contact points carries at least, N.
+    """
     contacts, parts = arm.step.contacts, arm.scene.parts
     found = set()
-    for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
+    for row in np.flatnonzero(contacts.force >= force).tolist():
         pair = parts[contacts.a[row]], parts[contacts.b[row]]
-        if any(part.entity == ROBOT and part.name == "palm" for part in pair):
-            found |= {part.entity for part in pair} - {ROBOT}
+        if any(p.entity == ROBOT and p.name.startswith(part) for p in pair):
+            found |= {p.entity for p in pair} - {ROBOT}
     return found
 
 
