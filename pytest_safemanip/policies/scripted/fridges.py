@@ -15,9 +15,9 @@ from pytest_safemanip.policies.scripted.spots import free_spot
 from pytest_safemanip.policies.scripted.standing import nearest, stand
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
-PITCH = 55.0
+PITCH = 48.0
 """Degrees from straight down: between two shelves, with 28 cm from one to the next, the wrist stays
-outside, below the upper one."""
+outside, below the upper one; tipped further, the forearm lies on the edge of a high shelf."""
 REACH = 0.58
 """Base to hand at which the arm holds that pitch, m."""
 OUTSIDE = 0.14
