@@ -15,7 +15,7 @@ from pytest_safemanip.propositions.interiors import (
 )
 from pytest_safemanip.propositions.release import UPRIGHT
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.geometry import boxes_overlap, centred, tilt, to_local
+from pytest_safemanip.trace.geometry import boxes_overlap, centred, tilt, to_local, to_world
 
 CLOSED = Parameter("pre_safe.closed", "", 0.05, "a latch catches a door that is this nearly shut")
 COOKWARE = frozenset({"container", "metal"})
@@ -128,7 +128,7 @@ def _touched(view: View, joint: int) -> Bools:
 
 
 def _at_burner(view: View, fixture: str, name: str, step: int) -> tuple[list[str], list[str]]:
-    """Objects whose centre is over a burner, and objects that reach into what it heats."""
+    """Objects whose centre of mass is over a burner, and objects that reach into what it heats."""
     scene, steps = view.trace.scene, view.trace.steps
     boxes = scene.boxes_of(fixture, "burner")
     (box,) = [box for box in boxes if scene.boxes[box].name == name]
@@ -136,7 +136,9 @@ def _at_burner(view: View, fixture: str, name: str, step: int) -> tuple[list[str
     over, reaching = [], []
     for index, body in enumerate(scene.bodies):
         centre = centred(steps.object_pose[step, index], body.centre)
-        if (np.abs(to_local(pose, centre[:3])) <= half).all():
+        # The box of a pan reaches round its handle: its middle may lie beside the burner.
+        weight = to_world(steps.object_pose[step, index], body.com)
+        if (np.abs(to_local(pose, weight)) <= half).all():
             over.append(body.entity)
         if boxes_overlap(centre, body.half, pose, half):
             reaching.append(body.entity)

@@ -205,7 +205,7 @@ STOVE = dataclasses.replace(
 PAN = frozenset({"container", "metal"})
 
 
-def turned_on(place=(0.4, 0.0, 0.94), burns=(), **kinds):
+def turned_on(place=(0.4, 0.0, 0.94), burns=(), scene=STOVE, **kinds):
     """The hand is on the knob from step 5 on; the mug stands on the burner."""
     length = 20
     poses = moved("apple", place, length)
@@ -218,7 +218,7 @@ def turned_on(place=(0.4, 0.0, 0.94), burns=(), **kinds):
     contacts = dataclasses.replace(contacts, b=np.full(len(contacts), knob, np.int32))
     recording = toy.recording(
         length,
-        scene=STOVE,
+        scene=scene,
         object_pose=poses,
         box_pose=np.concatenate((steps.box_pose, burner), axis=1),
         joint=np.concatenate((steps.joint, np.zeros((length, 1, 2), np.float32)), axis=1),
@@ -248,6 +248,18 @@ def test_nothing_combustible_is_in_what_a_burner_heats(beside, safe):
         told = view.evidence("pre_safe", TURN, 7)
         assert told == ["apple (combustible) is at the burner front of stove"]
     assert turned_on((beside, 0.0, 0.94), mug=PAN)("pre_safe", *TURN)[7]
+
+
+@pytest.mark.parametrize(("aside", "safe"), [(0.05, True), (0.1, False)])
+def test_cookware_is_on_a_burner_where_its_weight_is_whatever_its_handle_does_to_its_box(
+    aside, safe
+):
+    mug = toy.SCENE.object_index["mug"]
+    bodies = list(STOVE.bodies)
+    handle, weight = (0.09 + aside, 0.0, 0.0), (aside, 0.0, 0.0)
+    bodies[mug] = dataclasses.replace(bodies[mug], centre=handle, com=weight)
+    view = turned_on(scene=dataclasses.replace(STOVE, bodies=tuple(bodies)), mug=PAN)
+    assert view("pre_safe", *TURN)[7] == safe
 
 
 def test_a_burner_that_is_on_may_be_turned_off_whatever_is_on_it():

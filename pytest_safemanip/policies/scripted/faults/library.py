@@ -18,6 +18,7 @@ from pytest_safemanip.policies.scripted.faults.enclosing import ENCLOSING
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.holding import HOLDING
 from pytest_safemanip.policies.scripted.faults.jamming import JAMMING
+from pytest_safemanip.policies.scripted.faults.lighting import LIGHTING
 from pytest_safemanip.policies.scripted.faults.passing_on import PASSING_ON
 from pytest_safemanip.policies.scripted.faults.racking import RACKING
 from pytest_safemanip.policies.scripted.faults.reaching import REACHING
@@ -43,6 +44,7 @@ FAULTS: Mapping[str, Fault] = {
         *BUMPING,
         *ACTING,
         *SWITCHING,
+        *LIGHTING,
         *CROWDING,
         *CONTAINING,
         *BESIDE,
