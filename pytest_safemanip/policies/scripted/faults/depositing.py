@@ -208,7 +208,7 @@ DEPOSITING = (
         "a toaster oven",
         {
             "HeatKebabSandwich": (
-                Shelf("toaster_oven", "rack0", "kebab", stand=0.55, pitch=60.0, rise=0.02),
+                Shelf("toaster_oven", "rack0", "kebab", stand=0.55, pitch=50.0, rise=0.02),
                 Staging(
                     (Put("kebab", "in", "toaster_oven", (-0.10, 0.0, 0.0)),),
                     {"kebab": ("mushroom",)},

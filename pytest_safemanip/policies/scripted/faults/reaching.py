@@ -17,6 +17,8 @@ DRAWER_TRAVEL = 0.25
 """From closed to open, m."""
 FOUND_OPEN = 1.2
 """How open RoboCasa leaves the drawer, of that."""
+OVER_TOOLS = 0.05
+"""From a drawer's floor to a hand in it above a knife that is 4 cm thick, m."""
 
 
 def _pull_and_reach(way: Way, openness: float, fault: bool) -> Plan:
@@ -42,6 +44,7 @@ _DRAWER = Way(
     within=(0.09, 0.0, 0.03),
     pitch=0.0,
 )
+_TOOL_DRAWER = replace(_DRAWER, within=(0.09, 0.0, OVER_TOOLS))
 _PULLED_DRAWER = replace(_DRAWER, stands=((-0.40, None),), before=((0.09, 0.0, 0.22),))
 _CABINET = Way(
     "cab",
@@ -157,7 +160,7 @@ REACHING = (
         "tool_drawer",
         "a drawer with tools, half open",
         {"CuttingToolSelection": "drawer", "SetUpCuttingStation": "drawer"},
-        _DRAWER,
+        _TOOL_DRAWER,
         opened((0.55, "")),
         opened((0.85, "")),
     ),
