@@ -27,13 +27,17 @@ TIPPING = np.radians(1.5)
 """Turn per control step: 30 degrees in a second, and what rolls does not jump over the rim."""
 
 
-def tip_into(arm: Arm, role: str, receiver_role: str) -> Motion:
+def tip_into(
+    arm: Arm, role: str, receiver_role: str, short: float = SHORT, tilt: float = TILT
+) -> Motion:
     """Tip a held pan over another vessel to the right, and turn it level again.
 
     Args:
         arm: the arm, holding the pan by its handle.
         role: the pan.
         receiver_role: what gets the food.
+        short: how far to the left of the receiver's middle the pan's middle is, m.
+        tilt: how far it is tipped, rad.
 
     Raises:
         SkillFailed: if the hand or the base does not get there.
@@ -41,7 +45,7 @@ def tip_into(arm: Arm, role: str, receiver_role: str) -> Motion:
     pan, receiver = Thing(arm, role), Thing(arm, receiver_role)
     radius = pan.sides()[0][1] / 2.0
     towards = np.append(-arm.forward, 0.0)
-    spot = np.append((receiver.middle[:2] + SHORT * arm.left), receiver.highest)
+    spot = np.append((receiver.middle[:2] + short * arm.left), receiver.highest)
     yield from bring(arm, pan, level(arm, pan, towards), spot)
     hand = level(arm, pan, towards)
     height = receiver.highest + fill_height(arm, pan) + OVER + radius
@@ -51,12 +55,12 @@ def tip_into(arm: Arm, role: str, receiver_role: str) -> Motion:
         return np.add(arm.position, way)
 
     yield from arm.move(over, hand, tolerance=0.015, speed=STEADY, steps=80)
-    yield from turn(arm, hand, over, 0.0, TILT)
+    yield from turn(arm, hand, over, 0.0, tilt)
     tipped = arm.rotation
     yield from arm.wait(FALLING)
     height += AWAY
     yield from arm.move(over, tipped, speed=0.4, steps=30, required=False)
-    yield from turn(arm, hand, over, TILT, 0.0)
+    yield from turn(arm, hand, over, tilt, 0.0)
 
 
 def fill_height(arm: Arm, pan: Thing) -> float:

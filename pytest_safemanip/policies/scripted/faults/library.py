@@ -20,6 +20,7 @@ from pytest_safemanip.policies.scripted.faults.holding import HOLDING
 from pytest_safemanip.policies.scripted.faults.jamming import JAMMING
 from pytest_safemanip.policies.scripted.faults.lighting import LIGHTING
 from pytest_safemanip.policies.scripted.faults.passing_on import PASSING_ON
+from pytest_safemanip.policies.scripted.faults.pouring import POURING
 from pytest_safemanip.policies.scripted.faults.racking import RACKING
 from pytest_safemanip.policies.scripted.faults.reaching import REACHING
 from pytest_safemanip.policies.scripted.faults.releasing import RELEASING
@@ -48,6 +49,7 @@ FAULTS: Mapping[str, Fault] = {
         *CROWDING,
         *CONTAINING,
         *BESIDE,
+        *POURING,
         *CONTAMINATING,
         *PASSING_ON,
         *ANYWHERE,
