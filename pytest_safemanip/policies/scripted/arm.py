@@ -41,6 +41,11 @@ CALM = 0.03
 """A hand that is slower than this is at rest, m/s."""
 BASE_DEAD_BAND = 0.27
 """Base commands below 0.25 do not overcome its friction."""
+TURNED = 1.0
+"""The base has turned when it is so near, degrees."""
+TURN_DEAD_BAND, TURN_RISE, TURN_SPEED = 0.12, 0.01, 0.5
+"""Commands for turning the base: near the goal, more for each degree, and the largest one, at which
+it turns by 1.7 degrees in a control step."""
 CAREFUL = 0.4
 """Base command for what hangs in two fingers: 0.15 m/s."""
 SWING = 0.6
@@ -262,6 +267,30 @@ class Arm:
         for _ in range(3):
             yield self.hold()
 
+    def turn(self, degrees: float, steps: int = 200) -> Motion:
+        """Turn the base on the spot; the hand keeps its pose relative to it.
+
+        Args:
+            degrees: to the left.
+            steps: control steps at most.
+
+        Raises:
+            SkillFailed: if the base does not arrive in time.
+        """
+        to = about_z(degrees)
+        goal, down = np.append(self.forward, 0.0) @ to.T, to @ self._down
+        for _ in range(steps):
+            here = np.append(self.forward, 0.0)
+            left = math.degrees(math.atan2(np.cross(here, goal)[2], here @ goal))
+            if abs(left) < TURNED:
+                break
+            yield self._turning(left)
+        else:
+            raise SkillFailed(f"the base stopped {abs(left):.1f} degrees short")
+        self._down = down
+        for _ in range(3):
+            yield self.hold()
+
     def wait(self, seconds: float) -> Motion:
         """Hold still."""
         for _ in range(round(seconds / self.scene.control_period)):
@@ -281,6 +310,13 @@ class Arm:
             self._grip = command
             turn = rotation_vector(rotation @ self.rotation.T)
             yield self._arm_action(here - self.position, turn, 1.0)
+
+    def _turning(self, degrees: float) -> Array:
+        """The action that turns the base, so many degrees from where it should be (12,)."""
+        action = self.hold()
+        wanted = TURN_DEAD_BAND + TURN_RISE * abs(degrees)
+        action[9] = math.copysign(min(wanted, TURN_SPEED), degrees)
+        return action
 
     def _arm_action(self, error: Array, turn: Array, speed: float) -> Array:
         frame = matrix(self.step.base_pose[3:])

@@ -118,12 +118,14 @@ def lay_at(arm: Arm, role: str, spot: Array, top: float, pitch: float = LAY_PITC
     yield from leave(arm)
 
 
-def tip_over(arm: Arm, pitch: float) -> Motion:
-    """Draw a held object back and tip it over, away from the robot, to so many degrees."""
+def tip_over(arm: Arm, pitch: float, yaw: float = 0.0) -> Motion:
+    """Draw a held object back and tip it over, away from the robot, to so many degrees, turned by
+    so many about the vertical.
+    """
     away = arm.position + np.append(-0.10 * arm.forward, 0.02)
     yield from arm.move(away, tolerance=0.03, speed=0.5, steps=40)
     yield from arm.move(
-        arm.position, arm.hand(pitch, 90.0), tolerance=0.04, turn_tolerance=0.1, steps=80
+        arm.position, arm.hand(pitch, 90.0, yaw), tolerance=0.04, turn_tolerance=0.1, steps=80
     )
 
 

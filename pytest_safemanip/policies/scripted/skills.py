@@ -53,6 +53,12 @@ from pytest_safemanip.policies.scripted.spotting import (
     pluck,
     pluck_for,
 )
+from pytest_safemanip.policies.scripted.stations import (
+    bring_to,
+    gather,
+    lay_before,
+    place_behind,
+)
 from pytest_safemanip.policies.scripted.tipping import tip_into
 from pytest_safemanip.policies.scripted.toasting import (
     draw_rack,
@@ -60,7 +66,7 @@ from pytest_safemanip.policies.scripted.toasting import (
     push_rack,
     set_timer,
 )
-from pytest_safemanip.policies.scripted.tools import lay_tool, take_tool
+from pytest_safemanip.policies.scripted.tools import lay_tool, take_from_drawer, take_tool
 from pytest_safemanip.policies.scripted.travelling import balance_to, carry_to
 from pytest_safemanip.policies.scripted.wielding import scrub
 
@@ -76,6 +82,7 @@ SKILLS: Mapping[str, Skill] = {
     "go": go,
     "draw": draw_rack,
     "fill into": fill_into,
+    "gather": gather,
     "grip": grip_lug,
     "hold under": hold_under,
     "leave": draw_back,
@@ -113,6 +120,10 @@ SKILLS: Mapping[str, Skill] = {
     "swing": swing_spout,
     "take": pick_from_above,
     "take or for from": take_tool,
+    "bring to": bring_to,
+    "take from": take_from_drawer,
+    "lay before": lay_before,
+    "put behind": place_behind,
     "tip into": tip_into,
     "time": set_timer,
     "turn": turn_lever,

@@ -49,6 +49,15 @@ def take_tool(
         SkillFailed: if the hand would meet the drawer's front, or if the tool was not lifted.
     """
     role = tool_for(arm, peeler_role, knife_role, food_role)
+    yield from take_from_drawer(arm, role, drawer_role)
+
+
+def take_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
+    """Pick a tool out of an open drawer.
+
+    Raises:
+        SkillFailed: if the hand would meet the drawer's front, or if the tool was not lifted.
+    """
     tool, drawer = Thing(arm, role), Furniture(arm, drawer_role)
     where, front = arm.ahead(tool.com), drawer.opening()[0]
     if where < front + BEHIND_FRONT:
@@ -66,8 +75,31 @@ def lay_tool(
     board, food = Thing(arm, board_role), Thing(arm, food_role)
     spot = spot_before(arm, board.middle, food)
     role = tool_for(arm, peeler_role, knife_role, food_role)
-    yield from tip_over(arm, TOOL_PITCH)
-    yield from carry_over(arm, role, spot, food.highest)
+    yield from lay_down(arm, role, board, spot, food.highest)
+
+
+def lay_down(
+    arm: Arm,
+    role: str,
+    board: Thing,
+    spot: Array,
+    top: float,
+    yaw: float = 0.0,
+    shift: float = 0.0,
+) -> Motion:
+    """Lay a held tool down, the hand tipped over.
+
+    Args:
+        arm: the arm.
+        role: the tool.
+        board: what it goes onto.
+        spot: where (3,).
+        top: height of what is highest there, m.
+        yaw: degrees about the vertical from lying across, left to right.
+        shift: how much farther to the left the base is to stand, m.
+    """
+    yield from tip_over(arm, TOOL_PITCH, yaw)
+    yield from carry_over(arm, role, spot, top, shift)
     close = held_over(arm, Thing(arm, role), spot, board.highest + BRAKE)
     yield from arm.move(
         close, arm.rotation, tolerance=0.006, speed=0.2, steps=60, required=False, exact=True

@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import dataclasses
 import itertools
 
+import numpy as np
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import BASE_DEAD_BAND, CAREFUL, SWING, Arm
@@ -20,3 +22,19 @@ def test_the_base_starts_gently_at_a_careful_speed(speed, sudden):
     else:
         assert commands == sorted(commands)
         assert BASE_DEAD_BAND < commands[0] < commands[count // 2] < speed
+
+
+def test_the_base_turns_more_slowly_near_its_goal_and_the_hand_turns_with_it():
+    arm = Arm(toy.SCENE, toy.at_rest())
+    ahead, hand, pose = arm.forward, arm.hand(), arm.step.base_pose[:3]
+    commands, left = [], 90.0
+    for action in arm.turn(90.0):
+        commands.append(action[9])
+        left = max(0.0, left - 3.0 * action[9])
+        half = np.radians(90.0 - left) / 2.0
+        turned = (*pose, np.cos(half), 0.0, 0.0, np.sin(half))
+        arm.step = dataclasses.replace(arm.step, base_pose=np.array(turned))
+    assert commands == sorted(commands, reverse=True)
+    assert arm.forward @ ahead == pytest.approx(0.0, abs=0.02)
+    assert np.cross(ahead, arm.forward) == pytest.approx(1.0, abs=0.02)
+    assert arm.hand()[:, 0] @ hand[:, 0] == pytest.approx(0.0, abs=0.02)

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
 from pytest_safemanip.policies.scripted.fingers import free_of_others
+from pytest_safemanip.policies.scripted.stations import across_board
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.policies.scripted.tools import ON_BOARD, spot_before, tool_for
 from pytest_safemanip.trace.elements import Body, Entity
@@ -67,3 +69,19 @@ def test_where_boxes_leave_no_room_the_middle_is_tried():
     scene = dataclasses.replace(toy.SCENE, bodies=(board, NEIGHBOUR))
     arm = Arm(scene, toy.at_rest(object_pose=poses))
     assert not free_of_others(arm, Thing(arm, "apple"), 0.07).any()
+
+
+@pytest.mark.parametrize(
+    ("turned", "way"), [(0.0, 0.0), (40.0, 40.0), (180.0, 0.0), (-130.0, 50.0)]
+)
+def test_the_way_across_a_board_leads_away_from_the_robot(turned, way):
+    board = Body("mug", (0.15, 0.1, 0.01), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.1)
+    half = math.radians(turned + 90.0) / 2.0
+    pose = (0.5, 0.0, 1.0, math.cos(half), 0.0, 0.0, math.sin(half))
+    poses = (pose, (3.0, 0.0, 1.0, *toy.UPRIGHT))
+    scene = dataclasses.replace(toy.SCENE, bodies=(board, NEIGHBOUR))
+    arm = Arm(scene, toy.at_rest(object_pose=poses))
+    beyond = across_board(arm, Thing(arm, "mug"))
+    assert arm.ahead(beyond) > 0.7
+    aside = abs(math.degrees(math.atan2(arm.aside(beyond), arm.ahead(beyond))))
+    assert aside == pytest.approx(min(way, 90.0 - way), abs=0.01)
