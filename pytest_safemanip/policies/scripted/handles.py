@@ -103,7 +103,7 @@ def place_inside(arm: Arm, role: str, oven_role: str) -> Motion:
     yield from put_in(arm, role, oven, np.append(middle, oven.opening()[1]))
 
 
-def put_in(arm: Arm, role: str, oven: Furniture, spot: Array) -> Motion:
+def put_in(arm: Arm, role: str, oven: Furniture, spot: Array, tucked: float = TUCKED) -> Motion:
     """Bring a held vessel in past an open door, its handle towards the robot, and set it down.
 
     Args:
@@ -111,11 +111,23 @@ def put_in(arm: Arm, role: str, oven: Furniture, spot: Array) -> Motion:
         role: the vessel.
         oven: what it goes into.
         spot: where its middle goes, at the height of what is below it (3,).
+        tucked: base to hand before it, m.
 
     Raises:
         SkillFailed: if the hand or the base does not get there.
     """
-    thing, towards = Thing(arm, role), np.append(-arm.forward, 0.0)
+    yield from bring_in(arm, Thing(arm, role), oven, spot, tucked)
+    yield from set_down(arm, role)
+    yield from leave(arm, LEAVE)
+
+
+def bring_in(
+    arm: Arm, thing: Thing, oven: Furniture, spot: Array, tucked: float = TUCKED
+) -> Motion:
+    """Bring a held vessel in past an open door, its handle towards the robot, to just above a
+    spot (3,): where its middle goes, at the height of what is below it; ``tucked`` as above.
+    """
+    towards = np.append(-arm.forward, 0.0)
     doors = [corners(oven.part(joint), np.asarray(joint.half)) for joint in oven.doors()]
     near = min(arm.ahead(corner) for door in doors for corner in door)
     far = thing.extent_ahead()[1] - arm.ahead(arm.base)
@@ -124,7 +136,7 @@ def put_in(arm: Arm, role: str, oven: Furniture, spot: Array) -> Motion:
 
     def before() -> Array:
         rise = arm.position[2] + spot[2] + OVER - thing.bottom
-        return arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.base), rise)
+        return arm.point(arm.ahead(arm.base) + tucked, arm.aside(arm.base), rise)
 
     hand = level(arm, thing, towards)
     yield from arm.move(before, hand, tolerance=0.02, turn_tolerance=0.1, speed=STEADY, steps=160)
@@ -138,8 +150,6 @@ def put_in(arm: Arm, role: str, oven: Furniture, spot: Array) -> Motion:
     yield from arm.move(
         over, hand, tolerance=0.004, speed=STEADY, steps=60, required=False, exact=True
     )
-    yield from set_down(arm, role)
-    yield from leave(arm, LEAVE)
 
 
 def level(arm: Arm, thing: Thing, out: Array) -> Array:

@@ -29,6 +29,7 @@ from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
 from pytest_safemanip.policies.scripted.neighbours import place_in_cabinet_beside
+from pytest_safemanip.policies.scripted.nesting import nest_in
 from pytest_safemanip.policies.scripted.opening import open_access, open_for, turn_lever
 from pytest_safemanip.policies.scripted.picking import (
     pick_from,
@@ -98,6 +99,7 @@ SKILLS: Mapping[str, Skill] = {
     "grasp": grasp_cup,
     "pick from": pick_from,
     "hook": hook,
+    "nest and in": nest_in,
     "seize": pick_by_handle,
     "place on": place_on_stove,
     "place in": place_in_cabinet,
