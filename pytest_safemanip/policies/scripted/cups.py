@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
@@ -23,6 +25,10 @@ OVER_TRAY = 0.015
 """Free space below a cup on its way in, m."""
 DRAWN = 0.08
 """How far the hand draws back along its own direction, m: then its fingers are off the cup."""
+MOST_LEVEL = 60.0
+"""Pitch with which a hand comes down to a tray, degrees: beyond, it stops up to 3 cm above."""
+RIGHTED = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
+"""Shares of a cup's lean that the hand makes up for, if it can."""
 GENTLY = 0.4
 """Speed of the base with a cup that is held near its rim."""
 
@@ -51,6 +57,19 @@ def place_under(arm: Arm, role: str, machine_role: str) -> Motion:
     away = arm.position - DRAWN * level / np.linalg.norm(level)
     yield from arm.move(away, tolerance=0.02, speed=GENTLY, steps=40, required=False)
     yield from stand(arm, arm.ahead(arm.base) - 0.25, arm.aside(arm.base))
+
+
+def righting(arm: Arm, cup: Thing) -> Array:
+    """The hand (3, 3) with a held cup upright, as nearly as it can be low above a counter: a cup
+    that leans in the fingers turns in them when it comes to stand.
+    """
+    axis = matrix(cup.pose[3:])[:, 2]
+    for share in RIGHTED:
+        part = share * axis + (1.0 - share) * np.array((0.0, 0.0, 1.0))
+        hand = upright(part / np.linalg.norm(part)) @ arm.rotation
+        if math.degrees(math.atan2(hand[:2, 2] @ arm.forward, -hand[2, 2])) <= MOST_LEVEL:
+            return hand
+    return arm.rotation
 
 
 def bring_in(arm: Arm, cup: Thing, tray: Array, front: float) -> Motion:
@@ -86,8 +105,7 @@ def bring_in(arm: Arm, cup: Thing, tray: Array, front: float) -> Motion:
         return np.append(arm.position[:2] + way, above())
 
     yield from stand(arm, outside(), arm.aside(arm.base), GENTLY)
-    # A cup that leans in the fingers would turn in them when it comes to stand.
-    hand = upright(matrix(cup.pose[3:])[:, 2]) @ arm.rotation
+    hand = righting(arm, cup)
     yield from arm.move(tucked, hand, tolerance=0.025, turn_tolerance=0.15, speed=GENTLY)
     aside = arm.aside(arm.base) + arm.aside(tray) - arm.aside(cup.middle)
     yield from stand(arm, min(outside(), arm.ahead(arm.base)), aside, GENTLY)

@@ -50,7 +50,8 @@ def free_end(arm: Arm, target: Thing, other: Thing) -> Array:
     axis, width = target.sides()[1]
     ends = [target.middle + k * width * axis for k in (-END, END)]
     away = float(np.linalg.norm((other.centre - target.middle)[:2]))
-    if away < width / 2.0 and abs(other.bottom - target.highest) < OVER:
+    # On a board, or inside the rim of a tray.
+    if away < width / 2.0 and abs(other.bottom - target.highest) < target.height + OVER:
         return max(ends, key=lambda end: float(np.linalg.norm((end - other.centre)[:2])))
     return max(ends, key=arm.ahead)
 

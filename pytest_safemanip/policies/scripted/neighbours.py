@@ -7,7 +7,13 @@ import math
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
-from pytest_safemanip.policies.scripted.carrying import GENTLY, carry_to_shelf, put_on_shelf
+from pytest_safemanip.policies.scripted.carrying import (
+    GENTLY,
+    HANG_OVER,
+    carry_to_shelf,
+    hangs,
+    put_on_shelf,
+)
 from pytest_safemanip.policies.scripted.picking import FRONT_PITCH
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
@@ -15,6 +21,8 @@ from pytest_safemanip.policies.scripted.things import Furniture, Thing
 CLOSE = 0.135
 """Middle to middle of what is put down and what it belongs to, m: RoboCasa wants 15 cm, and the
 hand stops within 1 cm."""
+STILL_CLOSE = 0.142
+"""Likewise where no place that is closer has room, m."""
 DEPTHS = (0.02, 0.04, 0.06, 0.08, 0.10)
 """Free space between the front of the shelf and the object, m."""
 PLACES = 25
@@ -50,12 +58,14 @@ def place_in_cabinet_beside(arm: Arm, role: str, cabinet_role: str, other_role: 
     cabinet, other, thing = Furniture(arm, cabinet_role), Thing(arm, other_role), Thing(arm, role)
     aside, depth = spot_on_shelf(arm, thing, cabinet, other)
     yield from carry_to_shelf(arm, role, cabinet_role, aside)
+    # What hangs low may still be below the shelf's edge.
+    lowest = cabinet.opening()[1] + HANG_OVER if hangs(arm, thing) else -math.inf
 
     def before_spot() -> Array:
         way = aside - arm.aside(thing.centre)
-        return np.add(arm.position, (*(way * arm.left), 0.0))
+        return np.add(arm.position, (*(way * arm.left), max(0.0, lowest - thing.bottom)))
 
-    yield from arm.move(before_spot, tolerance=0.005, speed=GENTLY, steps=25, required=False)
+    yield from arm.move(before_spot, tolerance=0.005, speed=GENTLY, steps=40, required=False)
     yield from put_on_shelf(arm, role, cabinet_role, depth)
     low = arm.point(arm.ahead(arm.base) + BEFORE, arm.aside(arm.base), HEIGHT)
     yield from arm.move(low, arm.hand(FRONT_PITCH), tolerance=0.05, turn_tolerance=0.3)
@@ -111,7 +121,8 @@ def spot_on_shelf(arm: Arm, thing: Thing, cabinet: Furniture, other: Thing) -> t
         rest = [t for t in standing if t.entity != other.entity]
         return min((abs(spot[0] - arm.aside(t.centre)) for t in rest), default=APART)
 
-    spots = [spot for spot in spots if away(spot) < CLOSE and room(spot) >= 0.0]
+    spots = [spot for spot in spots if away(spot) < STILL_CLOSE and room(spot) >= 0.0]
     if not spots:
         raise SkillFailed(f"there is no room close to {other.entity}")
-    return max(spots, key=lambda s: (min(room(s), ROOM), min(apart(s), APART), -away(s)))
+    closer = [spot for spot in spots if away(spot) < CLOSE]
+    return max(closer or spots, key=lambda s: (min(room(s), ROOM), min(apart(s), APART), -away(s)))

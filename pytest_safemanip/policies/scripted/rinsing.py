@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, Target, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, Target, cut, raised
 from pytest_safemanip.policies.scripted.grasping import (
     PALM,
     Grasp,
@@ -14,6 +14,8 @@ from pytest_safemanip.policies.scripted.grasping import (
     take,
 )
 from pytest_safemanip.policies.scripted.putting import (
+    BRAKE,
+    SOFTLY,
     carry_before,
     held_over,
     set_down,
@@ -22,7 +24,7 @@ from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.spots import room_at
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
-from pytest_safemanip.policies.scripted.touching import carried_by_something
+from pytest_safemanip.policies.scripted.touching import carried_by_something, palm_meets
 
 BACK = 0.25
 """How far the base draws back from a tap, m: the hand comes out from beside the spout, whose arm is
@@ -46,12 +48,15 @@ LOW = 0.09
 OFF_WATER = 0.08
 """How far before the water the middle of a colander stands, m: the hand that fills it is off the
 spout."""
-FILLED = 0.055
-"""Off the middle of a colander where it is filled, m: three fruits lie beside each other there."""
-FILL_TURNS = (180.0, 0.0, -90.0)
-"""Where around its middle, degrees from the robot's right: not at the back, under the spout."""
+FILLED = ((165.0, 0.055), (15.0, 0.055), (-90.0, 0.050))
+"""Where around the middle of a colander it is filled, degrees from the robot's right, and how far
+off, m: three fruits lie beside each other there, none at the back, under the spout."""
 ABOVE = 0.015
 """Free space below a load before it is set down, m."""
+SOFTER = 0.03
+"""Speed at which fruit that is held meets other fruit with less than 5 N."""
+STOPS = 0.003
+"""How near to where it is lowered to the hand comes, m."""
 OUT = 0.20
 """From the floor of a basin to above its edge, m."""
 
@@ -116,24 +121,60 @@ def lower_into(arm: Arm, role: str, sink_role: str) -> Motion:
 def fill_into(arm: Arm, role: str, vessel_role: str) -> Motion:
     """Let something into a vessel that stands in a sink: as low as the palm goes above its rim."""
     thing, vessel = Thing(arm, role), Thing(arm, vessel_role)
-    spot = max(_around(arm, vessel), key=lambda spot: room_at(arm, thing, vessel, spot))
+    spots = _around(arm, vessel)
+    spot = max(spots, key=lambda spot: room_at(arm, thing, vessel, spot))
     yield from _draw_back(arm, role, spot)
-    # Across, the palm would reach the spout.
-    yield from arm.move(arm.position, arm.hand(), tolerance=0.03, steps=80)
+    # Across, the palm would reach the spout; but not in front, where it lies before the others.
+    roll = 90.0 if spot is spots[-1] else 0.0
+    yield from arm.move(arm.position, arm.hand(0.0, roll), tolerance=0.03, steps=80)
     yield from carry_before(arm, role, spot, 0.0)
-    hanging = float(arm.position[2]) - thing.bottom
+    came, hanging = float(arm.position[2]), float(arm.position[2]) - thing.bottom
     lowest = vessel.highest - PALM + 0.01 - hanging
-    yield from _lower(arm, role, spot, max(lowest, vessel.bottom + ABOVE))
+    top = _top_at(arm, thing, vessel, spot)
+    yield from _lower(arm, role, spot, max(lowest, top + ABOVE + BRAKE))
+    # It comes with a swing, and between other fruit there is little room.
+    over = held_over(arm, thing, spot, thing.bottom)
+    yield from arm.move(over, tolerance=0.006, steps=30, required=False)
+    yield from _settle(arm, thing, vessel, SOFTLY if top == vessel.bottom else SOFTER)
     yield from arm.grip(False)
-    yield from arm.move(raised(arm.position, OUT), tolerance=0.03, speed=0.6, steps=60)
+    # As high as it came at least: over what still stands on the counter.
+    out = max(OUT, came - float(arm.position[2]))
+    yield from arm.move(raised(arm.position, out), tolerance=0.03, speed=0.6, steps=60)
     yield from draw_back(arm, vessel_role)
+    if roll:
+        yield from arm.move(arm.position, arm.hand(), tolerance=0.03)
+
+
+def _top_at(arm: Arm, thing: Thing, vessel: Thing, spot: Array) -> float:
+    """Height of what is highest in a vessel where a held object comes to a spot (3,) of it, m."""
+    tops = [vessel.bottom]
+    for body in arm.scene.bodies:
+        other = Thing(arm, body.entity)
+        near = (thing.sides()[1][1] + other.sides()[1][1]) / 2.0
+        own = other.entity in (thing.entity, vessel.entity)
+        if not own and float(np.linalg.norm((other.centre - spot)[:2])) < near:
+            tops.append(other.highest)
+    return max(tops)
+
+
+def _settle(arm: Arm, thing: Thing, vessel: Thing, speed: float) -> Motion:
+    """Lower a held object, at a share of the hand's top speed, onto the floor of a vessel, or as
+    far as the palm, which is longer than that is wide, lets it: until either meets something.
+    """
+    to_rim = float(arm.position[2]) - (vessel.highest - PALM)
+    down = min(to_rim, thing.bottom - vessel.bottom)
+    low = raised(arm.position, -down)
+    yield from cut(
+        arm.move(low, tolerance=STOPS, speed=speed, steps=200, required=False),
+        lambda: carried_by_something(arm, thing) or palm_meets(arm, thing),
+    )
 
 
 def _around(arm: Arm, vessel: Thing) -> list[Array]:
     """Where something can be let into a vessel, each (3,)."""
-    turns = np.radians(FILL_TURNS)
+    turns, off = np.radians([turn for turn, _ in FILLED]), [far for _, far in FILLED]
     ways = np.cos(turns)[:, None] * -arm.left + np.sin(turns)[:, None] * arm.forward
-    return [vessel.middle + np.append(FILLED * way, 0.0) for way in ways]
+    return [vessel.middle + np.append(f * way, 0.0) for f, way in zip(off, ways, strict=True)]
 
 
 def _bring(arm: Arm, role: str, spot: Array) -> Motion:

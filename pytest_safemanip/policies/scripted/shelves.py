@@ -10,11 +10,13 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.grasping import (
     HANDLE,
     OFF_HANDLE,
+    PALM,
     Grasp,
     around,
     come_in,
     lift,
 )
+from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
@@ -22,6 +24,9 @@ PITCHES = (50.0, 62.0)
 """Degrees from straight down for a hand that is straight ahead, and for one that is turned by 45
 degrees: steeper, the arm is at the end of its reach; more level, the palm keeps the pads off the
 middle of what they grip, which swings then."""
+MOST_TURNED = 60.0
+"""Degrees about the vertical to either side that the hand turns there: beyond, the forearm comes
+down on the front of the shelf."""
 CUP_SIDES, JAR_SIDES = 45.0, 90.0
 """Degrees from one side on which the pads lie flat to the next. A pad on an edge is a hinge."""
 OUTSIDE = 0.24
@@ -61,7 +66,7 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
     front, _ = cabinet.opening()
     grasp = off_the_shelf(arm, thing)
-    if room_beside(arm, cabinet, grasp) < 0.0:
+    if room_beside(arm, cabinet, grasp) < 0.0 or room_between(arm, thing, grasp) < 0.0:
         raise SkillFailed("there is no room for the hand beside it")
     approach = grasp.hand[:, 2]
     entry = grasp.point - ENTRY * approach
@@ -132,14 +137,36 @@ def room_beside(arm: Arm, cabinet: Furniture, grasp: Grasp) -> float:
     return float(half[0] - abs(arm.aside(knuckles) - arm.aside(pose)) - reach)
 
 
+def room_between(arm: Arm, thing: Thing, grasp: Grasp) -> float:
+    """Free space between a gripping palm and what else stands there, as if that were round, m."""
+    gaps, palm = [math.inf], palm_points(grasp.hand) + grasp.point
+    for body in arm.scene.bodies:
+        other = Thing(arm, body.entity)
+        beside = palm[(palm[:, 2] < other.highest) & (palm[:, 2] > other.bottom)]
+        if other.entity != thing.entity and len(beside):
+            away = np.linalg.norm(beside[:, :2] - other.centre[:2], axis=1).min()
+            gaps.append(float(away) - other.sides()[1][1] / 2.0)
+    return min(gaps)
+
+
+def palm_points(hand: Array) -> Array:
+    """Points of the near side of a palm (P, 3), from the grip point, m."""
+    x, y = HAND
+    along, across = np.meshgrid(np.linspace(-x, x, 21), np.linspace(-y, y, 7))
+    points: Array = np.stack((along.ravel(), across.ravel(), np.full(along.size, -PALM)), axis=1)
+    return points @ hand.T
+
+
 def off_the_shelf(arm: Arm, thing: Thing) -> Grasp:
     """How something upright is gripped on a shelf, at the height of the robot's shoulder.
 
     Raises:
-        SkillFailed: if it is too wide.
+        SkillFailed: if it is too wide, or its handle in the way.
     """
     cup = np.linalg.norm((thing.centre - thing.middle)[:2]) > HANDLE * thing.height
     sides = CUP_SIDES if cup else JAR_SIDES
     approach = around(arm, thing, PITCHES[0], sides, OFF_HANDLE).hand[:, 2]
     yaw = math.degrees(math.atan2(abs(arm.aside(approach)), arm.ahead(approach)))
+    if yaw > MOST_TURNED:
+        raise SkillFailed("its handle is in the hand's way")
     return around(arm, thing, float(np.interp(yaw, (0.0, 45.0), PITCHES)), sides, OFF_HANDLE)
