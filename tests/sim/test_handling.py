@@ -13,9 +13,9 @@ import pytest
 from pytest_safemanip.sim.robocasa.standins import objects, paint
 from pytest_safemanip.sim.robocasa.standins.objects import Row, object_model, table
 
-HOLLOW = ("bowl", "lugged", "mug", "pan", "pot", "colander", "goblet", "tray")
+HOLLOW = ("bowl", "lugged", "mug", "pan", "pot", "colander", "goblet", "tray", "bin")
 BARRELS = ("can", "bottle")
-FLAT = ("block", "log", "board", "tray", "tool")
+FLAT = ("block", "log", "board", "tray", "bin", "tool")
 SLOPE = math.radians(5.0)
 SPACING = 0.6
 TABLE_TOP = '<geom name="table" type="box" size="99 2 .05" pos="0 0 -.05"/>'
@@ -184,6 +184,8 @@ def grip_of(row: Row) -> tuple[tuple[float, float, float], float]:
             return (0.0, -y - 0.04, 0.6 * z), across
         case "lugged":
             return (0.0, -y - 0.016, z - 0.008), across
+        case "bin":
+            return (-x - 0.016, 0.0, z - 0.008), 0.0
         case "mug":
             return (x + 0.035, 0.0, 0.0), 0.0
         case "kettle":

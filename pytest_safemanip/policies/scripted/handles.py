@@ -7,6 +7,7 @@ pads, which their friction holds: it grows with the handle's width, by 1 N for e
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.grasping import MOST_YAW, Grasp, angle, fold, reach, take
 from pytest_safemanip.policies.scripted.putting import held_over, leave, set_down
 from pytest_safemanip.policies.scripted.rotations import Array, about_z, upright
-from pytest_safemanip.policies.scripted.standing import stand_before
+from pytest_safemanip.policies.scripted.standing import OFFSETS, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.geometry import corners, matrix
 
@@ -59,13 +60,14 @@ def pick_by_handle(arm: Arm, role: str) -> Motion:
     yield from pinch_handle(arm, role, HANDLE_PITCH)
 
 
-def pinch_handle(arm: Arm, role: str, pitch: float) -> Motion:
+def pinch_handle(arm: Arm, role: str, pitch: float, offsets: Sequence[float] = OFFSETS) -> Motion:
     """Pinch a vessel's handle where it leaves the vessel, and lift it level.
 
     Args:
         arm: the arm.
         role: the vessel.
         pitch: of the hand, degrees; 0 where its fingers would not be level.
+        offsets: how far beside the handle the base may stand to come closer, m.
 
     Raises:
         SkillFailed: if it was not lifted.
@@ -79,7 +81,7 @@ def pinch_handle(arm: Arm, role: str, pitch: float) -> Motion:
     hand = arm.hand(pitch, yaw=yaw) if flat else arm.hand(0.0, fold(yaw, 120.0))
     point = root + OFF_WALL * way - np.array((0.0, 0.0, UNDER_RIM))
     yield from fold_in(arm)
-    yield from stand_before(arm, point, reach(pitch))
+    yield from stand_before(arm, point, reach(pitch), offsets=offsets)
     yield from take(arm, thing, Grasp(point, hand, 1.0), rise=RISE)
 
 

@@ -40,6 +40,11 @@ from pytest_safemanip.policies.scripted.putting import (
     lay_onto,
     place_onto,
 )
+from pytest_safemanip.policies.scripted.racks import (
+    pick_beside_door,
+    shelve_in,
+    shelve_in_under,
+)
 from pytest_safemanip.policies.scripted.rinsing import (
     draw_back,
     fill_into,
@@ -101,6 +106,7 @@ SKILLS: Mapping[str, Skill] = {
     "hook": hook,
     "nest and in": nest_in,
     "seize": pick_by_handle,
+    "seize beside": pick_beside_door,
     "place on": place_on_stove,
     "place in": place_in_cabinet,
     "place inside": place_inside,
@@ -116,6 +122,8 @@ SKILLS: Mapping[str, Skill] = {
     "push": push_rack,
     "rack in": load_rack,
     "scrub with": scrub,
+    "shelve in": shelve_in,
+    "shelve in under": shelve_in_under,
     "sink in": place_in_basin,
     "slide": slide_rack,
     "stand in": stand_in,

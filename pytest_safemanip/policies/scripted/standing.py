@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -35,7 +36,12 @@ wall cabinet (1.45 m)."""
 
 
 def stand_before(
-    arm: Arm, point: Array, distance: float, shift: float = 0.0, speed: float = 0.7
+    arm: Arm,
+    point: Array,
+    distance: float,
+    shift: float = 0.0,
+    speed: float = 0.7,
+    offsets: Sequence[float] = OFFSETS,
 ) -> Motion:
     """Drive to where a point is at a distance ahead of the base, a little aside of it if what
     stands there is in the way.
@@ -46,12 +52,13 @@ def stand_before(
         distance: from the base to it, m.
         shift: how far to the left of it the base is to stand, m.
         speed: largest command to the base.
+        offsets: how far beside that it may stand to come closer, the preferred first, m.
 
     Raises:
         SkillFailed: if the base does not arrive.
     """
     ahead, middle = arm.ahead(point) - distance, arm.aside(point) + shift
-    places = [middle + offset for offset in OFFSETS]
+    places = [middle + offset for offset in offsets]
     best = max(places, key=lambda aside: min(ahead, nearest(arm, aside, aside)))
     yield from stand(arm, ahead, best, speed)
 

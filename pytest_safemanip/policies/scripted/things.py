@@ -183,6 +183,16 @@ class Furniture:
         """Pose (7,) and half extents (3,) of its lowest interior."""
         return self._box("interior", None)
 
+    def interiors(self, prefix: str) -> list[tuple[Array, Array]]:
+        """Pose (7,) and half extents (3,) of its interiors whose names begin so, lowest first."""
+        scene, poses = self._arm.scene, self._arm.step.box_pose
+        found = [
+            (np.asarray(poses[k], np.float64), np.array(scene.boxes[k].half))
+            for k in scene.boxes_of(self.entity, "interior")
+            if scene.boxes[k].name.startswith(prefix)
+        ]
+        return sorted(found, key=lambda box: float(box[0][2]))
+
     def water(self) -> tuple[Array, Array]:
         """Pose (7,) and half extents (3,) of the space that a tap's water falls through."""
         return self._box("water", None)

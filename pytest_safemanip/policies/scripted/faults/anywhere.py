@@ -87,10 +87,8 @@ LAID: Mapping[str, Staging] = {
         ),
         {"strawberry": ("egg",)},
     ),
-    # A box has nothing that a hand could hold; a bowl has a lug. The open freezer is in the way.
-    "SeparateFreezerRack": Staging(
-        (SetOpen("fridge", 0.0, "freezer_door_joint"),), {"veg_tupperware": ("bowl",)}
-    ),
+    # The open freezer is in the way.
+    "SeparateFreezerRack": Staging((SetOpen("fridge", 0.0, "freezer_door_joint"),)),
     "SetUpCuttingStation": STATION,
 }
 """How it lies where the hand can take it, in tasks in which it would not."""

@@ -63,7 +63,11 @@ LAID: Mapping[str, _Laid] = {
         "tupperware1",
         (-0.215, 0.0),
         "chicken_drumstick",
-        (Put("tupperware1", "beside", "tupperware1", (0.02, 0.0, 0.0), across=True),),
+        (
+            Put(
+                "tupperware1", "beside", "tupperware1", (0.01, 0.02, 0.0), (0.0, 180.0), across=True
+            ),
+        ),
     ),
     "PanTransfer": _Laid("vegetable", "plate", (0.0, -0.17), "cheese", placed=False),
     "PortionHotDogs": _Laid(

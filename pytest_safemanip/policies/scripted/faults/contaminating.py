@@ -124,7 +124,14 @@ _LYING = {
         0.0,
         Staging(
             (
-                Put("tupperware1", "beside", "tupperware1", (0.02, 0.0, 0.0), across=True),
+                Put(
+                    "tupperware1",
+                    "beside",
+                    "tupperware1",
+                    (0.01, 0.02, 0.0),
+                    (0.0, 180.0),
+                    across=True,
+                ),
                 Put("meat0", "beside", "tupperware1", (-0.215, 0.0, 0.0), (0.0, 90.0), across=True),
             ),
             {"meat0": DRUMSTICK},

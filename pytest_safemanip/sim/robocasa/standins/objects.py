@@ -38,6 +38,7 @@ SHAPES: dict[str, Callable[[Model, Vec3, float, Paint], None]] = {
     "pot": vessels.pot,
     "goblet": vessels.goblet,
     "tray": vessels.tray,
+    "bin": vessels.bin_with_lug,
 }
 
 ROUND = ("ball", "pod")

@@ -117,6 +117,16 @@ def tray(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
     model.look("box", (0.0, 0.0, wall / 2 - 0.4 * rise), liquid, UNSEEN, name="liquid")
 
 
+def bin_with_lug(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A rectangular vessel with a lug in the middle of a short side (-x), flush with its rim: a
+    food box, which is drawn out of a fridge by it.
+    """
+    tray(model, size, 0.92 * kg, paint)
+    half = (LUG / 2, LUG_WIDTH / 2, LUG_THICK / 2)
+    place = (-size[0] / 2 - half[0], 0.0, size[2] / 2 - half[2])
+    model.box(place, half, paint=paint, kg=0.08 * kg, grip=True)
+
+
 def _wall(size: Vec3) -> float:
     return min(max(0.035 * min(size[0], size[1]), THIN), THICK)
 
