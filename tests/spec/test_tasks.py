@@ -223,3 +223,9 @@ def test_a_shipped_task_binds_to_the_scene_of_its_episode(rollouts, name):
     for role, allowed in SHIPPED[name].touch.items():
         # Not every handle has a part of its own, but something of it may be touched.
         assert any((scene.roles[role], part) in parts for part in allowed)
+
+
+def test_what_goes_into_a_glass_may_lie_on_what_else_is_in_it():
+    task = SHIPPED["MakeIceLemonade"]
+    contents = {"lemon_wedge", "ice_cube1", "ice_cube2"}
+    assert all(contents - {role} <= set(task.supports[role]) for role in contents)

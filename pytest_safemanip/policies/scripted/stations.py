@@ -33,6 +33,8 @@ OFF_TOOL = 0.42
 """How far the base then draws back, m: the hand passes over the tool."""
 BACK = 0.20
 """How far it draws back before it drives along a counter, m: the hand is off what stands there."""
+BEFORE = 0.48
+"""Base to hand then, m."""
 TURN_WIDE, TURN_ROOM = 0.45, 0.14
 """What is so far to either side is in the way of a base that turns, and how far it is drawn back
 from that, m: it turns about its middle, and its corners reach 8 cm farther than its front."""
@@ -82,9 +84,12 @@ def gather(arm: Arm, role: str) -> Motion:
     """
     thing = Thing(arm, role)
     yield from arm.drive(arm.base - BACK * arm.forward)
+    # Hand and wrist turn, and the elbow swings, before they are beside what stands there.
+    grasp = across(arm, thing, 0.0)
+    yield from tuck(arm, BEFORE, float(arm.position[2]), grasp.hand)
     where = thing.centre
     yield from stand_before(arm, where, reach(0.0), elbow_room(arm, where))
-    yield from take(arm, thing, across(arm, thing, 0.0))
+    yield from take(arm, thing, grasp)
     yield from draw_in(arm)
 
 

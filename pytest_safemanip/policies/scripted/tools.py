@@ -30,6 +30,8 @@ TOOL_PITCH = 25.0
 the palm, 10 cm from its middle, stays above the counter while the hand holds what is 2 cm thick."""
 HANDLE = 0.02
 """Thickness of a knife or a peeler where it is pinched, m: its blade may be as wide as 5 cm."""
+BLADE = 0.03
+"""Likewise where nothing lies beside it, m: the fingers come down off its blade, too."""
 LET_GO = 0.03
 """How much farther the fingers are opened to let go of a tool, share of their opening: they drift
 on by four times as much, half a centimetre each, and the far one does not come to the food."""
@@ -49,11 +51,17 @@ def take_tool(
         SkillFailed: if the hand would meet the drawer's front, or if the tool was not lifted.
     """
     role = tool_for(arm, peeler_role, knife_role, food_role)
-    yield from take_from_drawer(arm, role, drawer_role)
+    yield from take_from_drawer(arm, role, drawer_role, HANDLE)
 
 
-def take_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
+def take_from_drawer(arm: Arm, role: str, drawer_role: str, thick: float = BLADE) -> Motion:
     """Pick a tool out of an open drawer.
+
+    Args:
+        arm: the arm.
+        role: the tool.
+        drawer_role: where it lies.
+        thick: how thick it is where it is pinched, m.
 
     Raises:
         SkillFailed: if the hand would meet the drawer's front, or if the tool was not lifted.
@@ -63,7 +71,7 @@ def take_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
     if where < front + BEHIND_FRONT:
         raise SkillFailed(f"{role} lies too near to the drawer's front for the hand")
     slip = SLIP if where < front + PALM_WIDE else 0.0
-    yield from pinch_in_drawer(arm, tool, drawer, slip, HANDLE)
+    yield from pinch_in_drawer(arm, tool, drawer, slip, thick)
 
 
 def lay_tool(
