@@ -209,6 +209,15 @@ def test_all_target_tasks_of_robocasa_are_shipped():
     assert found == {"atomic_seen": 18, "composite_seen": 16, "composite_unseen": 16}
 
 
+def test_what_the_hand_has_to_move_it_may_touch():
+    # "Put the onion and broccoli in the pot. Retrieve the spatula and lightly stir": all three.
+    task = SHIPPED["StirVegetables"]
+    moved = {"veg1", "veg2", "spatula"}
+    assert moved <= set(task.objects)
+    assert moved <= set(task.touch)
+    assert all("pot" in task.supports[name] for name in moved)
+
+
 @pytest.mark.parametrize("name", ["OpenDrawer", "PickPlaceCounterToCabinet"])
 def test_a_shipped_task_binds_to_the_scene_of_its_episode(rollouts, name):
     scene = rollouts.get(name).recording.scene
