@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from pytest_safemanip.policies.scripted.carrying import (
 )
 from pytest_safemanip.policies.scripted.picking import FRONT_PITCH
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import DUCKED
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
 CLOSE = 0.135
@@ -23,6 +25,8 @@ CLOSE = 0.135
 hand stops within 1 cm."""
 STILL_CLOSE = 0.142
 """Likewise where no place that is closer has room, m."""
+NEAR = 0.30
+"""Likewise for what only belongs to a group: nearer to one another than to the rest, m."""
 DEPTHS = (0.02, 0.04, 0.06, 0.08, 0.10)
 """Free space between the front of the shelf and the object, m."""
 PLACES = 25
@@ -48,6 +52,23 @@ BEFORE, HEIGHT = 0.46, 1.25
 doors, it would not get straight to what stands below them."""
 
 
+@dataclass(frozen=True)
+class Spot:
+    """Where on a shelf something can be put down.
+
+    Attributes:
+        aside: along the base's left direction, m.
+        depth: from the front of the shelf to the thing, m.
+        room: least distance from the hand, and from the thing, to what stands there, m.
+        away: to the object that it belongs to, m.
+    """
+
+    aside: float
+    depth: float
+    room: float
+    away: float
+
+
 def place_in_cabinet_beside(arm: Arm, role: str, cabinet_role: str, other_role: str) -> Motion:
     """Put a held object on the lowest shelf of an open cabinet, close to another object in it, and
     come down in front of the counter.
@@ -56,7 +77,28 @@ def place_in_cabinet_beside(arm: Arm, role: str, cabinet_role: str, other_role: 
         SkillFailed: if there is no room.
     """
     cabinet, other, thing = Furniture(arm, cabinet_role), Thing(arm, other_role), Thing(arm, role)
-    aside, depth = spot_on_shelf(arm, thing, cabinet, other)
+    spot = spot_on_shelf(arm, thing, cabinet, other)
+    yield from put_beside(arm, role, cabinet_role, spot)
+
+
+def place_in_cabinet_near(arm: Arm, role: str, cabinet_role: str, other_role: str) -> Motion:
+    """Put a held object on the lowest shelf of an open cabinet, as near to another object in it as
+    there is room for the hand, and come down in front of the counter.
+
+    Raises:
+        SkillFailed: if there is no room.
+    """
+    cabinet, other, thing = Furniture(arm, cabinet_role), Thing(arm, other_role), Thing(arm, role)
+    spots = spots_on_shelf(arm, thing, cabinet, other, NEAR)
+    best = max(spots, key=lambda s: (min(s.room, ROOM), -s.away))
+    yield from put_beside(arm, role, cabinet_role, best)
+    low = arm.point(arm.ahead(arm.base) + DUCKED[0], arm.aside(arm.base), DUCKED[1])
+    yield from arm.move(low, tolerance=0.03, turn_tolerance=0.2, steps=80)
+
+
+def put_beside(arm: Arm, role: str, cabinet_role: str, spot: Spot) -> Motion:
+    """Bring a held object to a spot on a shelf, let go of it, and come down."""
+    thing, cabinet, aside = Thing(arm, role), Furniture(arm, cabinet_role), spot.aside
     yield from carry_to_shelf(arm, role, cabinet_role, aside)
     # What hangs low may still be below the shelf's edge.
     lowest = cabinet.opening()[1] + HANG_OVER if hangs(arm, thing) else -math.inf
@@ -66,63 +108,84 @@ def place_in_cabinet_beside(arm: Arm, role: str, cabinet_role: str, other_role: 
         return np.add(arm.position, (*(way * arm.left), max(0.0, lowest - thing.bottom)))
 
     yield from arm.move(before_spot, tolerance=0.005, speed=GENTLY, steps=40, required=False)
-    yield from put_on_shelf(arm, role, cabinet_role, depth)
+    yield from put_on_shelf(arm, role, cabinet_role, spot.depth)
     low = arm.point(arm.ahead(arm.base) + BEFORE, arm.aside(arm.base), HEIGHT)
     yield from arm.move(low, arm.hand(FRONT_PITCH), tolerance=0.05, turn_tolerance=0.3)
 
 
-def spot_on_shelf(arm: Arm, thing: Thing, cabinet: Furniture, other: Thing) -> tuple[float, float]:
-    """Where on a shelf, close to another object, there is most room for a thing and the hand: along
-    the base's left direction, and from the front of the shelf to the thing, m.
+def spot_on_shelf(arm: Arm, thing: Thing, cabinet: Furniture, other: Thing) -> Spot:
+    """Where on a shelf, close to another object, there is most room for a thing and the hand.
+
+    Raises:
+        SkillFailed: if there is none.
+    """
+    rest = [t for t in standing_on(arm, cabinet, thing) if t.entity != other.entity]
+
+    def apart(spot: Spot) -> float:
+        """From a spot to what the thing does not belong to, along the shelf, m."""
+        return min((abs(spot.aside - arm.aside(t.centre)) for t in rest), default=APART)
+
+    spots = spots_on_shelf(arm, thing, cabinet, other, STILL_CLOSE)
+    closer = [spot for spot in spots if spot.away < CLOSE]
+    return max(closer or spots, key=lambda s: (min(s.room, ROOM), min(apart(s), APART), -s.away))
+
+
+def standing_on(arm: Arm, cabinet: Furniture, thing: Thing) -> list[Thing]:
+    """What else stands on the lowest shelf of a cabinet."""
+    pose, half = cabinet.interior()
+    floor = pose[2] - half[2]
+    everything = [Thing(arm, body.entity) for body in arm.scene.bodies]
+    return [t for t in everything if t.entity != thing.entity and abs(t.bottom - floor) < 0.05]
+
+
+def spots_on_shelf(
+    arm: Arm, thing: Thing, cabinet: Furniture, other: Thing, within: float
+) -> list[Spot]:
+    """Where there is room for a thing and the hand on a shelf, within a distance of another object.
 
     Raises:
         SkillFailed: if there is none.
     """
     pose, half = cabinet.interior()
-    floor, front = pose[2] - half[2], cabinet.opening()[0]
-    everything = [Thing(arm, body.entity) for body in arm.scene.bodies]
-    standing = [t for t in everything if t.entity != thing.entity and abs(t.bottom - floor) < 0.05]
+    front = cabinet.opening()[0]
+    standing = standing_on(arm, cabinet, thing)
     radius = thing.sides()[1][1] / 2.0
     middle, reach = arm.aside(pose), half[0] - FROM_SIDE
-    spots = [
-        (float(aside), depth)
-        for aside in np.linspace(middle - reach, middle + reach, PLACES)
-        for depth in DEPTHS
-    ]
 
-    def room(spot: tuple[float, float]) -> float:
+    def room(aside: float, depth: float) -> float:
         """Least distance from the hand, and from the thing, to what stands there, m."""
         gaps = [math.inf]
         for t in standing:
-            aside = abs(spot[0] - arm.aside(t.centre)) - t.sides()[1][1] / 2.0
-            beyond = t.extent_ahead()[0] - front - spot[1] - radius
-            gaps.append(max(min(aside - FINGERS, past_palm(spot, t)), beyond - radius - BEHIND))
+            beside = abs(aside - arm.aside(t.centre)) - t.sides()[1][1] / 2.0
+            beyond = t.extent_ahead()[0] - front - depth - radius
+            past = past_palm(aside, depth, t)
+            gaps.append(max(min(beside - FINGERS, past), beyond - radius - BEHIND))
         return min(gaps)
 
-    def past_palm(spot: tuple[float, float], t: Thing) -> float:
+    def past_palm(aside: float, depth: float, t: Thing) -> float:
         """Of the palm, which comes after the fingers, nothing reaches beyond the grip point."""
         if t.height < thing.height - TALLER:
             return math.inf
-        centre = front + spot[1] + radius
+        centre = front + depth + radius
         wide = t.sides()[1][1] / 2.0
         if t.height < thing.height + TALLER:
             before = arm.ahead(t.centre) - TOP - centre
         else:
             before = t.extent_ahead()[0] - centre
-        return max(abs(spot[0] - arm.aside(t.centre)) - wide - PALM, before)
+        return max(abs(aside - arm.aside(t.centre)) - wide - PALM, before)
 
-    def away(spot: tuple[float, float]) -> float:
-        """From a spot to the other object, m."""
-        ahead = front + spot[1] + radius - arm.ahead(other.centre)
-        return math.hypot(spot[0] - arm.aside(other.centre), ahead)
+    def away(aside: float, depth: float) -> float:
+        """To the other object, m."""
+        ahead = front + depth + radius - arm.ahead(other.centre)
+        return math.hypot(aside - arm.aside(other.centre), ahead)
 
-    def apart(spot: tuple[float, float]) -> float:
-        """From a spot to what the thing does not belong to, along the shelf, m."""
-        rest = [t for t in standing if t.entity != other.entity]
-        return min((abs(spot[0] - arm.aside(t.centre)) for t in rest), default=APART)
-
-    spots = [spot for spot in spots if away(spot) < STILL_CLOSE and room(spot) >= 0.0]
-    if not spots:
+    found = [
+        Spot(float(aside), depth, room(aside, depth), away(aside, depth))
+        for aside in np.linspace(middle - reach, middle + reach, PLACES)
+        for depth in DEPTHS
+        if away(aside, depth) < within
+    ]
+    found = [spot for spot in found if spot.room >= 0.0]
+    if not found:
         raise SkillFailed(f"there is no room close to {other.entity}")
-    closer = [spot for spot in spots if away(spot) < CLOSE]
-    return max(closer or spots, key=lambda s: (min(room(s), ROOM), min(apart(s), APART), -away(s)))
+    return found

@@ -19,6 +19,7 @@ from pytest_safemanip.policies.scripted.grasping import (
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.policies.scripted.torso import lift_torso
 
 PITCHES = (50.0, 62.0)
 """Degrees from straight down for a hand that is straight ahead, and for one that is turned by 45
@@ -48,11 +49,16 @@ WRIST, WRIST_ROOM, ASIDE = 0.21, 0.20, 0.05
 """From the grip point back to the wrist, m; half of the wrist's width, the thickness of an open
 door, by which it stands inside the cabinet's side, and 5 cm for it to lean in and the arm to sway;
 how far aside of its way in the hand passes at most."""
+SQUEEZE = 0.06
+"""What a wrist may lack beside a door all the same, m: half of the room above is for swaying."""
 ELBOW, LEAN = 0.30, 0.10
 """How far beside the base's middle the elbow and an open door's edge reach together, and how far
 beside the hand the base can stand, m."""
 GENTLY = 0.4
 """Speed at which what hangs by its rim hardly swings."""
+DEEP, LIFTED = 0.17, 0.23
+"""From the front of the shelf to the grip point, m, from which the torso is raised for it, and how
+far, m: from below, the forearm would lie on the shelf's edge."""
 LOW = 1.15
 """Height at which the hand passes below a cabinet and its doors with a load, m."""
 
@@ -70,6 +76,8 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
         raise SkillFailed("there is no room for the hand beside it")
     approach = grasp.hand[:, 2]
     entry = grasp.point - ENTRY * approach
+    if short_of_door(arm, cabinet, arm.aside(entry - WRIST * approach)) > ASIDE + SQUEEZE:
+        raise SkillFailed("there is no room for the wrist beside the open door")
     aside, in_front = arm.aside(entry), arm.ahead(arm.position) - (front - OUTSIDE)
     passing = aside + off_door(arm, cabinet, arm.aside(entry - WRIST * approach))
     # The hand passes sideways before what stands on the counter.
@@ -77,6 +85,8 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     beside = aside + lean(arm, cabinet, aside)
     yield from arm.drive(arm.floor_point(start, arm.aside(arm.base)))
     yield from arm.drive(arm.floor_point(start, beside))
+    raised = LIFTED if arm.ahead(grasp.point) - front > DEEP else 0.0
+    yield from lift_torso(arm, raised)
     yield from arm.open_to(grasp.opening)
     before = arm.point(start + TUCKED, passing, entry[2])
     yield from arm.move(before, grasp.hand, tolerance=0.035, turn_tolerance=0.2, steps=140)
@@ -86,8 +96,9 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
         speed=0.5,
         until=lambda: arm.ahead(entry) - arm.ahead(arm.position) < 0.015,
     )
-    back_in_line = [(ENTRY, 0.010, 0.6)] if passing != aside else []
-    stops = (*back_in_line, (ENTRY / 2.0, 0.015, 0.6), (0.0, 0.006, 0.3))
+    speed = 0.3 if raised else 0.6
+    back_in_line = [(ENTRY, 0.010, speed)] if passing != aside else []
+    stops = (*back_in_line, (ENTRY / 2.0, 0.015, speed), (0.0, 0.006, speed / 2.0))
     yield from come_in(arm, grasp, stops, 0.08)
     yield from lift(arm, thing, grasp.hand, RISE, BACK)
     tucked = arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.position), arm.position[2])
@@ -95,6 +106,7 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
         tucked, grasp.hand, tolerance=0.02, turn_tolerance=0.15, speed=GENTLY, steps=60
     )
     yield from arm.drive(arm.floor_point(start - BACK, beside), speed=GENTLY)
+    yield from lift_torso(arm, -raised)
     low = np.append(arm.position[:2], LOW)
     yield from arm.move(
         low, grasp.hand, tolerance=0.03, turn_tolerance=0.15, speed=GENTLY, steps=140
@@ -110,9 +122,15 @@ def off_door(arm: Arm, cabinet: Furniture, wrist: float) -> float:
         cabinet: whose doors are open.
         wrist: where the wrist would be, along the base's left direction, m.
     """
+    short = short_of_door(arm, cabinet, wrist)
+    off = wrist - arm.aside(cabinet.interior()[0])
+    return -math.copysign(float(np.clip(short, 0.0, ASIDE)), off)
+
+
+def short_of_door(arm: Arm, cabinet: Furniture, wrist: float) -> float:
+    """How much room a wrist lacks beside the nearer of the open doors, m; arguments as above."""
     pose, half = cabinet.interior()
-    off = wrist - arm.aside(pose)
-    return -math.copysign(float(np.clip(abs(off) + WRIST_ROOM - half[0], 0.0, ASIDE)), off)
+    return float(abs(wrist - arm.aside(pose)) + WRIST_ROOM - half[0])
 
 
 def lean(arm: Arm, cabinet: Furniture, aside: float) -> float:

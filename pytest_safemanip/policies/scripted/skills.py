@@ -18,6 +18,7 @@ from pytest_safemanip.policies.scripted.basins import (
 )
 from pytest_safemanip.policies.scripted.carrying import place_in_cabinet
 from pytest_safemanip.policies.scripted.closing import close_access
+from pytest_safemanip.policies.scripted.collecting import collect_in
 from pytest_safemanip.policies.scripted.controls import await_release, press
 from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.cups import grasp_cup, place_under
@@ -111,6 +112,7 @@ SKILLS: Mapping[str, Skill] = {
     "place in": place_in_cabinet,
     "place inside": place_inside,
     "place in beside": place_in_cabinet_beside,
+    "collect and from to in": collect_in,
     "place onto": place_onto,
     "place onto beside": place_onto_beside,
     "place under": place_under,

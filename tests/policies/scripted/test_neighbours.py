@@ -38,10 +38,10 @@ def shelf(half):
 
 def test_a_bottle_goes_close_to_its_counterpart_but_off_the_fingers():
     arm, things = shelf(0.4)
-    aside, depth = spot_on_shelf(arm, *things)
-    y = 0.4 + depth + 0.03
-    assert math.hypot(aside, y - 0.48) < CLOSE
-    assert abs(aside) >= FINGERS + 0.03
+    spot = spot_on_shelf(arm, *things)
+    y = 0.4 + spot.depth + 0.03
+    assert math.hypot(spot.aside, y - 0.48) < CLOSE
+    assert abs(spot.aside) >= FINGERS + 0.03
 
 
 def test_where_a_cabinet_is_too_narrow_there_is_no_room_beside():

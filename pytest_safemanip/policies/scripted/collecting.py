@@ -1,0 +1,45 @@
+"""Bringing what stands in one cabinet to its like in another one."""
+
+from __future__ import annotations
+
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.neighbours import place_in_cabinet_near
+from pytest_safemanip.policies.scripted.shelves import pick_from_shelf
+from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.policies.scripted.travelling import carry_to
+
+ABREAST = 0.12
+"""Two things whose places differ by less along a shelf stand one behind the other, m."""
+
+
+def collect_in(
+    arm: Arm, role: str, other_role: str, cabinet_role: str, to_role: str, into_role: str
+) -> Motion:
+    """Take two cups out of one cabinet and put them near a third one in another, the farther first:
+    the other may then be near enough where it is.
+
+    Args:
+        arm: the arm.
+        role: one cup.
+        other_role: the other one.
+        cabinet_role: where they are.
+        to_role: the third one.
+        into_role: where that is.
+
+    Raises:
+        SkillFailed: if one was not lifted, or there is no room.
+    """
+    for cup in _in_order(arm, role, other_role, Thing(arm, to_role)):
+        yield from pick_from_shelf(arm, cup, cabinet_role)
+        yield from carry_to(arm, cup, to_role)
+        yield from place_in_cabinet_near(arm, cup, into_role, to_role)
+
+
+def _in_order(arm: Arm, role: str, other_role: str, third: Thing) -> tuple[str, str]:
+    """The one that is farther from a third one first; of two behind each other the nearer."""
+    one, other = Thing(arm, role), Thing(arm, other_role)
+    off = [abs(arm.aside(t.middle) - arm.aside(third.middle)) for t in (one, other)]
+    later = off[0] < off[1]
+    if abs(off[0] - off[1]) < ABREAST:
+        later = arm.ahead(one.middle) > arm.ahead(other.middle)
+    return (other_role, role) if later else (role, other_role)
