@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
+import numpy as np
+
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.cups import grasp_cup
+from pytest_safemanip.policies.scripted.faults import beside
 from pytest_safemanip.policies.scripted.faults.depositing import Shelf, take_out
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.passing_on import STATION
@@ -24,9 +27,11 @@ from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.spotting import pluck
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
+from pytest_safemanip.trace.geometry import corners
 
-AWAY = 0.45
-"""How far the base backs away for what it holds to be over the floor, m."""
+AWAY, BEYOND = 0.45, 0.15
+"""How far the base backs away at least for what it holds to be over the floor, and how far before
+the edge of what was below it, m."""
 HELD = 0.15
 """From the grip point to the centre of what is held, at most, m."""
 
@@ -93,35 +98,58 @@ LAID: Mapping[str, Staging] = {
 }
 """How it lies where the hand can take it, in tasks in which it would not."""
 
+OUT_OF_VESSEL = ("MakeIceLemonade", "PanTransfer", "PortionHotDogs")
+"""Where a vessel's wall would be in the hand's way, it lies beside what it should go into."""
+
 AMONG_OTHERS: Mapping[str, tuple[str, Take]] = {
     "GetToastedBread": ("obj", pinch),
     "HeatKebabSandwich": ("baguette", _above),
-    "MakeIceLemonade": ("ice_cube1", pinch),
-    "PanTransfer": ("vegetable", pinch),
-    "PortionHotDogs": ("hotdog_bun2", _above),
-    "PreSoakPan": ("obj2", _above),
-    "SearingMeat": ("meat", pinch),
-    "WashFruitColander": ("fruit0", pinch),
+    "PreSoakPan": ("obj2", pick_from_above),
+    "SearingMeat": ("meat", _above),
+    "WashFruitColander": ("fruit0 or fruit1 or fruit2", pick_from_above),
+    **{task: (beside.LAID[task].item, _above) for task in OUT_OF_VESSEL},
 }
-"""Likewise, where it is small, or other things lie close: often it is not had, or not alone."""
+"""Likewise, where it is small, or other things lie close."""
 
 
 def _nearest(arm: Arm, roles: str) -> str:
-    """Of roles with `or` between them, the object that stands nearest to the robot."""
-    return min(roles.split(" or "), key=lambda role: arm.ahead(Thing(arm, role).centre))
+    """Of roles with `or` between them, that of the nearest object; not all need be there."""
+    there = [role for role in roles.split(" or ") if role in arm.scene.roles]
+    return min(there, key=lambda role: arm.ahead(Thing(arm, role).centre))
 
 
-def _over_floor(roles: str, take: Take) -> Plan:
-    """Backs away with the object and lets go of it over the floor."""
+def _to_edge(arm: Arm, thing: Thing) -> float:
+    """How far the front edge of what is below an object is from its middle, m."""
+    ahead, aside = arm.ahead(thing.centre), arm.aside(thing.centre)
+    edges = [ahead]
+    for slab in arm.scene.surfaces:
+        points = corners(np.array(slab.pose), slab.half)
+        along, across = points[:, :2] @ arm.forward, points[:, :2] @ arm.left
+        inside = along.min() < ahead < along.max() and across.min() < aside < across.max()
+        if inside and FLOOR < points[:, 2].max() < thing.bottom:
+            edges.append(float(along.min()))
+    return ahead - min(edges)
+
+
+def _over_floor(roles: str, take: Take, placed: bool = True) -> Plan:
+    """Backs away with the object and lets go of it over the floor.
+
+    Args:
+        roles: of the object, see :func:`_nearest`.
+        take: how it is taken.
+        placed: whether the task's binding knows placing it as a skill.
+    """
 
     def plan(arm: Arm) -> Motion:
         role = _nearest(arm, roles)
         thing = Thing(arm, role)
         yield from take(arm, role)
-        yield from arm.drive(arm.base - AWAY * arm.forward)
+        away = max(AWAY, _to_edge(arm, thing) + BEYOND)
+        yield from arm.drive(arm.base - away * arm.forward)
         if apart(arm, thing) > HELD:
             raise SkillFailed("it was lost on the way")
-        arm.truth.begins("action_onset", "place", role)
+        if placed:
+            arm.truth.begins("action_onset", "place", role)
         arm.truth.begins("release_stability", role, when=lambda: thing.bottom < FLOOR)
         yield from let_go(arm)
 
@@ -155,7 +183,11 @@ ANYWHERE = (
         "snatched",
         "release_stability",
         "snatches something from among others, and lets go of it over the floor",
-        {task: _over_floor(*taken) for task, taken in AMONG_OTHERS.items()},
+        {
+            task: _over_floor(*taken, task not in beside.LAID or beside.LAID[task].placed)
+            for task, taken in AMONG_OTHERS.items()
+        },
+        {task: beside.LAID[task].staging for task in OUT_OF_VESSEL},
     ),
     Fault(
         "put_back",
