@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm
@@ -20,7 +22,9 @@ BLOCKED = 10.0
 """Force that shows that a finger stands on something and does not slide past it, N."""
 
 
-def free_of_others(arm: Arm, thing: Thing, width: float) -> Array:
+def free_of_others(
+    arm: Arm, thing: Thing, width: float, along: Iterable[float] = ALONG, under: Iterable[str] = ()
+) -> Array:
     """From a lying thing's middle to where along it the open fingers meet nothing else (3,), m; its
     middle if there is no such place: boxes say more than there is of a tool.
 
@@ -28,19 +32,22 @@ def free_of_others(arm: Arm, thing: Thing, width: float) -> Array:
         arm: the arm.
         thing: what is pinched from above, across its narrow side.
         width: between the fingers, m.
+        along: how far from its middle it may be pinched, m, the best first.
+        under: entities that it lies on, which the fingers stay above.
     """
     (across, _), (axis, _) = thing.sides()
-    others = [Thing(arm, body.entity) for body in arm.scene.bodies if body.entity != thing.entity]
+    own = {thing.entity, *under}
+    others = [Thing(arm, body.entity) for body in arm.scene.bodies if body.entity not in own]
     beside = [o.corners for o in others if o.bottom < thing.highest and o.highest > thing.bottom]
     thick, wide = FINGER_SIZE
-    for along in ALONG:
-        middle = thing.com + along * axis
+    for off in along:
+        middle = thing.com + off * axis
         ends = [
             _rectangle(middle + side * (width + thick) / 2.0 * across, thick * across, wide * axis)
             for side in (-1.0, 1.0)
         ]
         if not any(footprints_overlap(end, other, 0.0) for end in ends for other in beside):
-            return np.asarray(along * axis, np.float64)
+            return np.asarray(off * axis, np.float64)
     return np.zeros(3)
 
 

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.clearing import palm_has_room
 from pytest_safemanip.policies.scripted.grasping import MOST_YAW, Grasp, angle, fold, reach, take
 from pytest_safemanip.policies.scripted.putting import held_over, leave, set_down
 from pytest_safemanip.policies.scripted.rotations import Array, about_z, upright
@@ -70,7 +71,7 @@ def pinch_handle(arm: Arm, role: str, pitch: float, offsets: Sequence[float] = O
         offsets: how far beside the handle the base may stand to come closer, m.
 
     Raises:
-        SkillFailed: if it was not lifted.
+        SkillFailed: if the palm has no room, or it was not lifted.
     """
     thing = Thing(arm, role)
     root, way = handle(thing)
@@ -80,9 +81,12 @@ def pinch_handle(arm: Arm, role: str, pitch: float, offsets: Sequence[float] = O
     pitch = pitch if flat else 0.0
     hand = arm.hand(pitch, yaw=yaw) if flat else arm.hand(0.0, fold(yaw, 120.0))
     point = root + OFF_WALL * way - np.array((0.0, 0.0, UNDER_RIM))
+    grasp = Grasp(point, hand, 1.0)
+    if not palm_has_room(arm, grasp, thing):
+        raise SkillFailed("the palm has no room before the handle")
     yield from fold_in(arm)
     yield from stand_before(arm, point, reach(pitch), offsets=offsets)
-    yield from take(arm, thing, Grasp(point, hand, 1.0), rise=RISE)
+    yield from take(arm, thing, grasp, rise=RISE)
 
 
 def fold_in(arm: Arm) -> Motion:

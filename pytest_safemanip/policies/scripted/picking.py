@@ -8,6 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, cut, raised
 from pytest_safemanip.policies.scripted.drawers import pick_from_drawer
+from pytest_safemanip.policies.scripted.fingers import ALONG, free_of_others
 from pytest_safemanip.policies.scripted.grasping import (
     FINGERTIP,
     GAP,
@@ -20,10 +21,12 @@ from pytest_safemanip.policies.scripted.grasping import (
     reach,
     take,
 )
+from pytest_safemanip.policies.scripted.rims import overhung
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.shelves import pick_from_shelf
 from pytest_safemanip.policies.scripted.sinks import pick_from_basin
-from pytest_safemanip.policies.scripted.standing import duck, stand_before
+from pytest_safemanip.policies.scripted.spots import carries
+from pytest_safemanip.policies.scripted.standing import DUCKED, duck, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.policies.scripted.touching import palm_presses
 
@@ -41,6 +44,15 @@ EASED = 0.006
 EDGE = 0.010
 """Grip point below the top of a thing that is to be used, m: it sticks out below the fingers."""
 MIDDLE = np.zeros(3)
+LONG = 3.0
+"""Length by width from which a thing may be pinched off its middle, for others beside it."""
+FARTHER = (0.06, -0.06)
+"""How far off at most, m: what is light enough to lie on a plate does not turn in the fingers."""
+HIGH, RAISED = 0.17, 0.12
+"""A hand that is this far above where it comes in comes down before what hangs at the height of its
+wrist, m, that is, over a spot so far below the hand."""
+OPENING = 0.08
+"""Between the open fingers, m."""
 ON_TOP = 0.01
 """What stands on a fixture is lower by no more than this, m: boxes around round things."""
 SLOT_PITCH = ((0.54, 0.62), (0.0, 25.0))
@@ -152,7 +164,35 @@ def pick_from_above(
     where = thing.centre
     yield from duck(arm, arm.aside(where))
     yield from stand_before(arm, where, reach(pitch))
-    yield from take(arm, thing, across(arm, thing, pitch), rise, back)
+    grasp = across(arm, thing, pitch)
+    (_, width), (axis, length) = thing.sides()
+    if length > LONG * width:
+        off = off_others(arm, thing, grasp.opening)
+        grasp = across(arm, thing, pitch, off)
+        # On a plate's rim it slopes, and is lower at one end than in its middle.
+        grasp = replace(grasp, point=raised(grasp.point, min(0.0, off * float(axis[2]))))
+        # Fingers that come from closed open farther than they are told, onto what lies beside it.
+        yield from arm.open_to(1.0)
+    low, height = grasp.point[2] + back, arm.position[2]
+    if height > low + HIGH and overhung(arm, np.append(where[:2], height - RAISED)):
+        front = arm.point(arm.ahead(arm.base) + DUCKED[0], arm.aside(arm.base), low)
+        yield from arm.move(front, grasp.hand, tolerance=0.04, turn_tolerance=0.3, steps=80)
+    yield from take(arm, thing, grasp, rise, back)
+
+
+def off_others(arm: Arm, thing: Thing, opening: float) -> float:
+    """How far from its middle, along its long side, something long is pinched for the fingers to
+    come down beside what lies next to it on the same plate, m.
+
+    Args:
+        arm: the arm.
+        thing: what is pinched.
+        opening: of the fingers, share of the full opening.
+    """
+    axis = thing.sides()[1][0]
+    others = [Thing(arm, body.entity) for body in arm.scene.bodies]
+    under = [other.entity for other in others if carries(other, thing)]
+    return float(free_of_others(arm, thing, opening * OPENING, (*ALONG, *FARTHER), under) @ axis)
 
 
 def pick_from_top(arm: Arm, role: str) -> Motion:

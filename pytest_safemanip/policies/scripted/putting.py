@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.clearing import rise_over_front
 from pytest_safemanip.policies.scripted.grasping import reach
 from pytest_safemanip.policies.scripted.leaning import elbow_room, wrist_room
 from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
@@ -225,7 +226,8 @@ def set_upon(arm: Arm, role: str, depth: float = 0.15, speed: float = USUAL) -> 
 
 
 def leave(arm: Arm, back: float = 0.28) -> Motion:
-    """Draw the hand back, and the base: little upwards, there may be something above.
+    """Draw the hand back, and the base: little upwards, there may be something above, and over
+    what stands in front only where nothing is.
 
     Args:
         arm: the arm.
@@ -233,6 +235,9 @@ def leave(arm: Arm, back: float = 0.28) -> Motion:
     """
     away = raised(arm.position - 0.07 * arm.rotation[:, 2], 0.01)
     yield from arm.move(away, tolerance=0.03, speed=0.6, steps=40, required=False)
+    rise = rise_over_front(arm, back)
+    if rise:
+        yield from arm.move(raised(arm.position, rise), tolerance=0.01, speed=0.6, required=False)
     yield from arm.drive(arm.base - back * arm.forward)
 
 
