@@ -28,6 +28,9 @@ from pytest_safemanip.policies.scripted.things import Furniture, Thing
 PITCH, REACH = 45.0, 0.63
 """Degrees from straight down, and base to hand at the counter, m: nearer or more tipped, the wrist
 is at its limit there; less tipped, the arm is stretched before a shelf."""
+ON_LUG = 0.5
+"""From a bowl's wall to the grip point at most, share of its lug: while the fingers close, the hand
+gives way by up to 9 mm, and a pad at the end of a short lug slips off."""
 TUCKED = 0.46
 """Base to hand before a shelf, m."""
 DEPTH = 0.03
@@ -71,24 +74,29 @@ def pinch_lug(arm: Arm, thing: Thing) -> Motion:
     root, way = handle(thing)
     yaw = fold(angle(arm, np.cross((0.0, 0.0, 1.0), way)), 90.0)
     hand = arm.hand(PITCH, yaw=float(np.clip(yaw, -MOST_YAW, MOST_YAW)))
-    point = root + OFF_WALL * way - np.array((0.0, 0.0, UNDER_RIM))
+    off = min(OFF_WALL, ON_LUG * lug_length(thing))
+    point = root + off * way - np.array((0.0, 0.0, UNDER_RIM))
     yield from duck(arm, arm.aside(point))
     yield from stand_before(arm, point, REACH)
     yield from take(arm, thing, Grasp(point, hand, 1.0), rise=RISE)
 
 
+def lug_length(thing: Thing) -> float:
+    """How far a bowl's lug stands out, m."""
+    return 2.0 * float(np.linalg.norm((thing.centre - thing.middle)[:2]))
+
+
 def on_shelf(arm: Arm, thing: Thing, cabinet: Furniture) -> Array:
     """Where the middle of a held bowl goes on a shelf, its lug to the front (3,)."""
     front, shelf = cabinet.opening()
-    lug = 2.0 * float(np.linalg.norm((thing.centre - thing.middle)[:2]))
-    ahead = front + DEPTH + lug + thing.sides()[0][1] / 2.0
+    ahead = front + DEPTH + lug_length(thing) + thing.sides()[0][1] / 2.0
     return arm.point(ahead, arm.aside(cabinet.interior()[0]), shelf)
 
 
 def let_into(arm: Arm, small: Thing, large: Thing, cabinet: Furniture) -> Motion:
     """Let a held bowl fall into a larger one in a cabinet, its lug towards the robot."""
-    long = np.linalg.norm((small.centre - small.middle)[:2])
-    spot = np.append(large.middle[:2] + long * arm.forward, large.highest)
+    off = lug_length(small) / 2.0
+    spot = np.append(large.middle[:2] + off * arm.forward, large.highest)
     yield from bring_in(arm, small, cabinet, spot, TUCKED)
     hand = arm.rotation
 
