@@ -57,7 +57,13 @@ LAID: Mapping[str, _Laid] = {
         (-0.20, 0.0),
         before=(on_counter("basket", -0.08),),
     ),
-    "MakeIceLemonade": _Laid("ice_cube1", "glass_cup", (-0.10, 0.0)),
+    # Before a glass that stands at the counter's edge, the cube would lie beyond it.
+    "MakeIceLemonade": _Laid(
+        "ice_cube1",
+        "glass_cup",
+        (-0.10, 0.0),
+        before=(Put("glass_cup", "beside", "glass_cup", (0.06, 0.0, 0.0)),),
+    ),
     "PackIdenticalLunches": _Laid(
         "meat0",
         "tupperware1",
