@@ -25,7 +25,7 @@ from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import duck, stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
-PITCH, REACH = 45.0, 0.63
+PITCH, REACH = 42.0, 0.63
 """Degrees from straight down, and base to hand at the counter, m: nearer or more tipped, the wrist
 is at its limit there; less tipped, the arm is stretched before a shelf."""
 ON_LUG = 0.5
