@@ -25,9 +25,6 @@ PITCHES = (50.0, 62.0)
 """Degrees from straight down for a hand that is straight ahead, and for one that is turned by 45
 degrees: steeper, the arm is at the end of its reach; more level, the palm keeps the pads off the
 middle of what they grip, which swings then."""
-MOST_TURNED = 60.0
-"""Degrees about the vertical to either side that the hand turns there: beyond, the forearm comes
-down on the front of the shelf."""
 CUP_SIDES, JAR_SIDES = 45.0, 90.0
 """Degrees from one side on which the pads lie flat to the next. A pad on an edge is a hinge."""
 OUTSIDE = 0.24
@@ -56,9 +53,10 @@ ELBOW, LEAN = 0.30, 0.10
 beside the hand the base can stand, m."""
 GENTLY = 0.4
 """Speed at which what hangs by its rim hardly swings."""
-DEEP, LIFTED = 0.17, 0.23
-"""From the front of the shelf to the grip point, m, from which the torso is raised for it, and how
-far, m: from below, the forearm would lie on the shelf's edge."""
+DEEP, MOST_TURNED, LIFTED = 0.17, 60.0, 0.23
+"""From the front of the shelf to the grip point, m, and degrees about the vertical to either side
+of a hand, from which the torso is raised, and how far, m: from below, the forearm would lie on the
+shelf's edge."""
 LOW = 1.15
 """Height at which the hand passes below a cabinet and its doors with a load, m."""
 
@@ -85,7 +83,8 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     beside = aside + lean(arm, cabinet, aside)
     yield from arm.drive(arm.floor_point(start, arm.aside(arm.base)))
     yield from arm.drive(arm.floor_point(start, beside))
-    raised = LIFTED if arm.ahead(grasp.point) - front > DEEP else 0.0
+    deep = arm.ahead(grasp.point) - front > DEEP
+    raised = LIFTED if deep or turned(arm, grasp.hand) > MOST_TURNED else 0.0
     yield from lift_torso(arm, raised)
     yield from arm.open_to(grasp.opening)
     before = arm.point(start + TUCKED, passing, entry[2])
@@ -179,12 +178,15 @@ def off_the_shelf(arm: Arm, thing: Thing) -> Grasp:
     """How something upright is gripped on a shelf, at the height of the robot's shoulder.
 
     Raises:
-        SkillFailed: if it is too wide, or its handle in the way.
+        SkillFailed: if it is too wide.
     """
     cup = np.linalg.norm((thing.centre - thing.middle)[:2]) > HANDLE * thing.height
     sides = CUP_SIDES if cup else JAR_SIDES
-    approach = around(arm, thing, PITCHES[0], sides, OFF_HANDLE).hand[:, 2]
-    yaw = math.degrees(math.atan2(abs(arm.aside(approach)), arm.ahead(approach)))
-    if yaw > MOST_TURNED:
-        raise SkillFailed("its handle is in the hand's way")
+    yaw = turned(arm, around(arm, thing, PITCHES[0], sides, OFF_HANDLE).hand)
     return around(arm, thing, float(np.interp(yaw, (0.0, 45.0), PITCHES)), sides, OFF_HANDLE)
+
+
+def turned(arm: Arm, hand: Array) -> float:
+    """How far a hand (3, 3) is turned from straight ahead about the vertical, degrees."""
+    approach = hand[:, 2]
+    return math.degrees(math.atan2(abs(arm.aside(approach)), arm.ahead(approach)))
