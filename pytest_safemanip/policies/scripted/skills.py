@@ -24,6 +24,8 @@ from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.cups import grasp_cup, place_under
 from pytest_safemanip.policies.scripted.driving import go
 from pytest_safemanip.policies.scripted.ends import place_on_end, place_onto_beside
+from pytest_safemanip.policies.scripted.facing import face
+from pytest_safemanip.policies.scripted.filling import fill_beside
 from pytest_safemanip.policies.scripted.fridges import drop_onto, pick_from_fridge
 from pytest_safemanip.policies.scripted.handles import pick_by_handle, place_inside
 from pytest_safemanip.policies.scripted.inserting import stand_in
@@ -66,6 +68,7 @@ from pytest_safemanip.policies.scripted.stations import (
     lay_before,
     place_behind,
 )
+from pytest_safemanip.policies.scripted.storing import store_in
 from pytest_safemanip.policies.scripted.tipping import tip_into
 from pytest_safemanip.policies.scripted.toasting import (
     draw_rack,
@@ -88,7 +91,9 @@ SKILLS: Mapping[str, Skill] = {
     "cover with": cover,
     "go": go,
     "draw": draw_rack,
+    "face": face,
     "fill into": fill_into,
+    "fill beside into": fill_beside,
     "gather": gather,
     "grip": grip_lug,
     "hold under": hold_under,
@@ -129,6 +134,7 @@ SKILLS: Mapping[str, Skill] = {
     "sink in": place_in_basin,
     "slide": slide_rack,
     "stand in": stand_in,
+    "store in": store_in,
     "swing": swing_spout,
     "take": pick_from_above,
     "take or for from": take_tool,

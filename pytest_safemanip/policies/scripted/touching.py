@@ -24,6 +24,16 @@ def carried_by_something(arm: Arm, thing: Thing) -> bool:
     return False
 
 
+def touched(arm: Arm, thing: Thing) -> bool:
+    """Whether anything but the robot presses on an object."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
+        pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
+        if thing.entity in pair and ROBOT not in pair:
+            return True
+    return False
+
+
 def palm_meets(arm: Arm, thing: Thing) -> bool:
     """Whether the palm presses on anything but the object in the fingers: the rim of a bowl."""
     return bool(under_palm(arm) - {thing.entity})
