@@ -29,6 +29,8 @@ HANGS = 0.05
 """From the grip point down to the centre of mass of what swings in the fingers, m."""
 GENTLY = 0.4
 """Speed, of base and hand, at which it hardly swings."""
+FROM_SIDE = 0.20
+"""From the side of a cabinet to the middle of the base, m."""
 BESIDE = 0.40
 """From the side of a drawer to where something is put down beside it, m."""
 
@@ -38,7 +40,13 @@ def hangs(arm: Arm, thing: Thing) -> bool:
     return bool(arm.position[2] - thing.com[2] > HANGS)
 
 
-def carry_to_shelf(arm: Arm, role: str, cabinet_role: str, aside: float | None = None) -> Motion:
+def carry_to_shelf(
+    arm: Arm,
+    role: str,
+    cabinet_role: str,
+    aside: float | None = None,
+    from_side: float = FROM_SIDE,
+) -> Motion:
     """Bring a held object in front of an open cabinet, a little above its lowest shelf.
 
     Args:
@@ -46,6 +54,7 @@ def carry_to_shelf(arm: Arm, role: str, cabinet_role: str, aside: float | None =
         role: the object.
         cabinet_role: the cabinet.
         aside: where along the base's left direction, m; None for where the object is now.
+        from_side: how far from the cabinet's side the base stays, m.
     """
     thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
     front, shelf = cabinet.opening()
@@ -74,7 +83,7 @@ def carry_to_shelf(arm: Arm, role: str, cabinet_role: str, aside: float | None =
     yield from arm.move(
         before_shelf, hand, tolerance=0.03, turn_tolerance=0.15, speed=faster, steps=120
     )
-    middle, room = arm.aside(pose), half[0] - 0.2
+    middle, room = arm.aside(pose), half[0] - from_side
     wanted = arm.aside(thing.centre) if aside is None else aside
     to = float(np.clip(wanted, middle - room, middle + room))
     yield from arm.drive(arm.floor_point(arm.ahead(arm.base), to), speed=fast)

@@ -34,6 +34,9 @@ PLACES = 25
 FROM_SIDE = 0.17
 """From the side of a cabinet to the middle of the hand, m: the palm is 10 cm wide to either side,
 and the elbow swings out a little beyond."""
+OFF_DOOR = 0.26
+"""From the side of a cabinet to the middle of the base, m: elbow and forearm swing out to an open
+door, and the hand reaches as far aside of the base."""
 FINGERS, PALM = 0.058, 0.105
 """From the grip point to the far side of an opening finger, and to the end of the palm, m."""
 ROOM = 0.02
@@ -99,7 +102,7 @@ def place_in_cabinet_near(arm: Arm, role: str, cabinet_role: str, other_role: st
 def put_beside(arm: Arm, role: str, cabinet_role: str, spot: Spot) -> Motion:
     """Bring a held object to a spot on a shelf, let go of it, and come down."""
     thing, cabinet, aside = Thing(arm, role), Furniture(arm, cabinet_role), spot.aside
-    yield from carry_to_shelf(arm, role, cabinet_role, aside)
+    yield from carry_to_shelf(arm, role, cabinet_role, aside, OFF_DOOR)
     # What hangs low may still be below the shelf's edge.
     lowest = cabinet.opening()[1] + HANG_OVER if hangs(arm, thing) else -math.inf
 

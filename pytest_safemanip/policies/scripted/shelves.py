@@ -155,14 +155,16 @@ def room_beside(arm: Arm, cabinet: Furniture, grasp: Grasp) -> float:
 
 
 def room_between(arm: Arm, thing: Thing, grasp: Grasp) -> float:
-    """Free space between a gripping palm and what else stands there, as if that were round, m."""
+    """Free space between a gripping palm and what else stands there, as if that were round and
+    had no handle, m.
+    """
     gaps, palm = [math.inf], palm_points(grasp.hand) + grasp.point
     for body in arm.scene.bodies:
         other = Thing(arm, body.entity)
         beside = palm[(palm[:, 2] < other.highest) & (palm[:, 2] > other.bottom)]
         if other.entity != thing.entity and len(beside):
-            away = np.linalg.norm(beside[:, :2] - other.centre[:2], axis=1).min()
-            gaps.append(float(away) - other.sides()[1][1] / 2.0)
+            away = np.linalg.norm(beside[:, :2] - other.middle[:2], axis=1).min()
+            gaps.append(float(away) - other.sides()[0][1] / 2.0)
     return min(gaps)
 
 
