@@ -29,13 +29,13 @@ def collect_in(
     Raises:
         SkillFailed: if one was not lifted, or there is no room.
     """
-    for cup in _in_order(arm, role, other_role, Thing(arm, to_role)):
+    for cup in in_order(arm, role, other_role, Thing(arm, to_role)):
         yield from pick_from_shelf(arm, cup, cabinet_role)
         yield from carry_to(arm, cup, to_role)
         yield from place_in_cabinet_near(arm, cup, into_role, to_role)
 
 
-def _in_order(arm: Arm, role: str, other_role: str, third: Thing) -> tuple[str, str]:
+def in_order(arm: Arm, role: str, other_role: str, third: Thing) -> tuple[str, str]:
     """The one that is farther from a third one first; of two behind each other the nearer."""
     one, other = Thing(arm, role), Thing(arm, other_role)
     off = [abs(arm.aside(t.middle) - arm.aside(third.middle)) for t in (one, other)]

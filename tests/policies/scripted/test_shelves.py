@@ -17,7 +17,14 @@ from pytest_safemanip.policies.scripted.leaning import (
     elbow_room,
     wrist_room,
 )
-from pytest_safemanip.policies.scripted.shelves import ASIDE, lean, off_door, room_beside
+from pytest_safemanip.policies.scripted.shelves import (
+    ASIDE,
+    lean,
+    off_door,
+    room_beside,
+    room_between,
+    turned,
+)
 from pytest_safemanip.policies.scripted.standing import duck
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.elements import Body, Surface
@@ -89,6 +96,25 @@ def test_the_base_stands_away_from_the_nearer_door(aside, left):
 def test_the_wrist_passes_off_the_nearer_door(wrist, left):
     arm = Arm(toy.SCENE, toy.at_rest(base_pose=(0.0, -1.0, 0.0, *FACING_Y)))
     assert off_door(arm, Furniture(arm, "cab"), wrist) == pytest.approx(left, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("neighbour", "free"),
+    [((0.70, 0.0), True), ((0.62, -0.02), False), ((0.5, 0.12), True)],
+    ids=["aside", "under the palm", "beyond"],
+)
+def test_there_is_no_room_where_the_palm_would_meet_what_stands_beside(neighbour, free):
+    poses = ((0.5, 0.0, 1.0, *toy.UPRIGHT), (*neighbour, 1.03, *toy.UPRIGHT))
+    arm = Arm(toy.SCENE, toy.at_rest(object_pose=poses, base_pose=(0.5, -1.0, 0.0, *FACING_Y)))
+    thing = Thing(arm, "mug")
+    grasp = Grasp(thing.centre, arm.hand(50.0), 1.0)
+    assert (room_between(arm, thing, grasp) > 0.0) == free
+
+
+@pytest.mark.parametrize("yaw", [0.0, 30.0, -75.0])
+def test_a_hand_is_turned_by_its_yaw(yaw):
+    arm = Arm(toy.SCENE, toy.at_rest(base_pose=(0.0, -1.0, 0.0, *FACING_Y)))
+    assert turned(arm, arm.hand(50.0, yaw=yaw)) == pytest.approx(abs(yaw))
 
 
 def _machine(aside, height=0.2):
