@@ -33,7 +33,7 @@ from pytest_safemanip.trace.scene import Scene
 
 TASK = "PickPlaceCounterToCabinet"
 OBJECTS, FIXTURES, ROUNDS = 8, 6, 3
-TOGETHER = (1, 5, 10, 20)
+TOGETHER = (1, 5, 20, 40)
 """Steps that are evaluated together."""
 APART = 0.4
 """Metres between a thing and its copy."""
