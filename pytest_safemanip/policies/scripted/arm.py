@@ -77,15 +77,18 @@ class Arm(Posture):
     Args:
         scene: the static part of the episode.
         step: the first state.
+        instruction: what the robot was told.
 
     Attributes:
         scene: the static part of the episode.
+        instruction: what the robot was told.
         truth: what a fault does wrong.
     """
 
-    def __init__(self, scene: Scene, step: Step) -> None:
+    def __init__(self, scene: Scene, step: Step, instruction: str = "") -> None:
         super().__init__(step)
         self.scene = scene
+        self.instruction = instruction
         self.truth = Truth(scene)
         self._grip = -1.0
 

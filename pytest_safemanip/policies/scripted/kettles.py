@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, raised
@@ -36,6 +38,8 @@ BACK = 0.33
 hangs above."""
 RISE = 0.05
 """How far it is lifted, m: a stove is as high as a counter, and something may hang above it."""
+LONG = 500
+"""Control steps for the way along a counter."""
 ROLLED_PITCH = 12.0
 """Degrees from straight down for fingers that are not level: more, and the bow turns in them."""
 TOUCH, ROOM = 0.12, 0.24
@@ -70,18 +74,33 @@ def hook(arm: Arm, role: str) -> Motion:
 
 def place_on_stove(arm: Arm, role: str, stove_role: str) -> Motion:
     """Put a held vessel on a stove's burner: of those with room, in front and the nearest."""
+    spot = free_burner(arm, Thing(arm, role), Furniture(arm, stove_role))
+    yield from bring_to_burner(arm, role, spot)
+    yield from set_down(arm, role)
+    yield from leave(arm)
+
+
+def bring_to_burner(arm: Arm, role: str, spot: Array, most: float = math.inf) -> Motion:
+    """Bring a held vessel over a burner, in low from the front.
+
+    Args:
+        arm: the arm.
+        role: the vessel.
+        spot: the burner (3,).
+        most: how far ahead the base may come, m; the hand goes the rest.
+
+    Raises:
+        SkillFailed: if hand or base does not get there.
+    """
     thing = Thing(arm, role)
-    spot = free_burner(arm, thing, Furniture(arm, stove_role))
     back = arm.ahead(arm.base) - BACK
     aside = arm.aside(arm.base) + arm.aside(spot) - arm.aside(thing.middle)
-    into = arm.ahead(arm.base) + arm.ahead(spot) - arm.ahead(thing.middle)
+    into = min(most, arm.ahead(arm.base) + arm.ahead(spot) - arm.ahead(thing.middle))
     for ahead, side in ((back, arm.aside(arm.base)), (back, aside)):
-        yield from arm.drive(arm.floor_point(ahead, side), speed=CAREFUL)
+        yield from arm.drive(arm.floor_point(ahead, side), speed=CAREFUL, steps=LONG)
     low = raised(arm.position, min(0.0, float(spot[2]) + RISE - thing.bottom))
     yield from arm.move(low, speed=STEADY, tolerance=0.02)
     yield from arm.drive(arm.floor_point(into, aside), speed=CAREFUL)
-    yield from set_down(arm, role)
-    yield from leave(arm)
 
 
 def free_burner(arm: Arm, thing: Thing, stove: Furniture) -> Array:

@@ -76,7 +76,7 @@ class Scripted:
                 f"policy {self._name!r} has no plan for {episode.task}; it knows {known}"
             )
         self._plan: Plan = self._plans[episode.task]
-        self._scene = episode.scene
+        self._scene, self._instruction = episode.scene, episode.instruction
         self._arm = self._motion = None
         self._idle = 0
         self.failure = ""
@@ -84,7 +84,7 @@ class Scripted:
     def act(self, observation: Observation) -> NDArray[Any]:
         """The next action of the plan; holds still when it is done or has failed."""
         if self._arm is None:
-            self._arm = Arm(self._scene, observation.step)
+            self._arm = Arm(self._scene, observation.step, self._instruction)
             self._motion = self._plan(self._arm)
         self._arm.step = observation.step
         self._arm.truth.at(observation.index)

@@ -16,6 +16,7 @@ from pytest_safemanip.policies.scripted.basins import (
     pick_by_handle_from_above,
     place_in_basin,
 )
+from pytest_safemanip.policies.scripted.burners import let_into, place_on_named
 from pytest_safemanip.policies.scripted.carrying import place_in_cabinet
 from pytest_safemanip.policies.scripted.closing import close_access
 from pytest_safemanip.policies.scripted.collecting import collect_in
@@ -34,6 +35,7 @@ from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
 from pytest_safemanip.policies.scripted.neighbours import place_in_cabinet_beside
 from pytest_safemanip.policies.scripted.nesting import nest_in
 from pytest_safemanip.policies.scripted.opening import open_access, open_for, turn_lever
+from pytest_safemanip.policies.scripted.pans import seize_from
 from pytest_safemanip.policies.scripted.picking import (
     pick_from,
     pick_from_above,
@@ -99,6 +101,7 @@ SKILLS: Mapping[str, Skill] = {
     "hold under": hold_under,
     "leave": draw_back,
     "lift": lift_head,
+    "let into": let_into,
     "lower into": lower_into,
     "lay onto": lay_onto,
     "lay or for onto": lay_tool,
@@ -113,6 +116,8 @@ SKILLS: Mapping[str, Skill] = {
     "nest and in": nest_in,
     "seize": pick_by_handle,
     "seize beside": pick_beside_door,
+    "seize from": seize_from,
+    "set on": place_on_named,
     "place on": place_on_stove,
     "place in": place_in_cabinet,
     "place inside": place_inside,

@@ -44,7 +44,7 @@ def carry_to(arm: Arm, role: str, target_role: str) -> Motion:
     """
     yield from draw_in(arm)
     height = arm.position[2] + ABOVE - Thing(arm, role).bottom
-    yield from tuck(arm, TUCKED, height, _pitched(arm, PITCH))
+    yield from tuck(arm, TUCKED, height, pitched(arm, PITCH))
     yield from travel(arm, role, target_role)
 
 
@@ -97,7 +97,7 @@ def travel(arm: Arm, role: str, target_role: str) -> Motion:
         yield from arm.drive(place, speed=SPEED, steps=LONG)
 
 
-def _pitched(arm: Arm, pitch: float) -> Array:
+def pitched(arm: Arm, pitch: float) -> Array:
     """The hand as it is, but pitched so far from straight down (3, 3)."""
     heading = about_z(math.degrees(math.atan2(arm.forward[1], arm.forward[0])))
     turned: Array = heading @ about_y(arm.pitch - pitch) @ heading.T @ arm.rotation

@@ -20,9 +20,9 @@ OFF_CENTRE = 0.045
 BY_VESSEL, FREE = 0.115, 0.13
 """From a small vessel's middle to that of a carton whose narrow side is turned to it, m: they are 5
 mm apart, or 2 cm. Beside a vessel that is off the burner's middle the first is within its heat."""
-NEARLY_LIT = 0.3
-"""Knob angle from which a burner is as good as lit, rad: RoboCasa's limit is 0.35, and some tasks
-are over with that."""
+NEARLY_LIT = 0.2
+"""Knob angle from which a burner is as good as lit, rad: RoboCasa's limit is 0.35, some tasks are
+over with that, and a knob turns by up to 0.1 in a control step."""
 NARROW_ASIDE = (0.0, 90.0)
 SMALL, CARTON = ("kettle_non_electric",), ("boxed_food",)
 

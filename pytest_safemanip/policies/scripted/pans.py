@@ -1,0 +1,132 @@
+"""A pan that lies in a wall cabinet, its handle along the shelf: pinched where it lies, with the
+torso raised, and taken out by it.
+
+Pinched across its thickness, from the front, a handle would turn in the fingers: the pan's weight
+wants the pads on its sides.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.grasping import Grasp, come_in, lift
+from pytest_safemanip.policies.scripted.handles import STEADY, handle
+from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import nearest
+from pytest_safemanip.policies.scripted.things import Furniture, Thing
+from pytest_safemanip.policies.scripted.torso import lift_torso
+
+PITCH = 40.0
+"""Degrees from straight down: the palm stays off the handle, and the wrist is in reach."""
+SHIFT = 0.15
+"""How far to the side of the hand that a handle points to the base stands, m: so the wrist turns by
+less."""
+WRIST, WRIST_ROOM = 0.21, 0.14
+"""From the grip point back to the wrist, m; half its width, and what an open door leans in by."""
+OFF_WALL = 0.024
+"""From a pan's wall to the grip point on its handle, m."""
+RAISED, THICK = 0.3, 0.016
+"""Height of a handle's middle above the middle of its pan, share of the pan's height, and how thick
+a handle is, m."""
+ON_TOP = 0.002
+"""Grip point below the top of a handle, m: the palm stays off it."""
+BEFORE = 0.32
+"""From the front of a cabinet to the hand while it is raised, m: before the shelf."""
+TUCKED = 0.45
+"""Base to hand meanwhile, m."""
+MOST_YAW = 75.0
+"""Degrees to either side that the hand turns to a handle along the shelf."""
+LIFTED = 0.23
+"""How far the torso is raised, m: from below, a straight arm stops short of one deep inside."""
+ENTRY = 0.07
+"""Before the grip point along the approach, m, from where the hand goes straight."""
+STOPS = ((ENTRY, 0.01, 0.6), (0.03, 0.008, 0.4), (0.0, 0.005, 0.3))
+"""On the way in: before the grip point, m, tolerance, m, and speed."""
+INSIDE = 0.50
+"""Base to hand inside the cabinet, m."""
+RISE, BACK = 0.06, 0.05
+"""How far a pan is lifted and drawn back meanwhile, m."""
+OUT = 0.10
+"""From the front of a cabinet to a pan that is brought down before it, m."""
+LOW = 1.15
+"""Height at which the hand passes below a cabinet and its doors with a load, m."""
+
+
+def seize_from(arm: Arm, role: str, cabinet_role: str) -> Motion:
+    """Pinch the handle of a pan that lies in an open cabinet, bring the pan out, and turn it and
+    bring it down before the counter.
+
+    Raises:
+        SkillFailed: if hand or base does not get there, or the pan was not lifted.
+    """
+    pan, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
+    grasp = along_handle(arm, pan)
+    if room_beside(arm, cabinet, grasp) < 0.0:
+        raise SkillFailed("there is no room for the hand beside the handle")
+    yaw = math.radians(handle_yaw(arm, pan))
+    entry = grasp.point - ENTRY * grasp.hand[:, 2]
+    beside = arm.aside(entry) - SHIFT * math.sin(yaw)
+    yield from come_before(arm, cabinet, entry, grasp.hand, beside)
+    yield from come_in(arm, grasp, STOPS, 0.08)
+    yield from lift(arm, pan, grasp.hand, RISE, BACK)
+    way = pan.extent_ahead()[1] - cabinet.opening()[0] + OUT
+    yield from arm.drive(arm.base - way * arm.forward, speed=CAREFUL)
+    yield from lift_torso(arm, -LIFTED)
+    low = arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.base), LOW)
+    yield from arm.move(
+        low, arm.hand(PITCH), tolerance=0.03, turn_tolerance=0.2, speed=STEADY, steps=160
+    )
+
+
+def come_before(arm: Arm, cabinet: Furniture, entry: Array, hand: Array, beside: float) -> Motion:
+    """Raise torso and open hand in front of an open cabinet, and bring it in to a point.
+
+    Args:
+        arm: the arm.
+        cabinet: the cabinet.
+        entry: the point (3,).
+        hand: orientation (3, 3).
+        beside: where the base stands along its left direction, m.
+
+    Raises:
+        SkillFailed: if hand or base does not get there.
+    """
+    aside, start = arm.aside(entry), cabinet.opening()[0] - BEFORE - TUCKED
+    for place in ((min(start, arm.ahead(arm.base)), arm.aside(arm.base)), (start, beside)):
+        yield from arm.drive(arm.floor_point(*place))
+    yield from lift_torso(arm, LIFTED)
+    yield from arm.open_to(1.0)
+    before = arm.point(start + TUCKED, aside, entry[2])
+    yield from arm.move(before, hand, tolerance=0.035, turn_tolerance=0.2, steps=140)
+    inside = min(arm.ahead(entry) - INSIDE, nearest(arm, beside, beside))
+    yield from arm.drive(arm.floor_point(inside, beside), speed=0.5)
+    yield from arm.move(entry, hand, tolerance=0.01, speed=0.5, steps=60, required=False)
+
+
+def room_beside(arm: Arm, cabinet: Furniture, grasp: Grasp) -> float:
+    """Free space between the wrist of a hand that comes in and the nearer side of a cabinet, m."""
+    pose, half = cabinet.interior()
+    wrist = grasp.point - (ENTRY + WRIST) * grasp.hand[:, 2]
+    return float(half[0] - abs(arm.aside(wrist) - arm.aside(pose)) - WRIST_ROOM)
+
+
+def handle_yaw(arm: Arm, pan: Thing) -> float:
+    """Degrees from the base's forward direction to where a pan's handle comes from."""
+    way = handle(pan)[1]
+    return math.degrees(math.atan2(-arm.aside(way), -arm.ahead(way)))
+
+
+def handle_top(pan: Thing) -> float:
+    """Height of a handle's upper side, m."""
+    return float(pan.middle[2]) + RAISED * pan.height + THICK / 2.0
+
+
+def along_handle(arm: Arm, pan: Thing) -> Grasp:
+    """How a pan's handle is pinched on a shelf: near its root, the hand turned to the pan."""
+    root, way = handle(pan)
+    yaw = float(np.clip(handle_yaw(arm, pan), -MOST_YAW, MOST_YAW))
+    hand = arm.hand(PITCH, yaw=yaw)
+    return Grasp(np.append((root + OFF_WALL * way)[:2], handle_top(pan) - ON_TOP), hand, 1.0)
