@@ -31,6 +31,9 @@ GENTLY = 0.4
 """Speed, of base and hand, at which it hardly swings."""
 FROM_SIDE = 0.20
 """From the side of a cabinet to the middle of the base, m."""
+BEFORE, HEIGHT = 0.46, 1.25
+"""Where the hand comes down to from a shelf, before the base and above the floor, m: from between
+the doors, it would not get straight to what stands below them."""
 BESIDE = 0.40
 """From the side of a drawer to where something is put down beside it, m."""
 
@@ -136,6 +139,12 @@ def put_on_shelf(arm: Arm, role: str, cabinet_role: str, depth: float = SHELF_DE
         required=False,
     )
     yield from arm.drive(arm.base - 0.35 * arm.forward)
+
+
+def come_down(arm: Arm) -> Motion:
+    """Bring an empty hand down from between a cabinet's doors, in front of the counter."""
+    low = arm.point(arm.ahead(arm.base) + BEFORE, arm.aside(arm.base), HEIGHT)
+    yield from arm.move(low, arm.hand(FRONT_PITCH), tolerance=0.05, turn_tolerance=0.3)
 
 
 def place_in_cabinet(arm: Arm, role: str, cabinet_role: str) -> Motion:

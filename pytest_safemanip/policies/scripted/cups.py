@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
@@ -67,7 +65,7 @@ def righting(arm: Arm, cup: Thing) -> Array:
     for share in RIGHTED:
         part = share * axis + (1.0 - share) * np.array((0.0, 0.0, 1.0))
         hand = upright(part / np.linalg.norm(part)) @ arm.rotation
-        if math.degrees(math.atan2(hand[:2, 2] @ arm.forward, -hand[2, 2])) <= MOST_LEVEL:
+        if arm.pitch_of(hand) <= MOST_LEVEL:
             return hand
     return arm.rotation
 

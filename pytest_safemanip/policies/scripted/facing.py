@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
@@ -57,6 +55,4 @@ def _turn(arm: Arm, middle: Array, total: float) -> Motion:
 
 def _to_robot(arm: Arm, thing: Thing) -> float:
     """Turn about the vertical after which a handle points to the robot, degrees in [-180, 180)."""
-    way: Array = handle(thing)[1]
-    heading = math.degrees(math.atan2(arm.aside(way), arm.ahead(way)))
-    return (360.0 - heading) % 360.0 - 180.0
+    return (360.0 - arm.bearing(handle(thing)[1])) % 360.0 - 180.0

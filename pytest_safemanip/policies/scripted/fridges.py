@@ -12,7 +12,7 @@ from pytest_safemanip.policies.scripted.handles import fold_in
 from pytest_safemanip.policies.scripted.putting import BRAKE, USUAL, carry_over, leave
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.spots import free_spot
-from pytest_safemanip.policies.scripted.standing import nearest, stand
+from pytest_safemanip.policies.scripted.standing import closest, stand
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
 PITCH = 48.0
@@ -47,7 +47,7 @@ def pick_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
     front = fridge.opening()[0]
     aside = arm.aside(thing.centre)
     base = arm.ahead(thing.centre) - REACH
-    beside = aside + max(BESIDE, key=lambda s: min(base, nearest(arm, aside + s, aside + s)))
+    beside = aside + closest(arm, base, aside, BESIDE)
     start = min(front - OUTSIDE - TUCKED, arm.ahead(arm.base))
     yield from fold_in(arm)
     yield from stand(arm, start, beside)

@@ -158,6 +158,11 @@ def bring_in(
     )
 
 
+def lug_length(thing: Thing) -> float:
+    """How far a vessel's lug stands out, m."""
+    return 2.0 * float(np.linalg.norm((thing.centre - thing.middle)[:2]))
+
+
 def level(arm: Arm, thing: Thing, out: Array) -> Array:
     """The hand orientation (3, 3) at which a held vessel is upright.
 

@@ -12,12 +12,12 @@ from pytest_safemanip.policies.scripted.carrying import (
     GENTLY,
     HANG_OVER,
     carry_to_shelf,
+    come_down,
     hangs,
     put_on_shelf,
 )
-from pytest_safemanip.policies.scripted.picking import FRONT_PITCH
 from pytest_safemanip.policies.scripted.rotations import Array
-from pytest_safemanip.policies.scripted.standing import DUCKED
+from pytest_safemanip.policies.scripted.standing import ducked
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
 CLOSE = 0.135
@@ -50,9 +50,6 @@ BEHIND = 0.015
 TOP = 0.008
 """How far before the middle of a thing a palm passes that is as high as its top, m: there the palm
 is 13 mm behind the grip point, shakers have a radius of 21 mm, and bottles are narrower."""
-BEFORE, HEIGHT = 0.46, 1.25
-"""Where the hand comes down to afterwards, before the base and above the floor, m: from between the
-doors, it would not get straight to what stands below them."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +92,7 @@ def place_in_cabinet_near(arm: Arm, role: str, cabinet_role: str, other_role: st
     spots = spots_on_shelf(arm, thing, cabinet, other, NEAR)
     best = max(spots, key=lambda s: (min(s.room, ROOM), -s.away))
     yield from put_beside(arm, role, cabinet_role, best)
-    low = arm.point(arm.ahead(arm.base) + DUCKED[0], arm.aside(arm.base), DUCKED[1])
-    yield from arm.move(low, tolerance=0.03, turn_tolerance=0.2, steps=80)
+    yield from ducked(arm)
 
 
 def put_beside(arm: Arm, role: str, cabinet_role: str, spot: Spot) -> Motion:
@@ -112,8 +108,7 @@ def put_beside(arm: Arm, role: str, cabinet_role: str, spot: Spot) -> Motion:
 
     yield from arm.move(before_spot, tolerance=0.005, speed=GENTLY, steps=40, required=False)
     yield from put_on_shelf(arm, role, cabinet_role, spot.depth)
-    low = arm.point(arm.ahead(arm.base) + BEFORE, arm.aside(arm.base), HEIGHT)
-    yield from arm.move(low, arm.hand(FRONT_PITCH), tolerance=0.05, turn_tolerance=0.3)
+    yield from come_down(arm)
 
 
 def spot_on_shelf(arm: Arm, thing: Thing, cabinet: Furniture, other: Thing) -> Spot:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.carrying import come_down
 from pytest_safemanip.policies.scripted.grasping import MOST_YAW, Grasp, angle, fold, take
 from pytest_safemanip.policies.scripted.handles import (
     LEAVE,
@@ -17,9 +18,9 @@ from pytest_safemanip.policies.scripted.handles import (
     UNDER_RIM,
     bring_in,
     handle,
+    lug_length,
     put_in,
 )
-from pytest_safemanip.policies.scripted.picking import FRONT_PITCH
 from pytest_safemanip.policies.scripted.putting import leave
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import duck, stand_before
@@ -38,8 +39,6 @@ DEPTH = 0.03
 OVER_RIM = 0.024
 """From a large bowl's rim up to the grip point, m: the tips of fingers that are tipped stay above
 it."""
-BEFORE, HEIGHT = 0.46, 1.25
-"""Where the hand comes down to between the two, before the base and above the floor, m."""
 
 
 def nest_in(arm: Arm, role: str, other_role: str, cabinet_role: str) -> Motion:
@@ -52,8 +51,7 @@ def nest_in(arm: Arm, role: str, other_role: str, cabinet_role: str) -> Motion:
     small, large = by_width(arm, role, other_role)
     yield from pinch_lug(arm, large)
     yield from put_in(arm, large.entity, cabinet, on_shelf(arm, large, cabinet), TUCKED)
-    low = arm.point(arm.ahead(arm.base) + BEFORE, arm.aside(arm.base), HEIGHT)
-    yield from arm.move(low, arm.hand(FRONT_PITCH), tolerance=0.05, turn_tolerance=0.3)
+    yield from come_down(arm)
     yield from pinch_lug(arm, small)
     yield from let_into(arm, small, large, cabinet)
 
@@ -79,11 +77,6 @@ def pinch_lug(arm: Arm, thing: Thing) -> Motion:
     yield from duck(arm, arm.aside(point))
     yield from stand_before(arm, point, REACH)
     yield from take(arm, thing, Grasp(point, hand, 1.0), rise=RISE)
-
-
-def lug_length(thing: Thing) -> float:
-    """How far a bowl's lug stands out, m."""
-    return 2.0 * float(np.linalg.norm((thing.centre - thing.middle)[:2]))
 
 
 def on_shelf(arm: Arm, thing: Thing, cabinet: Furniture) -> Array:

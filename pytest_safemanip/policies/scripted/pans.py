@@ -115,8 +115,7 @@ def room_beside(arm: Arm, cabinet: Furniture, grasp: Grasp) -> float:
 
 def handle_yaw(arm: Arm, pan: Thing) -> float:
     """Degrees from the base's forward direction to where a pan's handle comes from."""
-    way = handle(pan)[1]
-    return math.degrees(math.atan2(-arm.aside(way), -arm.ahead(way)))
+    return arm.bearing(-handle(pan)[1])
 
 
 def handle_top(pan: Thing) -> float:

@@ -44,8 +44,7 @@ class Posture:
     @property
     def pitch(self) -> float:
         """Degrees from straight down to where the hand points, towards the base's forward."""
-        approach = self.rotation[:, 2]
-        return math.degrees(math.atan2(approach[:2] @ self.forward, -approach[2]))
+        return self.pitch_of(self.rotation)
 
     @property
     def base(self) -> Array:
@@ -69,6 +68,15 @@ class Posture:
     def aside(self, point: Array) -> float:
         """How far a point lies along the base's left direction, m."""
         return float(np.asarray(point)[:2] @ self.left)
+
+    def bearing(self, way: Array) -> float:
+        """Degrees about the vertical from the base's forward direction left to another one."""
+        return math.degrees(math.atan2(self.aside(way), self.ahead(way)))
+
+    def pitch_of(self, hand: Array) -> float:
+        """Degrees from straight down to where a hand (3, 3) points, towards the base's forward."""
+        approach = hand[:, 2]
+        return math.degrees(math.atan2(approach[:2] @ self.forward, -approach[2]))
 
     def floor_point(self, ahead: float, aside: float) -> Array:
         """The point on the floor with these two coordinates (2,)."""

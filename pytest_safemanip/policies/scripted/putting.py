@@ -71,7 +71,7 @@ def straighten(arm: Arm, speed: float = 0.7) -> Motion:
         speed: largest command to the base.
     """
     approach = arm.rotation[:, 2]
-    yaw = math.degrees(math.atan2(arm.aside(approach), arm.ahead(approach)))
+    yaw = arm.bearing(approach)
     if np.linalg.norm(approach[:2]) < LEAST_TIP or abs(yaw) < LEAST_YAW:
         return
     yield from arm.drive(arm.base - DRAWN_BACK * arm.forward, speed=speed)

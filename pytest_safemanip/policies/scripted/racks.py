@@ -14,11 +14,19 @@ from pytest_safemanip.policies.scripted.handles import (
     OVER,
     STEADY,
     level,
+    lug_length,
     pinch_handle,
 )
 from pytest_safemanip.policies.scripted.putting import held_over, set_down
 from pytest_safemanip.policies.scripted.rotations import Array
-from pytest_safemanip.policies.scripted.standing import OFFSETS, OPEN, PROFILE, ROOM, nearest
+from pytest_safemanip.policies.scripted.standing import (
+    OFFSETS,
+    OPEN,
+    PROFILE,
+    ROOM,
+    closest,
+    nearest,
+)
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import corners
@@ -96,7 +104,7 @@ def _shelve(arm: Arm, role: str, fridge_role: str, from_top: int) -> Motion:
     racks = fridge.interiors(f"{door.name.split('_')[0]}_shelf")
     place = on_rack(arm, thing, racks[-from_top], edges)
     ahead, aside = arm.ahead(place.spot) - REACH, arm.aside(place.spot)
-    shift = max(BESIDE, key=lambda s: min(ahead, nearest(arm, aside + s, aside + s)))
+    shift = closest(arm, ahead, aside, BESIDE)
     near = min(arm.ahead(corner) for corner in edges)
     yield from bring_before(arm, thing, place, near, shift)
     yield from put_on_rack(arm, role, place)
@@ -129,8 +137,7 @@ def on_rack(arm: Arm, thing: Thing, rack: tuple[Array, Array], door: Array) -> P
     else:
         ends[0] = max(ends[0], float(beside.max()))
     front = arm.ahead(pose) - float(half[1])
-    lug = 2.0 * float(np.linalg.norm((thing.centre - thing.middle)[:2]))
-    ahead = front + FRONT + (thing.sides()[1][1] + lug) / 2.0
+    ahead = front + FRONT + (thing.sides()[1][1] + lug_length(thing)) / 2.0
     spot = arm.point(ahead, sum(ends) / 2.0, float(pose[2] - half[2]))
     return Place(spot, front, -OFF_DOOR if at_left else OFF_DOOR)
 

@@ -190,5 +190,4 @@ def off_the_shelf(arm: Arm, thing: Thing) -> Grasp:
 
 def turned(arm: Arm, hand: Array) -> float:
     """How far a hand (3, 3) is turned from straight ahead about the vertical, degrees."""
-    approach = hand[:, 2]
-    return math.degrees(math.atan2(abs(arm.aside(approach)), arm.ahead(approach)))
+    return abs(arm.bearing(hand[:, 2]))

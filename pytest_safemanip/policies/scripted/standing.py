@@ -58,9 +58,20 @@ def stand_before(
         SkillFailed: if the base does not arrive.
     """
     ahead, middle = arm.ahead(point) - distance, arm.aside(point) + shift
-    places = [middle + offset for offset in offsets]
-    best = max(places, key=lambda aside: min(ahead, nearest(arm, aside, aside)))
-    yield from stand(arm, ahead, best, speed)
+    yield from stand(arm, ahead, middle + closest(arm, ahead, middle, offsets), speed)
+
+
+def closest(arm: Arm, ahead: float, aside: float, offsets: Sequence[float]) -> float:
+    """How far beside a place the base can come closest to being so far ahead, m.
+
+    Args:
+        arm: the arm.
+        ahead: where the base is to stand along its forward direction, m.
+        aside: the place along its left direction, m.
+        offsets: how far beside it the base may stand, the preferred first, m.
+    """
+    places = ((offset, aside + offset) for offset in offsets)
+    return max(places, key=lambda place: min(ahead, nearest(arm, place[1], place[1])))[0]
 
 
 def stand(arm: Arm, ahead: float, aside: float, speed: float = 0.7) -> Motion:
@@ -108,8 +119,13 @@ def duck(arm: Arm, aside: float) -> Motion:
     if before < arm.ahead(arm.position):
         back = arm.ahead(arm.position) - before
         yield from arm.drive(arm.base - back * arm.forward)
-        low = arm.point(arm.ahead(arm.base) + DUCKED[0], arm.aside(arm.base), DUCKED[1])
-        yield from arm.move(low, tolerance=0.03, turn_tolerance=0.2, steps=80)
+        yield from ducked(arm)
+
+
+def ducked(arm: Arm) -> Motion:
+    """Lower the hand before the base, for the forearm to pass below the doors of a wall cabinet."""
+    low = arm.point(arm.ahead(arm.base) + DUCKED[0], arm.aside(arm.base), DUCKED[1])
+    yield from arm.move(low, tolerance=0.03, turn_tolerance=0.2, steps=80)
 
 
 def nearest(arm: Arm, right: float, left: float) -> float:

@@ -71,7 +71,7 @@ def lay_before(arm: Arm, role: str, board_role: str) -> Motion:
     """Lay a held tool along a board, on its near half."""
     board = Thing(arm, board_role)
     beyond = across_board(arm, board)
-    yaw = math.degrees(math.atan2(arm.aside(beyond), arm.ahead(beyond)))
+    yaw = arm.bearing(beyond)
     spot = board.middle - NEAR * beyond
     yield from lay_down(arm, role, board, spot, board.highest, yaw, elbow_room(arm, spot))
 

@@ -6,12 +6,12 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.fridges import BESIDE
-from pytest_safemanip.policies.scripted.handles import CLEAR, LEAVE, OVER, STEADY, level
-from pytest_safemanip.policies.scripted.nesting import DEPTH, TUCKED, lug_length, pinch_lug
+from pytest_safemanip.policies.scripted.handles import CLEAR, LEAVE, OVER, STEADY, level, lug_length
+from pytest_safemanip.policies.scripted.nesting import DEPTH, TUCKED, pinch_lug
 from pytest_safemanip.policies.scripted.putting import held_over, leave, set_down
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.routes import route
-from pytest_safemanip.policies.scripted.standing import nearest
+from pytest_safemanip.policies.scripted.standing import closest, nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.policies.scripted.travelling import LONG, OFF, SPEED
 from pytest_safemanip.trace.elements import Joint
@@ -99,5 +99,5 @@ def place_before(arm: Arm, thing: Thing, spot: Array) -> tuple[float, float]:
     """Where the base stands to put a held bowl on a spot (3,), ahead and aside, m."""
     base = arm.ahead(spot) - (arm.ahead(thing.middle) - arm.ahead(arm.base))
     aside = arm.aside(spot)
-    beside = aside + max(BESIDE, key=lambda s: min(base, nearest(arm, aside + s, aside + s)))
+    beside = aside + closest(arm, base, aside, BESIDE)
     return min(base, nearest(arm, beside, beside)), beside
