@@ -29,7 +29,7 @@ def settled(view: View, name: str) -> Bools:
     contact points that carry it, or with the support's surface all around below it, or in an
     upright vessel below its rim); it is slower than ``settled.speed`` and ``settled.spin`` relative
     to its support; the robot does not touch it with ``settled.touch``; it is upright if it must
-    be. The floor and the robot are no support.
+    be. The floor and the robot are no support, nor is what lies on the floor itself.
     """
     count = view.trace.count(view.parameters["settled.window"])
     force = forces_on(view, ROBOT)[:, view.trace.scene.object_index[name]]
@@ -44,8 +44,8 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
     index, found = view.trace.scene.object_index[name], view.own(carried_objects)
     now = np.flatnonzero((found.body == index) & (found.step == step))
     if not len(now):
-        below = sorted(_below(view, index, step))
-        where = f" (it lies on {', '.join(below)})" if below else ""
+        below = _below(view, index, step)
+        where = f" (it lies on {', which lies on '.join(below)})" if below else ""
         lines.append(f"{name} is on no permitted support{where}")
     for group in now.tolist():
         if not firm(view, found, now)[0]:
@@ -96,11 +96,22 @@ def _lies_still(view: View, name: str, wanted: Bools) -> Bools:
     return result
 
 
-def _below(view: View, index: int, step: int) -> set[str]:
-    """What carries an object, permitted or not."""
+def _below(view: View, index: int, step: int) -> list[str]:
+    """What carries an object, permitted or not; then what carries that, as long as it is movable
+    itself.
+    """
     rows, upper, below = carrying_rows(view)
-    now = (upper == index) & (view.trace.steps.contacts.step[rows] == step)
-    return {view.trace.scene.parts[part].entity for part in below[now].tolist()}
+    now = view.trace.steps.contacts.step[rows] == step
+    scene, found, seen = view.trace.scene, [], {index}
+    tops = [index]
+    while tops:
+        parts = below[now & np.isin(upper, tops)].tolist()
+        names = sorted({scene.parts[part].entity for part in parts})
+        if names:
+            found.append(", ".join(names))
+        tops = [n for n in map(scene.object_index.get, names) if n is not None and n not in seen]
+        seen.update(tops)
+    return found
 
 
 PROPOSITIONS = (

@@ -70,9 +70,9 @@ def carried_objects(view: View) -> Carried:
     """Who is carried by what may carry it, when, where and how calmly."""
     steps = view.trace.steps
     rows, body, below = carrying_rows(view)
-    permitted = view.shared(_permitted)[body, below]
-    rows, body, below = rows[permitted], body[permitted], below[permitted]
     at = steps.contacts.step[rows]
+    permitted = view.shared(_permitted)[body, below] & ~_lost(view, body, below, at)
+    rows, body, below, at = rows[permitted], body[permitted], below[permitted], at[permitted]
     order = np.argsort(body * len(steps) + at, kind="stable")
     rows, body, below, at = rows[order], body[order], below[order], at[order]
     starts = (body[1:] != body[:-1]) | (at[1:] != at[:-1])
@@ -112,6 +112,29 @@ def _permitted(view: View) -> Bools:
         for body in scene.bodies
     ]
     return np.array(rows, bool).reshape(len(scene.bodies), len(scene.parts))
+
+
+def _lost(view: View, upper: Indices, below: Indices, at: Indices) -> Bools:
+    """Where what carries an object lies on the floor itself, or on something that does (R,): what
+    was let go onto a plate that fell down with it was not put down.
+    """
+    on_floor = view.shared(_room)[below] & ~view.shared(_permitted)[upper, below]
+    result, carrier = np.zeros(len(below), bool), view.shared(owners)[below]
+    if not on_floor.any():
+        return result
+    lost = np.zeros((len(view.trace), len(view.trace.scene.bodies)), bool)
+    stacked, more = np.flatnonzero(carrier >= 0), on_floor
+    while more.any():
+        lost[at[more], upper[more]] = True
+        result[stacked] = lost[at[stacked], carrier[stacked]]
+        more = result & ~lost[at, upper]
+    return result
+
+
+def _room(view: View) -> Bools:
+    """Which parts are of the floor or a wall (parts,)."""
+    scene = view.trace.scene
+    return np.array([scene.entity[part.entity].kind == "room" for part in scene.parts], bool)
 
 
 def _support_twists(view: View, below: Indices, at: Indices) -> Floats | None:

@@ -136,20 +136,43 @@ def test_the_two_sides_of_a_contact_may_be_swapped():
     assert not look(film(10, rows))("settled", "mug").any()
 
 
+def on_the_apple(*rows, **changed):
+    """Three points of the apple carry the mug: the hull of one has no inside."""
+    lies = [row for step in range(10) for row in rest([step] * 3, "mug", "apple/body")]
+    poses = moved("mug", (0.4, 0.0, 1.03), 10)
+    recording = film(10, lies, rows, object_pose=poses, **changed)
+    contacts = recording.steps.contacts
+    triangle = np.float32([(0.36, -0.04, 0.98), (0.44, -0.04, 0.98), (0.4, 0.04, 0.98)])
+    places = contacts.position.copy()
+    places[contacts.b == toy.index("mug/body")] = np.tile(triangle, (10, 1))
+    placed = dataclasses.replace(contacts, position=places)
+    return dataclasses.replace(
+        recording, steps=dataclasses.replace(recording.steps, contacts=placed)
+    )
+
+
 @pytest.mark.parametrize(("carried", "settled"), [(0.5, True), (0.0, False)])
 def test_slow_is_meant_relative_to_the_support(carried, settled):
     twist = arrays(10).object_twist.copy()
     twist[:, 0, 0], twist[:, 1, 0] = 0.5, carried
-    poses = moved("mug", (0.4, 0.0, 1.03), 10)
-    # The hull of one point has no inside: three of them carry it here.
-    lies = [row for step in range(10) for row in rest([step] * 3, "mug", "apple/body")]
-    recording = film(10, lies, object_twist=twist, object_pose=poses)
-    triangle = np.float32([(0.36, -0.04, 0.98), (0.44, -0.04, 0.98), (0.4, 0.04, 0.98)])
-    placed = dataclasses.replace(recording.steps.contacts, position=np.tile(triangle, (10, 1)))
-    steps = dataclasses.replace(recording.steps, contacts=placed)
-    recording = dataclasses.replace(recording, steps=steps)
+    recording = on_the_apple(object_twist=twist)
     view = look(recording, supports={"mug": frozenset({"apple"})})
     assert view("settled", "mug")[-1] == settled
+
+
+@pytest.mark.parametrize(("below", "settled"), [("counter/body", True), ("cabinet/door", False)])
+def test_what_lies_on_something_that_fell_to_the_floor_is_not_settled(below, settled):
+    floor = [
+        dataclasses.replace(e, kind="room") if e.name == "cabinet" else e
+        for e in toy.SCENE.entities
+    ]
+    scene = dataclasses.replace(toy.SCENE, entities=tuple(floor))
+    recording = on_the_apple(*rest(range(10), "apple", below), scene=scene)
+    view = look(recording, supports={"mug": frozenset({"apple"}), "apple": frozenset({"counter"})})
+    assert view("settled", "mug")[-1] == settled
+    if not settled:
+        (line,) = view.evidence("settled", ("mug",), 9)
+        assert line == "mug is on no permitted support (it lies on apple, which lies on cabinet)"
 
 
 @pytest.mark.parametrize(("rate", "settled"), [(0.5, True), (-0.5, False), (0.0, False)])
