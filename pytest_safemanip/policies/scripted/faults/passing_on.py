@@ -19,6 +19,7 @@ from pytest_safemanip.policies.scripted.grasping import reach
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rinsing import BEFORE, BELOW
+from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import stand_before
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.sim.staging import Change, Put, SetOpen, Staging
@@ -29,8 +30,12 @@ BOARD_EDGE = 0.11
 """From a board's middle to where it is touched beside what lies on its other end, m."""
 ABOVE = 0.015
 """Height over a thing from which the knife is lowered on it slowly, m."""
-SOFT, MOMENT = 0.03, 3
-"""Share of the hand's top speed for that, and control steps for which it then presses."""
+END = 0.10
+"""From a knife's centre of mass to where it lands, m: there it yields, by turning a little between
+the fingers; right below the hand it would knock with 28 N."""
+SOFT, CREEP, MOMENT = 0.02, 0.003, 3
+"""Share of the hand's top speed on the way down to a thing's highest corner and to press on it,
+share at which it is met in between, and control steps for which it is then pressed."""
 DIP, WASH = 0.0, 2.0
 """How long the hand stays under the water, s: in and out again at once, or twice as long as running
 water takes to wash something."""
@@ -61,9 +66,17 @@ def _press_knife(arm: Arm, role: str) -> Motion:
         pressed = pressed + 1 if peak(arm, KNIFE, role) > FIRM else 0
         return pressed >= MOMENT
 
-    yield from carry_over(arm, knife, lambda: raised(thing.top, ABOVE))
+    def over() -> Array:
+        return raised(thing.top - END * np.append(arm.forward, 0.0), ABOVE)
+
+    yield from carry_over(arm, knife, over)
     down = raised(arm.position, -2.0 * ABOVE)
-    yield from arm.move(down, speed=SOFT, steps=120, until=long_enough, required=False)
+    for speed, until in (
+        (SOFT, lambda: knife.bottom < thing.highest),
+        (CREEP, lambda: peak(arm, KNIFE, role) > 0.0),
+        (SOFT, long_enough),
+    ):
+        yield from arm.move(down, speed=speed, steps=150, until=until, required=False)
     yield from arm.move(raised(arm.position, 0.1), tolerance=0.03, required=False)
 
 

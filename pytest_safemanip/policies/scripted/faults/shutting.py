@@ -16,6 +16,8 @@ from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 
 DOOR_GRIP = 0.19
 """From a door's hinge to where it is pushed, m."""
+WRIST = 0.15
+"""From the hand's middle to the far side of the wrist, and some room, m."""
 PUSHED = 0.005
 """What moved this far was pushed, m."""
 
@@ -34,6 +36,11 @@ def _close_door(role: str, pot: str, fault: bool) -> Plan:
         joint, hollow = cabinet.joint("rightdoorhinge"), Hollow(arm, role, "level0")
         aside = arm.aside(np.asarray(joint.anchor)) + DOOR_GRIP
         front = hollow.ahead[0]
+        tip = 2.0 * cabinet.part(joint)[:3] - joint.anchor
+        beside_door = arm.aside(tip) + WRIST - arm.aside(arm.position)
+        if beside_door > 0.0:
+            # The open door reaches behind the hand, and would be met on the way back.
+            yield from arm.drive(arm.base + beside_door * arm.left)
         # Back first: the hand is beside the open door.
         for beside in (arm.aside(arm.base), aside):
             yield from arm.drive(arm.floor_point(front - 0.95, beside), speed=1.0, tolerance=0.03)
