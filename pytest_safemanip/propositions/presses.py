@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import itertools
-import math
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter
 from pytest_safemanip.propositions.forces import hand_parts, owners
+from pytest_safemanip.propositions.spots import Place
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import ROBOT
 
 FORCE = Parameter("contaminated.force", "N", 0.5, "as for a finger in a grasp")
 
 _Pair = tuple[int, int]
-_Cell = tuple[int, int, int]
 
 
 def carriers(view: View) -> tuple[str, ...]:
@@ -41,22 +39,7 @@ class Press:
     surface: int = -1
 
 
-@dataclass(frozen=True)
-class Place:
-    """Where a surface is touched.
-
-    Attributes:
-        low: least coordinates of the contact points (3,), m.
-        high: largest ones.
-        points: the contact points, world frame (K, 3).
-    """
-
-    low: Sequence[float]
-    high: Sequence[float]
-    points: NDArray[np.float32]
-
-
-_ONE = Place((0.0,) * 3, (0.0,) * 3, np.zeros((1, 3), np.float32))
+_ONE = Place(lambda: np.zeros((1, 3), np.float32))
 """A part that a joint moves, such as a handle, is one spot."""
 
 
@@ -68,7 +51,7 @@ class Presses:
     """
 
     def __init__(self, view: View) -> None:
-        contacts = view.trace.steps.contacts
+        contacts, self._size = view.trace.steps.contacts, len(view.trace.scene.parts)
         carrier, ours, self._moves = view.shared(_sides)
         a, b = contacts.a, contacts.b
         of_a, of_b = carrier[a], carrier[b]
@@ -76,29 +59,28 @@ class Presses:
         surface = np.where(of_a >= 0, b, a)
         matters = np.where(both, of_a != of_b, one & ~ours[surface])
         rows = np.flatnonzero(matters & (contacts.peak >= view.parameters[FORCE.name]))
-        low, high = np.minimum(a, b)[rows], np.maximum(a, b)[rows]
         # Rows of one pair at one step side by side.
-        order = np.lexsort((high, low, contacts.step[rows]))
-        rows, low, high = rows[order], low[order], high[order]
-        step = contacts.step[rows]
-        changes = (step[1:] != step[:-1]) | (low[1:] != low[:-1]) | (high[1:] != high[:-1])
-        first = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), changes)))
-        self._edges: list[int] = [*first.tolist(), len(rows)]
-        self._steps: list[int] = np.searchsorted(
-            step[first], np.arange(len(view.trace) + 1)
-        ).tolist()
+        key = contacts.step[rows].astype(np.int64) * self._size + np.minimum(a, b)[rows]
+        key = key * self._size + np.maximum(a, b)[rows]
+        order = np.argsort(key, kind="stable")
+        rows, key = rows[order], key[order]
+        first = np.flatnonzero(np.diff(key, prepend=-1))
+        at, self._pairs = np.divmod(key[first], self._size**2)
+        self._edges = np.append(first, len(rows))
+        self._steps = np.searchsorted(at, np.arange(len(view.trace) + 1))
+        self._changes = self._changed(at)
         self._position = contacts.position[rows]
-        none = np.empty((0, 3))
-        self._low, self._high = (
-            (end.reduceat(self._position, first) if len(rows) else none).tolist()
-            for end in (np.minimum, np.maximum)
-        )
-        self._parts = list(zip(low[first].tolist(), high[first].tolist(), strict=True))
         self._carrier: list[int] = carrier.tolist()
 
     def parts(self, step: int) -> list[_Pair]:
         """Parts that press on one another at a step, the lower number first, in order."""
-        return self._parts[self._steps[step] : self._steps[step + 1]]
+        pairs = self._pairs[self._steps[step] : self._steps[step + 1]].tolist()
+        return [divmod(pair, self._size) for pair in pairs]
+
+    def until(self, step: int) -> int:
+        """The first later step at which other parts press; the number of steps if none is."""
+        later = np.searchsorted(self._changes, step, side="right")
+        return int(self._changes[later])
 
     def press(self, parts: _Pair) -> Press:
         """Whose two parts are."""
@@ -108,81 +90,38 @@ class Presses:
             return Press((one, other) if one <= other else (other, one))
         return Press(None, max(one, other), high if one >= 0 else low)
 
-    def place(self, step: int, number: int, press: Press) -> Place:
-        """Where a surface is touched.
+    def place(self, number: int, press: Press, first: int, stop: int) -> Place:
+        """Where a surface is touched at steps at which the same parts press.
 
         Args:
-            step: when.
-            number: which of the parts of that step.
+            number: which of the parts of these steps.
             press: whose they are.
+            first: of the steps.
+            stop: one after the last of them.
         """
         if self._moves[press.surface]:
             return _ONE
-        group = self._steps[step] + number
-        span = slice(self._edges[group], self._edges[group + 1])
-        return Place(self._low[group], self._high[group], self._position[span])
+        return Place(partial(self._points, number, first, stop))
 
+    def _points(self, number: int, first: int, stop: int) -> NDArray[np.float32]:
+        groups = self._steps[first:stop] + number
+        begin, end = self._edges[groups], self._edges[groups + 1]
+        count = end - begin
+        shift = np.repeat(end - np.cumsum(count), count)
+        return np.asarray(self._position[shift + np.arange(len(shift))])
 
-class Spots:
-    """Marked points of a surface.
+    def _changed(self, at: NDArray[np.int64]) -> NDArray[np.intp]:
+        """Steps at which other parts press than at the step before; the number of steps last.
 
-    Args:
-        radius: how near to one is on it, m.
-    """
-
-    def __init__(self, radius: float) -> None:
-        self._radius = radius
-        self._known: set[tuple[float, ...]] = set()
-        self._waiting: list[Place] = []
-        self._low: tuple[float, ...] = (math.inf,) * 3
-        self._high: tuple[float, ...] = (-math.inf,) * 3
-        self._cells: dict[_Cell, list[tuple[float, ...]]] = {}
-        self._around: set[_Cell] = set()
-
-    def add(self, place: Place) -> None:
-        """Mark the points of a place."""
-        self._waiting.append(place)  # most are never asked about
-        self._low = tuple(map(min, self._low, place.low))
-        self._high = tuple(map(max, self._high, place.high))
-
-    def reach(self, place: Place) -> bool:
-        """Whether any point of a place is on one that is marked."""
-        far = 1.001 * self._radius
-        if any(low - far > top for low, top in zip(self._low, place.high, strict=True)):
-            return False
-        if any(high + far < bottom for high, bottom in zip(self._high, place.low, strict=True)):
-            return False
-        self._mark()
-        return any(
-            math.dist(point, spot) <= self._radius
-            for point in place.points.tolist()
-            if (own := self._cell(point)) in self._around
-            for cell in _neighbours(own)
-            for spot in self._cells.get(cell, ())
-        )
-
-    def _mark(self) -> None:
-        found = {tuple(point) for place in self._waiting for point in place.points.tolist()}
-        self._waiting.clear()
-        new = found - self._known
-        self._known |= new
-        for point in new:
-            cell = self._cell(point)
-            if cell not in self._cells:
-                self._cells[cell] = []
-                self._around.update(_neighbours(cell))
-            self._cells[cell].append(point)
-
-    def _cell(self, point: Sequence[float]) -> _Cell:
-        # A little larger than the radius: rounding must not put a neighbour further away.
-        x, y, z = point
-        size = 1.001 * self._radius
-        return int(x // size), int(y // size), int(z // size)
-
-
-def _neighbours(cell: _Cell) -> Iterator[_Cell]:
-    x, y, z = cell
-    return itertools.product((x - 1, x, x + 1), (y - 1, y, y + 1), (z - 1, z, z + 1))
+        Args:
+            at: the step of each pair of parts (G,).
+        """
+        count = np.diff(self._steps)
+        other = np.diff(count, prepend=-1) != 0
+        like = np.flatnonzero(~other[at])
+        changed = self._pairs[like] != self._pairs[like - count[at[like]]]
+        other[at[like[changed]]] = True
+        return np.append(np.flatnonzero(other), len(count))
 
 
 def _sides(view: View) -> tuple[NDArray[np.intp], Bools, list[bool]]:

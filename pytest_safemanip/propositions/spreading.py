@@ -6,12 +6,14 @@ It lasts until the body is washed: the one memory without a window, folded over 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter
-from pytest_safemanip.propositions.presses import Place, Press, Presses, Spots, carriers
+from pytest_safemanip.propositions.presses import Press, Presses, carriers
+from pytest_safemanip.propositions.spots import Place, Spots, may_meet
 from pytest_safemanip.propositions.view import View
 
 WINDOW = Parameter("contaminated.window", "s", 0.1, "a graze of one control step leaves nothing")
@@ -48,8 +50,9 @@ class Spreading:
         self._spots_at_first: dict[int, Spots] = {}  # of what has stood there from the first step
         self._places_at_first: Floats = np.empty((0, 3))
         self._pressed_at_first: set[_Pair] = set()
-        self._stayed: list[list[bool]] = []
-        self._washed: list[set[int]] = []
+        self._stayed: Bools = np.empty((0, 0), bool)
+        self._washed: Bools = np.empty((0, 0), bool)
+        self._breaks: NDArray[np.intp] = np.empty(0, np.intp)  # where one of these changes
         self._now = -1
         self._parts: list[_Pair] = []
         self._changed = 0  # the step at which other parts began to press
@@ -68,15 +71,50 @@ class Spreading:
             that are ready to eat, or that were clean before the touch and should stay so
             (T, carriers, 1 + carriers).
         """
-        presses = Presses(view)
-        washed = np.stack([view("sanitized", name) for name in self._names], axis=1)
-        self._washed = [set(np.flatnonzero(row).tolist()) for row in washed]
+        presses, steps = Presses(view), len(view.trace)
+        self._washed = np.stack([view("sanitized", name) for name in self._names], axis=1)
         places = view.trace.steps.object_pose[:, :, :3].astype(float)
         if self._now < 0:
             self._places_at_first = places[0]
         way = places - self._places_at_first
-        self._stayed = (np.linalg.norm(way, axis=-1) < STAYED).tolist()
-        return np.stack([self._take(presses, step) for step in range(len(view.trace))])
+        self._stayed = np.linalg.norm(way, axis=-1) < STAYED
+        broken = (self._stayed[1:] != self._stayed[:-1]).any(axis=1)
+        broken |= self._washed[1:].any(axis=1)
+        self._breaks = np.append(np.flatnonzero(broken) + 1, steps)
+        known = np.empty((steps, *self._known.shape), bool)
+        step = 0
+        while step < steps:
+            stop = self._quiet_until(presses, step)
+            if self._pass(presses, step, stop):
+                known[step:stop] = self._known
+            else:
+                stop = max(stop, step + 1)
+                known[step:stop] = [self._take(presses, now) for now in range(step, stop)]
+            step = stop
+        return known
+
+    def _quiet_until(self, presses: Presses, step: int) -> int:
+        """One after the last step from here on throughout which the same parts press, for long
+        enough already, and nothing is washed or set in motion; this step if there is none.
+        """
+        lasts = self._now + 1 >= self._changed + self._count
+        if not lasts or self._washed[step].any() or presses.parts(step) != self._parts:
+            return step
+        next_break = self._breaks[np.searchsorted(self._breaks, step, side="right")]
+        return min(presses.until(step), int(next_break))
+
+    def _pass(self, presses: Presses, step: int, stop: int) -> bool:
+        """Take in quiet steps at once, unless something clean may meet a mark in them."""
+        if stop == step:
+            return False
+        touches = self._touches(presses, step, stop)
+        dirty = [touch for touch in touches if touch[0].carrier in self._dirty]
+        for clean in touches:
+            if clean[0].carrier not in self._dirty and self._may_reach(clean, dirty):
+                return False
+        self._mark(touches)
+        self._now += stop - step
+        return True
 
     def _take(self, presses: Presses, step: int) -> Bools:
         """Take in one of them."""
@@ -91,10 +129,11 @@ class Spreading:
             self._touch(presses, before)
         if self._now < self._count:
             self._pressed_at_first.update(self._lasting)
-        if self._washed[step]:
-            self._dirty = self._raw | (before - self._washed[step])
+        washed = self._washed[step]
+        if washed.any():
+            self._dirty = self._raw | (before - set(np.flatnonzero(washed).tolist()))
             news = True
-        touches = self._touches(presses, step)
+        touches = self._touches(presses, step, step + 1)
         clean = [touch for touch in touches if touch[0].carrier not in before]
         if news or any(map(self._reached, clean)):
             self._spread(touches)
@@ -103,22 +142,39 @@ class Spreading:
             self._mark(touches)
         return self._known
 
-    def _touches(self, presses: Presses, step: int) -> list[_Touch]:
+    def _touches(self, presses: Presses, step: int, stop: int) -> list[_Touch]:
+        """Who presses on which surface where, at steps at which the same carriers stay."""
         stayed, first = self._stayed[step], self._pressed_at_first
         return [
             (
                 press,
-                presses.place(step, number, press),
-                press.carrier > 0 and stayed[press.carrier - 1] and self._parts[number] in first,
+                presses.place(number, press, step, stop),
+                press.carrier > 0
+                and bool(stayed[press.carrier - 1])
+                and self._parts[number] in first,
             )
             for number, press in self._resting
         ]
 
+    def _marked(self, touch: _Touch) -> Iterator[Spots]:
+        """What is marked of a surface that matters to a carrier that touches it."""
+        press, _, at_first = touch
+        for spots in [self._spots] if at_first else [self._spots, self._spots_at_first]:
+            if press.surface in spots:
+                yield spots[press.surface]
+
     def _reached(self, touch: _Touch) -> bool:
         """Whether a surface is marked where a carrier touches it."""
-        press, place, at_first = touch
-        marked = [self._spots] if at_first else [self._spots, self._spots_at_first]
-        return any(press.surface in spots and spots[press.surface].reach(place) for spots in marked)
+        return any(spots.reach(touch[1]) for spots in self._marked(touch))
+
+    def _may_reach(self, clean: _Touch, dirty: list[_Touch]) -> bool:
+        """Whether a surface may be marked, or be about to be, where a clean carrier touches it."""
+        press, place, at_first = clean
+        return any(spots.near(place) for spots in self._marked(clean)) or any(
+            other.surface == press.surface and may_meet(place, mark, self._radius)
+            for other, mark, other_at_first in dirty
+            if not (at_first and other_at_first)
+        )
 
     def _follow(self, presses: Presses) -> None:
         """Since when who presses on what."""
