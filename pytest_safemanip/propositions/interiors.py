@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools
-from pytest_safemanip.propositions.solids import body_corners
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.geometry import centred, to_local, to_world
+from pytest_safemanip.trace.frames import Frames, corners_within, rotation
+from pytest_safemanip.trace.geometry import centred, to_world
 
 Floats = NDArray[np.float64]
 ROUNDING = 1e-6
@@ -61,7 +61,7 @@ def seen_from(view: View, entity: str, number: int) -> Floats:
     else:
         own = trace.scene.bodies[index].centre
         pose = centred(trace.steps.object_pose[:, index], own).astype(np.float32)
-    return to_local(pose[:, None], _centres(view))
+    return Frames(pose).local(_centres(view).T).T
 
 
 def place_in(view: View, content: str, entity: str, number: int) -> Floats:
@@ -122,18 +122,25 @@ def corners_inside(view: View, fixture: str, slack: float, floor: bool = False) 
         step, body = np.nonzero(near(view, fixture, number))
         if len(step) == 0:
             continue
-        local = to_local(pose[step, None], body_corners(view, step, body))
-        if floor:
-            lying = (local[..., 2].mean(axis=1, keepdims=True) > -half[2]) & (local[..., 2] < 0)
-            local[..., 2] = np.where(lying, 0.0, local[..., 2])
-        inside = (np.abs(local) < half + slack).all(axis=-1)
+        centre = seen_from(view, fixture, number)[step, body].T
+        lying = (centre[2] > -half[2]) & floor
+        edges = Frames(pose[step]).turned(_edges(view, step, body))
+        inside = corners_within(centre, edges, half + slack, lying)
         more = inside.sum(axis=1) > best[step, body].sum(axis=1)
         best[step[more], body[more]] = inside[more]
     return best
+
+
+def _edges(view: View, step: NDArray[np.intp], body: NDArray[np.intp]) -> Floats:
+    """Half of the edges of objects' boxes, world frame: by coordinate and edge (3, 3, K)."""
+    half = np.array([each.half for each in view.trace.scene.bodies], float)
+    edges: Floats = rotation(view.trace.steps.object_pose[step, body, 3:]) * half[body].T
+    return edges
 
 
 @pointwise
 def _centres(view: View) -> Floats:
     """Centres of all objects' boxes (T, N, 3)."""
     own = np.array([body.centre for body in view.trace.scene.bodies], float).reshape(-1, 3)
-    return to_world(view.trace.steps.object_pose, own)
+    centres = to_world(view.trace.steps.object_pose, own)
+    return np.ascontiguousarray(centres.T).T  # as frames take them

@@ -69,7 +69,7 @@ class Presses:
         self._edges = np.append(first, len(rows))
         self._steps = np.searchsorted(at, np.arange(len(view.trace) + 1))
         self._changes = self._changed(at)
-        self._position = contacts.position[rows]
+        self._rows, self._position = rows, contacts.position
         self._carrier: list[int] = carrier.tolist()
 
     def parts(self, step: int) -> list[_Pair]:
@@ -108,7 +108,7 @@ class Presses:
         begin, end = self._edges[groups], self._edges[groups + 1]
         count = end - begin
         shift = np.repeat(end - np.cumsum(count), count)
-        return np.asarray(self._position[shift + np.arange(len(shift))])
+        return np.asarray(self._position[self._rows[shift + np.arange(len(shift))]])
 
     def _changed(self, at: NDArray[np.int64]) -> NDArray[np.intp]:
         """Steps at which other parts press than at the step before; the number of steps last.

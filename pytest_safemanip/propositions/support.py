@@ -73,7 +73,8 @@ def carried_objects(view: View) -> Carried:
     at = steps.contacts.step[rows]
     permitted = view.shared(_permitted)[body, below] & ~_lost(view, body, below, at)
     rows, body, below, at = rows[permitted], body[permitted], below[permitted], at[permitted]
-    order = np.argsort(body * len(steps) + at, kind="stable")
+    # They are in order of their steps, and stay so; small integers are sorted without comparing.
+    order = np.argsort(body.astype(np.min_scalar_type(len(steps.object_pose[0]))), kind="stable")
     rows, body, below, at = rows[order], body[order], below[order], at[order]
     starts = (body[1:] != body[:-1]) | (at[1:] != at[:-1])
     first = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), starts)))
