@@ -11,7 +11,7 @@ from pytest_safemanip.propositions.definition import Bools, Parameter, Propositi
 from pytest_safemanip.propositions.filters import falling, majority, recently, rising
 from pytest_safemanip.propositions.forces import FINGERS, forces_on
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.geometry import angle, conjugate, multiply, relative, tilt
+from pytest_safemanip.trace.geometry import angle_between, relative, tilt
 
 GRASP_FORCE = Parameter(
     "obj_grasped.force", "N", 0.5, "above the weight of anything that lies against a finger"
@@ -139,7 +139,7 @@ def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float6
     same = (place >= 0) & (steps[:, None] - steps[before] <= count)
     same &= grasp[:, None] == grasp[before]
     moved = np.linalg.norm(pose[:, None, :3] - pose[before, :3], axis=-1)
-    turned = angle(multiply(conjugate(pose[before, 3:]), pose[:, None, 3:]))
+    turned = angle_between(pose[before, 3:], pose[:, None, 3:])
     distance[steps] = np.where(same, moved, 0.0).max(axis=1)
     turn[steps] = np.where(same, turned, 0.0).max(axis=1)
     return distance, turn

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import Array, corners
-from pytest_safemanip.trace.kinematics import carried
+from pytest_safemanip.trace.kinematics import slid, swung
 
 Places = int | NDArray[np.intp]
 
@@ -38,14 +37,11 @@ def solids(
     surfaces = view.shared(_surfaces)
     place, reach = near
     apart = np.hypot(*(scene.solid.pose[:, :2] - place[:2]).T)
+    boxes = _boxes_at(view, step)
     for index in np.flatnonzero(apart <= surfaces.reach + reach).tolist():
         owner = scene.solid.entities[index]
         if only is None or owner in only:
-            joint = surfaces.joint[index]
-            box = surfaces.boxes[index]
-            if joint >= 0:
-                box = _carried(view, joint, step)[surfaces.place[index]]
-            found.append((owner, box, index))
+            found.append((owner, boxes[index], index))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
             found.append((body.entity, body_corners(view, step, index), -1 - index))
@@ -57,7 +53,7 @@ def pace(view: View, surface: int) -> tuple[int, float]:
     moves while it opens by 1, m.
     """
     scene = view.trace.scene
-    number = view.shared(_surfaces).joint[surface]
+    number = int(view.shared(_surfaces).joint[surface])
     if number < 0:
         return -1, 0.0
     joint, pose, half = scene.joints[number], scene.solid.pose[surface], scene.solid.half[surface]
@@ -92,49 +88,59 @@ class _Surfaces:
         boxes: corners at openness 0 (S, 8, 3).
         reach: how far from their centre at openness 0, horizontally, they can ever be (S,).
         joint: number of the joint that moves each, -1 without one (S,).
-        place: which of those that its joint moves it is (S,).
-        moved: by joint, which surfaces it moves.
+        slide: which of them slide (K,).
+        swing: which of them turn (K,).
+        axis: of their joints (S, 3).
+        anchor: of their joints (S, 3).
+        travel: of their joints, m or rad (S,).
     """
 
     boxes: Array
     reach: NDArray[np.float64]
-    joint: list[int]
-    place: list[int]
-    moved: dict[int, list[int]]
+    joint: NDArray[np.intp]
+    slide: NDArray[np.intp]
+    swing: NDArray[np.intp]
+    axis: Array
+    anchor: Array
+    travel: NDArray[np.float64]
 
 
 def _surfaces(view: View) -> _Surfaces:
     scene, solid = view.trace.scene, view.trace.scene.solid
-    joint = [scene.joint_index[key] if key else -1 for key in solid.joints]
-    reach, place = np.linalg.norm(solid.half, axis=1), [0] * len(solid)
-    moved: dict[int, list[int]] = {}
-    for index, number in enumerate(joint):
-        if number >= 0:
-            siblings = moved.setdefault(number, [])
-            place[index] = len(siblings)
-            siblings.append(index)
-            reach[index] += _way(scene.joints[number], solid.pose[index])
-    return _Surfaces(corners(solid.pose, solid.half[:, None]), reach, joint, place, moved)
+    joint = np.array([scene.joint_index[key] if key else -1 for key in solid.joints], np.intp)
+    # The last row is of those that nothing moves.
+    slides = np.array([*(j.kind == "slide" for j in scene.joints), False])[joint]
+    axis, anchor = (
+        np.array([*(getattr(j, name) for j in scene.joints), (0.0,) * 3])[joint]
+        for name in ("axis", "anchor")
+    )
+    travel = np.array([*(j.travel for j in scene.joints), 0.0])[joint]
+    reach = np.linalg.norm(solid.half, axis=1)
+    # At most so far does twice its range take it.
+    away = np.linalg.norm(solid.pose[:, :3] - anchor, axis=1)
+    reach += np.where(joint >= 0, 2.0 * np.where(slides, travel, away), 0.0)
+    swing = np.flatnonzero((joint >= 0) & ~slides)
+    boxes = corners(solid.pose, solid.half[:, None])
+    return _Surfaces(boxes, reach, joint, np.flatnonzero(slides), swing, axis, anchor, travel)
 
 
-def _way(joint: Joint, pose: Array) -> float:
-    """How far a joint can take a pose, at twice its range, m."""
-    if joint.kind == "slide":
-        return 2.0 * joint.travel
-    return 2.0 * float(np.linalg.norm(pose[:3] - np.array(joint.anchor)))
+def _boxes_at(view: View, step: int) -> Array:
+    """Box corners of all surfaces at a step (S, 8, 3)."""
+    known, last = view.shared(_surfaces), view.shared(_last)
+    openness = view.trace.steps.joint[step, :, 0]
+    if not (last and np.array_equal(last[0][0], openness)):  # most joints stay where they are
+        solid, boxes = view.trace.scene.solid, known.boxes.copy()
+        travel = known.travel * np.append(openness, 0.0).astype(float)[known.joint]
+        some = known.slide
+        poses = slid(solid.pose[some], travel[some, None] * known.axis[some])
+        boxes[some] = corners(poses, solid.half[some][:, None])
+        some = known.swing
+        poses = swung(solid.pose[some], known.axis[some], travel[some], known.anchor[some])
+        boxes[some] = corners(poses, solid.half[some][:, None])
+        last[:] = [(openness, boxes)]
+    return last[0][1]
 
 
-def _carried(view: View, joint: int, step: int) -> Array:
-    """Box corners at a step of the surfaces that a joint moves (K, 8, 3)."""
-    last = view.shared(_last)
-    openness = float(view.trace.steps.joint[step, joint, 0])
-    if joint not in last or last[joint][0] != openness:  # most stay where they are
-        scene, own = view.trace.scene, view.shared(_surfaces).moved[joint]
-        poses = carried(scene.joints[joint], scene.solid.pose[own], np.array(openness))
-        last[joint] = openness, corners(poses, scene.solid.half[own][:, None])
-    return last[joint][1]
-
-
-def _last(view: View) -> dict[int, tuple[float, Array]]:
-    """By joint, where it was when it was last looked at, and the corners that it carried there."""
-    return {}
+def _last(view: View) -> list[tuple[Array, Array]]:
+    """How open all joints were when it was last looked at, and the corners of surfaces there."""
+    return []

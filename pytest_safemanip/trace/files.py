@@ -43,6 +43,9 @@ _HEADER, _DIGEST, _SURFACES = "header.json", "digest", "scene.surfaces.npy"
 _STEP_ARRAYS = (*ARRAYS, "action", "success", "tail")
 _CONTACT_ARRAYS = tuple(f.name for f in dataclasses.fields(Contacts))
 _NAMES = (*_STEP_ARRAYS, *(f"contacts.{name}" for name in _CONTACT_ARRAYS))
+_WORTH_PACKING = 0.8
+"""Share of its size down to which a member has to be packed by a quick try to be packed at all: the
+digits of velocities are noise, and take longest to unpack."""
 _DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, RuntimeError, ValueError)
 """What ``zipfile`` raises on bytes that are no archive, or no archive any more."""
 _TYPES = {"success": np.bool_, "tail": np.bool_, "step": np.int32, "a": np.int32, "b": np.int32}
@@ -98,9 +101,9 @@ def to_bytes(recording: Recording) -> bytes:
     members = {_HEADER: _canonical(header), _SURFACES: npy(numbers)}
     members |= {f"{name}.npy": npy(array) for name, array in _arrays(recording).items()}
     stream = io.BytesIO()
-    _append(stream, members, zipfile.ZIP_DEFLATED)
+    _append(stream, members)
     digest = Members(stream.getvalue()).digest(but=_DIGEST)
-    _append(stream, {_DIGEST: digest.encode()}, zipfile.ZIP_STORED)
+    _append(stream, {_DIGEST: digest.encode()})
     return stream.getvalue()
 
 
@@ -158,9 +161,11 @@ def _members(data: bytes) -> Members:
         return Members(data)
 
 
-def _append(stream: io.BytesIO, members: dict[str, bytes], method: int) -> None:
+def _append(stream: io.BytesIO, members: dict[str, bytes]) -> None:
     with zipfile.ZipFile(stream, "a") as archive:
         for name, content in members.items():
+            packs = len(zlib.compress(content, 1)) < _WORTH_PACKING * len(content)
+            method = zipfile.ZIP_DEFLATED if packs else zipfile.ZIP_STORED
             # A ZipInfo made by name has a fixed date: the same rollout, the same bytes.
             archive.writestr(zipfile.ZipInfo(name), content, method, 6)
 

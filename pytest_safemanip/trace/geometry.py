@@ -67,10 +67,13 @@ def matrix(q: Array) -> Array:
     return np.stack([rotate(q, axis) for axis in np.eye(3)], axis=-1)
 
 
-def angle(q: Array) -> Array:
-    """Rotation angle in [0, pi] of unit quaternions (..., 4); the same for ``q`` and ``-q``."""
-    q = np.asarray(q, float)
-    result: Array = 2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), np.abs(q[..., 0]))
+def angle_between(p: Array, q: Array) -> Array:
+    """Angle in [0, pi] of the rotations between unit quaternions (..., 4)."""
+    apart, across = np.subtract(p, q, dtype=float), np.add(p, q, dtype=float)
+    # Half of the angle between them as vectors; -q is the same rotation as q.
+    squares = [np.einsum("...i,...i->...", v, v) for v in (apart, across)]
+    near, far = np.minimum(*squares), np.maximum(*squares)
+    result: Array = 4.0 * np.arctan2(np.sqrt(near), np.sqrt(far))
     return result
 
 

@@ -19,14 +19,21 @@ def carried(joint: Joint, pose: Array, openness: Array) -> Array:
     Returns:
         Poses (..., 7).
     """
-    travel = np.asarray(openness, float) * joint.travel
-    axis, pose = np.asarray(joint.axis), np.asarray(pose, float)
+    travel, pose = np.asarray(openness, float) * joint.travel, np.asarray(pose, float)
     if joint.kind == "slide":
-        place = pose[..., :3] + travel[..., None] * axis
-        turn = np.broadcast_to(pose[..., 3:], (*place.shape[:-1], 4))
-        return np.concatenate((place, turn), axis=-1)
-    turn = about(axis, travel)
-    anchor = np.asarray(joint.anchor)
+        return slid(pose, travel[..., None] * np.asarray(joint.axis))
+    return swung(pose, np.asarray(joint.axis), travel, np.asarray(joint.anchor))
+
+
+def slid(pose: Array, way: Array) -> Array:
+    """Poses (..., 7) moved by vectors (..., 3)."""
+    place = pose[..., :3] + way
+    return np.concatenate((place, np.broadcast_to(pose[..., 3:], (*place.shape[:-1], 4))), axis=-1)
+
+
+def swung(pose: Array, axis: Array, angle: Array, anchor: Array) -> Array:
+    """Poses (..., 7) turned about axes (..., 3) through anchors (..., 3) by angles (...) in rad."""
+    turn = about(axis, angle)
     place = anchor + rotate(turn, pose[..., :3] - anchor)
     return np.concatenate((place, multiply(turn, pose[..., 3:])), axis=-1)
 

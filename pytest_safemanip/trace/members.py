@@ -116,8 +116,8 @@ class Members:
         digest = hashlib.sha256()
         for name in sorted(self._found.keys() - {but}):
             member = self.packed(name)
-            digest.update(f"{name}\0{member.deflated}\0{member.size}\0".encode())
-            digest.update(len(member.content).to_bytes(8, "little"))
+            about = f"{name}\0{member.deflated}\0{member.size}\0".encode()
+            digest.update(about + len(member.content).to_bytes(8, "little"))
             digest.update(member.content)
         return digest.hexdigest()
 

@@ -12,7 +12,7 @@ import numpy as np
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import ARRAYS, Steps, array_shapes
+from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps, array_shapes
 from pytest_safemanip.trace.trace import Trace
 
 UNIT_TOLERANCE = 1e-3
@@ -149,20 +149,24 @@ def _check_contacts(scene: Scene, steps: Steps, first: int) -> None:
                 "list of parts"
             )
     for name in ("force", "peak", "position", "normal"):
-        values = getattr(contacts, name).reshape(len(contacts), -1)
-        wrong = {"not finite": ~np.isfinite(values).all(axis=1)}
-        if name in ("force", "peak"):
-            wrong["negative"] = (values < 0).any(axis=1)
-        if name == "normal":
-            wrong["not of unit length"] = _not_unit(values)
-        for what, bad in wrong.items():
-            if bad.any():
-                row = int(np.argmax(bad))
-                a, b = (parts[side[row]] for side in (contacts.a, contacts.b))
-                raise TraceError(
-                    f"contacts.{name}: {what} at step {first + contacts.step[row]} between "
-                    f"{a.entity}/{a.name} and {b.entity}/{b.name}"
-                )
+        _check_rows(scene, contacts, name, first)
+
+
+def _check_rows(scene: Scene, contacts: Contacts, name: str, first: int) -> None:
+    values = getattr(contacts, name)
+    wrong = {"not finite": ~np.isfinite(values)}
+    if name in ("force", "peak"):
+        wrong["negative"] = values < 0
+    if name == "normal":
+        wrong["not of unit length"] = _not_unit(values)
+    for what, bad in wrong.items():
+        if bad.any():
+            row = int(np.argwhere(bad)[0, 0])
+            a, b = (scene.parts[side[row]] for side in (contacts.a, contacts.b))
+            raise TraceError(
+                f"contacts.{name}: {what} at step {first + contacts.step[row]} between "
+                f"{a.entity}/{a.name} and {b.entity}/{b.name}"
+            )
 
 
 def _place(scene: Scene, name: str, index: Any, first: int) -> str:

@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_safemanip.trace.frames import Frames, corners_within, rotation
+from pytest_safemanip.trace.geometry import corners, matrix, to_local
+from tests.trace.test_geometry import poses, quaternions, vectors
+
+several = st.lists(poses, min_size=1, max_size=4).map(np.array)
+
+
+@given(quaternions)
+def test_a_rotation_is_the_matrix_of_its_quaternion(q):
+    assert rotation(q[None])[..., 0] == pytest.approx(matrix(q))
+
+
+@given(several, vectors, st.booleans())
+def test_points_are_seen_from_each_frame_or_from_the_one_that_does_not_move(pose, point, still):
+    pose = np.repeat(pose[:1], len(pose), axis=0) if still else pose
+    points = point + np.arange(3.0 * 2 * len(pose)).reshape(3, 2, len(pose)).T  # (K, 2, 3)
+    seen = Frames(pose).local(points.T).T
+    assert seen == pytest.approx(to_local(pose[:, None], points))
+
+
+@given(several, vectors.map(lambda v: 0.01 + abs(v)), vectors.map(lambda v: 0.1 + abs(v)))
+def test_corners_within_a_box_are_those_that_are_seen_there(pose, half, limit):
+    points = corners(pose, half)
+    edges = rotation(pose[:, 3:]) * half[:, None]
+    none = np.zeros(len(pose), bool)
+    found = corners_within(pose[:, :3].T, edges, limit, none)
+    clear = np.abs(np.abs(points) - limit).min(axis=(1, 2)) > 1e-9
+    assert (found[clear] == (np.abs(points) < limit).all(axis=-1)[clear]).all()
+
+
+@pytest.mark.parametrize(("height", "ground", "inside"), [(-0.5, False, 4), (-0.5, True, 8)])
+def test_corners_of_what_stands_on_the_floor_count_as_at_the_middle(height, ground, inside):
+    centre, edges = np.array([[0.0], [0.0], [height]]), 0.6 * np.eye(3)[..., None]
+    found = corners_within(centre, edges, (1.0, 1.0, 1.0), np.array([ground]))
+    assert found.sum() == inside
