@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import last_true, rising
 from pytest_safemanip.propositions.grasp import pressed
-from pytest_safemanip.propositions.interiors import corners_inside, interiors, near
+from pytest_safemanip.propositions.interiors import corners_inside, interiors, near, seen_from
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
@@ -73,7 +73,10 @@ def _clear(view: View, name: str, fixture: str) -> Bools:
     body = trace.scene.bodies[index]
     outside = np.ones(len(trace), bool)
     for number, (box, half) in enumerate(interiors(view, fixture)):
-        steps = np.flatnonzero(near(view, fixture, number)[:, index])
+        beyond = (np.abs(seen_from(view, fixture, number)[:, index]) - half).max(axis=1)
+        outside &= beyond >= -slack
+        # Around a centre that is deeper inside there is room for more than the slack.
+        steps = np.flatnonzero(near(view, fixture, number)[:, index] & outside)
         if len(steps):
             centre = centred(trace.steps.object_pose[steps, index], body.centre)
             outside[steps] &= ~boxes_overlap(centre, body.half, box[steps], half, slack)

@@ -41,7 +41,7 @@ def solids(
     for index in np.flatnonzero(apart <= surfaces.reach + reach).tolist():
         owner = scene.solid.entities[index]
         if only is None or owner in only:
-            found.append((owner, boxes[index], index))
+            found.append((owner, boxes[index].copy(), index))
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
             found.append((body.entity, body_corners(view, step, index), -1 - index))
@@ -126,21 +126,44 @@ def _surfaces(view: View) -> _Surfaces:
 
 def _boxes_at(view: View, step: int) -> Array:
     """Box corners of all surfaces at a step (S, 8, 3)."""
-    known, last = view.shared(_surfaces), view.shared(_last)
-    openness = view.trace.steps.joint[step, :, 0]
-    if not (last and np.array_equal(last[0][0], openness)):  # most joints stay where they are
-        solid, boxes = view.trace.scene.solid, known.boxes.copy()
-        travel = known.travel * np.append(openness, 0.0).astype(float)[known.joint]
-        some = known.slide
-        poses = slid(solid.pose[some], travel[some, None] * known.axis[some])
-        boxes[some] = corners(poses, solid.half[some][:, None])
-        some = known.swing
-        poses = swung(solid.pose[some], known.axis[some], travel[some], known.anchor[some])
-        boxes[some] = corners(poses, solid.half[some][:, None])
-        last[:] = [(openness, boxes)]
-    return last[0][1]
+    known, last, solid = view.shared(_surfaces), view.shared(_last), view.trace.scene.solid
+    openness = np.append(view.trace.steps.joint[step, :, 0], np.float32(0.0))[known.joint]
+    stale = openness != last.openness  # most joints stay where they are
+    if stale.any():
+        travel = known.travel * openness
+        for some, moved in (
+            (known.slide[stale[known.slide]], _slid),
+            (known.swing[stale[known.swing]], _swung),
+        ):
+            if len(some):
+                poses = moved(known, solid.pose[some], some, travel[some])
+                last.boxes[some] = corners(poses, solid.half[some][:, None])
+        last.openness = openness
+    return last.boxes
 
 
-def _last(view: View) -> list[tuple[Array, Array]]:
-    """How open all joints were when it was last looked at, and the corners of surfaces there."""
-    return []
+def _slid(known: _Surfaces, poses: Array, some: NDArray[np.intp], travel: Array) -> Array:
+    return slid(poses, travel[:, None] * known.axis[some])
+
+
+def _swung(known: _Surfaces, poses: Array, some: NDArray[np.intp], travel: Array) -> Array:
+    return swung(poses, known.axis[some], travel, known.anchor[some])
+
+
+@dataclass
+class _Last:
+    """What was looked at last.
+
+    Attributes:
+        openness: of the joint that moves each surface, 0 without one (S,).
+        boxes: their corners (S, 8, 3).
+    """
+
+    openness: Array
+    boxes: Array
+
+
+def _last(view: View) -> _Last:
+    """At first, all is closed."""
+    boxes = view.shared(_surfaces).boxes
+    return _Last(np.zeros(len(boxes), np.float32), boxes.copy())
