@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ SWEEP_SAMPLES = 9
 """Openings at which a moving part is tested against obstacles, from here to fully open."""
 
 Array = NDArray[np.float64]
+_Solid = tuple[float, str, Array]
+"""Height, owner and box corners (8, 3) of something below an object."""
 
 
 def pre_safe(view: View, skill: str, entity: str) -> Bools:
@@ -105,7 +107,7 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     """Height and owner of the highest thing below an object's footprint."""
     slack = view.parameters["pre_safe.overlap"]
     bottom = points[:, 2].min()
-    vessel, found = (-np.inf, ""), []
+    vessel, below = (-np.inf, ""), list[_Solid]()
     centre = points.mean(axis=0)
     reach = float(np.linalg.norm(points - centre, axis=1).max())
     around_it = solids(view, name, step, (centre, reach))
@@ -119,25 +121,32 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
         # A vessel's box is mostly air: what is let go inside it falls onto its floor or contents.
         if height > bottom + slack and _in_vessel(view, entity, points, step):
             vessel = max(vessel, (float(low[k, 2]), entity))
-        elif near[k] and height <= bottom + slack and footprints_overlap(points, box, slack):
-            found.append((height, entity, box))
+        elif near[k] and height <= bottom + slack:
+            below.append((height, entity, box))
+    below.sort(key=lambda item: -item[0])
+    found = (item for item in below if footprints_overlap(points, item[2], slack))
     floor, around = vessel
-    if not found:
+    uncovered = _uncovered(view, found, step)
+    if uncovered is None:
         return (floor, around) if around else (-np.inf, None)
-    height, owner, box = _uncovered(view, found, step)
+    height, owner, box = uncovered
     lowest = float(box[:, 2].min())
     return (floor, around) if around and not lowest > floor else (height, owner)
 
 
-def _uncovered(
-    view: View, found: list[tuple[float, str, Array]], step: int
-) -> tuple[float, str, Array]:
-    """The highest of the things below an object: height, owner and box. What lies on a plate comes
+def _uncovered(view: View, found: Iterator[_Solid], step: int) -> _Solid | None:
+    """The highest of the things below an object, if there are any. What lies on a plate comes
     before the plate, whose rim may be higher.
+
+    Args:
+        view: what is looked at.
+        found: the highest first; they are looked up as far as is needed.
+        step: when.
     """
-    found = sorted(found, key=lambda item: -item[0])
-    highest = found[0]
-    inside = (item for item in found[1:] if item[1] != highest[1])
+    highest = next(found, None)
+    if highest is None or highest[1] not in view.trace.scene.object_index:
+        return highest
+    inside = (item for item in found if item[1] != highest[1])
     return next((item for item in inside if _in_vessel(view, highest[1], item[2], step)), highest)
 
 
