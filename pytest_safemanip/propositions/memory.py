@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import ARRAYS, Contacts, Step, Steps
+from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
 
 Array = NDArray[Any]
 
@@ -35,10 +35,6 @@ class Ring:
             self._make_room(len(rows))
         self._rows[self._stop : self._stop + len(rows)] = rows
         self._stop += len(rows)
-
-    def drop(self, count: int) -> None:
-        """Forget the newest rows."""
-        self._stop -= count
 
     def last(self, count: int) -> Array:
         """The newest rows (at most ``count``, ...), read-only."""
@@ -83,29 +79,19 @@ class StepMemory:
         """Steps that can be looked back on."""
         return min(self.count, self._kept)
 
-    def push(self, step: Step, action: Array, tail: bool) -> None:
-        """Take in a step."""
-        for name in ARRAYS:
-            self._arrays[name].extend(getattr(step, name)[None])
-        self._arrays["action"].extend(np.asarray(action, np.float32)[None])
-        self._arrays["success"].extend(np.array([step.success], bool))
-        self._arrays["tail"].extend(np.array([tail], bool))
-        rows = step.contacts
+    def extend(self, steps: Steps) -> None:
+        """Take in steps."""
+        for name, ring in self._arrays.items():
+            ring.extend(getattr(steps, name))
+        rows = steps.contacts
+        kept = sum(self._rows)
         for name, ring in self._columns.items():
             column = getattr(rows, name)
-            ring.kept = sum(self._rows)
-            ring.extend(np.full(len(rows), self.count, np.int32) if name == "step" else column)
-        self._rows = [*self._rows[-self._kept + 1 :], len(rows)] if self._kept > 1 else [len(rows)]
-        self.count += 1
-
-    def forget_newest(self, count: int) -> None:
-        """Undo the last calls of :meth:`push`."""
-        for ring in self._arrays.values():
-            ring.drop(count)
-        rows, self._rows = sum(self._rows[-count:]), self._rows[:-count]
-        for ring in self._columns.values():
-            ring.drop(rows)
-        self.count -= count
+            ring.kept = kept
+            ring.extend(column + np.int32(self.count) if name == "step" else column)
+        counts = np.bincount(rows.step, minlength=len(steps)).tolist()
+        self._rows = [*self._rows, *counts][-self._kept :]
+        self.count += len(steps)
 
     def last(self, count: int) -> Steps:
         """The newest steps (at most ``count``) as views."""

@@ -6,6 +6,7 @@ newest step; what looks back sees as many steps as its window has.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -19,7 +20,7 @@ from pytest_safemanip.propositions.memory import Ring, StepMemory
 from pytest_safemanip.propositions.view import Array, Fold, View, check_call
 from pytest_safemanip.trace.recording import check_steps
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import Step
+from pytest_safemanip.trace.steps import Step, Steps
 from pytest_safemanip.trace.trace import Trace
 
 A = TypeVar("A", bound=Array)
@@ -55,13 +56,14 @@ class Online:
     ) -> None:
         self.scene, self.binding, self.parameters = scene.checked(), binding, parameters
         self.catalogue = catalogue
-        self.calls, self._every, self._waiting = tuple(calls), every, 0
+        self.calls, self._every = tuple(calls), every
+        self._waiting: list[tuple[Step, NDArray[Any], bool]] = []
         for name, *arguments in calls:
             check_call(catalogue[name], tuple(arguments), scene.entity)
         self._none = np.zeros((0, len(self.calls)), bool)
         self._lengths = {name: self._length(p) for name, p in catalogue.items()}
         self._kept = max(self._lengths.values()) + every
-        self._steps = StepMemory(scene, self._kept)
+        self._steps, self._held = StepMemory(scene, self._kept), 0
         self._slices: dict[int, _Slice] = {}
         self._series: dict[Hashable, _Series] = {}
         self._folds: dict[Callable[[View], Fold], tuple[Fold, _Series]] = {}
@@ -82,9 +84,8 @@ class Online:
         Raises:
             TraceError: as :meth:`flush`.
         """
-        self._steps.push(step, np.zeros(12) if action is None else action, not acting)
-        self._waiting += 1
-        return self.flush() if self._waiting == self._every else self._none
+        self._waiting.append((step, np.zeros(12) if action is None else action, acting))
+        return self.flush() if len(self._waiting) == self._every else self._none
 
     def flush(self) -> Bools:
         """The values of the calls at the steps that wait (K, calls).
@@ -92,16 +93,16 @@ class Online:
         Raises:
             TraceError: if a number is impossible; names it. The steps are then not taken in.
         """
-        count, self._waiting = self._waiting, 0
         self._slices.clear()
-        if count == 0:
+        if not self._waiting:
             return self._none
-        first = self._steps.count - count
-        try:
-            check_steps(self.scene, self._steps.last(count), first)
-        except TraceError:
-            self._steps.forget_newest(count)
-            raise
+        steps, actions, acting = zip(*self._waiting, strict=True)
+        self._waiting, count = [], len(steps)
+        new = Steps.stack(steps, [np.asarray(a, np.float32) for a in actions], count)
+        new = dataclasses.replace(new, tail=~np.array(acting, bool))
+        check_steps(self.scene, new, self._steps.count)
+        self._steps.extend(new)
+        self._held = self._steps.held
         for start in tuple(self._folds):
             self.folded(start, count)
         columns = [self.values(call, count) for call in self.calls]
@@ -160,15 +161,17 @@ class Online:
 
     def slice(self, length: int) -> _Slice:
         """The newest steps as a view, as many as there are and are kept."""
-        length = min(length, self._steps.held)
+        length = min(length, self._held)
         if length not in self._slices:
             self._slices[length] = _Slice(self, Trace(self.scene, self._steps.last(length)))
         return self._slices[length]
 
     def _caught_up(self, key: Hashable, compute: Callable[[int], Array]) -> Ring:
         """A series up to the newest step."""
-        series = self._series.setdefault(key, _Series(Ring(self._kept)))
-        missing = min(self._steps.count - series.upto, self._steps.held)
+        series = self._series.get(key)
+        if series is None:
+            series = self._series[key] = _Series(Ring(self._kept))
+        missing = min(self._steps.count - series.upto, self._held)
         if missing:
             series.ring.extend(compute(missing)[-missing:])
             series.upto = self._steps.count
@@ -193,16 +196,16 @@ class _Slice(View):
 
     def __init__(self, online: Online, trace: Trace) -> None:
         super().__init__(trace, online.binding, online.parameters, online.catalogue)
-        self._online = online
+        self._online, self._length = online, len(trace)
 
     def __call__(self, name: str, *arguments: str) -> Bools:
-        return self._online.values((name, *arguments), len(self.trace))
+        return self._online.values((name, *arguments), self._length)
 
     def pointwise(self, compute: Callable[..., A], *arguments: Hashable) -> A:
-        return self._online.points(compute, arguments, len(self.trace))
+        return self._online.points(compute, arguments, self._length)
 
     def fold(self, start: Callable[[View], Fold]) -> Array:
-        return self._online.folded(start, len(self.trace))
+        return self._online.folded(start, self._length)
 
     def shared(self, compute: Callable[..., T], *arguments: Hashable) -> T:
         return self._online.once(compute, arguments)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,10 +65,9 @@ class Presses:
         order = np.argsort(key, kind="stable")
         rows, key = rows[order], key[order]
         first = np.flatnonzero(np.diff(key, prepend=-1))
-        at, self._pairs = np.divmod(key[first], self._size**2)
+        self._at, self._pairs = np.divmod(key[first], self._size**2)
         self._edges = np.append(first, len(rows))
-        self._steps = np.searchsorted(at, np.arange(len(view.trace) + 1))
-        self._changes = self._changed(at)
+        self._steps = np.searchsorted(self._at, np.arange(len(view.trace) + 1))
         self._rows, self._position = rows, contacts.position
         self._carrier: list[int] = carrier.tolist()
 
@@ -110,17 +109,14 @@ class Presses:
         shift = np.repeat(end - np.cumsum(count), count)
         return np.asarray(self._position[self._rows[shift + np.arange(len(shift))]])
 
-    def _changed(self, at: NDArray[np.int64]) -> NDArray[np.intp]:
-        """Steps at which other parts press than at the step before; the number of steps last.
-
-        Args:
-            at: the step of each pair of parts (G,).
-        """
+    @cached_property
+    def _changes(self) -> NDArray[np.intp]:
+        """Steps at which other parts press than at the step before; the number of steps last."""
         count = np.diff(self._steps)
         other = np.diff(count, prepend=-1) != 0
-        like = np.flatnonzero(~other[at])
-        changed = self._pairs[like] != self._pairs[like - count[at[like]]]
-        other[at[like[changed]]] = True
+        like = np.flatnonzero(~other[self._at])
+        changed = self._pairs[like] != self._pairs[like - count[self._at[like]]]
+        other[self._at[like[changed]]] = True
         return np.append(np.flatnonzero(other), len(count))
 
 

@@ -100,6 +100,8 @@ class Spreading:
         lasts = self._now + 1 >= self._changed + self._count
         if not lasts or self._washed[step].any() or presses.parts(step) != self._parts:
             return step
+        if step + 1 == len(self._washed):
+            return step + 1
         next_break = self._breaks[np.searchsorted(self._breaks, step, side="right")]
         return min(presses.until(step), int(next_break))
 

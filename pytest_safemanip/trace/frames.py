@@ -4,6 +4,8 @@ numbers, numpy takes several times as long as for three long rows.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -29,9 +31,8 @@ class Frames:
 
     def __init__(self, pose: Array) -> None:
         pose = np.asarray(pose, float)
-        if (pose[1:] == pose[:1]).all():
-            pose = pose[:1]
-        self._origin, self._axes = pose[:, :3].T, rotation(pose[:, 3:])
+        still = len(pose) == 1 or bool((pose == pose[0]).all())
+        self._origin, self._axes = _one(pose[0].tobytes()) if still else _several(pose)
 
     def local(self, points: Array) -> Array:
         """World points (3, ..., K) in these frames."""
@@ -45,6 +46,16 @@ class Frames:
             x, y, z = self._axes[:, axis]
             result[axis] = x * vectors[0] + y * vectors[1] + z * vectors[2]
         return result
+
+
+def _several(pose: Array) -> tuple[Array, Array]:
+    return pose[:, :3].T, rotation(pose[:, 3:])
+
+
+@lru_cache(maxsize=256)
+def _one(pose: bytes) -> tuple[Array, Array]:
+    """Step by step, the same frames are asked for again and again."""
+    return _several(np.frombuffer(pose).reshape(1, 7))
 
 
 def corners_within(centre: Array, edges: Array, limit: ArrayLike, ground: Array) -> Array:
