@@ -15,7 +15,9 @@ from pytest_safemanip.policies.scripted.putting import (
     held_over,
     leave,
     set_down,
+    straighten,
 )
+from pytest_safemanip.policies.scripted.rims import overhung
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
@@ -42,6 +44,8 @@ def let_into(arm: Arm, role: str, pan_role: str) -> Motion:
     """
     thing, pan = Thing(arm, role), Thing(arm, pan_role)
     yield from draw_in(arm)
+    if overhung(arm, pan.middle):
+        yield from straighten(arm)
     hand = pitched(arm, LOW_PITCH)
     yield from arm.move(arm.position, hand, tolerance=0.03, speed=0.5, required=False)
     yield from carry_over(arm, role, pan.middle, pan.highest + BRAKE)

@@ -30,6 +30,9 @@ MOST_YAW = 50.0
 """Degrees to either side that the hand turns with level fingers; beyond, it rolls."""
 MOST_ROLLED = 20.0
 """Pitch at which rolled fingers, which are not level, still reach under a thing, degrees."""
+FINGER_SIDE, OPEN = 0.010, 0.08
+"""Half a finger's width, and between the fingers where they are open, m: tipped, the lower side of
+level fingers, or the lower one of two that are not, is what meets a surface first."""
 PADS = 0.006
 """Least depth of the grip point below an object's top, m."""
 PALM = 0.026
@@ -81,16 +84,18 @@ def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0, turn: floa
     yaw = fold(roll, 90.0)
     level = abs(yaw) <= MOST_YAW
     middle = thing.centre + offset * long[0] * (1.0, 1.0, 0.0)
+    opening = min(1.0, (width + 0.03) / 0.08)
     most = pitch if level else min(pitch, MOST_ROLLED)
+    lower = FINGER_SIDE if level else OPEN / 2.0 * opening
     for tip in (most, *np.arange(most - 5.0, -1.0, -5.0).tolist()):
         hand = arm.hand(tip, yaw=yaw) if level else arm.hand(tip, roll)
         point = middle - max(0.0, thing.reach(hand[:, 2]) - FINGER) * hand[:, 2]
-        tilted = 0.01 * math.sin(math.radians(tip))
+        tilted = lower * math.sin(math.radians(tip))
         point[2] = max(point[2], thing.bottom + FINGERTIP + tilted)
         # Tipped further, the palm would lie on what reaches out towards the robot.
         if point[2] - middle[2] < thing.height / 2.0 - PADS:
             break
-    return Grasp(point, hand, min(1.0, (width + 0.03) / 0.08))
+    return Grasp(point, hand, opening)
 
 
 def around(arm: Arm, thing: Thing, pitch: float, flat: float = 45.0, handle: float = 90.0) -> Grasp:

@@ -1,5 +1,5 @@
-"""A pan that lies in a wall cabinet, its handle along the shelf: pinched where it lies, with the
-torso raised, and taken out by it.
+"""A pan that lies in a wall cabinet, its handle along the shelf: drawn along the shelf to where the
+hand has room beside the handle, pinched with the torso raised, and taken out by it.
 
 Pinched across its thickness, from the front, a handle would turn in the fingers: the pan's weight
 wants the pads on its sides.
@@ -15,6 +15,7 @@ from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFa
 from pytest_safemanip.policies.scripted.grasping import Grasp, come_in, lift
 from pytest_safemanip.policies.scripted.handles import STEADY, handle
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.shelves import lean
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.policies.scripted.torso import lift_torso
@@ -53,6 +54,19 @@ OUT = 0.10
 """From the front of a cabinet to a pan that is brought down before it, m."""
 LOW = 1.15
 """Height at which the hand passes below a cabinet and its doors with a load, m."""
+LEAST_ROOM, ROOM = 0.03, 0.06
+"""Beside the wrist, m: with less the pan is drawn along its shelf, until there is so much."""
+DRAG_PITCH = 32.0
+"""Degrees from straight down: tipped further, the palm would lie on the rim."""
+INNER = 0.035
+"""From the rim of a pan to the closed fingers that come down inside it, m."""
+BELOW, OVER = 0.005, 0.05
+"""Grip point below the rim then, m: the palm is above it; and how far before that point the hand
+comes in over the rim, m: its wrist passes below the next shelf."""
+BEFORE_WALL = 0.08
+"""How much farther than the pan the base may go, m: the fingers have a way to the pan's wall."""
+CLEARED = 0.07
+"""How far the hand then draws back, m: off the pan."""
 
 
 def seize_from(arm: Arm, role: str, cabinet_role: str) -> Motion:
@@ -63,13 +77,17 @@ def seize_from(arm: Arm, role: str, cabinet_role: str) -> Motion:
         SkillFailed: if hand or base does not get there, or the pan was not lifted.
     """
     pan, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
+    rise = LIFTED
+    if room_beside(arm, cabinet, along_handle(arm, pan)) < LEAST_ROOM:
+        yield from draw_along(arm, pan, cabinet)
+        rise = 0.0
     grasp = along_handle(arm, pan)
     if room_beside(arm, cabinet, grasp) < 0.0:
         raise SkillFailed("there is no room for the hand beside the handle")
     yaw = math.radians(handle_yaw(arm, pan))
     entry = grasp.point - ENTRY * grasp.hand[:, 2]
     beside = arm.aside(entry) - SHIFT * math.sin(yaw)
-    yield from come_before(arm, cabinet, entry, grasp.hand, beside)
+    yield from come_before(arm, cabinet, entry, grasp.hand, beside, rise)
     yield from come_in(arm, grasp, STOPS, 0.08)
     yield from lift(arm, pan, grasp.hand, RISE, BACK)
     way = pan.extent_ahead()[1] - cabinet.opening()[0] + OUT
@@ -81,7 +99,36 @@ def seize_from(arm: Arm, role: str, cabinet_role: str) -> Motion:
     )
 
 
-def come_before(arm: Arm, cabinet: Furniture, entry: Array, hand: Array, beside: float) -> Motion:
+def draw_along(arm: Arm, pan: Thing, cabinet: Furniture) -> Motion:
+    """Raise the torso, put closed fingers into a pan, and draw it along its shelf, its handle
+    trailing, until there is room for the wrist beside the handle.
+
+    Raises:
+        SkillFailed: if hand or base does not get there.
+    """
+    side = math.copysign(1.0, handle_yaw(arm, pan))
+    hand = arm.hand(DRAG_PITCH)
+
+    def short() -> float:
+        """How much farther the pan is to go, m."""
+        return ROOM - room_beside(arm, cabinet, along_handle(arm, pan))
+
+    inside = pan.middle + (pan.sides()[0][1] / 2.0 - INNER) * -handle(pan)[1]
+    grasp = Grasp(np.append(inside[:2], pan.highest - BELOW), hand, 0.0)
+    entry = grasp.point - OVER * hand[:, 2]
+    beside = arm.aside(entry) + lean(arm, cabinet, arm.aside(entry) + side * short())
+    yield from come_before(arm, cabinet, entry, hand, beside, LIFTED)
+    yield from arm.grip(True)
+    yield from come_in(arm, grasp, STOPS[1:], 0.08)
+    way = side * (short() + BEFORE_WALL) * arm.left
+    yield from arm.drive(arm.base + way, speed=CAREFUL, until=lambda: short() < 0.0)
+    away = arm.position - CLEARED * hand[:, 2]
+    yield from arm.move(away, hand, tolerance=0.02, speed=0.5, steps=60, required=False)
+
+
+def come_before(
+    arm: Arm, cabinet: Furniture, entry: Array, hand: Array, beside: float, rise: float
+) -> Motion:
     """Raise torso and open hand in front of an open cabinet, and bring it in to a point.
 
     Args:
@@ -90,6 +137,7 @@ def come_before(arm: Arm, cabinet: Furniture, entry: Array, hand: Array, beside:
         entry: the point (3,).
         hand: orientation (3, 3).
         beside: where the base stands along its left direction, m.
+        rise: how far the torso is raised, m.
 
     Raises:
         SkillFailed: if hand or base does not get there.
@@ -97,7 +145,7 @@ def come_before(arm: Arm, cabinet: Furniture, entry: Array, hand: Array, beside:
     aside, start = arm.aside(entry), cabinet.opening()[0] - BEFORE - TUCKED
     for place in ((min(start, arm.ahead(arm.base)), arm.aside(arm.base)), (start, beside)):
         yield from arm.drive(arm.floor_point(*place))
-    yield from lift_torso(arm, LIFTED)
+    yield from lift_torso(arm, rise)
     yield from arm.open_to(1.0)
     before = arm.point(start + TUCKED, aside, entry[2])
     yield from arm.move(before, hand, tolerance=0.035, turn_tolerance=0.2, steps=140)
