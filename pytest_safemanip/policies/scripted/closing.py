@@ -141,6 +141,8 @@ def flip_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
         yield from _lift_door(arm, fixture, joint, face)
     hand, rim = arm.hand(FLIP_PITCH), raised(face, FLIP_UNDER + FLIP_OVER)
     yield from arm.grip(True)
+    # Up here the wrist turns freely; on the way down it would be at its limit, and twist.
+    yield from arm.move(arm.position, hand, tolerance=0.03, turn_tolerance=0.2, required=False)
 
     def pushed(openness: float, gap: float) -> Array:
         return _before(joint, rim, openness, gap) - FINGERTIP * hand[:, 2]
