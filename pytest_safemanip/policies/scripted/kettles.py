@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, raised
+from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.carrying import hangs
 from pytest_safemanip.policies.scripted.grasping import (
     MOST_YAW,
     Grasp,
@@ -19,8 +20,10 @@ from pytest_safemanip.policies.scripted.grasping import (
 from pytest_safemanip.policies.scripted.handles import STEADY
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH
 from pytest_safemanip.policies.scripted.putting import leave, set_down
+from pytest_safemanip.policies.scripted.rims import overhung
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import stand_before
+from pytest_safemanip.policies.scripted.sweeping import before_others
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
 BOW = 0.010
@@ -47,6 +50,13 @@ TOUCH, ROOM = 0.12, 0.24
 reach 10 cm, and it swings by 2 cm; and what is better where it is driven towards a vessel behind.
 Vessels side by side in front have it.
 """
+BESIDE = (0.0, 0.02, -0.02, 0.04, -0.04)
+"""How far beside a burner's middle something may stand for what is beside it, m."""
+NEARER = 0.03
+"""How much nearer than a burner's middle it stands below a microwave, m: its handle stands out over
+the front burners, 1 cm from a wrist above a kettle."""
+DEEP = 0.15
+"""So far behind the front of a microwave, m, the wrist above a kettle does not get."""
 
 
 def hook(arm: Arm, role: str) -> Motion:
@@ -73,7 +83,11 @@ def hook(arm: Arm, role: str) -> Motion:
 
 
 def place_on_stove(arm: Arm, role: str, stove_role: str) -> Motion:
-    """Put a held vessel on a stove's burner: of those with room, in front and the nearest."""
+    """Put a held vessel on a stove's burner: of those with room, in front and the nearest.
+
+    Raises:
+        SkillFailed: if none has room, or hand or base does not get there.
+    """
     spot = free_burner(arm, Thing(arm, role), Furniture(arm, stove_role))
     yield from bring_to_burner(arm, role, spot)
     yield from set_down(arm, role)
@@ -96,6 +110,7 @@ def bring_to_burner(arm: Arm, role: str, spot: Array, most: float = math.inf) ->
     back = arm.ahead(arm.base) - BACK
     aside = arm.aside(arm.base) + arm.aside(spot) - arm.aside(thing.middle)
     into = min(most, arm.ahead(arm.base) + arm.ahead(spot) - arm.ahead(thing.middle))
+    back = min(back, before_others(arm, thing, aside))
     for ahead, side in ((back, arm.aside(arm.base)), (back, aside)):
         yield from arm.drive(arm.floor_point(ahead, side), speed=CAREFUL, steps=LONG)
     low = raised(arm.position, min(0.0, float(spot[2]) + RISE - thing.bottom))
@@ -104,18 +119,42 @@ def bring_to_burner(arm: Arm, role: str, spot: Array, most: float = math.inf) ->
 
 
 def free_burner(arm: Arm, thing: Thing, stove: Furniture) -> Array:
-    """The burner (3,) with most room; with room enough, in front, then with room to swing, near."""
-    others = [Thing(arm, b.entity) for b in arm.scene.bodies if b.entity != thing.entity]
-    number = arm.scene.boxes_of(stove.entity, "burner")
-    spots = [np.asarray(arm.step.box_pose[k][:3], np.float64) for k in number]
+    """Where on a burner (3,) there is most room; with room enough, in front, then on its middle,
+    then with room to swing, near.
 
-    def good(spot: Array) -> tuple[float, float, float, float]:
+    Raises:
+        SkillFailed: if there is room on none.
+    """
+    others = [Thing(arm, b.entity) for b in arm.scene.bodies if b.entity != thing.entity]
+
+    def good(place: tuple[float, Array]) -> tuple[float, ...]:
+        off, spot = place
         way = [spot[:2] - back * arm.forward for back in np.linspace(0.0, BACK, 12)]
         room = min((_gap(other, point) for other in others for point in way), default=ROOM)
         aside = abs(arm.aside(thing.middle) - arm.aside(spot))
-        return min(room, TOUCH), -round(arm.ahead(spot), 2), min(room, ROOM), -aside
+        front = -round(arm.ahead(spot), 2)
+        return min(room, TOUCH), front, -abs(off), min(room, ROOM), -aside
 
-    return max(spots, key=good)
+    return max(_places(arm, thing, stove), key=good)[1]
+
+
+def _places(arm: Arm, thing: Thing, stove: Furniture) -> list[tuple[float, Array]]:
+    """Where on its burners a held vessel could stand (3,), and how far to the left of the middle
+    that is, m; the wrist above what hangs in the fingers is as high as what hangs over the stove.
+    """
+    number = arm.scene.boxes_of(stove.entity, "burner")
+    spots = [np.asarray(arm.step.box_pose[k][:3], np.float64) for k in number]
+    if hangs(arm, thing):
+        nearer, high = NEARER * np.append(arm.forward, 0.0), float(arm.position[2]) - thing.bottom
+        spots = [
+            spot - nearer if overhung(arm, raised(spot, high)) else spot
+            for spot in spots
+            if not overhung(arm, raised(spot, high), DEEP)
+        ]
+    if not spots:
+        raise SkillFailed(f"the hand has no room over {stove.entity}")
+    aside = np.append(arm.left, 0.0)
+    return [(off, spot + off * aside) for spot in spots for off in BESIDE]
 
 
 def _gap(vessel: Thing, point: Array) -> float:

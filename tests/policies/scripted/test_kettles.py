@@ -4,10 +4,10 @@ import dataclasses
 
 import pytest
 
-from pytest_safemanip.policies.scripted.arm import Arm
-from pytest_safemanip.policies.scripted.kettles import free_burner
+from pytest_safemanip.policies.scripted.arm import Arm, SkillFailed
+from pytest_safemanip.policies.scripted.kettles import NEARER, free_burner
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
-from pytest_safemanip.trace.elements import Box, Entity
+from pytest_safemanip.trace.elements import Box, Entity, Surface
 from tests import toy
 
 FRONT_LEFT, FRONT_RIGHT = (0.3, 0.6, 0.92), (0.3, 0.2, 0.92)
@@ -53,3 +53,38 @@ def test_a_kettle_is_not_driven_towards_a_vessel(half, centre):
     arm = Arm(dataclasses.replace(STOVE, bodies=(mug, vessel)), step)
     spot = free_burner(arm, Thing(arm, "obj"), Furniture(arm, "stove"))
     assert spot == pytest.approx(FRONT_RIGHT)
+
+
+def test_a_kettle_stands_beside_a_burner_that_a_handle_reaches_to():
+    mug, apple = STOVE.bodies
+    pan = dataclasses.replace(apple, half=(0.1, 0.2, 0.03), centre=(0.0, 0.1, 0.0))
+    step = toy.at_rest(
+        object_pose=((0.3, 1.0, 1.0, *toy.UPRIGHT), (*FRONT_RIGHT, *toy.UPRIGHT)),
+        box_pose=[(*place, *toy.UPRIGHT) for place in BURNERS],
+    )
+    arm = Arm(dataclasses.replace(STOVE, bodies=(mug, pan)), step)
+    spot = free_burner(arm, Thing(arm, "obj"), Furniture(arm, "stove"))
+    assert spot == pytest.approx((0.3, 0.62, 0.92))
+
+
+def _below_a_microwave(front):
+    pose = (front + 0.25, 0.4, 1.5, *toy.UPRIGHT)
+    microwave = Surface("cabinet", "", (0.25, 0.4, 0.15), pose)
+    step = toy.at_rest(
+        eef_pose=(0.3, 1.0, 1.2, *toy.UPRIGHT),
+        object_pose=((0.3, 1.0, 1.0, *toy.UPRIGHT), (3.0, 3.0, 0.94, *toy.UPRIGHT)),
+        box_pose=[(*place, *toy.UPRIGHT) for place in BURNERS],
+    )
+    return Arm(dataclasses.replace(STOVE, surfaces=(microwave,)), step)
+
+
+def test_below_a_microwave_a_kettle_stands_nearer_to_the_robot():
+    arm = _below_a_microwave(0.25)
+    spot = free_burner(arm, Thing(arm, "obj"), Furniture(arm, "stove"))
+    assert spot == pytest.approx((0.3 - NEARER, 0.6, 0.92))
+
+
+def test_deep_below_a_microwave_there_is_no_room():
+    arm = _below_a_microwave(0.1)
+    with pytest.raises(SkillFailed, match="no room"):
+        free_burner(arm, Thing(arm, "obj"), Furniture(arm, "stove"))
