@@ -75,7 +75,7 @@ def carry_to_shelf(
         tolerance=0.05,
         turn_tolerance=0.3,
         speed=faster,
-        steps=80,
+        steps=140,
     )
 
     def before_shelf() -> Array:

@@ -44,6 +44,8 @@ EASED = 0.006
 EDGE = 0.010
 """Grip point below the top of a thing that is to be used, m: it sticks out below the fingers."""
 MIDDLE = np.zeros(3)
+WIDE = 0.070
+"""Fingers that are no longer told to open come back to 72 mm, a millimetre from a thing this wide."""
 LONG = 3.0
 """Length by width from which a thing may be pinched off its middle, for others beside it."""
 FARTHER = (0.06, -0.06)
@@ -90,7 +92,10 @@ def pinch(arm: Arm, role: str, offset: Array = MIDDLE, rise: float = 0.05) -> Mo
     where = thing.centre + offset
     above = max(thing.height / 2.0 - 0.025, FINGERTIP + 0.008 - thing.height / 2.0)
     target = raised(where, above)
-    yield from arm.open_to(0.98)
+    if 2.0 * thing.reach(hand[:, 0]) > WIDE:
+        yield from arm.grip(False)
+    else:
+        yield from arm.open_to(0.98)
     yield from arm.move(raised(target - 0.14 * approach, 0.03), hand, tolerance=0.03, steps=140)
     yield from arm.move(
         target - 0.07 * approach, hand, tolerance=0.012, turn_tolerance=0.08, steps=60
