@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion
-from pytest_safemanip.policies.scripted.grasping import across, come_in, lift
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.grasping import ALIKE, Grasp, across, come_in, lift
 from pytest_safemanip.policies.scripted.handles import fold_in
 from pytest_safemanip.policies.scripted.putting import BRAKE, USUAL, carry_over, leave
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.spots import free_spot
-from pytest_safemanip.policies.scripted.standing import closest, stand
+from pytest_safemanip.policies.scripted.standing import nearest, stand
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
 PITCH = 48.0
@@ -24,6 +24,8 @@ OUTSIDE = 0.14
 """From the hand to the front of the shelf before it goes in, m."""
 TUCKED = 0.46
 """Base to hand then, m."""
+PASSING = 0.03
+"""How far off an open door the hand passes it on its way in, m."""
 RISE, BACK = 0.03, 0.02
 """How far something is lifted off the shelf and drawn back meanwhile, m."""
 GENTLY = 0.4
@@ -33,33 +35,54 @@ TIPS = 0.0165
 DEEP = 0.003
 """How far beyond a thing's middle the fingers close on it, m: a ball that is 5 mm before the grip
 point, towards their tips, is slowly pressed out of them."""
-BESIDE = (0.0, 0.03, -0.03, 0.06, -0.06, 0.09, -0.09, 0.12, -0.12, 0.15, -0.15)
+BESIDE = tuple(side * off for off in np.arange(0.0, 0.26, 0.03).tolist() for side in (1.0, -1.0))
 """How far beside a thing the base may stand for an open door, m."""
+STRAY = 0.025
+"""How far the base may be from where it is to stand, m."""
+SHORT = 0.15
+"""How much farther than ``REACH`` the arm gets at most, m: beyond, the hand turns level and lies on
+the shelf."""
 
 
 def pick_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
     """Pinch something near the front of a shelf, and bring it out past the open door.
 
     Raises:
-        SkillFailed: if it is too wide or was not lifted.
+        SkillFailed: if it is too wide or out of reach, or was not lifted.
     """
     thing, fridge = Thing(arm, role), Furniture(arm, fridge_role)
     front = fridge.opening()[0]
     aside = arm.aside(thing.centre)
     base = arm.ahead(thing.centre) - REACH
-    beside = aside + closest(arm, base, aside, BESIDE)
+    beside = max((aside + off for off in BESIDE), key=lambda place: min(base, _limit(arm, place)))
+    if _limit(arm, beside) < base - SHORT:
+        raise SkillFailed("the base has no room before it")
     start = min(front - OUTSIDE - TUCKED, arm.ahead(arm.base))
     yield from fold_in(arm)
     yield from stand(arm, start, beside)
-    grasp = across(arm, thing, PITCH)
-    grasp = replace(grasp, point=deep_in(thing, grasp.hand))
-    before = arm.point(arm.ahead(arm.base) + TUCKED, aside, grasp.point[2] + 0.08)
+    grasp = straight_across(arm, thing)
+    off_door = float(np.clip(beside - aside, -PASSING, PASSING))
+    before = arm.point(arm.ahead(arm.base) + TUCKED, aside + off_door, grasp.point[2] + 0.08)
     yield from arm.open_to(grasp.opening)
     yield from arm.move(before, grasp.hand, tolerance=0.03, turn_tolerance=0.12, steps=140)
     yield from stand(arm, base, beside, GENTLY)
     yield from come_in(arm, grasp, ((0.06, 0.008, 0.6), (0.0, 0.003, 0.3)), 0.08)
     yield from lift(arm, thing, grasp.hand, RISE, BACK)
     yield from arm.drive(arm.floor_point(start, beside), speed=GENTLY)
+
+
+def straight_across(arm: Arm, thing: Thing) -> Grasp:
+    """How something small is gripped on a shelf: a round thing straight ahead, for the wrist of a
+    turned hand is beside it, where the door may be.
+
+    Raises:
+        SkillFailed: if it is too wide.
+    """
+    grasp = across(arm, thing, PITCH)
+    (_, narrow), (_, long) = thing.sides()
+    if long < narrow + ALIKE:
+        grasp = across(arm, thing, PITCH, turn=-arm.bearing(grasp.hand[:, 2]))
+    return replace(grasp, point=deep_in(thing, grasp.hand))
 
 
 def drop_onto(arm: Arm, role: str, target_role: str) -> Motion:
@@ -78,6 +101,11 @@ def drop_onto(arm: Arm, role: str, target_role: str) -> Motion:
     )
     yield from arm.grip(False)
     yield from leave(arm)
+
+
+def _limit(arm: Arm, aside: float) -> float:
+    """How far ahead the base may be at a place sideways, or a little beside it, m."""
+    return nearest(arm, aside - STRAY, aside + STRAY)
 
 
 def deep_in(thing: Thing, hand: Array) -> Array:

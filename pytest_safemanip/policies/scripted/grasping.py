@@ -200,7 +200,7 @@ def lift(arm: Arm, thing: Thing, hand: Array, rise: float, back: float = 0.0) ->
     Raises:
         SkillFailed: if the object did not come along.
     """
-    before = thing.bottom
+    before = thing.underside
     # Within 2 cm of its goal, a hand that is also drawn back has risen by little.
     tolerance = 0.01 if back else 0.02
     yield from arm.grip(True, 14)
@@ -212,7 +212,7 @@ def lift(arm: Arm, thing: Thing, hand: Array, rise: float, back: float = 0.0) ->
         steps=40,
         required=False,
     )
-    if thing.bottom - before < LIFTED:
+    if thing.underside - before < LIFTED:
         raise SkillFailed("the object was not lifted")
 
 

@@ -63,6 +63,11 @@ class Thing:
         return float(self.corners[:, 2].min())
 
     @property
+    def underside(self) -> float:
+        """Height of its underside, as if its box were rounded, m: a ball that turns keeps it."""
+        return float(self.centre[2]) - self.reach(np.array((0.0, 0.0, -1.0)))
+
+    @property
     def highest(self) -> float:
         """Height of its highest corner, m."""
         return float(self.corners[:, 2].max())

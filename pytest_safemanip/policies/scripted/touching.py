@@ -19,7 +19,7 @@ def carried_by_something(arm: Arm, thing: Thing) -> bool:
         pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
         if thing.entity in pair and ROBOT not in pair:
             (other,) = pair - {thing.entity}
-            if other not in arm.scene.object_index or _lowest(Thing(arm, other)) < _lowest(thing):
+            if other not in arm.scene.object_index or Thing(arm, other).underside < thing.underside:
                 return True
     return False
 
@@ -64,8 +64,3 @@ def pressed_by(arm: Arm, part: str, force: float) -> set[str]:
         if any(p.entity == ROBOT and p.name.startswith(part) for p in pair):
             found |= {p.entity for p in pair} - {ROBOT}
     return found
-
-
-def _lowest(thing: Thing) -> float:
-    """Height of a thing's underside, as if its box were rounded, m."""
-    return float(thing.centre[2]) - thing.reach(np.array((0.0, 0.0, -1.0)))

@@ -53,14 +53,20 @@ def balance_to(arm: Arm, role: str, target_role: str) -> Motion:
     between two fingers that are level a ball sinks by half a millimetre in a second, and in half a
     minute is past their tips.
 
+    The hand rolls while it points down: on a level one, which is in line with the forearm, one
+    joint or another does it, and may come to its end.
+
     Raises:
         SkillFailed: if the base finds no way there.
     """
     yield from draw_in(arm)
-    level = arm.hand(BALANCE_PITCH, 90.0)
-    yield from tuck(arm, BALANCE_TUCKED, BALANCE_HEIGHT, level)
+    upright, rolled = arm.hand(PITCH), arm.hand(PITCH, 90.0)
+    for hand in (upright, rolled):
+        yield from tuck(arm, TUCKED, BALANCE_HEIGHT, hand)
+    yield from tuck(arm, BALANCE_TUCKED, BALANCE_HEIGHT, arm.hand(BALANCE_PITCH, 90.0))
     yield from travel(arm, role, target_role)
-    yield from tuck(arm, TUCKED, BALANCE_HEIGHT, arm.hand(PITCH))
+    for hand in (rolled, upright):
+        yield from tuck(arm, TUCKED, BALANCE_HEIGHT, hand)
 
 
 def draw_in(arm: Arm) -> Motion:
