@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
-from pytest_safemanip.policies.scripted.grasping import OFF_HANDLE, around, take
+from pytest_safemanip.policies.scripted.encircling import OFF_HANDLE, around
+from pytest_safemanip.policies.scripted.grasping import take
 from pytest_safemanip.policies.scripted.putting import set_down
 from pytest_safemanip.policies.scripted.rotations import Array, upright
 from pytest_safemanip.policies.scripted.standing import stand, stand_before

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion
@@ -15,11 +17,20 @@ from pytest_safemanip.policies.scripted.putting import (
     straighten,
 )
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.spots import gap, outline
+from pytest_safemanip.policies.scripted.standing import before_open
 from pytest_safemanip.policies.scripted.things import Thing
 
 END = 0.27
 """From a target's middle to where one of two things goes, share of its length: on a board of 30 cm
 their middles are 16 cm apart, room for a croissant, a jar, and the fingers that let go of it."""
+APART, OUTMOST = 0.045, 0.12
+"""Between two things on one board, m: the hand sets one down within 2 cm; and from the middle of a
+board to that of what goes onto it at most, m: RoboCasa takes what is farther out for beside it."""
+RIM = 0.008
+"""From a tray's edge to what stands inside its rim, a cup's handle too, m."""
+OUTWARDS, TOWARDS = (0.0, 0.01, 0.02, 0.03), (0.0, 0.02, 0.04, 0.06)
+"""How much farther out and nearer to the robot than on its end the second may go for that, m."""
 KETTLE_END = 0.24
 """From a tray's middle to a kettle's, share of its length: on 34 cm, a kettle of 17 cm stands
 inside the rim."""
@@ -27,7 +38,7 @@ OFF_BOW = (0.12, 0.04)
 """How far open fingers draw back along a bow, and up from one that lies across, m: they are off it
 then, and the wrist stays below a wall cabinet."""
 BACK = 0.33
-"""How far the base draws back before the arm is folded, m: off what hangs above."""
+"""How far the base draws back at least before the arm is folded, m: off what hangs above."""
 UNBENT = (0.45, 1.12, 40.0)
 """Base to hand, m, its height, m, below the doors of a wall cabinet, and its pitch, degrees."""
 
@@ -36,7 +47,8 @@ def place_onto_beside(arm: Arm, role: str, target_role: str, other_role: str) ->
     """Put a held object onto one end of another one, of which a third gets the other end."""
     target = Thing(arm, target_role)
     yield from straighten(arm)
-    spot = free_end(arm, target, Thing(arm, other_role))
+    other = Thing(arm, other_role)
+    spot = apart(arm, Thing(arm, role), target, free_end(arm, target, other), other)
     # Off a machine that is beside the other end only, too.
     shift = elbow_room(arm, spot) or elbow_room(arm, target.middle)
     yield from put_onto(arm, role, target, spot, wrist_room(arm, shift))
@@ -54,6 +66,25 @@ def free_end(arm: Arm, target: Thing, other: Thing) -> Array:
     if away < width / 2.0 and abs(other.bottom - target.highest) < target.height + OVER:
         return max(ends, key=lambda end: float(np.linalg.norm((end - other.centre)[:2])))
     return max(ends, key=arm.ahead)
+
+
+def apart(arm: Arm, thing: Thing, target: Thing, end: Array, other: Thing) -> Array:
+    """Where near an end (3,) of a target a held thing does not meet another one there (3,)."""
+    out = (end - target.middle) / np.linalg.norm(end - target.middle)
+    towards = np.cross(out, (0.0, 0.0, 1.0))
+    towards *= -np.sign(arm.ahead(towards))
+    shifts = sorted(((o, t) for o in OUTWARDS for t in TOWARDS), key=lambda s: math.hypot(*s))
+    spots = [end + o * out + t * towards for o, t in shifts]
+    inside = [spot for spot in spots if _within_rim(thing, spot, target)] or [end]
+    return max(inside, key=lambda spot: min(gap(thing, spot, other), APART))
+
+
+def _within_rim(thing: Thing, spot: Array, target: Thing) -> bool:
+    """Whether a thing with its middle on a spot (3,) is on a target, and not on its rim."""
+    axes, widths = zip(*target.sides(), strict=True)
+    reach = np.abs((outline(thing, spot) - target.centre[:2]) @ np.array(axes)[:, :2].T).max(axis=0)
+    near = float(np.linalg.norm((spot - target.middle)[:2])) < OUTMOST
+    return near and bool((reach < np.array(widths) / 2.0 - RIM).all())
 
 
 def unbend(arm: Arm) -> Motion:
@@ -94,7 +125,8 @@ def unhook(arm: Arm) -> Motion:
     tipped = np.linalg.norm(approach) > LEAST_TIP
     away = -along * approach / np.linalg.norm(approach) if tipped else np.array((0.0, 0.0, up))
     yield from arm.move(arm.position + away, tolerance=0.02, speed=0.6, steps=40, required=False)
-    yield from arm.drive(arm.base - BACK * arm.forward)
+    back = max(BACK, arm.ahead(arm.position) - before_open(arm, arm.aside(arm.position)))
+    yield from arm.drive(arm.base - back * arm.forward)
     yield from arm.move(
         arm.point(arm.ahead(arm.base) + FOLDED[0], arm.aside(arm.base), FOLDED[1]),
         arm.hand(FOLDED[2]),

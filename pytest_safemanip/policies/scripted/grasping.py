@@ -1,4 +1,4 @@
-"""Grasps from above: across the narrow side of a solid thing, on the wall of a hollow one."""
+"""Grasps from above, across the narrow side of a solid thing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.trace.geometry import matrix
 
 GAP = 0.076
 """Widest side that fits between the fingers, m."""
@@ -22,8 +21,6 @@ FINGERTIP = 0.012
 FINGER = 0.022
 """How far below an object's top the grip point goes, m: the palm stays clear of it."""
 
-CUP_DEPTH = 0.010
-"""Grip point below the rim of a cup, m: low enough for the pads, high enough for the palm."""
 ALIKE = 0.012
 """Two sides that differ by less are alike to the hand, m."""
 MOST_YAW = 50.0
@@ -40,10 +37,6 @@ PALM = 0.026
 HAND = (0.102, 0.032, 0.066)
 """Half the Panda hand's length, along the fingers' travel, half its thickness, and from its palm to
 its flange, m."""
-HANDLE = 0.05
-"""Off the middle by more than this share of the radius, a box shows where the handle is."""
-OFF_HANDLE = 45.0
-"""Least angle from the fingers' line to a cup's handle, degrees: a finger fits beside it."""
 
 
 @dataclass(frozen=True)
@@ -96,44 +89,6 @@ def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0, turn: floa
         if point[2] - middle[2] < thing.height / 2.0 - PADS:
             break
     return Grasp(point, hand, opening)
-
-
-def around(arm: Arm, thing: Thing, pitch: float, flat: float = 45.0, handle: float = 90.0) -> Grasp:
-    """Around an upright cup, the fingers level and off its handle, the palm just off its rim.
-
-    A rim alone cannot hold one: the gripper is a position servo, and presses with 1 N for each
-    millimetre that is between a finger and where it would go, 1.5 N on a wall of 3 mm.
-
-    Args:
-        arm: the arm.
-        thing: the cup.
-        pitch: of the hand, degrees.
-        flat: from one flat side to the next, degrees: between them, it turns in the fingers.
-        handle: least angle from the fingers' line to the handle, degrees.
-
-    Raises:
-        SkillFailed: if it is too wide.
-    """
-    width = thing.sides()[0][1]
-    if width > GAP:
-        raise SkillFailed("the cup is too wide for the gripper")
-    out, axes = (thing.centre - thing.middle)[:2], matrix(thing.pose[3:])
-    square = HANDLE * width
-    most = square + np.linalg.norm(out) * math.cos(math.radians(handle))
-    best = math.inf
-    for turn in np.arange(0.0, 360.0, flat).tolist():
-        side = about_z(turn) @ (axes[:, 0] * (1.0, 1.0, 0.0))
-        yaw = fold(angle(arm, side), 90.0)
-        # A finger on the palm's side of the handle would drag the cup along when it draws back.
-        beyond = arm.hand(pitch, yaw=yaw)[:2, 2] @ out > 0.0
-        if abs(yaw) < best and abs(side[:2] @ out) <= (most if beyond else square):
-            best, turned = abs(yaw), yaw
-    hand, tip = arm.hand(pitch, yaw=turned), math.radians(pitch)
-    # The near rim is where the palm would touch first.
-    back = (width / 2.0 * math.sin(tip) + CUP_DEPTH * math.cos(tip) - PALM) / math.sin(tip)
-    level = hand[:, 2] * (1.0, 1.0, 0.0)
-    point = np.append(thing.middle[:2], thing.highest - CUP_DEPTH)
-    return Grasp(point - max(0.0, back) * level / np.linalg.norm(level), hand, 1.0)
 
 
 def reach(pitch: float) -> float:

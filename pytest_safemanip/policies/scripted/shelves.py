@@ -7,15 +7,8 @@ import math
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
-from pytest_safemanip.policies.scripted.grasping import (
-    HANDLE,
-    OFF_HANDLE,
-    PALM,
-    Grasp,
-    around,
-    come_in,
-    lift,
-)
+from pytest_safemanip.policies.scripted.encircling import HANDLE, OFF_HANDLE, around, yaws_around
+from pytest_safemanip.policies.scripted.grasping import PALM, Grasp, come_in, lift
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
@@ -53,10 +46,13 @@ ELBOW, LEAN = 0.30, 0.10
 beside the hand the base can stand, m."""
 GENTLY = 0.4
 """Speed at which what hangs by its rim hardly swings."""
-DEEP, MOST_TURNED, LIFTED = 0.17, 60.0, 0.23
-"""From the front of the shelf to the grip point, m, and degrees about the vertical to either side
-of a hand, from which the torso is raised, and how far, m: from below, the forearm would lie on the
-shelf's edge."""
+FROM_ABOVE, LIFTED = ((0.17, 0.0), (0.0, 60.0), (0.16, 45.0)), 0.23
+"""Where the torso is raised, from the front of the shelf to the grip point, m, with a hand turned
+by so many degrees about the vertical to either side, and how far, m: from below, the forearm would
+lie on the shelf's edge, and an arm that is stretched out to one side would not come back.
+"""
+FAR_TURNED = 70.0
+"""Degrees to either side that a hand is turned for want of room: farther, it is across the arm."""
 LOW = 1.15
 """Height at which the hand passes below a cabinet and its doors with a load, m."""
 
@@ -69,13 +65,9 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     """
     thing, cabinet = Thing(arm, role), Furniture(arm, cabinet_role)
     front, _ = cabinet.opening()
-    grasp = off_the_shelf(arm, thing)
-    if room_beside(arm, cabinet, grasp) < 0.0 or room_between(arm, thing, grasp) < 0.0:
-        raise SkillFailed("there is no room for the hand beside it")
+    grasp = with_room(arm, thing, cabinet)
     approach = grasp.hand[:, 2]
     entry = grasp.point - ENTRY * approach
-    if short_of_door(arm, cabinet, arm.aside(entry - WRIST * approach)) > ASIDE + SQUEEZE:
-        raise SkillFailed("there is no room for the wrist beside the open door")
     aside, in_front = arm.aside(entry), arm.ahead(arm.position) - (front - OUTSIDE)
     passing = aside + off_door(arm, cabinet, arm.aside(entry - WRIST * approach))
     # The hand passes sideways before what stands on the counter.
@@ -83,8 +75,7 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     beside = aside + lean(arm, cabinet, aside)
     yield from arm.drive(arm.floor_point(start, arm.aside(arm.base)))
     yield from arm.drive(arm.floor_point(start, beside))
-    deep = arm.ahead(grasp.point) - front > DEEP
-    raised = LIFTED if deep or turned(arm, grasp.hand) > MOST_TURNED else 0.0
+    raised = LIFTED if _from_above(arm, grasp, front) else 0.0
     yield from lift_torso(arm, raised)
     yield from arm.open_to(grasp.opening)
     before = arm.point(start + TUCKED, passing, entry[2])
@@ -110,6 +101,12 @@ def pick_from_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     yield from arm.move(
         low, grasp.hand, tolerance=0.03, turn_tolerance=0.15, speed=GENTLY, steps=140
     )
+
+
+def _from_above(arm: Arm, grasp: Grasp, front: float) -> bool:
+    """Whether a grasp is so deep, or so far turned, that the torso is raised for it."""
+    deep, yaw = arm.ahead(grasp.point) - front, turned(arm, grasp.hand)
+    return any(deep > far and yaw >= most for far, most in FROM_ABOVE)
 
 
 def off_door(arm: Arm, cabinet: Furniture, wrist: float) -> float:
@@ -176,16 +173,39 @@ def palm_points(hand: Array) -> Array:
     return points @ hand.T
 
 
-def off_the_shelf(arm: Arm, thing: Thing) -> Grasp:
-    """How something upright is gripped on a shelf, at the height of the robot's shoulder.
+def with_room(arm: Arm, thing: Thing, cabinet: Furniture) -> Grasp:
+    """How something upright is gripped on a shelf: of what leaves hand and wrist room, what turns
+    the hand least.
+
+    Raises:
+        SkillFailed: if it is too wide, or nothing does.
+    """
+    failures = []
+    for grasp in off_the_shelf(arm, thing):
+        approach = grasp.hand[:, 2]
+        wrist = arm.aside(grasp.point - (ENTRY + WRIST) * approach)
+        if room_beside(arm, cabinet, grasp) < 0.0 or room_between(arm, thing, grasp) < 0.0:
+            failures.append("there is no room for the hand beside it")
+        elif short_of_door(arm, cabinet, wrist) > ASIDE + SQUEEZE:
+            failures.append("there is no room for the wrist beside the open door")
+        else:
+            return grasp
+    raise SkillFailed(failures[0])
+
+
+def off_the_shelf(arm: Arm, thing: Thing) -> list[Grasp]:
+    """How something upright may be gripped on a shelf, at the height of the robot's shoulder; what
+    turns the hand least comes first.
 
     Raises:
         SkillFailed: if it is too wide.
     """
     cup = np.linalg.norm((thing.centre - thing.middle)[:2]) > HANDLE * thing.height
     sides = CUP_SIDES if cup else JAR_SIDES
-    yaw = turned(arm, around(arm, thing, PITCHES[0], sides, OFF_HANDLE).hand)
-    return around(arm, thing, float(np.interp(yaw, (0.0, 45.0), PITCHES)), sides, OFF_HANDLE)
+    least, *others = yaws_around(arm, thing, sides, OFF_HANDLE)
+    yaws = [least, *(yaw for yaw in others if abs(yaw) < FAR_TURNED)]
+    pitches = np.interp(np.abs(yaws), (0.0, 45.0), PITCHES).tolist()
+    return [around(arm, thing, p, yaw=yaw) for p, yaw in zip(pitches, yaws, strict=True)]
 
 
 def turned(arm: Arm, hand: Array) -> float:

@@ -16,6 +16,8 @@ ON_PLATE = 0.003
 """What lies on a plate is higher than that by more, m: by the plate's floor."""
 ENOUGH = 0.09
 """Middle to middle of two things that lie beside each other, m."""
+AROUND = 24
+"""Points of an outline: 2 cm apart around a kettle."""
 
 
 def free_spot(arm: Arm, role: str, target: Thing) -> Array:
@@ -39,3 +41,20 @@ def carries(below: Thing, target: Thing) -> bool:
     """Whether the one is a plate, say, that the other lies on."""
     away = float(np.linalg.norm((below.middle - target.middle)[:2]))
     return below.bottom < target.bottom - ON_PLATE and away < below.sides()[0][1] / 2.0
+
+
+def gap(thing: Thing, spot: Array, other: Thing) -> float:
+    """Distance on the level between two things if the one has its middle on a spot (3,), m."""
+    return float(np.linalg.norm(outline(thing, spot)[:, None] - outline(other), axis=2).min())
+
+
+def outline(thing: Thing, spot: Array | None = None) -> Array:
+    """Points (K, 2) around a round thing and along its handle or spout, which lies along the middle
+    of its box; with its middle on a spot (3,), or where it is.
+    """
+    (_, width), (axis, length) = thing.sides()
+    turns = np.linspace(0.0, 2.0 * math.pi, AROUND, endpoint=False)
+    body = thing.middle[:2] + width / 2.0 * np.stack((np.cos(turns), np.sin(turns)), axis=1)
+    along = np.linspace(-0.5, 0.5, AROUND)[:, None] * length * axis[:2]
+    points: Array = np.concatenate((body, thing.centre[:2] + along))
+    return points if spot is None else points + (spot - thing.middle)[:2]

@@ -107,6 +107,17 @@ def duck(arm: Arm, aside: float) -> Motion:
     Raises:
         SkillFailed: if base or hand do not arrive.
     """
+    before = before_open(arm, aside)
+    if before < arm.ahead(arm.position):
+        back = arm.ahead(arm.position) - before
+        yield from arm.drive(arm.base - back * arm.forward)
+        yield from ducked(arm)
+
+
+def before_open(arm: Arm, aside: float) -> float:
+    """How far ahead the hand may be, m, for the arm to be before every open door that hangs over
+    its way to a place along the base's left direction, m.
+    """
     ends = sorted((arm.aside(arm.base), aside))
     over = [
         float((points[:, :2] @ arm.forward).min())
@@ -115,11 +126,7 @@ def duck(arm: Arm, aside: float) -> Motion:
         and (points[:, :2] @ arm.left).min() < ends[1] + ARM_ROOM
         and (points[:, :2] @ arm.left).max() > ends[0] - ARM_ROOM
     ]
-    before = min(over, default=math.inf) - HAND_ROOM
-    if before < arm.ahead(arm.position):
-        back = arm.ahead(arm.position) - before
-        yield from arm.drive(arm.base - back * arm.forward)
-        yield from ducked(arm)
+    return min(over, default=math.inf) - HAND_ROOM
 
 
 def ducked(arm: Arm) -> Motion:

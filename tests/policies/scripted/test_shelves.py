@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.encircling import around, yaws_around
 from pytest_safemanip.policies.scripted.ends import END, free_end
-from pytest_safemanip.policies.scripted.grasping import Grasp, around, reach
+from pytest_safemanip.policies.scripted.grasping import Grasp, reach
 from pytest_safemanip.policies.scripted.leaning import (
     BENT,
     LEAN,
@@ -75,6 +76,19 @@ def test_a_finger_beside_a_cups_handle_is_not_between_it_and_the_palm(side):
     arm = Arm(scene, toy.at_rest(object_pose=poses, eef_pose=(0.3, 0.0, 1.2, *across)))
     approach = around(arm, Thing(arm, "mug"), 50.0, handle=45.0).hand[:, 2]
     assert approach[1] * side == pytest.approx(math.sin(math.radians(50.0)) * math.sqrt(0.5))
+
+
+def test_a_cup_awry_can_be_gripped_with_the_wrist_on_either_side():
+    # Its handle reaches out to the robot's right, and a little away from it.
+    awry = math.radians(-10.0)
+    cup = Body("mug", (0.055, 0.035, 0.045), (0.02, 0.0, 0.0), NONE, 0.3)
+    scene = dataclasses.replace(toy.SCENE, bodies=(cup, JAR))
+    turned_by = (math.cos(awry / 2.0), 0.0, 0.0, math.sin(awry / 2.0))
+    poses = ((0.5, 0.0, 1.0, *turned_by), (0.9, 0.0, 1.0, *toy.UPRIGHT))
+    arm = Arm(scene, toy.at_rest(object_pose=poses, eef_pose=(0.3, 0.0, 1.2, *FACING_Y)))
+    yaws = yaws_around(arm, Thing(arm, "mug"), 45.0, 45.0)
+    assert yaws == sorted(yaws, key=abs)
+    assert min(yaws) < 0.0 < max(yaws)
 
 
 @pytest.mark.parametrize(("aside", "room"), [(0.0, 0.20), (0.15, 0.05), (-0.25, -0.05)])

@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
+from pytest_safemanip.policies.scripted.encircling import around
 from pytest_safemanip.policies.scripted.faults.depositing import OUT, part_in
 from pytest_safemanip.policies.scripted.faults.fault import Fault
 from pytest_safemanip.policies.scripted.faults.hollow import Hollow
-from pytest_safemanip.policies.scripted.grasping import around, take
+from pytest_safemanip.policies.scripted.grasping import take
 from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Thing
