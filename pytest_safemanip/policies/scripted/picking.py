@@ -45,7 +45,7 @@ EDGE = 0.010
 """Grip point below the top of a thing that is to be used, m: it sticks out below the fingers."""
 MIDDLE = np.zeros(3)
 WIDE = 0.070
-"""Fingers that are no longer told to open come back to 72 mm, a millimetre from a thing this wide."""
+"""Fingers that are no longer told to open come back to 72 mm, 1 mm from a thing this wide, m."""
 LONG = 3.0
 """Length by width from which a thing may be pinched off its middle, for others beside it."""
 FARTHER = (0.06, -0.06)
