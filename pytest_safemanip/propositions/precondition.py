@@ -157,7 +157,9 @@ def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
         return False
     body = view.trace.scene.bodies[index]
     pose = np.asarray(view.trace.steps.object_pose[step, index], np.float64)
-    middle = np.append(points[:, :2].mean(axis=0), points[:, 2].min())
+    # Its lowest corner may be lower than it is itself: a ball has none.
+    underside = np.sort(points[:, 2])[:4].mean()
+    middle = np.append(points[:, :2].mean(axis=0), underside)
     inside = np.abs(to_local(centred(pose, body.centre), middle)) < body.half
     return bool(inside.all())
 

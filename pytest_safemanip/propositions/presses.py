@@ -68,13 +68,19 @@ class Presses:
         self._at, self._pairs = np.divmod(key[first], self._size**2)
         self._edges = np.append(first, len(rows))
         self._steps = np.searchsorted(self._at, np.arange(len(view.trace) + 1))
-        self._rows, self._position = rows, contacts.position
+        self._rows, self._contacts = rows, contacts
         self._carrier: list[int] = carrier.tolist()
 
     def parts(self, step: int) -> list[_Pair]:
         """Parts that press on one another at a step, the lower number first, in order."""
         pairs = self._pairs[self._steps[step] : self._steps[step + 1]].tolist()
         return [divmod(pair, self._size) for pair in pairs]
+
+    def touching(self, stop: int) -> set[_Pair]:
+        """Parts that touch one another before a step, however lightly, the lower number first."""
+        end = np.searchsorted(self._contacts.step, stop)
+        a, b = self._contacts.a[:end], self._contacts.b[:end]
+        return set(zip(np.minimum(a, b).tolist(), np.maximum(a, b).tolist(), strict=True))
 
     def until(self, step: int) -> int:
         """The first later step at which other parts press; the number of steps if none is."""
@@ -107,7 +113,7 @@ class Presses:
         begin, end = self._edges[groups], self._edges[groups + 1]
         count = end - begin
         shift = np.repeat(end - np.cumsum(count), count)
-        return np.asarray(self._position[self._rows[shift + np.arange(len(shift))]])
+        return np.asarray(self._contacts.position[self._rows[shift + np.arange(len(shift))]])
 
     @cached_property
     def _changes(self) -> NDArray[np.intp]:

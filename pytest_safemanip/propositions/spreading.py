@@ -49,7 +49,7 @@ class Spreading:
         self._spots: dict[int, Spots] = {}
         self._spots_at_first: dict[int, Spots] = {}  # of what has stood there from the first step
         self._places_at_first: Floats = np.empty((0, 3))
-        self._pressed_at_first: set[_Pair] = set()
+        self._touched_at_first: set[_Pair] = set()
         self._stayed: Bools = np.empty((0, 0), bool)
         self._washed: Bools = np.empty((0, 0), bool)
         self._breaks: NDArray[np.intp] = np.empty(0, np.intp)  # where one of these changes
@@ -72,6 +72,8 @@ class Spreading:
             (T, carriers, 1 + carriers).
         """
         presses, steps = Presses(view), len(view.trace)
+        # What stands there lightly presses hard enough only when it is taken hold of.
+        self._touched_at_first |= presses.touching(max(0, self._count - self._now - 1))
         self._washed = np.stack([view("sanitized", name) for name in self._names], axis=1)
         places = view.trace.steps.object_pose[:, :, :3].astype(float)
         if self._now < 0:
@@ -129,8 +131,6 @@ class Spreading:
         news = self._now < self._changed + self._count
         if news:  # after that, who touches whom for long enough stays the same
             self._touch(presses, before)
-        if self._now < self._count:
-            self._pressed_at_first.update(self._lasting)
         washed = self._washed[step]
         if washed.any():
             self._dirty = self._raw | (before - set(np.flatnonzero(washed).tolist()))
@@ -146,7 +146,7 @@ class Spreading:
 
     def _touches(self, presses: Presses, step: int, stop: int) -> list[_Touch]:
         """Who presses on which surface where, at steps at which the same carriers stay."""
-        stayed, first = self._stayed[step], self._pressed_at_first
+        stayed, first = self._stayed[step], self._touched_at_first
         return [
             (
                 press,

@@ -84,16 +84,18 @@ def test_a_surface_is_no_spot_before_it_was_touched():
     assert not seen(8, rows)("contaminated", "apple").any()
 
 
-def side_by_side(shift=(), lifted=()):
+def side_by_side(shift=(), lifted=(), light=()):
     """The mug and the apple stand 3 cm apart on the counter, where contacts are said to be.
 
     Args:
         shift: steps at which the apple stands 2 cm from where it stood.
         lifted: steps at which nothing carries the apple.
+        light: steps at which it presses on the counter with less than ``contaminated.force``.
     """
     rows = [
         *touch(range(12), "counter/body", "mug/body"),
-        *touch([s for s in range(12) if s not in lifted], "counter/body", "apple/body"),
+        *touch([s for s in range(12) if s not in {*lifted, *light}], "counter/body", "apple/body"),
+        *touch(light, "counter/body", "apple/body", 0.3),
     ]
     poses = arrays(12).object_pose.copy()
     poses[list(shift), 1, 0] += 0.02
@@ -103,6 +105,8 @@ def side_by_side(shift=(), lifted=()):
 def test_what_stood_side_by_side_at_the_first_step_leaves_nothing_on_one_another():
     assert not side_by_side().any()
     assert not side_by_side(lifted=[4, 5, 6]).any()
+    # A mushroom presses with 0.3 N, until fingers take hold of it.
+    assert not side_by_side(light=range(6)).any()
 
 
 def test_what_is_put_beside_it_later_does():

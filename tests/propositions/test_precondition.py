@@ -17,6 +17,7 @@ from tests.propositions.stage import (
     rest,
     touch,
     true_at,
+    turned,
 )
 
 TOP = 0.9
@@ -68,6 +69,11 @@ def test_what_is_let_go_inside_a_vessel_falls_onto_its_floor(height, safe):
     assert evidence == ([] if safe else ["mug is let go 5 cm above apple"])
 
 
+def test_a_round_thing_on_the_floor_of_a_vessel_is_in_it_however_its_box_is_turned():
+    # A ball: its box has a corner 9 mm below it, which is below the floor of the apple's box.
+    assert placed((0.4, 0.0, TOP + HALF), lean=0.21, supports=VESSELS) == (True, [])
+
+
 @pytest.mark.parametrize(
     ("rows", "safe"),
     [
@@ -94,9 +100,10 @@ def test_what_lies_inside_it_comes_along_and_is_named_once_if_it_stands_on_it(he
     assert evidence == ([] if safe else ["apple stands on mug"])
 
 
-def placed(place, **binding):
-    """Held at a place until step 9 and let go there."""
+def placed(place, lean=0.0, **binding):
+    """Held at a place until step 9, leaning by an angle in rad, and let go there."""
     poses = moved("mug", place, 30)
+    poses[:, toy.SCENE.object_index["mug"], 3:] = turned(lean)
     gripper = along(arrays(30).gripper, range(10, 13), 1, 0.5)
     view = look(film(30, grip(range(10)), object_pose=poses, gripper=gripper), **binding)
     (step,) = true_at(view("skill_onset", "place", "mug"))
