@@ -175,6 +175,7 @@ class Arm(Posture):
         steps: int = 150,
         speed: float = 0.7,
         until: Callable[[], bool] | None = None,
+        gentle: bool = False,
     ) -> Motion:
         """Move the base in a straight line; the hand keeps its pose relative to it.
 
@@ -184,13 +185,14 @@ class Arm(Posture):
             steps: control steps at most.
             speed: largest command; up to ``CAREFUL``, the base also starts gently.
             until: stops the base before the target.
+            gentle: whether it does at a higher speed too.
 
         Raises:
             SkillFailed: if the base does not arrive in time.
         """
-        gentle = SWING / self.scene.control_period if speed <= CAREFUL else 1.0
+        rise = SWING / self.scene.control_period if gentle or speed <= CAREFUL else 1.0
         for step in range(steps):
-            most = BASE_DEAD_BAND + (speed - BASE_DEAD_BAND) * min(1.0, (step + 1) / gentle)
+            most = BASE_DEAD_BAND + (speed - BASE_DEAD_BAND) * min(1.0, (step + 1) / rise)
             error = target - self.base
             local = np.array((error @ self.forward, error @ self.left))
             if (np.abs(local) < tolerance).all() or (until and until()):

@@ -23,6 +23,9 @@ FINGER = 0.022
 
 ALIKE = 0.012
 """Two sides that differ by less are alike to the hand, m."""
+SNUG = 0.008
+"""By how much less than the gap a side may be that is gripped for the fingers to be level, m: with
+a side of 6 cm between them, fingers that are not would come down on the top of something high."""
 MOST_YAW = 50.0
 """Degrees to either side that the hand turns with level fingers; beyond, it rolls."""
 MOST_ROLLED = 20.0
@@ -69,7 +72,8 @@ def across(arm: Arm, thing: Thing, pitch: float, offset: float = 0.0, turn: floa
     """
     roll = narrow_roll(arm, thing)
     narrow, long = thing.sides()
-    if long[1] <= min(narrow[1] + ALIKE, GAP - ALIKE):
+    high = abs(fold(roll, 90.0)) > MOST_YAW and thing.height > long[1]
+    if long[1] <= min(narrow[1] + ALIKE, GAP - (SNUG if high else ALIKE)):
         # Nearly as thick both ways: across the one that turns the hand less.
         narrow, long = sorted((narrow, long), key=lambda s: abs(fold(angle(arm, s[0]), 90.0)))
         roll = fold(angle(arm, narrow[0]), 120.0)
