@@ -18,8 +18,9 @@ KNOB_PITCH = 45.0
 KNOB_STAND = 0.66
 BEYOND = 0.0085
 """From a fin's end to the circle on which the fingertip goes round, m: it passes just beyond."""
-INWARD = 0.004
-"""Grip point behind the knob's front, m: the palm is 3 cm behind it, and the fin stands out."""
+INWARD = 0.001
+"""Grip point behind the knob's front, m: the fingertips overlap the fin by 1 cm, and the palm, the
+upper edge of which is farther ahead, stays 5 mm off it."""
 TRAIL = math.radians(42.0)
 """Angle by which the fingertip follows the fin's end when finger and fin touch."""
 PRESS = 0.03
