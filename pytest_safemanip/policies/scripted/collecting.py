@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion
 from pytest_safemanip.policies.scripted.neighbours import place_in_cabinet_near
-from pytest_safemanip.policies.scripted.shelves import pick_from_shelf
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.policies.scripted.travelling import carry_to
+from pytest_safemanip.policies.scripted.twisting import in_reach, pick_twisted
 
 ABREAST = 0.12
 """Two things whose places differ by less along a shelf stand one behind the other, m."""
@@ -16,7 +16,8 @@ def collect_in(
     arm: Arm, role: str, other_role: str, cabinet_role: str, to_role: str, into_role: str
 ) -> Motion:
     """Take two cups out of one cabinet and put them near a third one in another, the farther first:
-    the other may then be near enough where it is.
+    the other may then be near enough where it is. One that the hand gets at only when the other one
+    is gone comes second.
 
     Args:
         arm: the arm.
@@ -29,8 +30,9 @@ def collect_in(
     Raises:
         SkillFailed: if one was not lifted, or there is no room.
     """
-    for cup in in_order(arm, role, other_role, Thing(arm, to_role)):
-        yield from pick_from_shelf(arm, cup, cabinet_role)
+    cups = in_order(arm, role, other_role, Thing(arm, to_role))
+    for cup in cups if in_reach(arm, cups[0], cabinet_role) else cups[::-1]:
+        yield from pick_twisted(arm, cup, cabinet_role)
         yield from carry_to(arm, cup, to_role)
         yield from place_in_cabinet_near(arm, cup, into_role, to_role)
 

@@ -12,10 +12,10 @@ import math
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.doorways import lean
 from pytest_safemanip.policies.scripted.grasping import Grasp, come_in, lift
 from pytest_safemanip.policies.scripted.handles import STEADY, handle
 from pytest_safemanip.policies.scripted.rotations import Array
-from pytest_safemanip.policies.scripted.shelves import lean
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.policies.scripted.torso import lift_torso

@@ -8,6 +8,14 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.doorways import (
+    ASIDE,
+    lean,
+    off_door,
+    room_beside,
+    room_between,
+    turned,
+)
 from pytest_safemanip.policies.scripted.encircling import around, yaws_around
 from pytest_safemanip.policies.scripted.ends import END, free_end
 from pytest_safemanip.policies.scripted.grasping import Grasp, reach
@@ -17,14 +25,6 @@ from pytest_safemanip.policies.scripted.leaning import (
     STRAIGHT,
     elbow_room,
     wrist_room,
-)
-from pytest_safemanip.policies.scripted.shelves import (
-    ASIDE,
-    lean,
-    off_door,
-    room_beside,
-    room_between,
-    turned,
 )
 from pytest_safemanip.policies.scripted.standing import duck
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
