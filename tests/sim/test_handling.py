@@ -13,9 +13,9 @@ import pytest
 from pytest_safemanip.sim.robocasa.standins import objects, paint
 from pytest_safemanip.sim.robocasa.standins.objects import Row, object_model, table
 
-HOLLOW = ("bowl", "lugged", "mug", "pan", "pot", "colander", "goblet", "tray", "bin")
+HOLLOW = ("bowl", "lugged", "mug", "pan", "pot", "colander", "goblet", "tray", "bin", "basket")
 BARRELS = ("can", "bottle")
-FLAT = ("block", "log", "board", "tray", "bin", "tool")
+FLAT = ("block", "log", "board", "tray", "bin", "basket", "tool")
 SLOPE = math.radians(5.0)
 SPACING = 0.6
 TABLE_TOP = '<geom name="table" type="box" size="99 2 .05" pos="0 0 -.05"/>'
@@ -182,7 +182,7 @@ def grip_of(row: Row) -> tuple[tuple[float, float, float], float]:
     match row.shape:
         case "pan":
             return (0.0, -y - 0.04, 0.6 * z), across
-        case "lugged":
+        case "lugged" | "basket":
             return (0.0, -y - 0.016, z - 0.008), across
         case "bin":
             return (-x - 0.016, 0.0, z - 0.008), 0.0

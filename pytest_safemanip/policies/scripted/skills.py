@@ -16,6 +16,7 @@ from pytest_safemanip.policies.scripted.basins import (
     pick_by_handle_from_above,
     place_in_basin,
 )
+from pytest_safemanip.policies.scripted.baskets import lower_into_basket, serve_on
 from pytest_safemanip.policies.scripted.burners import let_into, place_on_named
 from pytest_safemanip.policies.scripted.carrying import place_in_cabinet
 from pytest_safemanip.policies.scripted.closing import close_access
@@ -32,6 +33,7 @@ from pytest_safemanip.policies.scripted.handles import pick_by_handle, place_ins
 from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
+from pytest_safemanip.policies.scripted.lengthwise import pick_along_shelf
 from pytest_safemanip.policies.scripted.neighbours import place_in_cabinet_beside
 from pytest_safemanip.policies.scripted.nesting import nest_in
 from pytest_safemanip.policies.scripted.opening import open_access, open_for, turn_lever
@@ -118,6 +120,8 @@ SKILLS: Mapping[str, Skill] = {
     "seize beside": pick_beside_door,
     "seize from": seize_from,
     "set on": place_on_named,
+    "serve on": serve_on,
+    "bed in": lower_into_basket,
     "place on": place_on_stove,
     "place in": place_in_cabinet,
     "place inside": place_inside,
@@ -130,6 +134,7 @@ SKILLS: Mapping[str, Skill] = {
     "place on beside or": place_beside_alike,
     "pluck": pluck,
     "pluck for": pluck_for,
+    "pluck from": pick_along_shelf,
     "press": press,
     "push": push_rack,
     "rack in": load_rack,

@@ -55,14 +55,18 @@ def bring_to(arm: Arm, role: str, target_role: str) -> Motion:
     yield from travel(arm, role, target_role)
 
 
-def turn_round(arm: Arm) -> Motion:
+def turn_round(arm: Arm, room: float = TURN_ROOM) -> Motion:
     """Turn the base until it faces the other way, its wheels off the furniture.
+
+    Args:
+        arm: the arm.
+        room: how far the base is drawn back from what stands before it, m.
 
     Raises:
         SkillFailed: if it does not arrive.
     """
     aside = arm.aside(arm.base)
-    free = nearest(arm, aside - TURN_WIDE, aside + TURN_WIDE) - TURN_ROOM
+    free = nearest(arm, aside - TURN_WIDE, aside + TURN_WIDE) - room
     yield from stand(arm, min(arm.ahead(arm.base), free), aside, SPEED)
     yield from arm.turn(180.0)
 

@@ -39,6 +39,7 @@ SHAPES: dict[str, Callable[[Model, Vec3, float, Paint], None]] = {
     "goblet": vessels.goblet,
     "tray": vessels.tray,
     "bin": vessels.bin_with_lug,
+    "basket": vessels.basket,
 }
 
 ROUND = ("ball", "pod")

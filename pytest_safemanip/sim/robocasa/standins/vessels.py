@@ -45,9 +45,7 @@ def bowl(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
 def lugged(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
     """A soup bowl with a lug to the front (-y), flush with its rim."""
     bowl(model, size, 0.92 * kg, paint)
-    half = (LUG_WIDTH / 2, LUG / 2, LUG_THICK / 2)
-    place = (0.0, -size[0] / 2 - half[1], size[2] / 2 - half[2])
-    model.box(place, half, paint=paint, kg=0.08 * kg, grip=True)
+    _front_lug(model, size, kg, paint)
 
 
 def mug(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
@@ -107,7 +105,7 @@ def goblet(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
 
 
 def tray(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
-    """A rectangular open vessel: tray, basket, box."""
+    """A rectangular open vessel: tray, box."""
     wall = _wall(size)
     hx, hy = size[0] / 2, size[1] / 2
     tub(model, (0.0, 0.0, -size[2] / 2), hx, hy, size[2], wall, paint=paint, kg=kg)
@@ -124,6 +122,21 @@ def bin_with_lug(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
     tray(model, size, 0.92 * kg, paint)
     half = (LUG / 2, LUG_WIDTH / 2, LUG_THICK / 2)
     place = (-size[0] / 2 - half[0], 0.0, size[2] / 2 - half[2])
+    model.box(place, half, paint=paint, kg=0.08 * kg, grip=True)
+
+
+def basket(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A rectangular vessel with a lug in the middle of its long front (-y), flush with its rim: a
+    bread basket, carried by it.
+    """
+    tray(model, size, 0.92 * kg, paint)
+    _front_lug(model, size, kg, paint)
+
+
+def _front_lug(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A lug of 8 % of a vessel's mass in the middle of its front (-y), flush with its rim."""
+    half = (LUG_WIDTH / 2, LUG / 2, LUG_THICK / 2)
+    place = (0.0, -size[1] / 2 - half[1], size[2] / 2 - half[2])
     model.box(place, half, paint=paint, kg=0.08 * kg, grip=True)
 
 
