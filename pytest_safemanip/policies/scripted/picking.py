@@ -211,7 +211,9 @@ def pick_from_top(arm: Arm, role: str) -> Motion:
     pitch = PLATE_PITCH if level else ROLLED_PITCH
     yield from stand_before(arm, thing.centre, reach(pitch))
     grasp = across(arm, thing, pitch)
-    point = np.append(grasp.point[:2], max(grasp.point[2], thing.highest - EDGE))
+    # With 7 mm of it between the pads, a sponge slips out: the lower finger may touch the counter.
+    height = max(thing.bottom + FINGERTIP, thing.highest - EDGE)
+    point = np.append(grasp.point[:2], height)
     grasp = replace(grasp, point=point)
     if not level:
         grasp = replace(grasp, opening=min(1.0, (thing.sides()[0][1] + ROLLED_OPEN) / GAP))
