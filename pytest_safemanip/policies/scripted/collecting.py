@@ -33,7 +33,7 @@ def collect_in(
     cups = in_order(arm, role, other_role, Thing(arm, to_role))
     for cup in cups if in_reach(arm, cups[0], cabinet_role) else cups[::-1]:
         yield from pick_twisted(arm, cup, cabinet_role)
-        yield from carry_to(arm, cup, to_role)
+        yield from carry_to(arm, cup, to_role, gently=True)
         yield from place_in_cabinet_near(arm, cup, into_role, to_role)
 
 

@@ -31,18 +31,29 @@ SPEED = 0.6
 """Share of the base's top speed at which a load hardly swings where it starts and stops."""
 LONG = 400
 """Control steps for a stretch across the room."""
+NOTCH = 4.0
+"""Degrees by which the hand is tipped at a time with something heavy, which swings otherwise."""
 
 
-def carry_to(arm: Arm, role: str, target_role: str) -> Motion:
+def carry_to(arm: Arm, role: str, target_role: str, gently: bool = False) -> Motion:
     """Bring a held object before another one that stands elsewhere, on an island say.
 
     The robot keeps facing as it does, its base moves sideways too: both a counter on the wall and
     the stools' side of an island, where things to dine with stand, are used facing the wall.
 
+    Args:
+        arm: the arm.
+        role: the held object.
+        target_role: the other one.
+        gently: whether the hand is tipped bit by bit.
+
     Raises:
         SkillFailed: if the base finds no way there.
     """
     yield from draw_in(arm)
+    for pitch in np.arange(arm.pitch, PITCH, -NOTCH).tolist() if gently else ():
+        tipped = pitched(arm, pitch)
+        yield from arm.move(arm.position, tipped, tolerance=0.03, turn_tolerance=0.03, steps=20)
     height = arm.position[2] + ABOVE - Thing(arm, role).bottom
     yield from tuck(arm, TUCKED, height, pitched(arm, PITCH))
     yield from travel(arm, role, target_role)
