@@ -9,7 +9,7 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm
 from pytest_safemanip.policies.scripted.grasping import reach
 from pytest_safemanip.policies.scripted.rotations import Array
-from pytest_safemanip.policies.scripted.standing import solids
+from pytest_safemanip.policies.scripted.standing import OFFSETS, solids
 
 FOREARM = (0.15, 0.30)
 """Above what a hand sets something down on, m: from where to where the forearm is."""
@@ -55,3 +55,15 @@ def wrist_room(arm: Arm, shift: float) -> float:
     way = shift or (turned if abs(turned) > TURNED else 1.0)
     bend = BENT - turned * math.copysign(1.0, way)
     return math.copysign(max(abs(shift), reach(arm.pitch) * math.tan(math.radians(bend))), way)
+
+
+def offsets_bent(arm: Arm, shift: float) -> tuple[float, ...]:
+    """How far beside a place the base may stand to come closer, the preferred first, m: not so that
+    a wrist that was to be bent sideways comes into line again.
+
+    Args:
+        arm: the arm.
+        shift: how far to the left of a spot that place is, m.
+    """
+    bent = arm.pitch >= STRAIGHT
+    return tuple(off for off in OFFSETS if not bent or off * shift >= 0.0)

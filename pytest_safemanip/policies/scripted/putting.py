@@ -10,7 +10,7 @@ import numpy as np
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.clearing import rise_over_front
 from pytest_safemanip.policies.scripted.grasping import reach
-from pytest_safemanip.policies.scripted.leaning import elbow_room, wrist_room
+from pytest_safemanip.policies.scripted.leaning import elbow_room, offsets_bent, wrist_room
 from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.spots import free_spot
@@ -195,8 +195,9 @@ def carry_before(
         yield from arm.move(
             raised(arm.position, clear), hand, tolerance=0.02, turn_tolerance=0.2, speed=0.6
         )
+    offsets = offsets_bent(arm, shift)
     shift += arm.aside(arm.base) - arm.aside(thing.middle)
-    yield from stand_before(arm, where, distance, shift, speed)
+    yield from stand_before(arm, where, distance, shift, speed, offsets)
 
 
 def set_down(arm: Arm, role: str, depth: float = 0.15, speed: float = USUAL) -> Motion:

@@ -24,6 +24,7 @@ from pytest_safemanip.policies.scripted.leaning import (
     LEAN,
     STRAIGHT,
     elbow_room,
+    offsets_bent,
     wrist_room,
 )
 from pytest_safemanip.policies.scripted.standing import duck
@@ -186,3 +187,12 @@ def test_a_level_hand_and_the_forearm_do_not_come_into_line_over_a_counter(pitch
     else:
         assert between == pytest.approx(max(BENT, abs(yaw)))
     assert found * shift >= 0.0
+
+
+@pytest.mark.parametrize(("pitch", "sides"), [(30.0, {-1.0, 0.0, 1.0}), (60.0, {0.0, 1.0})])
+def test_the_base_does_not_come_closer_where_a_level_hand_would_be_in_line(pitch, sides):
+    start = Arm(toy.SCENE, toy.at_rest())
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, start.hand(pitch).ravel())
+    arm = Arm(toy.SCENE, toy.at_rest(eef_pose=(*start.position, *quaternion)))
+    assert {float(np.sign(off)) for off in offsets_bent(arm, 0.2)} == sides
