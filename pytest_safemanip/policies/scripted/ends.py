@@ -27,10 +27,13 @@ their middles are 16 cm apart, room for a croissant, a jar, and the fingers that
 APART, OUTMOST = 0.045, 0.12
 """Between two things on one board, m: the hand sets one down within 2 cm; and from the middle of a
 board to that of what goes onto it at most, m: RoboCasa takes what is farther out for beside it."""
-RIM = 0.008
-"""From a tray's edge to what stands inside its rim, a cup's handle too, m."""
+RIM = 0.028
+"""From a tray's edge to what is to stand inside its rim, a cup's handle too, m: 13 mm, and as much
+as the hand errs by."""
 OUTWARDS, TOWARDS = (0.0, 0.01, 0.02, 0.03), (0.0, 0.02, 0.04, 0.06)
 """How much farther out and nearer to the robot than on its end the second may go for that, m."""
+SAME = 1e-6
+"""Lengths that differ by less are the same, m."""
 KETTLE_END = 0.24
 """From a tray's middle to a kettle's, share of its length: on 34 cm, a kettle of 17 cm stands
 inside the rim."""
@@ -75,16 +78,22 @@ def apart(arm: Arm, thing: Thing, target: Thing, end: Array, other: Thing) -> Ar
     towards *= -np.sign(arm.ahead(towards))
     shifts = sorted(((o, t) for o in OUTWARDS for t in TOWARDS), key=lambda s: math.hypot(*s))
     spots = [end + o * out + t * towards for o, t in shifts]
-    inside = [spot for spot in spots if _within_rim(thing, spot, target)] or [end]
+    most = _reach(thing, end, target)
+    for k, (_, width) in enumerate(target.sides()):
+        most[k] = max(most[k], width / 2.0 - RIM)
+    inside = [s for s in spots if (_reach(thing, s, target) <= most + SAME).all()]
     return max(inside, key=lambda spot: min(gap(thing, spot, other), APART))
 
 
-def _within_rim(thing: Thing, spot: Array, target: Thing) -> bool:
-    """Whether a thing with its middle on a spot (3,) is on a target, and not on its rim."""
-    axes, widths = zip(*target.sides(), strict=True)
-    reach = np.abs((outline(thing, spot) - target.centre[:2]) @ np.array(axes)[:, :2].T).max(axis=0)
-    near = float(np.linalg.norm((spot - target.middle)[:2])) < OUTMOST
-    return near and bool((reach < np.array(widths) / 2.0 - RIM).all())
+def _reach(thing: Thing, spot: Array, target: Thing) -> Array:
+    """How far a thing with its middle on a spot (3,) reaches from a target's middle, along the
+    narrow and the long side of that (2,), m; without end beyond ``OUTMOST``.
+    """
+    axes = np.array([axis[:2] for axis, _ in target.sides()])
+    if float(np.linalg.norm((spot - target.middle)[:2])) > OUTMOST:
+        return np.full(2, math.inf)
+    found: Array = np.abs((outline(thing, spot) - target.centre[:2]) @ axes.T).max(axis=0)
+    return found
 
 
 def unbend(arm: Arm) -> Motion:
