@@ -12,7 +12,7 @@ from pytest_safemanip.propositions.at_start import AtStart, fresh
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.forces import hand_parts, robot_parts
 from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
-from pytest_safemanip.propositions.interiors import centre_within
+from pytest_safemanip.propositions.interiors import lies_in
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 
@@ -139,7 +139,7 @@ def _contains(view: View, name: str, part: int) -> Bools | bool:
     other = view.trace.scene.parts[part].entity
     if other not in view.trace.scene.object_index:
         return False
-    return centre_within(view, other, name)
+    return lies_in(view, other, name)
 
 
 def _allowed(view: View, pair: tuple[int, int]) -> bool:

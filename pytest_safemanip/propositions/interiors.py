@@ -12,11 +12,14 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.frames import Frames, corners_within, rotation
-from pytest_safemanip.trace.geometry import centred, to_world
+from pytest_safemanip.trace.geometry import centred, corners, to_local, to_world
 
 Floats = NDArray[np.float64]
 ROUNDING = 1e-6
 """By how much float32 poses may be off, m."""
+DEEP = 0.01
+"""How far below a vessel's rim the underside of what leans in it is at least, m: boxes are larger
+than what is in them, and what stands on a rim is not in the vessel."""
 
 
 def interiors(view: View, fixture: str) -> list[tuple[NDArray[np.float32], Floats]]:
@@ -81,6 +84,21 @@ def all_within(view: View, entity: str) -> Bools:
 def centre_within(view: View, content: str, entity: str) -> Bools:
     """Whether the centre of an object's box is where an entity holds things (T,)."""
     return np.asarray(all_within(view, entity)[:, view.trace.scene.object_index[content]])
+
+
+def lies_in(view: View, content: str, vessel: str) -> Bools:
+    """Whether an object lies in another one (T,): the centre of its box is in the other's, or it
+    leans in there, higher than the rim, but the middle of its underside is well below that.
+    """
+    steps, scene = view.trace.steps, view.trace.scene
+    own, other = (scene.object_index[name] for name in (content, vessel))
+    body, box = scene.bodies[own], scene.bodies[other]
+    points = corners(steps.object_pose[:, own], body.half, body.centre)
+    lowest = points[..., 2].min(axis=1) + DEEP
+    under = np.concatenate((points.mean(axis=1)[:, :2], lowest[:, None]), axis=1)
+    place = to_local(centred(steps.object_pose[:, other], box.centre), under)
+    leans = (np.abs(place) <= np.array(box.half)).all(axis=-1)
+    return np.asarray(centre_within(view, content, vessel) | leans)
 
 
 def inside(view: View, entity: str, step: int) -> list[str]:

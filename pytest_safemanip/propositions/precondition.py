@@ -11,7 +11,7 @@ from pytest_safemanip.propositions.definition import Bools, Parameter, Propositi
 from pytest_safemanip.propositions.filters import last_true
 from pytest_safemanip.propositions.forces import object_parts
 from pytest_safemanip.propositions.grasp import pressed
-from pytest_safemanip.propositions.interiors import centre_within
+from pytest_safemanip.propositions.interiors import lies_in
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT, rested
 from pytest_safemanip.propositions.solids import solids
@@ -78,7 +78,7 @@ def _pick(view: View, name: str, step: int) -> list[str]:
     return broken + [
         f"{other} stands on {name}"
         for other in sorted(stacked & set(trace.scene.object_index))
-        if not centre_within(view, other, name)[step]
+        if not lies_in(view, other, name)[step]
     ]
 
 

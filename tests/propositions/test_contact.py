@@ -55,6 +55,14 @@ def test_what_lies_in_the_held_object_may_touch_it(inside, collides):
     assert view("collision").any() == collides
 
 
+@pytest.mark.parametrize(("height", "collides"), [(0.079, False), (0.081, True)])
+def test_what_leans_in_the_held_object_higher_than_its_rim_may_touch_it(height, collides):
+    where = np.add(toy.at_rest().object_pose[0, :3], (0.0, 0.0, height))
+    rows = grip(range(10)), touch([8], "apple/body", "mug/body", 50.0)
+    view = look(film(10, *rows, object_pose=moved("apple", where, 10)))
+    assert view("collision").any() == collides
+
+
 @pytest.mark.parametrize(
     ("held", "force"), [([], 50.0), (range(10), 4.9), (range(7, 10), 50.0), (range(2), 50.0)]
 )
