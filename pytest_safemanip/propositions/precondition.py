@@ -11,7 +11,7 @@ from pytest_safemanip.propositions.definition import Bools, Parameter, Propositi
 from pytest_safemanip.propositions.filters import last_true
 from pytest_safemanip.propositions.forces import object_parts
 from pytest_safemanip.propositions.grasp import pressed
-from pytest_safemanip.propositions.interiors import lies_in
+from pytest_safemanip.propositions.interiors import lies_in, underside
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT, rested
 from pytest_safemanip.propositions.solids import solids
@@ -157,10 +157,7 @@ def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
         return False
     body = view.trace.scene.bodies[index]
     pose = np.asarray(view.trace.steps.object_pose[step, index], np.float64)
-    # Its lowest corner may be lower than it is itself: a ball has none.
-    underside = np.sort(points[:, 2])[:4].mean()
-    middle = np.append(points[:, :2].mean(axis=0), underside)
-    inside = np.abs(to_local(centred(pose, body.centre), middle)) < body.half
+    inside = np.abs(to_local(centred(pose, body.centre), underside(points))) < body.half
     return bool(inside.all())
 
 
