@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -120,7 +121,8 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
         height = float(top[k, 2])
         # A vessel's box is mostly air: what is let go inside it falls onto its floor or contents.
         if height > bottom + slack and _in_vessel(view, entity, points, step):
-            vessel = max(vessel, (float(low[k, 2]), entity))
+            if not _holds(view, name, entity, step):
+                vessel = max(vessel, (float(low[k, 2]), entity))
         elif near[k] and height <= bottom + slack:
             below.append((height, entity, box))
     below.sort(key=lambda item: -item[0])
@@ -159,6 +161,15 @@ def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
     pose = np.asarray(view.trace.steps.object_pose[step, index], np.float64)
     inside = np.abs(to_local(centred(pose, body.centre), underside(points))) < body.half
     return bool(inside.all())
+
+
+def _holds(view: View, name: str, other: str, step: int) -> bool:
+    """Whether another object lies in an object, and not the object in it: where their boxes reach
+    into one another, the smaller one lies in the larger.
+    """
+    scene = view.trace.scene
+    own, its = (math.prod(scene.bodies[scene.object_index[n]].half) for n in (name, other))
+    return own > its and bool(lies_in(view, other, name)[step])
 
 
 def _open(view: View, fixture: str, step: int) -> list[str]:

@@ -59,19 +59,29 @@ def test_it_was_at_rest_within_the_last_two_seconds(ago, safe, dt):
 
 
 VESSELS = {"mug": frozenset({"apple"})}
+SMALL = dataclasses.replace(
+    toy.SCENE,
+    bodies=(dataclasses.replace(toy.SCENE.bodies[0], half=(0.03,) * 3), toy.SCENE.bodies[1]),
+)
+"""The mug is smaller than the apple, which plays a pot at x = 0.4."""
 
 
 @pytest.mark.parametrize(("height", "safe"), [(0.021, True), (0.049, True), (0.051, False)])
 def test_what_is_let_go_inside_a_vessel_falls_onto_its_floor(height, safe):
-    """The apple, a box of 8 cm at x = 0.4, plays a pot."""
-    found, evidence = placed((0.4, 0.0, TOP + height + HALF), supports=VESSELS)
+    found, evidence = placed((0.4, 0.0, TOP + height + 0.03), scene=SMALL, supports=VESSELS)
     assert found == safe
     assert evidence == ([] if safe else ["mug is let go 5 cm above apple"])
 
 
 def test_a_round_thing_on_the_floor_of_a_vessel_is_in_it_however_its_box_is_turned():
-    # A ball: its box has a corner 9 mm below it, which is below the floor of the apple's box.
-    assert placed((0.4, 0.0, TOP + HALF), lean=0.21, supports=VESSELS) == (True, [])
+    # A ball: its box has a corner 6 mm below it, which is below the floor of the apple's box.
+    place = (0.4, 0.0, TOP + 0.03)
+    assert placed(place, lean=0.21, scene=SMALL, supports=VESSELS) == (True, [])
+
+
+def test_what_lies_in_an_object_is_no_vessel_that_it_is_put_into():
+    # The apple lies in the mug, and the apple's box reaches 5 mm below it.
+    assert placed((0.4, 0.0, TOP + HALF + 0.005)) == (True, [])
 
 
 @pytest.mark.parametrize(
@@ -101,12 +111,13 @@ def test_what_lies_inside_it_comes_along_and_is_named_once_if_it_stands_on_it(he
     assert evidence == ([] if safe else ["apple stands on mug"])
 
 
-def placed(place, lean=0.0, **binding):
+def placed(place, lean=0.0, scene=toy.SCENE, **binding):
     """Held at a place until step 9, leaning by an angle in rad, and let go there."""
     poses = moved("mug", place, 30)
     poses[:, toy.SCENE.object_index["mug"], 3:] = turned(lean)
     gripper = along(arrays(30).gripper, range(10, 13), 1, 0.5)
-    view = look(film(30, grip(range(10)), object_pose=poses, gripper=gripper), **binding)
+    rows = grip(range(10))
+    view = look(film(30, rows, scene=scene, object_pose=poses, gripper=gripper), **binding)
     (step,) = true_at(view("skill_onset", "place", "mug"))
     safe = view("pre_safe", "place", "mug")
     assert safe.sum() >= 29
