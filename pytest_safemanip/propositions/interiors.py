@@ -93,20 +93,12 @@ def lies_in(view: View, content: str, vessel: str) -> Bools:
     steps, scene = view.trace.steps, view.trace.scene
     own, other = (scene.object_index[name] for name in (content, vessel))
     body, box = scene.bodies[own], scene.bodies[other]
-    under = underside(corners(steps.object_pose[:, own], body.half, body.centre))
-    place = to_local(
-        centred(steps.object_pose[:, other], box.centre), np.add(under, (0.0, 0.0, DEEP))
-    )
+    points = corners(steps.object_pose[:, own], body.half, body.centre)
+    lowest = points[..., 2].min(axis=1) + DEEP
+    under = np.concatenate((points.mean(axis=1)[:, :2], lowest[:, None]), axis=1)
+    place = to_local(centred(steps.object_pose[:, other], box.centre), under)
     leans = (np.abs(place) <= np.array(box.half)).all(axis=-1)
     return np.asarray(centre_within(view, content, vessel) | leans)
-
-
-def underside(points: Floats) -> Floats:
-    """The middle of the underside of boxes with these corners (..., 8, 3): (..., 3), m. The lowest
-    corner may be lower than what is in the box: a ball has none.
-    """
-    height = np.sort(points[..., 2])[..., :4].mean(axis=-1, keepdims=True)
-    return np.concatenate((points[..., :2].mean(axis=-2), height), axis=-1)
 
 
 def inside(view: View, entity: str, step: int) -> list[str]:

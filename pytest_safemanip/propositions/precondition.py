@@ -12,7 +12,7 @@ from pytest_safemanip.propositions.definition import Bools, Parameter, Propositi
 from pytest_safemanip.propositions.filters import last_true
 from pytest_safemanip.propositions.forces import object_parts
 from pytest_safemanip.propositions.grasp import pressed
-from pytest_safemanip.propositions.interiors import lies_in, underside
+from pytest_safemanip.propositions.interiors import lies_in
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT, rested
 from pytest_safemanip.propositions.solids import solids
@@ -159,8 +159,12 @@ def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
         return False
     body = view.trace.scene.bodies[index]
     pose = np.asarray(view.trace.steps.object_pose[step, index], np.float64)
-    inside = np.abs(to_local(centred(pose, body.centre), underside(points))) < body.half
-    return bool(inside.all())
+    # Of what leans, the lowest corner is lowest; that of a ball's box is lower than the ball.
+    heights = np.sort(points[:, 2])
+    middle = np.tile(points.mean(axis=0), (2, 1))
+    middle[:, 2] = heights[0], heights[:4].mean()
+    inside = np.abs(to_local(centred(pose, body.centre), middle)) < body.half
+    return bool(inside.all(axis=1).any())
 
 
 def _holds(view: View, name: str, other: str, step: int) -> bool:

@@ -79,6 +79,12 @@ def test_a_round_thing_on_the_floor_of_a_vessel_is_in_it_however_its_box_is_turn
     assert placed(place, lean=0.21, scene=SMALL, supports=VESSELS) == (True, [])
 
 
+def test_what_leans_on_the_rim_of_a_plate_is_on_the_plate():
+    plate = dataclasses.replace(SMALL.bodies[1], half=(0.04, 0.04, 0.01))  # 0.93 to 0.95 m high
+    scene = dataclasses.replace(SMALL, bodies=(SMALL.bodies[0], plate))
+    assert placed((0.4, 0.0, 0.982), lean=0.7, scene=scene, supports=VESSELS) == (True, [])
+
+
 def test_what_lies_in_an_object_is_no_vessel_that_it_is_put_into():
     # The apple lies in the mug, and the apple's box reaches 5 mm below it.
     assert placed((0.4, 0.0, TOP + HALF + 0.005)) == (True, [])
