@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -19,6 +20,9 @@ from pytest_safemanip.sim.staging import Put, Staging
 
 GAP = 0.02
 """What is put down before its receiver is this far from it, m: their sizes vary by as much."""
+
+MEANT = 0.10
+"""What is let go farther beside a receiver, m, was not meant for it: a gripper's width."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +105,14 @@ def _put_beside(laid: _Laid) -> Plan:
         def left() -> bool:
             return bool(arm.step.gripper[0] > OPEN and item.bottom < bottom + LOW)
 
-        arm.truth.begins("object_containment", laid.item, laid.receiver, when=left)
+        def missed() -> bool:
+            out = [
+                max(0.0, abs(float((item.com - receiver.centre) @ axis)) - width / 2.0)
+                for axis, width in receiver.sides()
+            ]
+            return left() and math.hypot(*out) < MEANT
+
+        arm.truth.begins("object_containment", laid.item, laid.receiver, when=missed)
         arm.truth.begins("release_stability", laid.item, when=left)
         if laid.placed:
             arm.truth.begins("action_onset", "place", laid.item, when=left)
