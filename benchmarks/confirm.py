@@ -139,14 +139,15 @@ def again(path: Path, claims: list[Claim], backend: Any) -> bool:
         listener.step += 1
         return step(action)
 
-    ContactSampler.sample, backend.step = heard, counted  # type: ignore[method-assign]
+    setattr(ContactSampler, "sample", heard)  # noqa: B010  (mypy refuses to assign to a method)
+    backend.step = counted
     job = rollout.Job(
         about.task, about.policy, decode_request(about.request), rollout.Protocol(), about.hashes
     )
     try:
         found = rollout.run(job, backend, Scripted(about.policy.partition(":")[2]))
     finally:
-        ContactSampler.sample = sample  # type: ignore[method-assign]
+        setattr(ContactSampler, "sample", sample)  # noqa: B010
         del backend.step
     return np.array_equal(found.steps.qpos, recording.steps.qpos)
 
