@@ -12,7 +12,7 @@ from pytest_safemanip.policies.scripted.grasping import PALM, Grasp, come_in
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
-from pytest_safemanip.policies.scripted.torso import lift_torso
+from pytest_safemanip.policies.scripted.torso import LIFTED, lift_torso
 
 OUTSIDE = 0.24
 """From the grip point to the front of the cabinet before the hand goes in, m: the palm's room."""
@@ -43,10 +43,10 @@ fingers still close around a cup's middle. From 2 cm on, it was 100 N.
 """
 GENTLY = 0.4
 """Speed at which what hangs by its rim hardly swings."""
-FROM_ABOVE, LIFTED = ((0.17, 0.0), (0.0, 60.0), (0.16, 45.0)), 0.23
-"""Where the torso is raised, from the front of the shelf to the grip point, m, with a hand turned
-by so many degrees about the vertical to either side, and how far, m: from below, the forearm would
-lie on the shelf's edge, and an arm that is stretched out to one side would not come back.
+FROM_ABOVE = ((0.17, 0.0), (0.0, 60.0), (0.16, 45.0))
+"""Where the torso is raised: from the front of the shelf to the grip point, m, with a hand turned
+by so many degrees about the vertical to either side. From below, the forearm would lie on the
+shelf's edge, and an arm that is stretched out to one side would not come back.
 """
 
 

@@ -10,33 +10,19 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.carrying import BEFORE, come_down
 from pytest_safemanip.policies.scripted.grasping import (
     GAP,
     PALM,
     Grasp,
-    come_in,
     hand_corners,
-    lift,
 )
-from pytest_safemanip.policies.scripted.handles import STEADY
-from pytest_safemanip.policies.scripted.pans import (
-    BACK,
-    ENTRY,
-    LIFTED,
-    LOW,
-    OUT,
-    RISE,
-    STOPS,
-    TUCKED,
-    come_before,
-    room_beside,
-)
+from pytest_safemanip.policies.scripted.pans import ENTRY, come_before, room_beside, take_out
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import HAND_ROOM
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
-from pytest_safemanip.policies.scripted.torso import lift_torso
+from pytest_safemanip.policies.scripted.torso import LIFTED
 from pytest_safemanip.trace.geometry import corners
 
 MOST_YAW = 78.0
@@ -78,15 +64,7 @@ def pick_along_shelf(arm: Arm, role: str, cabinet_role: str) -> Motion:
     entry = grasp.point - ENTRY * grasp.hand[:, 2]
     base = beside(arm, cabinet, entry, grasp.hand)
     yield from come_before(arm, cabinet, entry, grasp.hand, base, LIFTED)
-    yield from come_in(arm, grasp, STOPS, 0.08)
-    yield from lift(arm, thing, grasp.hand, RISE, BACK)
-    way = thing.extent_ahead()[1] - cabinet.opening()[0] + OUT
-    yield from arm.drive(arm.base - way * arm.forward, speed=CAREFUL)
-    yield from lift_torso(arm, -LIFTED)
-    low = arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.base), LOW)
-    yield from arm.move(
-        low, arm.hand(LOW_PITCH), tolerance=0.03, turn_tolerance=0.2, speed=STEADY, steps=160
-    )
+    yield from take_out(arm, thing, cabinet, grasp, LOW_PITCH)
 
 
 def beside(arm: Arm, cabinet: Furniture, entry: Array, hand: Array) -> float:

@@ -18,7 +18,7 @@ from pytest_safemanip.policies.scripted.handles import STEADY, handle
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import nearest
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
-from pytest_safemanip.policies.scripted.torso import lift_torso
+from pytest_safemanip.policies.scripted.torso import LIFTED, lift_torso
 
 PITCH = 40.0
 """Degrees from straight down: the palm stays off the handle, and the wrist is in reach."""
@@ -40,8 +40,6 @@ TUCKED = 0.45
 """Base to hand meanwhile, m."""
 MOST_YAW = 75.0
 """Degrees to either side that the hand turns to a handle along the shelf."""
-LIFTED = 0.23
-"""How far the torso is raised, m: from below, a straight arm stops short of one deep inside."""
 ENTRY = 0.07
 """Before the grip point along the approach, m, from where the hand goes straight."""
 STOPS = ((ENTRY, 0.01, 0.6), (0.03, 0.008, 0.4), (0.0, 0.005, 0.3))
@@ -88,14 +86,31 @@ def seize_from(arm: Arm, role: str, cabinet_role: str) -> Motion:
     entry = grasp.point - ENTRY * grasp.hand[:, 2]
     beside = arm.aside(entry) - SHIFT * math.sin(yaw)
     yield from come_before(arm, cabinet, entry, grasp.hand, beside, rise)
+    yield from take_out(arm, pan, cabinet, grasp, PITCH)
+
+
+def take_out(arm: Arm, thing: Thing, cabinet: Furniture, grasp: Grasp, pitch: float) -> Motion:
+    """Pinch something before which the hand is, in an open cabinet with the torso raised, bring it
+    out, and turn it and bring it down before the counter.
+
+    Args:
+        arm: the arm.
+        thing: what is taken.
+        cabinet: the cabinet.
+        grasp: how it is pinched.
+        pitch: of the hand below the cabinet, degrees from straight down.
+
+    Raises:
+        SkillFailed: if hand or base does not get there, or it was not lifted.
+    """
     yield from come_in(arm, grasp, STOPS, 0.08)
-    yield from lift(arm, pan, grasp.hand, RISE, BACK)
-    way = pan.extent_ahead()[1] - cabinet.opening()[0] + OUT
+    yield from lift(arm, thing, grasp.hand, RISE, BACK)
+    way = thing.extent_ahead()[1] - cabinet.opening()[0] + OUT
     yield from arm.drive(arm.base - way * arm.forward, speed=CAREFUL)
     yield from lift_torso(arm, -LIFTED)
     low = arm.point(arm.ahead(arm.base) + TUCKED, arm.aside(arm.base), LOW)
     yield from arm.move(
-        low, arm.hand(PITCH), tolerance=0.03, turn_tolerance=0.2, speed=STEADY, steps=160
+        low, arm.hand(pitch), tolerance=0.03, turn_tolerance=0.2, speed=STEADY, steps=160
     )
 
 
