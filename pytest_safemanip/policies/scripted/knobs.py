@@ -23,6 +23,11 @@ INWARD = 0.001
 upper edge of which is farther ahead, stays 5 mm off it."""
 TRAIL = math.radians(42.0)
 """Angle by which the fingertip follows the fin's end when finger and fin touch."""
+BESIDE = 0.3
+"""How much farther round the fingertip then is before it touches, rad."""
+FINGERS, PAST = 0.0145, 0.006
+"""Half the width of both closed fingertips, m, and how far beside the fin they come in, m: the hand
+errs by 3 mm, and on the fin's front they would press with 90 N."""
 PRESS = 0.03
 """How far along its circle's tangent the finger aims ahead of touching, m: knobs yield to that."""
 TOUCH, YIELDED = 0.2, 0.02
@@ -69,8 +74,9 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
     Raises:
         SkillFailed: if it did not turn.
     """
-    centre, (_, out, high) = np.asarray(joint.pose[:3]), joint.half
+    centre, (thick, out, high) = np.asarray(joint.pose[:3]), joint.half
     orbit, outward = high + BEYOND, out - INWARD
+    aside = math.asin(min(1.0, (thick + FINGERS + PAST) / orbit)) - TRAIL
     down = stove.openness(joint) * joint.travel > angle
     way = -1.0 if down else 1.0
     end = np.array((0.0, 0.0, way))
@@ -96,10 +102,13 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
     stand = min(arm.ahead(centre) - KNOB_STAND, arm.ahead(arm.base))
     yield from arm.drive(arm.floor_point(stand, arm.aside(centre)))
     for _ in range(TRIES):
-        yield from arm.move(beside(-0.4, 0.10), hand, tolerance=0.02, steps=160)
-        yield from arm.move(beside(-0.4, 0.03), hand, tolerance=0.012, speed=0.5, steps=60)
+        yield from arm.move(beside(-aside, 0.10), hand, tolerance=0.02, steps=160)
+        yield from arm.move(beside(-aside, 0.03), hand, tolerance=0.012, speed=0.5, steps=60)
         yield from arm.move(
-            beside(-0.3, 0.0), hand, tolerance=0.01, speed=TOUCH, steps=60, required=False
+            beside(-aside, 0.0), hand, tolerance=0.01, speed=TOUCH, steps=60, required=False
+        )
+        yield from arm.move(
+            beside(-BESIDE, 0.0), hand, tolerance=0.004, speed=TOUCH, steps=60, required=False
         )
         yield from arm.move(
             pressing, hand, speed=TOUCH, steps=40, until=_moves(turned), required=False
