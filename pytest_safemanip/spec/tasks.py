@@ -57,7 +57,7 @@ _OPTIONAL = (
     "not_grounded",
     "compact",
 )
-KITCHENS = ("small", "full")
+KITCHENS = ("small", "full", "deep")
 """The compact kitchens, the usual one first."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 

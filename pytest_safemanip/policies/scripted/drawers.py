@@ -11,6 +11,7 @@ from pytest_safemanip.policies.scripted.fingers import fingers_meet, free_of_oth
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP, GAP, lift, narrow_roll
 from pytest_safemanip.policies.scripted.opening import pull_out
 from pytest_safemanip.policies.scripted.rotations import Array
+from pytest_safemanip.policies.scripted.standing import rearmost
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 
 STAND = 0.50
@@ -154,12 +155,20 @@ def _go_down(arm: Arm, thing: Thing, target: Array, hand: Array, slip: float) ->
 
 def _step_aside(arm: Arm, drawer: Furniture) -> Motion:
     """Drive away from an open drawer sideways: the base may stand so close that its column touches
-    it.
+    it. In front of it, that is to the nearer side if nothing stands behind the base there.
     """
     pose, half = drawer.interior()
-    off = arm.aside(arm.base) - arm.aside(pose)
-    clear = math.copysign(max(abs(off), half[0] + BESIDE_DRAWER), off)
-    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), arm.aside(pose) + clear))
+    middle, here = arm.aside(pose), arm.aside(arm.base)
+    side, room = math.copysign(1.0, here - middle), float(half[0]) + BESIDE_DRAWER
+
+    def blocked(way: float) -> bool:
+        right, left = sorted((here, middle + way * room))
+        return arm.ahead(arm.base) < rearmost(arm, right, left)
+
+    if abs(here - middle) < half[0] and blocked(side) and not blocked(-side):
+        side, here = -side, middle
+    clear = middle + side * max(abs(here - middle), room)
+    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), clear))
 
 
 def _short_of_rail(arm: Arm, thing: Thing, drawer: Furniture, roll: float) -> Array:

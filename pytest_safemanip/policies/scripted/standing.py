@@ -20,6 +20,8 @@ PROFILE = (
 )
 """The robot's front by height: from, to, how far before the base's origin, half width, m: wheels,
 column, foot and shoulder of the arm. Above, the arm goes where its hand goes."""
+REAR = (0.39, 0.55, 0.25)
+"""The robot's wheels: their height, how far behind the base's origin they end, half width, m."""
 OFFSETS = (0.0, 0.04, -0.04, 0.08, -0.08, 0.12, -0.12)
 """How far beside a thing the base may stand to come closer to it, m."""
 ROOM = 0.02
@@ -146,6 +148,18 @@ def nearest(arm: Arm, right: float, left: float) -> float:
             beside = across.max() < right - half - ROOM or across.min() > left + half + ROOM
             if low < top and high > bottom and not beside and along.max() > arm.ahead(arm.base):
                 limit = min(limit, float(along.min()) - front - ROOM)
+    return limit
+
+
+def rearmost(arm: Arm, right: float, left: float) -> float:
+    """How far back the base may be anywhere between two places sideways, ahead, m."""
+    limit, (height, rear, half) = -math.inf, REAR
+    for points in solids(arm):
+        along = points[:, :2] @ arm.forward
+        across = points[:, :2] @ arm.left
+        beside = across.max() < right - half - ROOM or across.min() > left + half + ROOM
+        if points[:, 2].min() < height and not beside and along.max() < arm.ahead(arm.base):
+            limit = max(limit, float(along.max()) + rear + ROOM)
     return limit
 
 

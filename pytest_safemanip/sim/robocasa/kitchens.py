@@ -1,7 +1,7 @@
 """Compact kitchens, as layouts in RoboCasa's own format: metres, z up, y into the back wall.
 
 They are built by RoboCasa's own code. ``small`` has what most atomic tasks need, for speed;
-``full`` has every fixture that RoboCasa's fifty target tasks ask for.
+``full`` has every fixture that RoboCasa's fifty target tasks ask for, ``deep`` has deeper drawers.
 """
 
 from __future__ import annotations
@@ -15,6 +15,9 @@ COUNTER_DEPTH = 0.65
 COUNTER_HEIGHT = 0.92
 DRAWER_DEPTH = 0.45
 """Short enough that a drawer which RoboCasa opens by 30 cm shows most of what is in it."""
+DEEP_DRAWER = 0.60
+"""As in RoboCasa's own layouts, for tasks that put things 10 cm deeper than its middle: in a drawer
+of 45 cm, on three seeds in eight, onto its back wall or behind it."""
 DRAWER_FRONT = 0.70
 """The drawers stand 5 cm proud of the counter: a hand reaches into them past its edge."""
 TOASTER_OVEN = (0.50, 0.42, 0.25)
@@ -25,7 +28,7 @@ STOOL_Y = -3.17
 edge: RoboCasa puts the robot behind their backs, and from there it has to reach the island."""
 
 
-def small() -> Layout:
+def small(drawer_depth: float = DRAWER_DEPTH) -> Layout:
     """A kitchen of one wall, 4 m wide (RoboCasa's layout format; metres, z up, y into the wall).
 
     The sink has no cabinet above it, so that open doors never stand between robot and faucet;
@@ -54,8 +57,8 @@ def small() -> Layout:
         "type": "stack",
         "levels": ["drawer", "drawer"],
         "percentages": [0.73, 0.27],
-        "size": [0.6, DRAWER_DEPTH, 0.84],
-        "pos": [0.3, -DRAWER_FRONT + DRAWER_DEPTH / 2, 0.47],
+        "size": [0.6, drawer_depth, 0.84],
+        "pos": [0.3, -DRAWER_FRONT + drawer_depth / 2, 0.47],
     }
     return {
         "room": {
@@ -84,13 +87,13 @@ def small() -> Layout:
     }
 
 
-def full() -> Layout:
+def full(drawer_depth: float = DRAWER_DEPTH) -> Layout:
     """The small kitchen made wider, with a fridge whose freezer has racks, a dishwasher, small
     appliances, and an island with stools to dine at.
 
     Small appliances are there in the tasks that ask for them, as in RoboCasa's own layouts.
     """
-    layout = small()
+    layout = small(drawer_depth)
     room, group = layout["room"], layout["main_group"]
     width = 7.2
     room["walls"][0].update(size=[width / 2, 1.5, 0.02], pos=[width / 2, 0, 1.5])
@@ -140,7 +143,12 @@ def full() -> Layout:
     return layout
 
 
-KITCHENS: Mapping[str, Callable[[], Layout]] = {"small": small, "full": full}
+def deep() -> Layout:
+    """The full kitchen with drawers as deep as RoboCasa's own."""
+    return full(DEEP_DRAWER)
+
+
+KITCHENS: Mapping[str, Callable[[], Layout]] = {"small": small, "full": full, "deep": deep}
 
 
 def _stool(number: int, left: float) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from pytest_safemanip.policies.scripted.arm import Arm, SkillFailed
 from pytest_safemanip.policies.scripted.grasping import across, hand_corners
 from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
 from pytest_safemanip.policies.scripted.sinks import ROOM, palm_room, roomy
+from pytest_safemanip.policies.scripted.standing import rearmost
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.trace.elements import Body, Box, Surface
 from tests import toy
@@ -118,3 +119,15 @@ def test_what_hangs_over_a_spot(front, bottom, over):
     scene = dataclasses.replace(toy.SCENE, surfaces=(hung,))
     arm = Arm(scene, toy.at_rest(eef_pose=FACING_LEFT))
     assert overhung(arm, np.array((0.8, 0.0, 0.95))) == over
+
+
+@pytest.mark.parametrize(
+    ("where", "back"),
+    [((-1.0, 0.0), -0.23), ((-1.0, 0.7), -math.inf), ((1.0, 0.0), -math.inf)],
+    ids=["an island behind it", "beside that", "a counter in front"],
+)
+def test_how_far_back_the_base_may_be(where, back):
+    stands = Surface("counter", "", (0.2, 0.3, 0.45), (*where, 0.45, *toy.UPRIGHT))
+    scene = dataclasses.replace(toy.SCENE, surfaces=(stands,))
+    arm = Arm(scene, toy.at_rest(eef_pose=FACING_LEFT))
+    assert rearmost(arm, -0.1, 0.1) == pytest.approx(back)
