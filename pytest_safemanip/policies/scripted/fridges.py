@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
-from pytest_safemanip.policies.scripted.grasping import ALIKE, Grasp, across, come_in, lift
+from pytest_safemanip.policies.scripted.grasping import (
+    ALIKE,
+    GAP,
+    Grasp,
+    across,
+    angle,
+    come_in,
+    fold,
+    lift,
+)
 from pytest_safemanip.policies.scripted.handles import fold_in
 from pytest_safemanip.policies.scripted.putting import BRAKE, USUAL, carry_over, leave
 from pytest_safemanip.policies.scripted.rotations import Array
@@ -26,8 +37,6 @@ TUCKED = 0.46
 """Base to hand then, m."""
 PASSING = 0.03
 """How far off an open door the hand passes it on its way in, m."""
-RISE, BACK = 0.03, 0.02
-"""How far something is lifted off the shelf and drawn back meanwhile, m."""
 GENTLY = 0.4
 """Speed of base and hand with what is held by its fingers' tips."""
 TIPS = 0.0165
@@ -42,6 +51,37 @@ STRAY = 0.025
 SHORT = 0.15
 """How much farther than ``REACH`` the arm gets at most, m: beyond, the hand turns level and lies on
 the shelf."""
+MOST_YAW = 18.0
+"""Degrees to either side that the hand turns for something long: the wrist is beside it, where a
+door or a wall is; closing fingers straighten what lies farther askew."""
+APART, OPENING = 0.03, 0.08
+"""How much farther than that is wide the fingers open beside it, and how far at most, m."""
+END = 0.015
+"""From the end of something long to where it is gripped near it, m: its far end hangs down then."""
+
+
+@dataclass(frozen=True)
+class _Way:
+    """How the hand goes in to a grip point and out again.
+
+    Attributes:
+        above: that, it passes the shelf's front, m.
+        before: that, along the approach, it stops, m.
+        rise: how far it lifts what it holds off the shelf, m.
+        back: how far it draws it back meanwhile, m.
+        off_door: how far off an open door it passes that on its way out, m.
+    """
+
+    above: float
+    before: float
+    rise: float
+    back: float
+    off_door: float
+
+
+FROM_ABOVE = _Way(0.08, 0.06, 0.03, 0.02, 0.0)
+LOW = _Way(0.035, 0.02, 0.04, 0.06, PASSING)
+"""Over something 2 to 3 cm high: the wrist has less room below the next shelf the farther in."""
 
 
 def pick_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
@@ -50,6 +90,21 @@ def pick_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
     Raises:
         SkillFailed: if it is too wide or out of reach, or was not lifted.
     """
+    yield from _bring_out(arm, role, fridge_role, straight_across, FROM_ABOVE)
+
+
+def pick_by_end_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
+    """Likewise for something longer than wide, gripped near the end that points to the robot.
+
+    Raises:
+        SkillFailed: if it is too wide or out of reach, or was not lifted.
+    """
+    yield from _bring_out(arm, role, fridge_role, near_end, LOW)
+
+
+def _bring_out(
+    arm: Arm, role: str, fridge_role: str, how: Callable[[Arm, Thing], Grasp], way: _Way
+) -> Motion:
     thing, fridge = Thing(arm, role), Furniture(arm, fridge_role)
     front = fridge.opening()[0]
     aside = arm.aside(thing.centre)
@@ -60,15 +115,16 @@ def pick_from_fridge(arm: Arm, role: str, fridge_role: str) -> Motion:
     start = min(front - OUTSIDE - TUCKED, arm.ahead(arm.base))
     yield from fold_in(arm)
     yield from stand(arm, start, beside)
-    grasp = straight_across(arm, thing)
+    grasp = how(arm, thing)
     off_door = float(np.clip(beside - aside, -PASSING, PASSING))
-    before = arm.point(arm.ahead(arm.base) + TUCKED, aside + off_door, grasp.point[2] + 0.08)
+    before = arm.point(arm.ahead(arm.base) + TUCKED, aside + off_door, grasp.point[2] + way.above)
     yield from arm.open_to(grasp.opening)
     yield from arm.move(before, grasp.hand, tolerance=0.03, turn_tolerance=0.12, steps=140)
     yield from stand(arm, base, beside, GENTLY)
-    yield from come_in(arm, grasp, ((0.06, 0.008, 0.6), (0.0, 0.003, 0.3)), 0.08)
-    yield from lift(arm, thing, grasp.hand, RISE, BACK)
-    yield from arm.drive(arm.floor_point(start, beside), speed=GENTLY)
+    yield from come_in(arm, grasp, ((way.before, 0.008, 0.6), (0.0, 0.003, 0.3)), 0.08)
+    yield from lift(arm, thing, grasp.hand, way.rise, way.back)
+    out = beside + float(np.clip(beside - aside, -way.off_door, way.off_door))
+    yield from arm.drive(arm.floor_point(start, out), speed=GENTLY)
 
 
 def straight_across(arm: Arm, thing: Thing) -> Grasp:
@@ -83,6 +139,23 @@ def straight_across(arm: Arm, thing: Thing) -> Grasp:
     if long < narrow + ALIKE:
         grasp = across(arm, thing, PITCH, turn=-arm.bearing(grasp.hand[:, 2]))
     return replace(grasp, point=deep_in(thing, grasp.hand))
+
+
+def near_end(arm: Arm, thing: Thing) -> Grasp:
+    """How something longer than wide is gripped near its end that points to the robot.
+
+    Raises:
+        SkillFailed: if it is too wide.
+    """
+    (narrow, width), (long, length) = thing.sides()
+    if width > GAP:
+        raise SkillFailed("it is too wide for the gripper")
+    nearer = math.copysign(length / 2.0 - END, arm.ahead(long))
+    point = thing.centre - nearer * long * (1.0, 1.0, 0.0)
+    yaw = float(np.clip(fold(angle(arm, narrow), 90.0), -MOST_YAW, MOST_YAW))
+    hand = arm.hand(PITCH, yaw=yaw)
+    tips = thing.bottom + TIPS
+    return Grasp(np.append(point[:2], max(point[2], tips)), hand, (width + APART) / OPENING)
 
 
 def drop_onto(arm: Arm, role: str, target_role: str) -> Motion:

@@ -26,6 +26,9 @@ DOOR_PITCH = 60.0
 DOOR_STAND = 0.62
 DOOR_ASIDE = 0.10
 """Base to handle, away from the hinge, m: room for the arm while the door comes round."""
+OFF_HINGE, NEAR = 0.365, 0.005
+"""Base to the hinge of a fridge's door, m, whose end stands 10 cm beside it, not quite open; and
+how near to there the base stops, m."""
 DOOR_BELOW = 0.03
 """Grip this far below a bar's middle, m."""
 LONG_BAR = 0.15
@@ -119,7 +122,7 @@ def open_for(arm: Arm, role: str, object_role: str) -> Motion:
     cabinet, thing = Furniture(arm, role), Thing(arm, object_role)
     for joint in cabinet.doors():
         if joint.kind == "hinge" and _before(arm, joint, thing.centre):
-            yield from _swing(arm, cabinet, joint)
+            yield from _swing(arm, cabinet, joint, OFF_HINGE)
 
 
 def _before(arm: Arm, joint: Joint, point: Array) -> bool:
@@ -130,13 +133,18 @@ def _before(arm: Arm, joint: Joint, point: Array) -> bool:
     return bool(low < point[2] < high and min(across) < arm.aside(point) < max(across))
 
 
-def _swing(arm: Arm, cabinet: Furniture, joint: Joint) -> Motion:
+def _swing(arm: Arm, cabinet: Furniture, joint: Joint, room: float = 0.0) -> Motion:
+    """Swing a door by its handle; the base stands at least so far beside its hinge, m."""
     edge = 2.0 * np.asarray(joint.pose[:3]) - np.asarray(joint.anchor)
     bar, half = cabinet.handle(near=edge)
     start = bar[:3]
     side = math.copysign(1.0, arm.aside(np.asarray(joint.anchor)) - arm.aside(start))
     stand = arm.floor_point(arm.ahead(start) - DOOR_STAND, arm.aside(start) + side * DOOR_ASIDE)
     yield from arm.drive(stand)
+    beside = side * (arm.aside(np.asarray(joint.anchor)) - arm.aside(arm.base))
+    if beside < room:
+        off = arm.floor_point(arm.ahead(arm.base), arm.aside(arm.base) - side * (room - beside))
+        yield from arm.drive(off, tolerance=NEAR)
     long = max(half) > LONG_BAR
     hand = arm.hand(END_PITCH if long else DOOR_PITCH)
     rise = max(half) - END_GRIP if long else -DOOR_BELOW

@@ -28,7 +28,13 @@ from pytest_safemanip.policies.scripted.driving import go
 from pytest_safemanip.policies.scripted.ends import place_on_end, place_onto_beside
 from pytest_safemanip.policies.scripted.facing import face
 from pytest_safemanip.policies.scripted.filling import fill_beside
-from pytest_safemanip.policies.scripted.fridges import drop_onto, pick_from_fridge
+from pytest_safemanip.policies.scripted.fishing import fish_from, slip_either_into
+from pytest_safemanip.policies.scripted.fridges import (
+    drop_onto,
+    pick_by_end_from_fridge,
+    pick_from_fridge,
+)
+from pytest_safemanip.policies.scripted.glasses import slip_into
 from pytest_safemanip.policies.scripted.handles import pick_by_handle, place_inside
 from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
@@ -112,6 +118,8 @@ SKILLS: Mapping[str, Skill] = {
     "pick": pick_from_counter,
     "drop onto": drop_onto,
     "fetch from": pick_from_fridge,
+    "draw from": pick_by_end_from_fridge,
+    "fish or from": fish_from,
     "grasp": grasp_cup,
     "pick from": pick_from,
     "hook": hook,
@@ -143,6 +151,8 @@ SKILLS: Mapping[str, Skill] = {
     "shelve in under": shelve_in_under,
     "sink in": place_in_basin,
     "slide": slide_rack,
+    "slip into": slip_into,
+    "slip or into": slip_either_into,
     "stand in": stand_in,
     "store in": store_in,
     "swing": swing_spout,
