@@ -15,7 +15,7 @@ from pytest_safemanip.sim.robocasa.standins.objects import Row, object_model, ta
 
 HOLLOW = ("bowl", "lugged", "mug", "pan", "pot", "colander", "goblet", "tray", "bin", "basket")
 BARRELS = ("can", "bottle")
-FLAT = ("block", "log", "board", "tray", "bin", "basket", "tool")
+FLAT = ("block", "log", "board", "tray", "bin", "basket", "tool", "turner")
 SLOPE = math.radians(5.0)
 SPACING = 0.6
 TABLE_TOP = '<geom name="table" type="box" size="99 2 .05" pos="0 0 -.05"/>'
@@ -192,7 +192,7 @@ def grip_of(row: Row) -> tuple[tuple[float, float, float], float]:
             return (0.0, 0.0, z - 0.009), 0.0
         case "lid":
             return (0.0, 0.0, 0.03), 0.0
-        case "tool":
+        case "tool" | "turner":
             return (-0.4 * x, 0.0, max(min(0.007, z) - z, 0.009 - z)), 0.0
         case "bowl" | "tray":
             return (0.003 - x, 0.0, z - 0.007), across

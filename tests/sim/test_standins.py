@@ -31,7 +31,7 @@ from pytest_safemanip.sim.robocasa.standins.mjcf import Model
 
 GRIPPER_OPENING = 0.079
 HOLLOW = ("bowl", "lugged", "mug", "pan", "pot", "colander", "goblet", "tray", "bin", "basket")
-SIMPLE = ("ball", "pod", "block", "log", "can", "bottle", "tool", "board")
+SIMPLE = ("ball", "pod", "block", "log", "can", "bottle", "tool", "turner", "board")
 TABLE_TOP = '<geom name="table" type="box" size="1 1 .05" pos="0 0 -.05"/>'
 
 

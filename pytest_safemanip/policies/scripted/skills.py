@@ -49,6 +49,7 @@ from pytest_safemanip.policies.scripted.picking import (
     pick_from_above,
     pick_from_counter,
 )
+from pytest_safemanip.policies.scripted.pots import put_both
 from pytest_safemanip.policies.scripted.putting import (
     lay_onto,
     place_onto,
@@ -78,6 +79,7 @@ from pytest_safemanip.policies.scripted.stations import (
     lay_before,
     place_behind,
 )
+from pytest_safemanip.policies.scripted.stirring import stir, take_by_root
 from pytest_safemanip.policies.scripted.storing import store_in
 from pytest_safemanip.policies.scripted.tipping import tip_into
 from pytest_safemanip.policies.scripted.toasting import (
@@ -154,6 +156,9 @@ SKILLS: Mapping[str, Skill] = {
     "slip into": slip_into,
     "slip or into": slip_either_into,
     "stand in": stand_in,
+    "stir with": stir,
+    "put and into": put_both,
+    "wield": take_by_root,
     "store in": store_in,
     "swing": swing_spout,
     "take": pick_from_above,

@@ -27,6 +27,7 @@ SHAPES: dict[str, Callable[[Model, Vec3, float, Paint], None]] = {
     "can": solids.can,
     "bottle": solids.bottle,
     "tool": solids.tool,
+    "turner": solids.turner,
     "kettle": solids.kettle,
     "board": solids.board,
     "lid": solids.lid,

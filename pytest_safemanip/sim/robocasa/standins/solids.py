@@ -19,6 +19,10 @@ EDGELESS = 0.6
 TOOL_GRIP = 0.018
 """Width of a tool's handle, m."""
 
+TURNER_GRIP, BLADE = 0.028, 0.003
+"""Width of a turner's handle and thickness of its blade, m: as of plastic ones. What is wider is
+held with more force, and its blade turns less in the fingers."""
+
 
 def ball(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
     """Round fruit: a sphere."""
@@ -77,6 +81,21 @@ def tool(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
         kg=kg / 2,
     )
     model.box((grip / 2, 0.0, 0.0), (head / 2, width / 2, height / 2), paint=paint, kg=kg / 2)
+
+
+def turner(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
+    """A spatula lying flat: a thick handle along x, a thin blade at its positive end."""
+    length, width, height = size
+    head = 0.35 * length
+    grip = length - head
+    model.box(
+        (-head / 2, 0.0, 0.0),
+        (grip / 2, TURNER_GRIP / 2, height / 2),
+        paint=BLACK,
+        kg=0.6 * kg,
+    )
+    flat = (head / 2, width / 2, BLADE / 2)
+    model.box((grip / 2, 0.0, (BLADE - height) / 2), flat, paint=paint, kg=0.4 * kg)
 
 
 def kettle(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
