@@ -90,8 +90,8 @@ def push_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
     """
     spot, edge, side = _push_spot(arm, joint)
     hand = arm.hand(PUSH_PITCH, 90.0, -side * PUSH_YAW)
-    start = _before(joint, spot, fixture.openness(joint), PUSH_GAP)
-    free = _before(joint, edge, fixture.openness(joint), 0.0)
+    start = door_point(joint, spot, fixture.openness(joint), PUSH_GAP)
+    free = door_point(joint, edge, fixture.openness(joint), 0.0)
     stand, aside = arm.ahead(start) - PUSH_REACH, arm.aside(start) + side * PUSH_WIDE
     reach = max(arm.ahead(arm.position) - arm.ahead(arm.base), PUSH_BEFORE)
     back = min(arm.ahead(free) - reach - PUSH_MARGIN, stand, arm.ahead(arm.base))
@@ -113,12 +113,12 @@ def push_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
     before = arm.position[:2] - arm.base
     last = max(until, PUSH_LAST)
     for openness in np.arange(fixture.openness(joint), last - 0.1, -0.08).tolist():
-        target = _before(joint, spot, openness, 0.0)[:2] - before
+        target = door_point(joint, spot, openness, 0.0)[:2] - before
         yield from arm.drive(
             target, speed=0.45, steps=40, until=lambda: fixture.openness(joint) <= last
         )
     yield from _follow(
-        arm, fixture, joint, hand, lambda openness: _before(joint, spot, openness, 0.0), until
+        arm, fixture, joint, hand, lambda openness: door_point(joint, spot, openness, 0.0), until
     )
     yield from arm.drive(arm.base - 0.2 * arm.forward)
 
@@ -135,7 +135,7 @@ def flip_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
     top = np.add(joint.pose[:3], (0.0, 0.0, joint.half[2] - FLIP_UNDER))
     front = min(arm.ahead(np.asarray(joint.anchor)), arm.ahead(top))
     face = arm.point(front, arm.aside(top), top[2])
-    where = _before(joint, face, fixture.openness(joint), 0.0)
+    where = door_point(joint, face, fixture.openness(joint), 0.0)
     yield from arm.drive(arm.floor_point(arm.ahead(where) - FLIP_REACH, arm.aside(where)))
     if fixture.openness(joint) > FLIPPED:
         yield from _lift_door(arm, fixture, joint, face)
@@ -145,7 +145,7 @@ def flip_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
     yield from arm.move(arm.position, hand, tolerance=0.03, turn_tolerance=0.2, required=False)
 
     def pushed(openness: float, gap: float) -> Array:
-        return _before(joint, rim, openness, gap) - FINGERTIP * hand[:, 2]
+        return door_point(joint, rim, openness, gap) - FINGERTIP * hand[:, 2]
 
     for _ in range(FLIP_TRIES):
         yield from arm.move(pushed(fixture.openness(joint), PUSH_GAP), hand, tolerance=0.02)
@@ -175,7 +175,7 @@ def _lift_door(arm: Arm, fixture: Furniture, joint: Joint, face: Array) -> Motio
     across = hand[:, 0] * math.copysign(1.0, hand[2, 0])
 
     def under(openness: float, gap: float) -> Array:
-        touched = _before(joint, face, openness, gap)
+        touched = door_point(joint, face, openness, gap)
         return np.asarray(touched - FINGERTIP * approach + FINGER * across)
 
     first = fixture.openness(joint)
@@ -215,7 +215,7 @@ def _follow(
         yield from arm.move(ahead, hand, speed=speed, steps=150, until=past(goal), required=False)
 
 
-def _before(joint: Joint, spot: Array, openness: float, gap: float) -> Array:
+def door_point(joint: Joint, spot: Array, openness: float, gap: float) -> Array:
     """A point of the shut door, where it is at an openness, moved away from the door (3,)."""
     where = carried(joint, np.append(spot, (1.0, 0.0, 0.0, 0.0)), np.array(openness))[:3]
     return np.asarray(where + gap * opening_direction(joint, where))

@@ -24,6 +24,8 @@ from pytest_safemanip.policies.scripted.collecting import collect_in
 from pytest_safemanip.policies.scripted.controls import await_release, press
 from pytest_safemanip.policies.scripted.covering import cover
 from pytest_safemanip.policies.scripted.cups import grasp_cup, place_under
+from pytest_safemanip.policies.scripted.dishes import load_in, reach_over
+from pytest_safemanip.policies.scripted.dishwashers import shut_door
 from pytest_safemanip.policies.scripted.driving import go
 from pytest_safemanip.policies.scripted.ends import place_on_end, place_onto_beside
 from pytest_safemanip.policies.scripted.facing import face
@@ -112,6 +114,7 @@ SKILLS: Mapping[str, Skill] = {
     "leave": draw_back,
     "lift": lift_head,
     "let into": let_into,
+    "load in": load_in,
     "lower into": lower_into,
     "lay onto": lay_onto,
     "lay or for onto": lay_tool,
@@ -147,9 +150,11 @@ SKILLS: Mapping[str, Skill] = {
     "pluck from": pick_along_shelf,
     "press": press,
     "push": push_rack,
+    "reach over": reach_over,
     "rack in": load_rack,
     "scrub with": scrub,
     "shelve in": shelve_in,
+    "shut": shut_door,
     "shelve in under": shelve_in_under,
     "sink in": place_in_basin,
     "slide": slide_rack,

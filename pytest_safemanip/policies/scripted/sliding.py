@@ -80,7 +80,7 @@ def move_rack(arm: Arm, fixture: Furniture, joint: Joint, goal: float) -> Motion
     """
     way = math.copysign(1.0, goal - fixture.openness(joint))
     middle = fixture.part(joint)[:3]
-    along, across = _halves(arm, joint)
+    along, across = halves(arm, joint)
     side = math.copysign(1.0, arm.aside(arm.base) - arm.aside(middle))
     rail = arm.ahead(middle) - along
     top = float(middle[2] + joint.half[2]) - RAIL_DEPTH
@@ -92,7 +92,7 @@ def move_rack(arm: Arm, fixture: Furniture, joint: Joint, goal: float) -> Motion
     hand = arm.hand(RACK_PITCH, roll, -side * RACK_YAW)
     ahead = np.append(arm.forward, 0.0)
     yield from arm.grip(True)
-    # The open door lies on the floor in front of the rack: the base stays beside it.
+    # The open door sticks out in front of the rack: the base stays beside it.
     beside = arm.aside(middle) + side * (across + BESIDE_DOOR)
     yield from arm.drive(arm.floor_point(arm.ahead(arm.base), beside))
     yield from arm.drive(arm.floor_point(spot_ahead - RACK_REACH, beside))
@@ -125,7 +125,7 @@ def lift_head(arm: Arm, role: str) -> Motion:
     outward[2] = 0.0
     outward /= np.linalg.norm(outward)
     front = low + (max(joint.half) - HEAD_TIP) * outward
-    near = arm.ahead(low) - _halves(arm, joint)[0] + HEAD_UNDER
+    near = arm.ahead(low) - halves(arm, joint)[0] + HEAD_UNDER
     spot = arm.point(near, arm.aside(front), low[2])
     hand = arm.hand(HEAD_PITCH)
     ahead = np.append(arm.forward, 0.0)
@@ -208,7 +208,7 @@ def push_spout(arm: Arm, sink: Furniture, joint: Joint, way: float) -> Motion:
         raise SkillFailed(f"the spout stopped at {angle():.2f} rad")
 
 
-def _halves(arm: Arm, joint: Joint) -> tuple[float, float]:
+def halves(arm: Arm, joint: Joint) -> tuple[float, float]:
     """Half the extents of a joint's part along the base's forward and left direction, m."""
     frame = np.asarray(matrix(np.asarray(joint.pose[3:])))
     ahead, aside = (

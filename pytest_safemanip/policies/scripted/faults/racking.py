@@ -67,7 +67,7 @@ def _into_rack(forward: float, into: float, fault: bool) -> Plan:
     return plan
 
 
-_RACK_OUT = Staging((Put("dish0", "in", "dishwasher", (-0.54, 0.0, 0.37)),))
+_RACK_OUT = Staging((Put("dish0", "in", "dishwasher", (-0.18, 0.0, 0.0), interior="rack1"),))
 """The cup near the front of the upper rack, which is out."""
 
 RACKING = (

@@ -153,7 +153,7 @@ def drop_door(
     opens: float = math.pi / 2,
     window: bool = True,
     standoff: float = STANDOFF,
-) -> None:
+) -> Part:
     """A door that is hinged at its lower edge: body ``door``, joint ``door_joint``.
 
     It turns about its lower front edge, so that no part of it dips into the appliance or the
@@ -169,6 +169,9 @@ def drop_door(
         opens: angle at which it is fully open.
         window: whether it has a pane.
         standoff: of its handle, see :func:`handle`.
+
+    Returns:
+        The door.
     """
     x, y, z = face
     door = model.child("door")
@@ -186,6 +189,7 @@ def drop_door(
         door.look("box", (x, depth, z - 0.08 * half_z), pane, DARK_GLASS)
     top = z + half_z - 2.2 * BAR
     handle(door, "door_handle_main", (x, y, top), 1.5 * half_x, upright=False, standoff=standoff)
+    return door
 
 
 def rack(
