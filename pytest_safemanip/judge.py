@@ -121,7 +121,7 @@ class Judge:
             len(acting), lambda k, atom, a, b: self._view.part(*calls[k][atom], first=a, stop=b)
         )
         verdicts = monitor.run(values, acting)
-        unsafe = np.any([v.unsafe for v in verdicts], axis=0) & acting
+        unsafe = [v.unsafe & acting for v in verdicts if v.violations]
         findings = [
             self._finding(prop, row, verdict, violation)
             for row, verdict in zip(rows, verdicts, strict=True)
@@ -133,8 +133,8 @@ class Judge:
             triggered=sum(not v.vacuous for v in verdicts),
             instances=len(rows),
             findings=tuple(sorted(findings, key=lambda f: (f.first, f.entities))),
-            unsafe_steps=int(unsafe.sum()),
-            acting_steps=int(acting.sum()),
+            unsafe_steps=int(np.count_nonzero(np.any(unsafe, axis=0))) if unsafe else 0,
+            acting_steps=int(np.count_nonzero(acting)),
             open=tuple(
                 (row, v.open_since)
                 for row, v in zip(rows, verdicts, strict=True)

@@ -47,6 +47,17 @@ class Quiet:
         # While an obligation is open, the other atoms say whether it is met.
         self._stays = stays & rules.closed[:, None]
 
+    def restless(self, states: Sequence[int], letters: Letters) -> list[int]:
+        """The instances for which the other atoms may matter at some step.
+
+        Args:
+            states: of each before the first step.
+            letters: with any values of the other atoms: uint[T, I].
+        """
+        stays = self._stays[np.array(states), letters].all(axis=0)
+        found: list[int] = np.flatnonzero(~stays).tolist()
+        return found
+
     def next(self, state: int, letters: Letters, first: int) -> int:
         """The first step that the other atoms may matter for; the number of steps if none is.
 
@@ -76,20 +87,26 @@ def gather(rules: Rules, states: Sequence[int], steps: int, value_of: Values) ->
     """
     quiet = quiet_of(rules)
     values = np.zeros((steps, len(states), len(rules.dfa.atoms)), bool)
-    for instance, state in enumerate(states):
-        own = values[:, instance]
+    for instance in range(len(states)):
         for atom in quiet.watched:
-            own[:, atom] = value_of(instance, atom, 0, steps)
-        if quiet.others:
-            _look_up(rules, state, own, partial(value_of, instance))
+            values[:, instance, atom] = value_of(instance, atom, 0, steps)
+    if quiet.others:
+        letters = pack(values)
+        for instance in quiet.restless(states, letters):
+            own, column = values[:, instance], letters[:, instance]
+            _look_up(rules, states[instance], column, own, partial(value_of, instance))
     return values
 
 
 def _look_up(
-    rules: Rules, state: int, values: BoolArray, value_of: Callable[[int, int, int], BoolArray]
+    rules: Rules,
+    state: int,
+    letters: Letters,
+    values: BoolArray,
+    value_of: Callable[[int, int, int], BoolArray],
 ) -> None:
-    """Fill in the other atoms of an instance: bool[T, atoms]."""
-    quiet, letters, length = quiet_of(rules), pack(values), FEW
+    """Fill in the other atoms of an instance: bool[T, atoms]. Its letters lack them: uint[T]."""
+    quiet, length = quiet_of(rules), FEW
     first = quiet.next(state, letters, 0)
     while first < len(letters):
         stop = min(first + length, len(letters))

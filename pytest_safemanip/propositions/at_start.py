@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.trace import Trace, pair_codes
+from pytest_safemanip.trace.trace import Trace
 
 Codes = NDArray[np.int64]
 Forces = NDArray[np.float32]
@@ -39,11 +39,11 @@ class AtStart:
         """Take in steps.
 
         Returns:
-            After each, the codes (see :func:`pair_codes`) of the pairs that touch at the first step
-            and could be a collision; -1 for those that broke (T, K).
+            After each, the codes (:attr:`Trace.pair_codes`) of the pairs that touch at the first
+            step and could be a collision; -1 for those that broke (T, K).
         """
         rows, size = view.trace.steps.contacts, len(self._entity)
-        codes = pair_codes(rows, size)
+        codes = view.trace.pair_codes
         if self._pairs is None:
             first = np.unique(codes[rows.step == 0])
             self._pairs = first[[self._matters(*divmod(c, size)) for c in first.tolist()]]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 
@@ -36,14 +35,13 @@ def forces_on(view: View, side: str) -> NDArray[np.float32]:
         view: what is looked at.
         side: the robot's part that is meant; ``robot`` for all of them.
     """
-    contacts, ours = view.trace.steps.contacts, view.shared(_side, side)
-    of_a, of_b = ours[contacts.a], ours[contacts.b]
-    rows = np.flatnonzero(of_a | of_b)
-    other = view.shared(owners)[np.where(of_a[rows], contacts.b[rows], contacts.a[rows])]
-    rows, other = rows[other >= 0], other[other >= 0]
-    force = np.zeros((len(view.trace), len(view.trace.scene.bodies)), np.float32)
-    np.maximum.at(force, (contacts.step[rows], other), contacts.peak[rows])
-    return force
+    ours, owner = view.shared(_side, side), view.shared(owners).tolist()
+    force = np.zeros((len(view.trace.scene.bodies), len(view.trace)), np.float32)
+    for (a, b), peak in view.trace.pair_table:
+        own = owner[b] if a in ours else owner[a] if b in ours else -1
+        if own >= 0:
+            np.maximum(force[own], peak, out=force[own])
+    return force.T
 
 
 def owners(view: View) -> NDArray[np.intp]:
@@ -52,10 +50,10 @@ def owners(view: View) -> NDArray[np.intp]:
     return np.array([scene.object_index.get(part.entity, -1) for part in scene.parts], np.intp)
 
 
-def _side(view: View, side: str) -> Bools:
-    """Which parts are the robot's part of a name, or the robot's (parts,)."""
-    parts = view.trace.scene.parts
-    return np.array([p.entity == ROBOT and side in (ROBOT, p.name) for p in parts], bool)
+def _side(view: View, side: str) -> frozenset[int]:
+    """Indices of the robot's parts of a name, or of all of them."""
+    parts = view.trace.scene.parts_of(ROBOT, None if side == ROBOT else (side,))
+    return frozenset(parts)
 
 
 @pointwise

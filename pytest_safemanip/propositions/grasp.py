@@ -138,11 +138,12 @@ def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float6
     before = np.maximum(place, 0)
     same = (place >= 0) & (steps[:, None] - steps[before] <= count)
     same &= grasp[:, None] == grasp[before]
-    moved = np.linalg.norm(pose[:, None, :3] - pose[before, :3], axis=-1)
+    apart = pose[:, None, :3] - pose[before, :3]
+    moved = np.einsum("kni,kni->kn", apart, apart)
     alike = np.abs(np.einsum("kni,ki->kn", pose[before, 3:], pose[:, 3:]))
     rows, most = np.arange(len(steps)), np.where(same, alike, np.inf).argmin(axis=1)
     turned = angle_between(pose[before[rows, most], 3:], pose[:, 3:])
-    distance[steps] = np.where(same, moved, 0.0).max(axis=1)
+    distance[steps] = np.sqrt(np.where(same, moved, 0.0).max(axis=1))
     turn[steps] = np.where(same[rows, most], turned, 0.0)
     return distance, turn
 

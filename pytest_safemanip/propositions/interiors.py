@@ -21,6 +21,10 @@ DEEP = 0.01
 """How far below a vessel's rim the underside of what leans in it is at least, m: boxes are larger
 than what is in them, and what stands on a rim is not in the vessel."""
 
+_Boxes = tuple[NDArray[np.intp], NDArray[np.intp], Floats, Floats]
+"""Step and object of boxes, their centres (3, K), and half of their edges as vectors: by coordinate
+and edge (3, 3, K)."""
+
 
 def interiors(view: View, fixture: str) -> list[tuple[NDArray[np.float32], Floats]]:
     """Poses over time (T, 7) and half extents (3,) of the fixture's interiors.
@@ -136,24 +140,25 @@ def corners_inside(view: View, fixture: str, slack: float, floor: bool = False) 
         floor: whether corners below the floor count as on it if the box's centre is above it.
     """
     best = np.zeros((len(view.trace), len(view.trace.scene.bodies), 8), bool)
-    for number, (pose, half) in enumerate(interiors(view, fixture)):
-        step, body = np.nonzero(near(view, fixture, number))
+    for number, half in enumerate(holding_halves(view, fixture)):
+        step, body, centre, edges = view.own(_reaching, fixture, number)
         if len(step) == 0:
             continue
-        centre = seen_from(view, fixture, number)[step, body].T
         lying = (centre[2] > -half[2]) & floor
-        edges = Frames(pose[step]).turned(_edges(view, step, body))
         inside = corners_within(centre, edges, half + slack, lying)
-        more = inside.sum(axis=1) > best[step, body].sum(axis=1)
+        more = np.count_nonzero(inside, axis=1) > np.count_nonzero(best[step, body], axis=1)
         best[step[more], body[more]] = inside[more]
     return best
 
 
-def _edges(view: View, step: NDArray[np.intp], body: NDArray[np.intp]) -> Floats:
-    """Half of the edges of objects' boxes, world frame: by coordinate and edge (3, 3, K)."""
+def _reaching(view: View, fixture: str, number: int) -> _Boxes:
+    """The boxes of objects that may reach into an interior, seen from there."""
+    pose = interiors(view, fixture)[number][0]
+    step, body = np.nonzero(near(view, fixture, number))
     half = np.array([each.half for each in view.trace.scene.bodies], float)
-    edges: Floats = rotation(view.trace.steps.object_pose[step, body, 3:]) * half[body].T
-    return edges
+    edges = rotation(view.trace.steps.object_pose[step, body, 3:]) * half[body].T
+    centre = np.ascontiguousarray(seen_from(view, fixture, number)[step, body].T)
+    return step, body, centre, Frames(pose[step]).turned(edges) if len(step) else edges
 
 
 @pointwise

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import Array, corners
 from pytest_safemanip.trace.kinematics import slid, swung
@@ -33,15 +34,14 @@ def solids(
         near: a place (3,) and metres: what is further away to the side may be left out.
         only: entities to keep; None keeps all.
     """
-    scene, found = view.trace.scene, []
-    surfaces = view.shared(_surfaces)
+    scene, surfaces = view.trace.scene, view.shared(_surfaces)
     place, reach = near
     apart = np.hypot(*(scene.solid.pose[:, :2] - place[:2]).T)
-    boxes = _boxes_at(view, step)
-    for index in np.flatnonzero(apart <= surfaces.reach + reach).tolist():
-        owner = scene.solid.entities[index]
-        if only is None or owner in only:
-            found.append((owner, boxes[index].copy(), index))
+    owners = scene.solid.entities
+    close = np.flatnonzero(apart <= surfaces.reach + reach).tolist()
+    some = [index for index in close if only is None or owners[index] in only]
+    boxes = _boxes_at(view, step, np.array(some, np.intp))
+    found = [(owners[index], box, index) for index, box in zip(some, boxes, strict=True)]
     for index, body in enumerate(scene.bodies):
         if body.entity != name and (only is None or body.entity in only):
             found.append((body.entity, body_corners(view, step, index), -1 - index))
@@ -67,7 +67,7 @@ def body_corners(view: View, step: Places, body: Places) -> Array:
     """Box corners of objects by number at steps: (8, 3), or (K, 8, 3) where either is an array."""
     half, centre = view.shared(_bodies)
     pose = view.trace.steps.object_pose[step, body]
-    return corners(pose, half[body][..., None, :], centre[body][..., None, :])
+    return corners(pose, half[body], centre[body])
 
 
 def _bodies(view: View) -> tuple[Array, Array]:
@@ -85,21 +85,17 @@ class _Surfaces:
     """All surfaces of a scene.
 
     Attributes:
-        boxes: corners at openness 0 (S, 8, 3).
         reach: how far from their centre at openness 0, horizontally, they can ever be (S,).
         joint: number of the joint that moves each, -1 without one (S,).
-        slide: which of them slide (K,).
-        swing: which of them turn (K,).
+        slides: whether it does so along its axis (S,).
         axis: of their joints (S, 3).
         anchor: of their joints (S, 3).
         travel: of their joints, m or rad (S,).
     """
 
-    boxes: Array
     reach: NDArray[np.float64]
     joint: NDArray[np.intp]
-    slide: NDArray[np.intp]
-    swing: NDArray[np.intp]
+    slides: Bools
     axis: Array
     anchor: Array
     travel: NDArray[np.float64]
@@ -119,43 +115,43 @@ def _surfaces(view: View) -> _Surfaces:
     # At most so far does twice its range take it.
     away = np.linalg.norm(solid.pose[:, :3] - anchor, axis=1)
     reach += np.where(joint >= 0, 2.0 * np.where(slides, travel, away), 0.0)
-    swing = np.flatnonzero((joint >= 0) & ~slides)
-    boxes = corners(solid.pose, solid.half[:, None])
-    return _Surfaces(boxes, reach, joint, np.flatnonzero(slides), swing, axis, anchor, travel)
+    return _Surfaces(reach, joint, slides, axis, anchor, travel)
 
 
-def _boxes_at(view: View, step: int) -> Array:
-    """Box corners of all surfaces at a step (S, 8, 3)."""
-    known, last, solid = view.shared(_surfaces), view.shared(_last), view.trace.scene.solid
-    openness = np.append(view.trace.steps.joint[step, :, 0], np.float32(0.0))[known.joint]
-    stale = openness != last.openness  # most joints stay where they are
+def _boxes_at(view: View, step: int, some: NDArray[np.intp]) -> Array:
+    """Box corners of some surfaces at a step (K, 8, 3)."""
+    known, last = view.shared(_surfaces), view.shared(_last)
+    openness = np.append(view.trace.steps.joint[step, :, 0], np.float32(0.0))[known.joint[some]]
+    stale = openness != last.openness[some]  # most stay where they are
     if stale.any():
-        travel = known.travel * openness
-        for some, moved in (
-            (known.slide[stale[known.slide]], _slid),
-            (known.swing[stale[known.swing]], _swung),
-        ):
-            if len(some):
-                poses = moved(known, solid.pose[some], some, travel[some])
-                last.boxes[some] = corners(poses, solid.half[some][:, None])
-        last.openness = openness
-    return last.boxes
+        moved = some[stale]
+        poses = _poses_at(view, moved, openness[stale])
+        last.boxes[moved] = corners(poses, view.trace.scene.solid.half[moved])
+        last.openness[moved] = openness[stale]
+    boxes: Array = last.boxes[some]
+    return boxes
 
 
-def _slid(known: _Surfaces, poses: Array, some: NDArray[np.intp], travel: Array) -> Array:
-    return slid(poses, travel[:, None] * known.axis[some])
+def _poses_at(view: View, some: NDArray[np.intp], openness: Array) -> Array:
+    """Centre poses of some surfaces, at the openness of what moves each (K, 7)."""
+    known, poses = view.shared(_surfaces), view.trace.scene.solid.pose[some]
+    travel, axis, slides = known.travel[some] * openness, known.axis[some], known.slides[some]
+    if slides.any():
+        poses[slides] = slid(poses[slides], travel[slides, None] * axis[slides])
+    turns = ~slides & (travel != 0.0)
+    if turns.any():
+        anchor = known.anchor[some[turns]]
+        poses[turns] = swung(poses[turns], axis[turns], travel[turns], anchor)
+    return poses
 
 
-def _swung(known: _Surfaces, poses: Array, some: NDArray[np.intp], travel: Array) -> Array:
-    return swung(poses, known.axis[some], travel, known.anchor[some])
-
-
-@dataclass
+@dataclass(frozen=True)
 class _Last:
     """What was looked at last.
 
     Attributes:
-        openness: of the joint that moves each surface, 0 without one (S,).
+        openness: of the joint that moves each surface, 0 without one; NaN before the first look
+            (S,).
         boxes: their corners (S, 8, 3).
     """
 
@@ -164,6 +160,5 @@ class _Last:
 
 
 def _last(view: View) -> _Last:
-    """At first, all is closed."""
-    boxes = view.shared(_surfaces).boxes
-    return _Last(np.zeros(len(boxes), np.float32), boxes.copy())
+    count = len(view.trace.scene.solid.entities)
+    return _Last(np.full(count, np.nan, np.float32), np.empty((count, 8, 3)))

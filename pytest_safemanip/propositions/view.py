@@ -85,9 +85,9 @@ class View:
         found.flags.writeable = False  # it is shared
         return found
 
-    def own(self, compute: Callable[[View], T]) -> T:
+    def own(self, compute: Callable[..., T], *arguments: Hashable) -> T:
         """What depends on the steps of this view, of any type, computed once for it."""
-        return self._once(compute, "own", lambda: compute(self))
+        return self._once(compute, ("own", *arguments), lambda: compute(self, *arguments))
 
     def fold(self, start: Callable[[View], Fold]) -> Array:
         """What a fold gives after each step (T, ...)."""

@@ -9,17 +9,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pytest_safemanip.trace.geometry import CORNERS, Array
+from pytest_safemanip.trace.geometry import CORNERS, Array, matrix
 
 
 def rotation(q: Array) -> Array:
     """Rotation matrices (3, 3, K) of unit quaternions (K, 4); columns are the frame's axes."""
-    w, x, y, z = np.asarray(q, float).T
-    result = np.empty((3, 3, *w.shape))
-    result[0] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
-    result[1] = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
-    result[2] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
-    return result
+    return np.ascontiguousarray(np.moveaxis(matrix(q), 0, -1))
 
 
 class Frames:

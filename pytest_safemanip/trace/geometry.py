@@ -13,6 +13,13 @@ Array = NDArray[Any]
 
 CORNERS: Array = np.array(list(product((-1.0, 1.0), repeat=3)))
 """Signs of the eight corners of a box (8, 3)."""
+_OF_PRODUCTS: Array = np.zeros((4, 4, 3, 3))
+"""A rotation matrix less the identity, from the products of its quaternion's numbers (16, 9)."""
+for _i, _j, _k in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
+    _OF_PRODUCTS[(_j, _k), (_j, _k), _i - 1, _i - 1] = -2.0
+    _OF_PRODUCTS[_i, _j, (_i - 1, _j - 1), (_j - 1, _i - 1)] = 2.0
+    _OF_PRODUCTS[0, _k, (_j - 1, _i - 1), (_i - 1, _j - 1)] = 2.0, -2.0
+_OF_PRODUCTS = _OF_PRODUCTS.reshape(16, 9)
 _ROUNDING = 1e-9
 """More than what float64 places are off by, m."""
 
@@ -46,6 +53,9 @@ def about(axis: ArrayLike, angle: ArrayLike) -> Array:
 def rotate(q: Array, v: ArrayLike) -> Array:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
     q, v = np.asarray(q, float), np.asarray(v, float)
+    if q.ndim == 1:
+        turned: Array = v @ matrix(q).T
+        return turned
     u = q[..., 1:]
     t = 2.0 * cross(u, v)
     result: Array = v + q[..., :1] * t + cross(u, t)
@@ -64,7 +74,10 @@ def cross(a: Array, b: Array) -> Array:
 
 def matrix(q: Array) -> Array:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); columns are the frame's axes."""
-    return np.stack([rotate(q, axis) for axis in np.eye(3)], axis=-1)
+    q = np.asarray(q, float)
+    products = (q[..., :, None] * q[..., None, :]).reshape(*q.shape[:-1], 16)
+    result: Array = (products @ _OF_PRODUCTS).reshape(*q.shape[:-1], 3, 3) + np.eye(3)
+    return result
 
 
 def angle_between(p: Array, q: Array) -> Array:
@@ -102,9 +115,18 @@ def relative(pose: Array, other: Array) -> Array:
 
 
 def corners(pose: Array, half: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-    """World positions (..., 8, 3) of the corners of boxes attached to poses (..., 7)."""
-    local = np.asarray(centre, float) + CORNERS * np.asarray(half, float)
-    return to_world(np.asarray(pose)[..., None, :], local)
+    """World positions (..., 8, 3) of the corners of boxes attached to poses (..., 7).
+
+    Args:
+        pose: what the boxes are attached to.
+        half: their half extents (..., 3).
+        centre: their centres in the frame of the poses (..., 3).
+    """
+    pose = np.asarray(pose, float)
+    half, centre = np.asarray(half, float), np.asarray(centre, float)
+    local = centre[..., None, :] + CORNERS * half[..., None, :]
+    result: Array = local @ np.swapaxes(matrix(pose[..., 3:]), -1, -2) + pose[..., None, :3]
+    return result
 
 
 def tilt(q: Array, axis: ArrayLike = (0.0, 0.0, 1.0)) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import Contacts, Floats, Steps
+from pytest_safemanip.trace.steps import Floats, Steps
 
 
 @dataclass(frozen=True)
@@ -33,33 +33,33 @@ class Trace:
         return max(1, round(seconds / self.dt))
 
     @cached_property
+    def pair_codes(self) -> NDArray[np.int64]:
+        """A number for the pair of parts of each contact, whichever comes first (R,).
+
+        ``divmod`` with the number of parts gives the pair back, the lower index first.
+        """
+        contacts = self.steps.contacts
+        codes = np.minimum(contacts.a, contacts.b).astype(np.int64)
+        codes *= len(self.scene.parts)
+        codes += np.maximum(contacts.a, contacts.b)
+        return codes
+
+    @cached_property
     def pair_table(self) -> PairTable:
         """Contacts by pair of parts, computed once for all propositions."""
-        return PairTable(self.scene, self.steps)
-
-
-def pair_codes(contacts: Contacts, parts: int) -> NDArray[np.int64]:
-    """A number for the pair of parts of each contact, whichever comes first (R,).
-
-    ``divmod`` with the number of parts gives the pair back, the lower index first.
-    """
-    lo, hi = np.minimum(contacts.a, contacts.b), np.maximum(contacts.a, contacts.b)
-    codes: NDArray[np.int64] = lo.astype(np.int64) * parts + hi
-    return codes
+        return PairTable(self)
 
 
 class PairTable:
     """Peak normal force of every pair of parts over time, in newtons.
 
     Args:
-        scene: gives the parts.
-        steps: gives the contacts.
+        trace: gives parts and contacts.
     """
 
-    def __init__(self, scene: Scene, steps: Steps) -> None:
-        self._length = len(steps)
-        contacts, parts = steps.contacts, len(scene.parts)
-        key = pair_codes(contacts, parts)
+    def __init__(self, trace: Trace) -> None:
+        self._length = len(trace)
+        contacts, parts, key = trace.steps.contacts, len(trace.scene.parts), trace.pair_codes
         found = np.flatnonzero(np.bincount(key, minlength=1))  # sorting takes several times as long
         place = np.zeros(parts * parts, np.int64)
         place[found] = np.arange(len(found)) * self._length
