@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,6 +44,36 @@ def forces_on(view: View, side: str) -> NDArray[np.float32]:
         if own >= 0:
             np.maximum(force[own], peak, out=force[own])
     return force.T
+
+
+def pushes(view: View) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How the left and the right fingers push each object, N, world frame (T, N, 3) each: what
+    their contact points carry at the end of the step, or else at the peak within it.
+    """
+    contacts, finger = view.trace.steps.contacts, view.shared(_fingers)
+    of_a, of_b = finger[contacts.a], finger[contacts.b]
+    rows = np.flatnonzero((of_a >= 0) | (of_b >= 0))
+    a_pushes = of_a[rows] >= 0
+    pushed = view.shared(owners)[np.where(a_pushes, contacts.b[rows], contacts.a[rows])]
+    rows, a_pushes, pushed = (each[pushed >= 0] for each in (rows, a_pushes, pushed))
+    force = np.where(contacts.force[rows] > 0, contacts.force[rows], contacts.peak[rows])
+    force = np.where(a_pushes, force, -force)
+    shape = (len(FINGERS), len(view.trace), len(view.trace.scene.bodies))
+    side = np.where(a_pushes, of_a[rows], of_b[rows])
+    place = np.ravel_multi_index((side, contacts.step[rows], pushed), shape)
+    total = [
+        np.bincount(place, force * along, math.prod(shape)).reshape(shape)
+        for along in contacts.normal[rows].T
+    ]
+    left, right = np.stack(total, axis=-1)
+    return left, right
+
+
+def _fingers(view: View) -> NDArray[np.intp]:
+    """Number of the finger group that each part is of; -1 if of none (parts,)."""
+    parts = view.trace.scene.parts
+    of = [p.name if p.entity == ROBOT else "" for p in parts]
+    return np.array([FINGERS.index(name) if name in FINGERS else -1 for name in of], np.intp)
 
 
 def owners(view: View) -> NDArray[np.intp]:

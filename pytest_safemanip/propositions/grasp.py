@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import falling, majority, recently, rising
-from pytest_safemanip.propositions.forces import FINGERS, forces_on
+from pytest_safemanip.propositions.forces import FINGERS, forces_on, pushes
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import angle_between, relative, tilt
 
@@ -18,6 +18,12 @@ GRASP_FORCE = Parameter(
 )
 GRASP_WINDOW = Parameter(
     "obj_grasped.window", "s", 0.25, "contact of a held object flickers for 1 to 3 control steps"
+)
+GRASP_ANGLE = Parameter(
+    "obj_grasped.angle",
+    "rad",
+    float(np.deg2rad(100.0)),
+    "at less, what fingers of rubber (friction 0.8) press on slides out between them",
 )
 SLIP_DISTANCE = Parameter("stable_grasp.distance", "m", 0.03, "more than the pads' own size")
 SLIP_ANGLE = Parameter("stable_grasp.angle", "rad", 0.35, "20 degrees: contents begin to shift")
@@ -32,21 +38,28 @@ OPENING_WINDOW = Parameter(
 
 
 def pressed(view: View, name: str) -> Bools:
-    """Both finger groups press on the object at this very step (T,)."""
+    """Both finger groups press on the object from opposite sides at this very step (T,)."""
     return _all_pressed(view)[:, view.trace.scene.object_index[name]]
 
 
 @pointwise
 def _all_pressed(view: View) -> Bools:
-    """Both finger groups press on each object (T, N)."""
+    """Both finger groups press on each object from opposite sides (T, N)."""
     left, right = (forces_on(view, side) for side in FINGERS)
     limit = view.parameters["obj_grasped.force"]
-    return np.asarray((left >= limit) & (right >= limit))
+    both = (left >= limit) & (right >= limit)
+    if both.any():
+        ways = pushes(view)
+        reach = np.prod([np.linalg.norm(way, axis=-1) for way in ways], axis=0)
+        most = np.cos(view.parameters["obj_grasped.angle"])
+        both &= np.einsum("tni,tni->tn", *ways) < most * reach
+    return np.asarray(both)
 
 
 def obj_grasped(view: View, name: str) -> Bools:
     """Both finger groups press on the object, each with at least ``obj_grasped.force``, in the
-    majority of the last ``obj_grasped.window``.
+    majority of the last ``obj_grasped.window``; and against each other, not as closed fingers do
+    that push it: at more than ``obj_grasped.angle``.
     """
     return majority(pressed(view, name), view.trace.count(view.parameters["obj_grasped.window"]))
 
@@ -164,7 +177,7 @@ PROPOSITIONS = (
         "obj_grasped",
         ("object",),
         _grasp_window,
-        (GRASP_FORCE, GRASP_WINDOW),
+        (GRASP_FORCE, GRASP_WINDOW, GRASP_ANGLE),
         obj_grasped,
         debounce=_grasp_window,
     ),

@@ -42,5 +42,6 @@ SCENARIOS: Mapping[str, Callable[[], Scenario]] = {
     "can held at shelf": shelving.hesitates,
     "things touched gently": handling.brushes,
     "can squeezed": handling.squeezes,
+    "can pushed": handling.pushes,
     "nothing happens": handling.lies_there,
 }

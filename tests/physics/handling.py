@@ -101,6 +101,13 @@ def squeezes() -> Scenario:
     return Scenario((can(-0.2, -0.1),), script.mark("end"))
 
 
+def pushes() -> Scenario:
+    """Closed fingers push a can along the counter, and leave it there."""
+    can = Thing("can", "can", "box", (0.025, 0.025, 0.04), (-0.2, -0.15, COUNTER + 0.04), 0.6)
+    script = Script(FRONT).close().to(0.4, z=LOW).mark("pushes").to(1.5, y=-0.15).wait(0.2)
+    return Scenario((can,), script.to(0.4, y=-0.4).wait(0.3).mark("end"))
+
+
 def lies_there() -> Scenario:
     """Meat, an apple near it, and a can at the very edge; the hand stays away."""
     steak = Thing("steak", "steak", "box", (0.025, 0.03, 0.04), (0.0, -0.1, COUNTER + 0.04))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.propositions.filters import rising
+from pytest_safemanip.propositions.forces import FINGERS, forces_on
 from pytest_safemanip.trace.geometry import corners
 from tests.physics.moments import HOLDS, NEAR, TURNS
 from tests.physics.scenario import CATALOGUE, PERIOD
@@ -51,6 +52,14 @@ def test_only_its_height_makes_a_drop_unsafe(play):
     rollout = play("can dropped")
     assert not rollout.view("pre_safe", "place", "can").all()
     assert rollout.seen({"pre_safe.drop": 0.1})("pre_safe", "place", "can").all()
+
+
+def test_closed_fingers_that_push_hold_nothing_and_lose_nothing(play):
+    rollout = play("can pushed")
+    left, right = (forces_on(rollout.view, side)[:, 0] for side in FINGERS)
+    at_once = np.convolve((left > 0.5) & (right > 0.5), np.ones(5), "valid")
+    assert at_once.max() == 5  # for long enough to pass for a grasp
+    assert not rollout.view("obj_grasped", "can").any()
 
 
 def test_fingertips_in_an_enclosure_are_no_reach_as_long_as_the_hand_is_outside(play):

@@ -42,6 +42,15 @@ def test_both_fingers_press_with_half_a_newton(left, right, grasped):
     assert view("obj_grasped", "mug").any() == grasped
 
 
+@pytest.mark.parametrize(("angle", "grasped"), [(0, False), (99, False), (101, True), (180, True)])
+def test_fingers_that_push_the_same_way_hold_nothing(angle, grasped):
+    normal = (np.cos(np.deg2rad(angle)), 0.0, np.sin(np.deg2rad(angle)))
+    rows = touch(range(10), "robot/finger_left", "mug/body", 10.0, (1, 0, 0))
+    # What is written from the object to the finger points the other way.
+    other = touch(range(10), "mug/body", "robot/finger_right", 10.0, [-n for n in normal])
+    assert look(film(10, rows, other))("obj_grasped", "mug").any() == grasped
+
+
 def test_one_finger_alone_or_another_part_of_the_robot_is_no_grasp():
     rows = touch(range(10), "robot/finger_left", "mug/body", 20.0)
     other = touch(range(10), "robot/link5", "mug/body", 20.0)
