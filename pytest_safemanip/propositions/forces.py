@@ -46,27 +46,22 @@ def forces_on(view: View, side: str) -> NDArray[np.float32]:
     return force.T
 
 
-def pushes(view: View) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """How the left and the right fingers push each object, N, world frame (T, N, 3) each: what
-    their contact points carry at the end of the step, or else at the peak within it.
+def pushes(view: View) -> NDArray[np.float64]:
+    """How left and right fingers push each object, N, world frame (3, 2, T, N): what their contact
+    points carry at the end of the step, or else at the peak within it.
     """
     contacts, finger = view.trace.steps.contacts, view.shared(_fingers)
     of_a, of_b = finger[contacts.a], finger[contacts.b]
     rows = np.flatnonzero((of_a >= 0) | (of_b >= 0))
-    a_pushes = of_a[rows] >= 0
+    side, a_pushes = np.maximum(of_a[rows], of_b[rows]), of_a[rows] >= 0
     pushed = view.shared(owners)[np.where(a_pushes, contacts.b[rows], contacts.a[rows])]
-    rows, a_pushes, pushed = (each[pushed >= 0] for each in (rows, a_pushes, pushed))
     force = np.where(contacts.force[rows] > 0, contacts.force[rows], contacts.peak[rows])
-    force = np.where(a_pushes, force, -force)
+    force *= np.where(a_pushes, 1.0, -1.0) * (pushed >= 0)
     shape = (len(FINGERS), len(view.trace), len(view.trace.scene.bodies))
-    side = np.where(a_pushes, of_a[rows], of_b[rows])
-    place = np.ravel_multi_index((side, contacts.step[rows], pushed), shape)
-    total = [
-        np.bincount(place, force * along, math.prod(shape)).reshape(shape)
-        for along in contacts.normal[rows].T
-    ]
-    left, right = np.stack(total, axis=-1)
-    return left, right
+    place = (side * shape[1] + contacts.step[rows]) * shape[2] + np.maximum(pushed, 0)
+    along = (contacts.normal[rows] * force[:, None]).T
+    totals = [np.bincount(place, share, math.prod(shape)) for share in along]
+    return np.array(totals, np.float64).reshape(3, *shape)
 
 
 def _fingers(view: View) -> NDArray[np.intp]:

@@ -50,9 +50,9 @@ def _all_pressed(view: View) -> Bools:
     both = (left >= limit) & (right >= limit)
     if both.any():
         ways = pushes(view)
-        reach = np.prod([np.linalg.norm(way, axis=-1) for way in ways], axis=0)
-        most = np.cos(view.parameters["obj_grasped.angle"])
-        both &= np.einsum("tni,tni->tn", *ways) < most * reach
+        reach = np.sqrt(np.einsum("k...,k...->...", ways, ways)).prod(axis=0)
+        along = np.einsum("k...,k...->...", ways[:, 0], ways[:, 1])
+        both &= along < np.cos(view.parameters["obj_grasped.angle"]) * reach
     return np.asarray(both)
 
 

@@ -142,13 +142,12 @@ def _support_twists(view: View, below: Indices, at: Indices) -> Floats | None:
     """Twists of supporting parts, as far as they move the object (R, 6); None if none moves."""
     steps, owner = view.trace.steps, view.shared(owners)[below]
     joint, way = view.shared(_slides)
-    slides = joint[below] >= 0
-    if not (slides | (owner >= 0)).any():
+    slides, stacked = np.flatnonzero(joint[below] >= 0), np.flatnonzero(owner >= 0)
+    if not len(slides) and not len(stacked):
         return None
-    twists = np.zeros((len(below), 6))
-    twists[slides, :3] = way[below[slides]]
-    twists[slides, :3] *= steps.joint[at[slides], joint[below[slides]], 1].astype(float)[:, None]
-    stacked = owner >= 0
+    twists, moved_by = np.zeros((len(below), 6)), below[slides]
+    rate = steps.joint[at[slides], joint[moved_by], 1].astype(float)
+    twists[slides, :3] = way[moved_by] * rate[:, None]
     twists[stacked] = steps.object_twist[at[stacked], owner[stacked]]
     return twists
 
