@@ -285,5 +285,5 @@ def test_what_tasks_put_together_fits(
     mujoco.mj_step(model, data, nstep=1000)
     offset = data.body("inner").xpos - data.body("outer").xpos
     assert abs(offset[:2]).max() < scale * outer.size[0] / 2
-    assert offset[2] < (0.08 if upright else 0.0)  # on the floor of it, not on the rim
+    assert offset[2] < (0.08 if upright else 0.02)  # on the floor of it, not on the rim
     assert tilt(data.body("outer").xquat) < 1.0

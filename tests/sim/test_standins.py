@@ -24,6 +24,7 @@ from pytest_safemanip.sim.robocasa.standins import (
     paint,
     sinks,
     source,
+    vessels,
 )
 from pytest_safemanip.sim.robocasa.standins.cabinet_parts import HandleSize
 from pytest_safemanip.sim.robocasa.standins.elements import numbers
@@ -178,9 +179,10 @@ def test_vessels_hold_things_unless_they_are_turned_over(mujoco: ModuleType, fli
             continue
         vessel = objects.object_model(row, 1.0, (1.0, 1.0, 1.0))
         middle = 0.3 + row.size[2] / 2
-        # Inside, 1.5 mm above a floor that is 6 mm thick at most; the cup of a goblet is its upper
-        # half. When the vessel is turned over, the floor is a ceiling.
-        above = 0.02 if row.shape == "goblet" else 0.0175 - row.size[2] / 2
+        # Inside, 1.5 mm above a floor that is 6 mm thick at most, and its foot; the cup of a goblet
+        # is its upper half. When the vessel is turned over, the floor is a ceiling.
+        foot = vessels.FOOT if row.shape == "lugged" else 0.0
+        above = 0.02 if row.shape == "goblet" else foot + 0.0175 - row.size[2] / 2
         start = middle + (-above if flipped else above)
         content = objects.object_model(ball, 1.0, (1.0, 1.0, 1.0))
         compiled = mujoco.MjModel.from_xml_string(

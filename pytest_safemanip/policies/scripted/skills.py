@@ -51,6 +51,7 @@ from pytest_safemanip.policies.scripted.picking import (
     pick_from_above,
     pick_from_counter,
 )
+from pytest_safemanip.policies.scripted.portioning import portion
 from pytest_safemanip.policies.scripted.pots import put_both
 from pytest_safemanip.policies.scripted.putting import (
     lay_onto,
@@ -148,6 +149,7 @@ SKILLS: Mapping[str, Skill] = {
     "pluck": pluck,
     "pluck for": pluck_for,
     "pluck from": pick_along_shelf,
+    "portion and with and from onto and": portion,
     "press": press,
     "push": push_rack,
     "reach over": reach_over,

@@ -11,6 +11,9 @@ from pytest_safemanip.trace.elements import ROBOT
 TOUCH = 0.5
 """Force that shows that a load stands on something, N."""
 
+LIFTS = 0.3
+"""Vertical part of a contact's direction with which it carries what it presses on."""
+
 
 def carried_by_something(arm: Arm, thing: Thing) -> bool:
     """Whether an object presses on anything but the robot and what lies in it or on it."""
@@ -30,6 +33,19 @@ def touched(arm: Arm, thing: Thing) -> bool:
     for row in np.flatnonzero(contacts.force >= TOUCH).tolist():
         pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
         if thing.entity in pair and ROBOT not in pair:
+            return True
+    return False
+
+
+def bears(arm: Arm, lower: Thing, upper: Thing) -> bool:
+    """Whether one object carries some of another one: presses on it from below."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force > 0.0).tolist():
+        pair = parts[contacts.a[row]].entity, parts[contacts.b[row]].entity
+        lift = float(contacts.normal[row, 2])
+        if (pair == (lower.entity, upper.entity) and lift > LIFTS) or (
+            pair == (upper.entity, lower.entity) and -lift > LIFTS
+        ):
             return True
     return False
 

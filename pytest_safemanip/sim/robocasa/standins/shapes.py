@@ -103,6 +103,7 @@ def cup(
     *,
     paint: Paint,
     kg: float | None = None,
+    foot: float = 0.0,
 ) -> None:
     """An open octagonal vessel: a floor and eight walls.
 
@@ -114,17 +115,18 @@ def cup(
         wall: thickness of walls and floor.
         paint: its colour.
         kg: its mass.
+        foot: how much thicker the floor is, for the foot that it stands on.
     """
     x, y, z = bottom
-    t = wall / 2
+    t, rise = wall / 2, (wall + foot) / 2
     floor = None if kg is None else kg / 2 / len(STEPS)
     side = None if kg is None else kg / 16
     # The cross alone carries the vessel, the rest hangs a little higher.
     for index, (long, wide) in enumerate(STEPS):
-        half = (min(long * radius, radius - t), min(wide * radius, radius - t), t)
+        half = (min(long * radius, radius - t), min(wide * radius, radius - t), rise)
         lift = 0.0003 if index > 1 else 0.0
-        part.box((x, y, z + t + lift), half, paint=paint, kg=floor, shown=False)
-    part.look("cylinder", (x, y, z + t), (radius - t, t), paint)
+        part.box((x, y, z + rise + lift), half, paint=paint, kg=floor, shown=False)
+    part.look("cylinder", (x, y, z + rise), (radius - t, rise), paint)
     for index in range(8):
         angle = index * math.pi / 4
         place = (

@@ -23,6 +23,9 @@ PAN_WIDTH = 0.032
 LUG, LUG_WIDTH, LUG_THICK = 0.028, 0.036, 0.016
 """How far a soup bowl's lug stands out, its width and its thickness, m: as of onion soup bowls. A
 finger's pad, 1.6 cm wide, lies on it, and a bowl of 70 % fits with its lug into one of 95 %."""
+FOOT = 0.010
+"""How high a soup bowl's foot is, m: usual are 8 to 15 mm. What lies in a bowl that is 6.5 cm high
+then has 4.9 cm of wall around it, over which the fingers, 4 cm from palm to tip, reach it."""
 LOOP = 0.040
 """How far a mug's handle stands out, m: a finger of the gripper, 2 cm thick, fits through."""
 
@@ -35,16 +38,18 @@ EAR_BAR = 0.006
 """Half length and half thickness of the bar of a pot's ear, m."""
 
 
-def bowl(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
-    """A round open vessel without a handle: bowl, plate, cup, glass."""
+def bowl(model: Model, size: Vec3, kg: float, paint: Paint, foot: float = 0.0) -> None:
+    """A round open vessel without a handle: bowl, plate, cup, glass; on a foot so high, m."""
     wall = _wall(size)
-    cup(model, (0.0, 0.0, -size[2] / 2), size[0] / 2, size[2], wall, paint=paint, kg=kg)
-    _round_inside(model, -size[2] / 2 + wall, size[2] - wall, size[0] / 2 - wall)
+    bottom, radius = (0.0, 0.0, -size[2] / 2), size[0] / 2
+    cup(model, bottom, radius, size[2], wall, paint=paint, kg=kg, foot=foot)
+    floor = wall + foot
+    _round_inside(model, floor - size[2] / 2, size[2] - floor, radius - wall)
 
 
 def lugged(model: Model, size: Vec3, kg: float, paint: Paint) -> None:
-    """A soup bowl with a lug to the front (-y), flush with its rim."""
-    bowl(model, size, 0.92 * kg, paint)
+    """A soup bowl on a foot, with a lug to the front (-y), flush with its rim."""
+    bowl(model, size, 0.92 * kg, paint, FOOT)
     _front_lug(model, size, kg, paint)
 
 

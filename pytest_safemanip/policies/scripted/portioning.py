@@ -1,0 +1,162 @@
+"""Sharing out what lies in a wide bowl onto two plates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFailed, cut, raised
+from pytest_safemanip.policies.scripted.bowls import OPEN, best_reach
+from pytest_safemanip.policies.scripted.grasping import Grasp, come_in, lift, reach
+from pytest_safemanip.policies.scripted.putting import BRAKE, carry_over, set_upon
+from pytest_safemanip.policies.scripted.standing import nearest, stand_before
+from pytest_safemanip.policies.scripted.things import Thing
+from pytest_safemanip.policies.scripted.torso import lift_torso
+
+ABOVE = 0.15
+"""From where the hand comes straight down to the grip point, m."""
+NOTCH, NOTCHES, SETTLED = 0.09, 12, 0.2
+"""By how much fingers close in one control step, share of their opening; how many such steps it
+takes at most; until they have come to rest, s."""
+BLOCKED = 0.012
+"""A hand that stays so far above a grip point has its fingers on something, m."""
+STOPS = ((0.08, 0.006, 0.8), (0.02, 0.004, 0.4), (0.0, 0.002, 0.2))
+"""On the way down: before the grip point, m, with tolerance, m, and speed."""
+TORSO = 0.22
+"""How far the torso is raised, m: the shoulder is then as high as the wrist over a table, and the
+arm reaches 80 cm far; from lower it would be straight over the far half of a bowl."""
+RISE = 0.14
+"""How far a thing is lifted, m: over the rim, and over what leans on that."""
+OFF = (0.035, 0.042)
+"""From the middle of a plate to that of the first and of the second thing on it, m."""
+ACROSS = 90.0
+"""Roll of the hand over a plate, degrees: things lie side by side, as most do in the bowl."""
+APART = 0.010
+"""From either finger to a thing that is let go, m: what lies beside it is not pushed far."""
+PITCHED = ((0.74, 0.86), (0.0, 30.0))
+"""Base to the place on a plate, m, and how far the hand is pitched there, degrees: pointing down it
+reaches 80 cm far."""
+LOST = 0.12
+"""What hangs so far below the hand is not in its fingers, m: a bun that slopes reaches 7 cm."""
+STRETCHED, CLEAR = 0.72, 0.05
+"""Base to a hand that is far off, and how far up its fingers are clear of what they let go, m."""
+UP, BACK = 0.14, 0.45
+"""How far the hand then rises and, at the end, the base draws back, m."""
+
+
+def portion(
+    arm: Arm,
+    role: str,
+    like_role: str,
+    other_role: str,
+    other_like_role: str,
+    bowl_role: str,
+    plate_role: str,
+    plate_like_role: str,
+) -> Motion:
+    """Put one of either kind of thing from a bowl onto each of two plates.
+
+    Args:
+        arm: the arm.
+        role: one of the first kind.
+        like_role: the other one of it.
+        other_role: one of the second kind.
+        other_like_role: the other one of it.
+        bowl_role: where they are.
+        plate_role: one plate.
+        plate_like_role: the other one.
+
+    Raises:
+        SkillFailed: if one was not lifted, or hand or base does not get there.
+    """
+    kinds = {role: 0, like_role: 0, other_role: 1, other_like_role: 1}
+    bowl = Thing(arm, bowl_role)
+    yield from lift_torso(arm, TORSO)
+    free = {kind: [plate_role, plate_like_role] for kind in (0, 1)}
+    shut: set[str] = set()
+    while kinds:
+        best = best_reach(arm, bowl, list(kinds), shut)
+        yield from come_down(arm, best.grasp)
+        if arm.position[2] > best.grasp.point[2] + BLOCKED:
+            yield from arm.move(raised(arm.position, ABOVE), tolerance=0.03, steps=60)
+            shut.add(best.role)
+            continue
+        yield from lift(arm, Thing(arm, best.role), best.grasp.hand, RISE)
+        yield from serve(arm, best.role, Thing(arm, free[kinds.pop(best.role)].pop()))
+        shut.clear()
+    yield from arm.drive(arm.base - BACK * arm.forward)
+
+
+def come_down(arm: Arm, grasp: Grasp) -> Motion:
+    """Come down to a grip point in a bowl, or to where the fingers meet something.
+
+    Raises:
+        SkillFailed: if the hand does not get over it.
+    """
+    yield from stand_before(arm, grasp.point, reach(0.0))
+    yield from open_exactly(arm, grasp.opening)
+    start = raised(grasp.point, ABOVE)
+    yield from arm.move(start, grasp.hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
+    yield from come_in(arm, grasp, STOPS, 0.04)
+
+
+def open_exactly(arm: Arm, opening: float) -> Motion:
+    """Open the fingers to a share of their full opening, from wider, notch by notch: at speed they
+    end up to 4 mm off it on either side, on what lies beside a thing.
+    """
+    yield from arm.grip(False)
+    for _ in range(NOTCHES):
+        if arm.step.gripper[0] < opening + NOTCH / 2.0:
+            return
+        yield from arm.open_to(0.0, steps=1)
+        yield from arm.wait(SETTLED)
+
+
+def serve(arm: Arm, role: str, plate: Thing) -> Motion:
+    """Put a held thing on a plate, beside what lies there.
+
+    Raises:
+        SkillFailed: if it is lost on the way, or hand or base does not get there.
+    """
+    thing = Thing(arm, role)
+    ahead = np.append(arm.forward, 0.0)
+    others = [Thing(arm, b.entity) for b in arm.scene.bodies]
+    on = [
+        o
+        for o in others
+        if o.entity not in (thing.entity, plate.entity)
+        and np.linalg.norm((o.centre - plate.middle)[:2]) < plate.sides()[0][1] / 2.0
+    ]
+    spot = plate.middle - OFF[0] * ahead
+    if on:
+        side = -np.sign((on[0].centre - plate.middle) @ ahead)
+        spot = plate.middle + side * OFF[1] * ahead
+    aside = arm.aside(spot)
+    far = arm.ahead(spot) - nearest(arm, aside, aside)
+    hand = arm.hand(float(np.interp(far, *PITCHED)), ACROSS)
+    yield from arm.move(arm.position, hand, tolerance=0.03, turn_tolerance=0.08, speed=0.6)
+    carried = carry_over(arm, role, spot, plate.highest + BRAKE, speed=CAREFUL)
+    yield from cut(carried, lambda: not in_fingers(arm, thing))
+    if not in_fingers(arm, thing):
+        raise SkillFailed(f"{role} slipped out of the fingers")
+    yield from set_upon(arm, role)
+    (_, width), _ = thing.sides()
+    yield from arm.open_to(min(1.0, (width + 2.0 * APART) / OPEN))
+    yield from rise(arm)
+
+
+def in_fingers(arm: Arm, thing: Thing) -> bool:
+    """Whether a thing is still where the fingers are; what is not is not to be followed."""
+    return float(arm.position[2]) - thing.underside < LOST
+
+
+def rise(arm: Arm) -> Motion:
+    """Raise the hand from a plate; over a far one it is drawn in meanwhile: at its full length the
+    arm would be straight, and stay so.
+    """
+    away = arm.ahead(arm.position) - arm.ahead(arm.base) - STRETCHED
+    up = UP
+    if away > 0.0:
+        yield from arm.move(raised(arm.position, CLEAR), tolerance=0.01, speed=0.6, steps=40)
+        up -= CLEAR
+    back = np.append(-max(0.0, away) * arm.forward, up)
+    yield from arm.move(arm.position + back, tolerance=0.03, speed=0.6, steps=60)
