@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion
+from pytest_safemanip.policies.scripted.arm import Arm, Motion
+from pytest_safemanip.policies.scripted.base import CAREFUL
 from pytest_safemanip.policies.scripted.closing import FOLDED
 from pytest_safemanip.policies.scripted.leaning import elbow_room, wrist_room
 from pytest_safemanip.policies.scripted.putting import (

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.base import CAREFUL
 from pytest_safemanip.policies.scripted.carrying import hangs
 from pytest_safemanip.policies.scripted.grasping import (
     MOST_YAW,

@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.policies.scripted.base import CAREFUL
 from pytest_safemanip.policies.scripted.doorways import lean
 from pytest_safemanip.policies.scripted.grasping import Grasp, come_in, lift
 from pytest_safemanip.policies.scripted.handles import STEADY, handle

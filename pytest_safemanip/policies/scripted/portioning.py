@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFailed, cut, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, cut, raised
+from pytest_safemanip.policies.scripted.base import CAREFUL
 from pytest_safemanip.policies.scripted.bowls import OPEN, best_reach
 from pytest_safemanip.policies.scripted.grasping import Grasp, come_in, lift, reach
 from pytest_safemanip.policies.scripted.putting import BRAKE, carry_over, set_upon

@@ -41,6 +41,7 @@ from pytest_safemanip.policies.scripted.handles import pick_by_handle, place_ins
 from pytest_safemanip.policies.scripted.inserting import stand_in
 from pytest_safemanip.policies.scripted.kettles import hook, place_on_stove
 from pytest_safemanip.policies.scripted.knobs import turn_off, turn_on_under
+from pytest_safemanip.policies.scripted.laying import lay_onto
 from pytest_safemanip.policies.scripted.lengthwise import pick_along_shelf
 from pytest_safemanip.policies.scripted.neighbours import place_in_cabinet_beside
 from pytest_safemanip.policies.scripted.nesting import nest_in
@@ -53,10 +54,7 @@ from pytest_safemanip.policies.scripted.picking import (
 )
 from pytest_safemanip.policies.scripted.portioning import portion
 from pytest_safemanip.policies.scripted.pots import put_both
-from pytest_safemanip.policies.scripted.putting import (
-    lay_onto,
-    place_onto,
-)
+from pytest_safemanip.policies.scripted.putting import place_onto
 from pytest_safemanip.policies.scripted.racks import (
     pick_beside_door,
     shelve_in,

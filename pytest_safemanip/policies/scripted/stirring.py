@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import CAREFUL, Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.base import CAREFUL
 from pytest_safemanip.policies.scripted.grasping import Grasp, come_in, lift, reach
 from pytest_safemanip.policies.scripted.hand_room import beside_furniture
 from pytest_safemanip.policies.scripted.rotations import Array

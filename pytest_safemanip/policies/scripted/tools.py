@@ -6,14 +6,8 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.drawers import pinch_in_drawer
-from pytest_safemanip.policies.scripted.putting import (
-    BRAKE,
-    carry_over,
-    held_over,
-    leave,
-    lower_tipped,
-    tip_over,
-)
+from pytest_safemanip.policies.scripted.laying import lower_tipped, tip_over
+from pytest_safemanip.policies.scripted.putting import BRAKE, carry_over, held_over, leave
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 

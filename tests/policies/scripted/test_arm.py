@@ -6,7 +6,8 @@ import itertools
 import numpy as np
 import pytest
 
-from pytest_safemanip.policies.scripted.arm import BASE_DEAD_BAND, CAREFUL, SWING, Arm
+from pytest_safemanip.policies.scripted.arm import Arm
+from pytest_safemanip.policies.scripted.base import BASE_DEAD_BAND, CAREFUL, SWING
 from tests import toy
 
 
