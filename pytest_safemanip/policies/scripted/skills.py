@@ -46,6 +46,7 @@ from pytest_safemanip.policies.scripted.lengthwise import pick_along_shelf
 from pytest_safemanip.policies.scripted.neighbours import place_in_cabinet_beside
 from pytest_safemanip.policies.scripted.nesting import nest_in
 from pytest_safemanip.policies.scripted.opening import open_access, open_for, turn_lever
+from pytest_safemanip.policies.scripted.packing import pack
 from pytest_safemanip.policies.scripted.pans import seize_from
 from pytest_safemanip.policies.scripted.picking import (
     pick_from,
@@ -119,6 +120,7 @@ SKILLS: Mapping[str, Skill] = {
     "lay or for onto": lay_tool,
     "open": open_access,
     "open for": open_for,
+    "pack and from into and": pack,
     "pick": pick_from_counter,
     "drop onto": drop_onto,
     "fetch from": pick_from_fridge,
