@@ -57,7 +57,7 @@ _OPTIONAL = (
     "not_grounded",
     "compact",
 )
-KITCHENS = ("small", "full", "deep")
+KITCHENS = ("small", "full", "deep", "roomy")
 """The compact kitchens, the usual one first."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 

@@ -16,7 +16,7 @@ ON_SHELF = 0.03
 """How far the underside of what stands on a shelf is from it at most, m."""
 SAME_SHELF = 0.05
 """Likewise where it may lean on something, m."""
-BRUSHED = 0.008
+BRUSHED = 0.003
 """How far a finger may push aside what it may touch, m."""
 GRID = 5
 """Points along an edge of a thing's box."""

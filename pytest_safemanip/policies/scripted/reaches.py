@@ -50,9 +50,9 @@ DOOR_GAP = 0.01
 """From the open door to hand and arm on their way, m."""
 AT_DOOR, AT_WALL, AT_EDGE = -0.10, -0.02, -0.03
 """From the front of the shelf where the left wall, the right one, and the shelves begin, m."""
-WALLS, CEILING, OTHERS = 0.006, 0.006, -0.005
+WALLS, CEILING, OTHERS = 0.006, 0.006, -0.002
 """Room beside the walls, between the shelves and beside what else stands there at least, m: the
-boxes around the fingers are wider than these by 5 mm."""
+boxes around the fingers are wider than these by 2 mm."""
 LEAST_DEEP = 0.007
 """Depth of the grip point below the top at least, m."""
 CLEAR_TOP = 0.008

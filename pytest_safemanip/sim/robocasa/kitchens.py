@@ -1,7 +1,8 @@
 """Compact kitchens, as layouts in RoboCasa's own format: metres, z up, y into the back wall.
 
 They are built by RoboCasa's own code. ``small`` has what most atomic tasks need, for speed;
-``full`` has every fixture that RoboCasa's fifty target tasks ask for, ``deep`` has deeper drawers.
+``full`` has every fixture that RoboCasa's fifty target tasks ask for, ``deep`` has deeper drawers,
+``roomy`` a fridge with its shelves farther apart.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ DRAWER_FRONT = 0.70
 TOASTER_OVEN = (0.50, 0.42, 0.25)
 """Width, depth with its handle, and height, m: a big countertop oven, in which a baguette to be
 filled lies on the rack. RoboCasa's own is 30 cm deep, and its bread stands out of it."""
+ROOMY_FRIDGE = {"config_name": "Refrigerator085", "size": [0.91, 0.80, 1.88]}
+"""A big one, for a task that takes what lies across its shelves: they are 38 cm apart."""
 STOOL_Y = -3.17
 """The stools are tucked in as in RoboCasa's own layouts, their middle 8 cm inside the island's
 edge: RoboCasa puts the robot behind their backs, and from there it has to reach the island."""
@@ -148,7 +151,20 @@ def deep() -> Layout:
     return full(DEEP_DRAWER)
 
 
-KITCHENS: Mapping[str, Callable[[], Layout]] = {"small": small, "full": full, "deep": deep}
+def roomy() -> Layout:
+    """The full kitchen with a big fridge."""
+    layout = full()
+    (fridge,) = (row for row in layout["main_group"]["bottom_row"] if row["name"] == "fridge")
+    fridge.update(ROOMY_FRIDGE)
+    return layout
+
+
+KITCHENS: Mapping[str, Callable[[], Layout]] = {
+    "small": small,
+    "full": full,
+    "deep": deep,
+    "roomy": roomy,
+}
 
 
 def _stool(number: int, left: float) -> dict[str, Any]:

@@ -63,7 +63,8 @@ def _push_and_reach(way: Way) -> Plan:
 _FREEZER_DOOR, _FRIDGE_DOOR = "freezer_door_joint", "fridge_door_joint"
 
 _CLOSE = {
-    **dict.fromkeys(("GarnishPancake", "MakeIceLemonade", "PackIdenticalLunches"), _FRIDGE),
+    **dict.fromkeys(("GarnishPancake", "MakeIceLemonade"), _FRIDGE),
+    "PackIdenticalLunches": replace(_FRIDGE, hollow="fridge_shelf2"),
     "WaffleReheat": replace(MICROWAVE, door="microjoint"),
 }
 """Tasks that begin so close to a fridge or a microwave that its door cannot stand half open."""

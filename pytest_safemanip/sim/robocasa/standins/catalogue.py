@@ -9,7 +9,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from pytest_safemanip.sim.robocasa.standins import blenders, cabinet_parts, objects, sinks
+from pytest_safemanip.sim.robocasa.standins import (
+    blenders,
+    cabinet_parts,
+    fridges,
+    objects,
+    sinks,
+)
 from pytest_safemanip.sim.robocasa.standins.fixtures import (
     BLENDER,
     KINDS,
@@ -137,13 +143,15 @@ def _fixture_items(needs: Needs) -> Iterator[Item]:
         if fixture.kind in LIDS
     }
     all_sinks = [fixture for fixture in needs.fixtures if fixture.kind == "sink"]
+    roomy = [fixture for fixture in needs.fixtures if fixture.kind == "fridge_side_by_side"][-1:]
     double = set(all_sinks[EVERY_NTH_SINK_IS_DOUBLE - 1 :: EVERY_NTH_SINK_IS_DOUBLE])
     for fixture in needs.fixtures:
         home = folders.get(posixpath.dirname(fixture.path))
         unknown = None
         if fixture.kind in KINDS or fixture.kind in LIDS or fixture.kind == "blender":
             basins = 2 if fixture in double else 1
-            build = _fixture_builder(fixture, lid_widths.get(fixture.path), basins)
+            width = lid_widths.get(fixture.path)
+            build = _fixture_builder(fixture, width, basins, fixture in roomy)
         elif home is not None:
             build = partial(_named_object, fixture, home, lid_widths.get(fixture.path))
         else:
@@ -154,7 +162,9 @@ def _fixture_items(needs: Needs) -> Iterator[Item]:
         yield Item("fixtures", file, partial(_single, file, build), unknown=unknown)
 
 
-def _fixture_builder(fixture: Fixture, lid_width: float | None, basins: int) -> Callable[[], Model]:
+def _fixture_builder(
+    fixture: Fixture, lid_width: float | None, basins: int, roomy: bool
+) -> Callable[[], Model]:
     """What makes a fixture of a known kind; some need more than a size."""
     if fixture.kind in LIDS:
         width, kg = LIDS[fixture.kind]
@@ -166,6 +176,8 @@ def _fixture_builder(fixture: Fixture, lid_width: float | None, basins: int) -> 
     size = fill(fixture.size, kind.size)
     if fixture.kind == "sink":
         return partial(sinks.sink, size, basins=basins)
+    if roomy:
+        return partial(fridges.side_by_side, size, roomy=True)
     return partial(kind.build, size)
 
 

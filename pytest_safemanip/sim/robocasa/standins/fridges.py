@@ -30,11 +30,9 @@ TOE = 0.05
 DRAWER_HEIGHT = 0.16
 SHELF_PITCH = 0.28
 HANDY = 1.005
-"""Height above the floor of the lower of the two upper shelves beside a freezer, m. RoboCasa puts
+"""Height above the floor of the lower of the two upper shelves of a roomy fridge, m: RoboCasa puts
 what is to be taken out between 1.0 m and 1.5 m. The two share what is above, 35 cm each and more:
 bottles stand there, and a hand that points down, 29 cm high, comes in over what lies there."""
-ICE_MAKER = 0.07
-"""What it takes off the height of a freezer beside a fridge at least, m."""
 HINGE_FRICTION = 1.0
 """N m; 2 to 3 N at the handle, so that a door which is brushed does not swing away. The suction of
 a real seal, some 20 N over the first millimetres, is left out."""
@@ -101,11 +99,12 @@ def bottom_freezer(size: Vec3) -> Model:
     return model
 
 
-def side_by_side(size: Vec3) -> Model:
+def side_by_side(size: Vec3, roomy: bool = False) -> Model:
     """A freezer at the left and a fridge at the right: ``freezer_door``, ``fridge_door``.
 
     Args:
         size: width, depth and height in metres.
+        roomy: whether the upper shelves of the fridge are farther apart.
     """
     hx, hy, hz = (side / 2 for side in size)
     model = _body(size)
@@ -114,18 +113,18 @@ def side_by_side(size: Vec3) -> Model:
     partition = (split, hy - depth, 0.0)
     model.box(partition, (WALL / 2, depth, hz - WALL), paint=WHITE)
     front, back = -hy + DOOR + 0.02, hy - WALL
-    low, high = TOE - hz, hz - WALL
-    first = low + DRAWER_HEIGHT + 0.03
-    freezer = Space("freezer", -hx + WALL, split - WALL / 2, front, back, low, high)
-    racks = int((high - ICE_MAKER - first) / SHELF_PITCH)
-    below = first + racks * SHELF_PITCH
-    model.box(freezer.middle((below + high) / 2), freezer.half(0.0, high - below), paint=WHITE)
-    _shelves(model, freezer, [first + k * SHELF_PITCH for k in range(racks)], below)
-    fridge = Space("fridge", split + WALL / 2, hx - WALL, front, back, low, high)
-    handy = HANDY - hz
-    _shelves(model, fridge, [first, (first + handy) / 2, handy, (handy + high) / 2], high)
-    for space in (freezer, fridge):
+    for name, left, right in (
+        ("freezer", -hx + WALL, split - WALL / 2),
+        ("fridge", split + WALL / 2, hx - WALL),
+    ):
+        space = Space(name, left, right, front, back, TOE - hz, hz - WALL)
         _drawer(model, space)
+        first = space.low + DRAWER_HEIGHT + 0.03
+        heights = _evenly(space, first)
+        if roomy and name == "fridge":
+            handy = HANDY - hz
+            heights = [first, (first + handy) / 2, handy, (handy + space.high) / 2]
+        _shelves(model, space, heights)
     _swing_door(model, "freezer_door", size, (-hx, split - 0.5 * CLEARANCE), (TOE - hz, hz), "left")
     _swing_door(model, "fridge_door", size, (split + 0.5 * CLEARANCE, hx), (TOE - hz, hz), "right")
     return model
@@ -154,10 +153,7 @@ def _above_freezer(size: Vec3) -> tuple[Model, Space]:
     )
     fridge = Space("fridge", -hx + WALL, hx - WALL, front + 0.02, back, split + WALL / 2, hz - WALL)
     _drawer(model, fridge)
-    first = fridge.low + DRAWER_HEIGHT + 0.03
-    count = int((fridge.high - first) / SHELF_PITCH)
-    clear = (fridge.high - first) / count
-    _shelves(model, fridge, [first + k * clear for k in range(count)], fridge.high)
+    _shelves(model, fridge, _evenly(fridge, fridge.low + DRAWER_HEIGHT + 0.03))
     freezer = Space("freezer", -hx + WALL, hx - WALL, front, back, TOE - hz, split - WALL / 2)
     _freezer_drawer(model, size, freezer, top=split - CLEARANCE)
     return model, fridge
@@ -191,9 +187,16 @@ def _swing_door(
     handle(door, f"{name}_handle_main", (bar_x, front, middle_z), length, upright=True)
 
 
-def _shelves(model: Model, space: Space, heights: Sequence[float], ceiling: float) -> None:
-    """Shelves at these heights, the lowest first; above the highest, there is room to a ceiling."""
-    for index, (z, above) in enumerate(pairwise((*heights, ceiling))):
+def _evenly(space: Space, first: float) -> list[float]:
+    """Heights of shelves, evenly spaced from the first one to the ceiling."""
+    count = int((space.high - first) / SHELF_PITCH)
+    clear = (space.high - first) / count
+    return [first + index * clear for index in range(count)]
+
+
+def _shelves(model: Model, space: Space, heights: Sequence[float]) -> None:
+    """Shelves at these heights, the lowest first."""
+    for index, (z, above) in enumerate(pairwise((*heights, space.high))):
         model.box(space.middle(z - 0.004), space.half(0.0, 0.008), paint=GLASS)
         height = above - z - 0.02
         model.region(
