@@ -13,6 +13,7 @@ from pytest_safemanip.policies.scripted.rotations import Array, about_z
 from pytest_safemanip.policies.scripted.standing import nearest, stand
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
 from pytest_safemanip.policies.scripted.torso import lift_torso
+from pytest_safemanip.policies.scripted.turns import NOTCH
 
 HIGH, RAISED = 1.3, (0.10, 0.18, 0.26)
 """Height of a shelf for which the torso is raised, and how far it may be, m."""
@@ -25,7 +26,8 @@ ROW = 0.79
 """From the base to the shelves where it drives along the fridge, m: hand and arm pass before the
 open door."""
 PARK = 0.12
-"""How far the base draws back before a load is turned, m: off the open door."""
+"""How far the base draws back before a load is lowered and turned, m: off the shelf, which begins
+2 cm behind it, and off the open door."""
 GENTLY, CARRIED = 0.4, 0.6
 """Largest command to the base between the shelves, and with a load before the counter."""
 LONG = 300
@@ -33,7 +35,9 @@ LONG = 300
 OFF = 0.015
 """Farther from the grip point than this, the hand has met something, m."""
 BESIDE = 0.08
-"""From a box's middle to where either thing goes, along it, m."""
+"""From a box's middle to where either thing goes, along it, at most, m."""
+OFF_RIM = 0.03
+"""From its end to the end of the box, m: the hand comes there to within 1.5 cm, and meat leans."""
 INSIDE = 0.15
 """What is within this of a box's middle is in it, m."""
 BACK = 0.4
@@ -98,7 +102,8 @@ def bring_out(arm: Arm, role: str, fridge_role: str, reach: Reach) -> Motion:
     yield from stand(arm, min(start, arm.ahead(arm.base)), beside)
     yield from stand(arm, start, beside)
     yield from lift_torso(arm, reach.raised)
-    yield from arm.open_to(grasp.opening)
+    yield from arm.grip(False)
+    yield from arm.open_to(grasp.opening, steps=round((1.0 - grasp.opening) / NOTCH))
     # Turned straight before the base, and only then beside the door.
     for aside, tolerance in ((reach.straight, 0.03), (arm.aside(over) + reach.shift, 0.02)):
         tucked = arm.point(arm.ahead(arm.base) + TUCKED, aside, over[2])
@@ -113,6 +118,7 @@ def bring_out(arm: Arm, role: str, fridge_role: str, reach: Reach) -> Motion:
     yield from arm.drive(arm.floor_point(start, beside), speed=GENTLY)
     inwards = arm.point(arm.ahead(arm.position), reach.straight, arm.position[2])
     yield from arm.move(inwards, hand, tolerance=0.03, speed=0.4, steps=100)
+    yield from arm.drive(arm.base - PARK * arm.forward, speed=CARRIED)
     yield from lift_torso(arm, -reach.raised)
 
 
@@ -158,14 +164,11 @@ def put_into(arm: Arm, role: str, box_role: str) -> Motion:
     is in it.
     """
     box, thing = Thing(arm, box_role), Thing(arm, role)
-    yield from arm.drive(arm.base - PARK * arm.forward, speed=CARRIED)
     ahead, height = LOADED
     tucked = arm.point(arm.ahead(arm.base) + ahead, arm.aside(arm.base), height)
     hand = fingers_level(arm)
     yield from arm.move(tucked, hand, tolerance=0.03, turn_tolerance=0.1, speed=0.5, steps=200)
-    spot = box.middle + np.append(
-        (-BESIDE if filled(arm, box, thing) else BESIDE) * arm.forward, 0.0
-    )
+    spot = spot_in(arm, box, thing)
     along = arm.floor_point(arm.ahead(arm.base), arm.aside(spot))
     yield from arm.drive(along, speed=CARRIED, steps=LONG, gentle=True)
     yield from carry_over(arm, role, spot, box.highest + BRAKE)
@@ -174,6 +177,14 @@ def put_into(arm: Arm, role: str, box_role: str) -> Motion:
     )
     yield from set_down(arm, role, speed=SOFTLY)
     yield from leave(arm, BACK)
+
+
+def spot_in(arm: Arm, box: Thing, load: Thing) -> Array:
+    """Where in a box a load goes (3,): into the far half, or the near one if something is in it."""
+    (near, far), (_, end) = load.extent_ahead(), box.extent_ahead()
+    beside = min(BESIDE, end - arm.ahead(box.middle) - (far - near) / 2.0 - OFF_RIM)
+    side = -beside if filled(arm, box, load) else beside
+    return np.asarray(box.middle + np.append(side * arm.forward, 0.0))
 
 
 def filled(arm: Arm, box: Thing, load: Thing) -> bool:

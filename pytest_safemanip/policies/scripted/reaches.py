@@ -28,10 +28,15 @@ from pytest_safemanip.policies.scripted.grasping import (
 )
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.things import Thing
-from pytest_safemanip.policies.scripted.turns import FINGER_THICK, Turn, grip_point, lowest, turns
+from pytest_safemanip.policies.scripted.turns import (
+    FINGER_THICK,
+    Turn,
+    grip_point,
+    lowest,
+    turns,
+    turns_off_middle,
+)
 
-WIDER = 0.010
-"""How much wider than a thing the fingers open, m."""
 FLANGE, FLANGE_OFF = 0.204, 0.088
 """From the grip point back to the flange, and from there to the wrist's axis, m."""
 LINK = 0.06
@@ -53,6 +58,8 @@ AT_DOOR, AT_WALL, AT_EDGE = -0.10, -0.02, -0.03
 WALLS, CEILING, OTHERS = 0.006, 0.006, -0.002
 """Room beside the walls, between the shelves and beside what else stands there at least, m: the
 boxes around the fingers are wider than these by 2 mm."""
+SURE = 0.002
+"""Room beside others at which no finger comes down on one of them, m."""
 LEAST_DEEP = 0.007
 """Depth of the grip point below the top at least, m."""
 CLEAR_TOP = 0.008
@@ -116,14 +123,19 @@ def best_reach(
     """
     others = crowd(arm, thing, space, like)
     over = others.top - thing.bottom + OVER
-    found = [
-        reach
-        for turn in turns(arm, thing)
-        for raised in raises
-        for least in (LEAST_RISE, max(LEAST_RISE, over))
-        if (reach := _reach(arm, thing, space, others, turn, raised, least))
-    ]
-    return max(found, key=lambda reach: reach.score, default=None)
+    found: list[Reach] = []
+    for held in (turns(arm, thing), turns_off_middle(arm, thing)):
+        found += [
+            reach
+            for turn in held
+            for raised in raises
+            for least in (LEAST_RISE, max(LEAST_RISE, over))
+            if (reach := _reach(arm, thing, space, others, turn, raised, least))
+        ]
+        best = max(found, key=lambda reach: reach.score, default=None)
+        if best and best.others > SURE:
+            break
+    return best
 
 
 def _reach(
@@ -141,15 +153,14 @@ def _reach(
     deep = thing.highest - point[2]
     if deep < LEAST_DEEP:
         return None
-    opening = min(OPEN, turn.width + WIDER)
-    rise = max(least, deep + CLEAR_TOP + lowest(turn, opening))
+    rise = max(least, deep + CLEAR_TOP + lowest(turn))
     bent = _bent(arm, space, point, hand, raised)
     if math.hypot(STAND, bent.wrist[2] + rise - SHOULDER - raised) > ARM_REACH:
         return None
     walls, ceiling, shift = _room(arm, space, point, hand, bent, rise)
     if walls < WALLS or ceiling < CEILING:
         return None
-    grasp = Grasp(point, hand, opening / OPEN)
+    grasp = Grasp(point, hand, turn.opening / OPEN)
     gap = _beside_others(arm, thing, others, grasp, bent, rise, shift)
     if gap <= OTHERS:
         return None
@@ -157,6 +168,7 @@ def _reach(
     score = min(walls, 0.04) + min(ceiling, 0.03) + 2.0 * min(gap, 0.008) + 0.5 * min(deep, 0.02)
     score -= 0.0003 * abs(turn.yaw) + 0.001 * max(0.0, turn.yaw) + 0.1 * shift + 0.3 * rise
     score -= 0.5 * turn.offset + 0.0005 * turn.pitch if turn.rolled else 0.3 * turn.offset
+    score -= 0.2 * abs(turn.along)
     return Reach(
         grasp=grasp,
         base=arm.floor_point(arm.ahead(bent.wrist) - STAND, bent.beside),

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm
-from pytest_safemanip.policies.scripted.compartments import Compartment
+from pytest_safemanip.policies.scripted.compartments import Compartment, spans
 from pytest_safemanip.policies.scripted.grasping import (
     FINGER,
     FINGER_SIDE,
     FINGERTIP,
     GAP,
     HAND,
+    OPEN,
     PALM,
     angle,
     fold,
@@ -48,6 +49,13 @@ FROM_END = 0.025
 """From the grip point to the near end of a thing at least, m."""
 HIGHER = (0.0, 0.008)
 """How much higher it may be gripped, m: the palm then is higher over what stands beside it."""
+SLID = (-0.024, -0.016, -0.008, 0.008, 0.016, 0.024)
+"""How far from its middle along its long side a thing may be gripped from above, m: farther, it
+turns between the fingers."""
+WIDER = 0.010
+"""How much wider than a thing the fingers open, m, to the nearest notch."""
+NOTCH = 0.1
+"""By how much they close in a control step, share of their full opening."""
 THICK = 0.03
 """How much of a thing's height tipped fingers have between them at most, m."""
 TIPS = 0.0165
@@ -71,6 +79,7 @@ class Turn:
         width: of what is between the fingers, along them, m.
         rolled: whether the fingers need not be level.
         offset: how far before a thing's middle it is gripped; rolled, how much higher, m.
+        along: how far from its middle along its long side, m.
     """
 
     pitch: float
@@ -79,12 +88,19 @@ class Turn:
     width: float
     rolled: bool
     offset: float
+    along: float = 0.0
+
+    @property
+    def opening(self) -> float:
+        """Between the fingers on the way there, m."""
+        notch = NOTCH * OPEN
+        return min(OPEN, notch * round((self.width + WIDER) / notch))
 
 
 def turns(arm: Arm, thing: Thing) -> Iterator[Turn]:
-    """How a hand may be turned to grip a thing, where nothing else is in its way."""
+    """How a hand may be turned to grip a thing by its middle, where nothing else is in its way."""
     (_, narrow), (_, long) = thing.sides()
-    if long < narrow + ROUND:
+    if _is_round(thing):
         for yaw in TURNED:
             yield from _level(thing, yaw, narrow)
         for roll in ROLLED:
@@ -102,11 +118,22 @@ def turns(arm: Arm, thing: Thing) -> Iterator[Turn]:
         yield from _rolled(thing, fold(bearing, 120.0), width)
 
 
+def turns_off_middle(arm: Arm, thing: Thing) -> Iterator[Turn]:
+    """Likewise from above, at either side of its middle."""
+    (axis, width), (_, long) = thing.sides()
+    if width >= GAP or _is_round(thing):
+        return
+    for along in SLID:
+        if abs(along) <= long / 2.0 - FROM_END:
+            yield from _rolled(thing, fold(angle(arm, axis), 120.0), width, along)
+
+
 def grip_point(thing: Thing, space: Compartment, turn: Turn, hand: Array) -> Array:
     """Where a hand (3, 3) grips a thing: as deep as palm and fingertips let it (3,)."""
     approach = hand[:, 2]
     if turn.rolled:
-        point = thing.centre - max(0.0, thing.reach(approach) - FINGER + turn.offset) * approach
+        point = thing.centre + turn.along * thing.sides()[1][0]
+        point -= max(0.0, thing.reach(approach) - FINGER + turn.offset) * approach
         lower = (turn.width / 2.0 + FINGER_SIDE) * _slope(turn.pitch, turn.roll)
         point[2] = max(point[2], thing.bottom + OFF_SHELF + lower + turn.offset)
         return np.asarray(point)
@@ -115,16 +142,22 @@ def grip_point(thing: Thing, space: Compartment, turn: Turn, hand: Array) -> Arr
     under = -math.copysign(1.0, hand[2, 1]) * hand[:, 1]
     edge = HAND[1] * under - PALM * approach
     point[2] = max(thing.bottom + TIPS, thing.centre[2], space.floor + CLEAR - edge[2])
-    if -(edge @ level) < thing.reach(level) - turn.offset + CLEAR:
+    extent = thing.reach(level) if _is_round(thing) else np.abs(level @ spans(thing)).sum()
+    if -(edge @ level) < extent - turn.offset + CLEAR:
         point[2] = max(point[2], thing.highest + CLEAR - edge[2])
     return np.asarray(point)
 
 
-def lowest(turn: Turn, opening: float) -> float:
+def lowest(turn: Turn) -> float:
     """How far the fingers reach below the grip point, m."""
     tip = math.radians(turn.pitch)
-    beside = opening / 2.0 + FINGER_THICK if turn.rolled else FINGER_SIDE
+    beside = turn.opening / 2.0 + FINGER_THICK if turn.rolled else FINGER_SIDE
     return FINGERTIP * math.cos(tip) + beside * math.sin(tip)
+
+
+def _is_round(thing: Thing) -> bool:
+    (_, narrow), (_, long) = thing.sides()
+    return long < narrow + ROUND
 
 
 def _level(thing: Thing, yaw: float, width: float) -> Iterator[Turn]:
@@ -137,13 +170,13 @@ def _level(thing: Thing, yaw: float, width: float) -> Iterator[Turn]:
                 yield Turn(pitch, yaw, 0.0, width, rolled=False, offset=offset)
 
 
-def _rolled(thing: Thing, roll: float, width: float) -> Iterator[Turn]:
+def _rolled(thing: Thing, roll: float, width: float, along: float = 0.0) -> Iterator[Turn]:
     for pitch in STEEP:
         slope = _slope(pitch, roll)
         across = width * math.sqrt(1.0 - slope**2) + min(thing.height, THICK) * slope
         if across <= GAP:
             for offset in HIGHER:
-                yield Turn(pitch, 0.0, roll, across, rolled=True, offset=offset)
+                yield Turn(pitch, 0.0, roll, across, True, offset, along)
 
 
 def _slope(pitch: float, roll: float) -> float:

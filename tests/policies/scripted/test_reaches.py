@@ -60,6 +60,13 @@ def test_there_is_room_between_shelves_that_are_far_apart():
     assert best_reach(arm, Thing(arm, "mug"), low, (0.0,)) is None
 
 
-def test_there_is_no_room_for_fingers_where_something_higher_stands_close():
-    near = arm_at(0.06)
+def test_a_thing_is_gripped_beside_its_middle_where_something_stands_close():
+    arm = arm_at(0.06)
+    reach = best_reach(arm, Thing(arm, "mug"), SPACE, (0.0,))
+    assert reach is not None
+    assert -0.03 < reach.grasp.point[1] < -0.005
+
+
+def test_there_is_no_room_for_fingers_where_something_higher_stands_closer():
+    near = arm_at(0.03)
     assert best_reach(near, Thing(near, "mug"), SPACE, (0.0,)) is None
