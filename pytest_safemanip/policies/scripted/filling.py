@@ -8,7 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.facing import BACK, DRAWN, UP
-from pytest_safemanip.policies.scripted.grasping import FINGERTIP, fold
+from pytest_safemanip.policies.scripted.grasping import FINGERTIP, OPEN, fold
 from pytest_safemanip.policies.scripted.putting import BRAKE, carry_over, held_over
 from pytest_safemanip.policies.scripted.rims import WALL
 from pytest_safemanip.policies.scripted.rotations import Array, about_z
@@ -29,6 +29,10 @@ OVER_RIM = 0.005
 """From a bowl's rim up to the fingertips that open over it, m: in it, they would jam."""
 FALL = 0.045
 """Above a bowl's underside, m: nothing is let go higher."""
+DEEP = 0.010
+"""What is so much lower than fingers over the rim would need takes them down past the wall, m."""
+FINGER_ROOM, APART = 0.026, 0.006
+"""From what such fingers hold to the wall, m: a finger is 14 mm thick; how far either opens, m."""
 DRAWN_HEIGHT, PITCH = 1.2, 20.0
 """Height of the hand before the base afterwards, m, and its pitch, degrees."""
 NEAR = 0.003
@@ -36,6 +40,9 @@ NEAR = 0.003
 SLOWLY = 0.1
 """Share of the hand's top speed at which it is lowered."""
 STEPS = 120
+FURTHER, MORE = 0.010, 15
+"""Where it stops above that, how much lower it is sent, m, and for how many control steps: so near
+to where it is sent, friction in the joints stops the arm up to 5 mm off it."""
 LEVEL = np.array((1.0, 1.0, 0.0))
 """Takes the vertical part off a direction."""
 
@@ -60,17 +67,7 @@ def fill_beside(arm: Arm, role: str, other_role: str, vessel_role: str) -> Motio
     yield from carry_over(arm, role, spot, vessel.highest + BRAKE)
     over = held_over(arm, thing, spot, thing.bottom)
     yield from arm.move(over, tolerance=NEAR, speed=0.3, steps=40, required=False, exact=True)
-    hanging = float(arm.position[2]) - thing.bottom
-    tips = vessel.highest + FINGERTIP + OVER_RIM - hanging
-    bottom = min(tips, vessel.bottom + FALL)
-    yield from arm.move(
-        held_over(arm, thing, spot, bottom),
-        speed=SLOWLY,
-        steps=STEPS,
-        until=lambda: touched(arm, thing) or thing.bottom < bottom + NEAR,
-        required=False,
-    )
-    yield from arm.grip(False)
+    yield from let_down(arm, thing, spot, vessel)
     yield from arm.move(raised(arm.position, UP), tolerance=0.03, speed=0.5, steps=60)
     yield from arm.drive(arm.base - BACK * arm.forward)
     # Turned back over the next plate, the hand would swing down onto the counter.
@@ -78,6 +75,39 @@ def fill_beside(arm: Arm, role: str, other_role: str, vessel_role: str) -> Motio
     yield from arm.move(
         drawn, arm.hand(PITCH), tolerance=0.05, turn_tolerance=0.2, speed=0.5, required=False
     )
+
+
+def let_down(arm: Arm, thing: Thing, spot: Array, vessel: Thing) -> Motion:
+    """Lower what is held over a spot (3,) in a bowl and let it go."""
+    hanging = float(arm.position[2]) - thing.bottom
+    tips = vessel.highest + FINGERTIP + OVER_RIM - hanging
+    bottom = min(tips, vessel.bottom + FALL)
+    low = tips - bottom > DEEP
+    if low:
+        spot = inwards(thing, spot, vessel)
+        over = held_over(arm, thing, spot, thing.bottom)
+        yield from arm.move(over, tolerance=NEAR, speed=0.3, steps=40, required=False, exact=True)
+    for lower, steps in ((bottom, STEPS), (bottom - FURTHER, MORE)):
+        yield from arm.move(
+            held_over(arm, thing, spot, lower),
+            speed=SLOWLY,
+            steps=steps,
+            until=lambda: touched(arm, thing) or thing.bottom < bottom + NEAR,
+            required=False,
+        )
+    if low:
+        yield from arm.open_to((thing.sides()[0][1] + 2.0 * APART) / OPEN)
+        up = raised(arm.position, tips - bottom)
+        yield from arm.move(up, tolerance=NEAR, speed=0.3, steps=40, required=False)
+    yield from arm.grip(False)
+
+
+def inwards(thing: Thing, spot: Array, vessel: Thing) -> Array:
+    """As a spot (3,) in a round vessel, but no nearer to the wall than leaves room for a finger."""
+    off = inner_radius(vessel) - FINGER_ROOM - thing.sides()[0][1] / 2.0
+    away = float(np.linalg.norm((spot - vessel.middle) * LEVEL))
+    share = 1.0 if away < off else off / away
+    return np.asarray(spot - (1.0 - share) * (spot - vessel.middle) * LEVEL)
 
 
 def on_far_side(arm: Arm, thing: Thing, other: Thing, vessel: Thing) -> Array:

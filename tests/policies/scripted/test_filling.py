@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm
-from pytest_safemanip.policies.scripted.filling import ENDS, ROOM, leaning, off_middle
+from pytest_safemanip.policies.scripted.filling import ENDS, ROOM, inwards, leaning, off_middle
 from pytest_safemanip.policies.scripted.grasping import across
 from pytest_safemanip.policies.scripted.things import Thing
 from pytest_safemanip.trace.elements import Body
@@ -51,3 +52,16 @@ def test_the_longer_side_is_held_for_level_fingers_if_it_is_hardly_longer(long, 
     arm = Arm(scene, toy.at_rest(object_pose=poses, eef_pose=FACING_LEFT))
     fingers = across(arm, Thing(arm, "obj"), 35.0).hand[:, 0]
     assert (abs(fingers[2]) < 0.01) == level
+
+
+@pytest.mark.parametrize(("away", "kept"), [(0.053, 0.0349), (0.020, 0.020), (0.0, 0.0)])
+def test_fingers_that_go_down_into_a_bowl_keep_off_its_wall(away, kept):
+    bodies = (
+        Body("mug", (0.014, 0.03, 0.0125), NONE, NONE, 0.015),
+        Body("apple", (0.0825, 0.0965, 0.0325), NONE, NONE, 0.3),
+    )
+    scene = dataclasses.replace(toy.SCENE, bodies=bodies)
+    arm = Arm(scene, toy.at_rest(eef_pose=FACING_LEFT))
+    thing, vessel = Thing(arm, "mug"), Thing(arm, "apple")
+    spot = inwards(thing, vessel.middle + np.array((away, 0.0, 0.0)), vessel)
+    assert spot - vessel.middle == pytest.approx((kept, 0.0, 0.0), abs=2e-3)
