@@ -36,8 +36,9 @@ APART = 0.010
 PITCHED = ((0.74, 0.86), (0.0, 30.0))
 """Base to the place on a plate, m, and how far the hand is pitched there, degrees: pointing down it
 reaches 80 cm far."""
-LOST = 0.12
-"""What hangs so far below the hand is not in its fingers, m: a bun that slopes reaches 7 cm."""
+LOST = 0.09
+"""A thing whose middle is so far from the grip point is not in the fingers, m: half of what is
+shared out is 6 cm long."""
 STRETCHED, CLEAR = 0.72, 0.05
 """Base to a hand that is far off, and how far up its fingers are clear of what they let go, m."""
 UP, BACK = 0.14, 0.45
@@ -147,7 +148,7 @@ def serve(arm: Arm, role: str, plate: Thing) -> Motion:
 
 def in_fingers(arm: Arm, thing: Thing) -> bool:
     """Whether a thing is still where the fingers are; what is not is not to be followed."""
-    return float(arm.position[2]) - thing.underside < LOST
+    return bool(np.linalg.norm(thing.centre - arm.position) < LOST)
 
 
 def rise(arm: Arm) -> Motion:
