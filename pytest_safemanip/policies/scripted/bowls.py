@@ -13,6 +13,7 @@ from pytest_safemanip.policies.scripted.grasping import (
     FINGER,
     FINGERTIP,
     HAND,
+    OPEN,
     PALM,
     Grasp,
     fold,
@@ -60,8 +61,6 @@ ROLLED = 120.0
 WORSE, TURNED = 0.1, 0.001
 """What a metre off the middle is worth in room, and a degree in metres."""
 UP = np.array((0.0, 0.0, 1.0))
-OPEN = 0.08
-"""Between the fingers where they are open, m."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, cut, raised
 from pytest_safemanip.policies.scripted.fingers import fingers_meet, free_of_others
-from pytest_safemanip.policies.scripted.grasping import FINGERTIP, GAP, lift, narrow_roll
+from pytest_safemanip.policies.scripted.grasping import FINGERTIP, GAP, OPEN, lift, narrow_roll
 from pytest_safemanip.policies.scripted.opening import pull_out
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import rearmost
@@ -53,8 +53,6 @@ CLOSE = 0.006
 """How much wider than the thing its fingers then are before they come down the rest, m."""
 LEANT = 0.086
 """From the grip point to the far end of the palm of that hand, m."""
-OPENING = 0.08
-"""Between the open fingers, m."""
 
 
 def pick_from_drawer(arm: Arm, role: str, drawer_role: str) -> Motion:
@@ -83,14 +81,14 @@ def pinch_in_drawer(
     """
     roll = narrow_roll(arm, thing)
     low = thing.height < LOW
-    width = OPENING if low else min(OPENING, (thick or thing.sides()[0][1]) + ROUND)
+    width = OPEN if low else min(OPEN, (thick or thing.sides()[0][1]) + ROUND)
     off = np.zeros(3) if low else free_of_others(arm, thing, width)
     room = _before_wall(arm, thing.com + off, drawer)
     leaning = not low and room < _half_palm(arm, roll)
     if leaning:
         off -= np.append(LEAN_SHIFT * arm.forward, 0.0)
         width += LEAN_SHIFT
-        if room + LEAN_SHIFT < LEANT or width > OPENING:
+        if room + LEAN_SHIFT < LEANT or width > OPEN:
             raise SkillFailed("it lies too near to the drawer's back")
     deep = _short_by(arm, thing, drawer, roll, off) > 0.0
     if deep:
@@ -106,12 +104,12 @@ def pinch_in_drawer(
     hand = arm.hand(LEAN if leaning else pitch, roll)
     yield from _stand_at(arm, drawer, where)
     yield from arm.open_to(1.0)
-    yield from arm.open_to(width / OPENING)
+    yield from arm.open_to(width / OPEN)
     target = np.append(where[:2], thing.bottom + FINGERTIP + (LEAN_RISE if leaning else 0.0))
     yield from _go_down(arm, thing, target, hand, slip)
     if leaning:
         # The more the fingers close, the higher the lower one is.
-        yield from arm.open_to(((thick or thing.sides()[0][1]) + CLOSE) / OPENING)
+        yield from arm.open_to(((thick or thing.sides()[0][1]) + CLOSE) / OPEN)
         lower = np.append(arm.position[:2], thing.bottom + FINGERTIP)
         yield from arm.move(lower, hand, tolerance=0.002, speed=0.2, steps=15, required=False)
     yield from lift(arm, thing, hand, 0.08)

@@ -12,13 +12,20 @@ from pytest_safemanip.policies.scripted.glasses import (
     FLARE,
     HALF_WIDE,
     OFF_RIM,
-    OPENING,
     PALM,
     TIP,
     palm_is_free,
     slip_into,
 )
-from pytest_safemanip.policies.scripted.grasping import FINGERTIP, Grasp, angle, fold, reach, take
+from pytest_safemanip.policies.scripted.grasping import (
+    FINGERTIP,
+    OPEN,
+    Grasp,
+    angle,
+    fold,
+    reach,
+    take,
+)
 from pytest_safemanip.policies.scripted.rims import WALL
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import stand_before
@@ -77,7 +84,7 @@ def ways(arm: Arm, thing: Thing, other: Thing, bowl: Thing) -> Iterator[tuple[fl
         far = max(float(np.linalg.norm(p - bowl.middle[:2])) for end in ends for p in end[:, :2])
         meets = any(footprints_overlap(end, other.corners, 0.0) for end in ends)
         hand = arm.hand(0.0, fold(angle(arm, axis), 120.0))
-        grasp = Grasp(np.append(thing.centre[:2], height), hand, 2.0 * apart / OPENING + OVERSHOT)
+        grasp = Grasp(np.append(thing.centre[:2], height), hand, 2.0 * apart / OPEN + OVERSHOT)
         free = palm_is_free(arm, grasp.point, hand, bowl)
         yield radius - far if free and not meets else -1.0, grasp
 

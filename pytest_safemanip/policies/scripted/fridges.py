@@ -12,6 +12,7 @@ from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.policies.scripted.grasping import (
     ALIKE,
     GAP,
+    OPEN,
     Grasp,
     across,
     angle,
@@ -54,8 +55,8 @@ the shelf."""
 MOST_YAW = 18.0
 """Degrees to either side that the hand turns for something long: the wrist is beside it, where a
 door or a wall is; closing fingers straighten what lies farther askew."""
-APART, OPENING = 0.03, 0.08
-"""How much farther than that is wide the fingers open beside it, and how far at most, m."""
+APART = 0.03
+"""How much farther than that is wide the fingers open beside it, m."""
 END = 0.015
 """From the end of something long to where it is gripped near it, m: its far end hangs down then."""
 
@@ -155,7 +156,7 @@ def near_end(arm: Arm, thing: Thing) -> Grasp:
     yaw = float(np.clip(fold(angle(arm, narrow), 90.0), -MOST_YAW, MOST_YAW))
     hand = arm.hand(PITCH, yaw=yaw)
     tips = thing.bottom + TIPS
-    return Grasp(np.append(point[:2], max(point[2], tips)), hand, (width + APART) / OPENING)
+    return Grasp(np.append(point[:2], max(point[2], tips)), hand, (width + APART) / OPEN)
 
 
 def drop_onto(arm: Arm, role: str, target_role: str) -> Motion:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, cut, raised
-from pytest_safemanip.policies.scripted.grasping import hand_corners
+from pytest_safemanip.policies.scripted.grasping import OPEN, hand_corners
 from pytest_safemanip.policies.scripted.leaning import elbow_room
 from pytest_safemanip.policies.scripted.putting import BRAKE, USUAL, carry_before, leave
 from pytest_safemanip.policies.scripted.rotations import Array
@@ -17,8 +17,6 @@ from pytest_safemanip.policies.scripted.touching import carried_by_something, pr
 from pytest_safemanip.policies.scripted.travelling import draw_in, tuck
 from pytest_safemanip.trace.planar import footprints_overlap
 
-OPENING = 0.08
-"""Between the open fingers, m."""
 TIP, FLARE, HALF_WIDE = 0.0145, 0.32, 0.0105
 """Thickness of a finger at its tip, m, by how much it grows with the distance from that, and half
 its width, m."""
@@ -66,7 +64,7 @@ def slip_into(arm: Arm, role: str, glass_role: str) -> Motion:
     if not free:
         raise SkillFailed("there is no room for the palm over the glass")
     notches = math.ceil((float(arm.step.gripper[0]) + LOOSE + LAG) / NOTCH)
-    opened = (notches * NOTCH - LAG) * OPENING / 2.0
+    opened = (notches * NOTCH - LAG) * OPEN / 2.0
     lying = _lies_in(arm, thing, glass)
     beside = _beside(lying, glass) if lying else np.zeros(3)
     hand = max(free, key=lambda hand: depth(glass, hand, opened, beside))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm
-from pytest_safemanip.policies.scripted.grasping import GAP, Grasp, hand_corners
+from pytest_safemanip.policies.scripted.grasping import GAP, HAND, PALM, Grasp, hand_corners
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.spotting import others
 from pytest_safemanip.policies.scripted.standing import solids
@@ -16,8 +16,6 @@ from pytest_safemanip.trace.geometry import corners
 
 FINGER = (0.015, 0.012)
 """Thickness of a finger, and half its width, m."""
-PALM_WIDE, PALM_HALF, PALM_UP = 0.102, 0.032, 0.026
-"""Half the palm's length, half its thickness, and from the grip point up to it, m."""
 
 
 def beside_things(arm: Arm, thing: Thing, grasp: Grasp) -> float:
@@ -27,8 +25,8 @@ def beside_things(arm: Arm, thing: Thing, grasp: Grasp) -> float:
     for other in others(arm, thing):
         way = (other.centre - grasp.point)[:2]
         along, off = abs(float(way @ axis)), abs(float(axis[0] * way[1] - axis[1] * way[0]))
-        tall = other.highest > grasp.point[2] + PALM_UP
-        reach, half = (PALM_WIDE, PALM_HALF) if tall else fingers
+        tall = other.highest > grasp.point[2] + PALM
+        reach, half = HAND[:2] if tall else fingers
         gap = math.hypot(max(0.0, along - reach), max(0.0, off - half))
         least = min(least, gap - other.sides()[0][1] / 2.0)
     return least

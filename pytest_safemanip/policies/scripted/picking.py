@@ -13,6 +13,7 @@ from pytest_safemanip.policies.scripted.grasping import (
     FINGERTIP,
     GAP,
     MOST_YAW,
+    OPEN,
     across,
     fold,
     level_yaw,
@@ -53,8 +54,6 @@ FARTHER = (0.06, -0.06)
 HIGH, RAISED = 0.17, 0.12
 """A hand that is this far above where it comes in comes down before what hangs at the height of its
 wrist, m, that is, over a spot so far below the hand."""
-OPENING = 0.08
-"""Between the open fingers, m."""
 ON_TOP = 0.01
 """What stands on a fixture is lower by no more than this, m: boxes around round things."""
 SLOT_PITCH = ((0.54, 0.62), (0.0, 25.0))
@@ -197,7 +196,7 @@ def off_others(arm: Arm, thing: Thing, opening: float) -> float:
     axis = thing.sides()[1][0]
     others = [Thing(arm, body.entity) for body in arm.scene.bodies]
     under = [other.entity for other in others if carries(other, thing)]
-    return float(free_of_others(arm, thing, opening * OPENING, (*ALONG, *FARTHER), under) @ axis)
+    return float(free_of_others(arm, thing, opening * OPEN, (*ALONG, *FARTHER), under) @ axis)
 
 
 def pick_from_top(arm: Arm, role: str) -> Motion:

@@ -6,8 +6,8 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, cut, raised
 from pytest_safemanip.policies.scripted.base import CAREFUL
-from pytest_safemanip.policies.scripted.bowls import OPEN, best_reach
-from pytest_safemanip.policies.scripted.grasping import Grasp, come_in, lift, reach
+from pytest_safemanip.policies.scripted.bowls import best_reach
+from pytest_safemanip.policies.scripted.grasping import OPEN, Grasp, come_in, lift, reach
 from pytest_safemanip.policies.scripted.putting import BRAKE, carry_over, set_upon
 from pytest_safemanip.policies.scripted.standing import nearest, stand_before
 from pytest_safemanip.policies.scripted.things import Thing
