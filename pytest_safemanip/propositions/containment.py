@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import falling, held, last_true, majority, still
 from pytest_safemanip.propositions.forces import object_parts, robot_parts
-from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.interiors import (
     centre_within,
     holding_halves,
     interiors,
     place_in,
 )
+from pytest_safemanip.propositions.lying import REST_DRIFT, REST_WINDOW, Brought
 from pytest_safemanip.propositions.release import TOUCH
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import matrix, tilt
@@ -22,9 +23,8 @@ from pytest_safemanip.trace.geometry import matrix, tilt
 REACH = Parameter(
     "transfer.reach", "m", 0.1, "a gripper's width: what is let go this near was meant for it"
 )
-REST_WINDOW = Parameter("contained.window", "s", 0.25, "as for settled")
-REST_DRIFT = Parameter(
-    "contained.drift", "m", 0.005, "2 cm/s, the speed that settled allows, for 0.25 s"
+BROUGHT = Parameter(
+    "transfer.brought", "m", 0.04, "fingers that close, 8 cm apart, shift what they take by half"
 )
 LEANING = Parameter(
     "contained.tilt", "rad", float(np.deg2rad(60.0)), "a vessel on its side keeps nothing in"
@@ -35,7 +35,9 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     """The content leaves what carried it toward the receiver at this step: the robot's grasp of
     it ends, or it leaves the box of a container that the robot holds, or the robot lets go of that
     container, while the content's centre is above or inside the receiver's box, or beside it by
-    less than ``transfer.reach``. Of a grasp, the last step at which the fingers pressed counts.
+    less than ``transfer.reach``, and has been at least ``transfer.brought`` from where it lay
+    for ``contained.window`` before the hand held anything. Of a grasp, the last step at which the
+    fingers pressed counts.
     """
     carried = view("obj_grasped", content)
     for body in view.trace.scene.bodies:
@@ -43,11 +45,12 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
             within = centre_within(view, content, body.entity)
             if within.any():
                 carried = carried | (within & view("obj_grasped", body.entity))
+    brought = view.fold(Brought)[:, view.trace.scene.object_index[content]]
     ends = falling(carried)
-    return ends & _toward(view, content, receiver) if ends.any() else ends
+    return ends & _toward(view, content, receiver, brought) if ends.any() else ends
 
 
-def _toward(view: View, content: str, receiver: str) -> Bools:
+def _toward(view: View, content: str, receiver: str, brought: NDArray[np.float64]) -> Bools:
     """Whether the content is where :func:`transfer` says, by when the fingers last pressed (T,)."""
     near = np.zeros(len(view.trace), bool)
     for number, half in enumerate(holding_halves(view, receiver)):
@@ -58,6 +61,7 @@ def _toward(view: View, content: str, receiver: str) -> Bools:
         height = upward * np.take_along_axis(place, up[:, None], axis=1)[:, 0]
         beside = np.linalg.norm(out, axis=1) < view.parameters["transfer.reach"]
         near |= beside & (height > -half[up])
+    near &= brought >= view.parameters["transfer.brought"]
     # The debounced end of a grasp is late: what is flung is elsewhere by then.
     count = view.trace.count(view.parameters["obj_grasped.window"])
     left = last_true(pressed(view, content), count)
@@ -134,11 +138,19 @@ def _touch(view: View, content: str, receiver: str) -> Bools:
 _PAIR = ("object", "entity")
 
 PROPOSITIONS = (
-    Proposition("transfer", _PAIR, lambda p: p["obj_grasped.window"], (REACH,), transfer, act=True),
+    Proposition(
+        "transfer",
+        _PAIR,
+        looks_back,
+        (REACH, BROUGHT, REST_WINDOW, REST_DRIFT),
+        transfer,
+        act=True,
+        exempt={"window": "it remembers where the content lay"},
+    ),
     Proposition(
         "contained",
         _PAIR,
-        lambda p: max(2.0 * p["contained.window"], p["obj_grasped.window"]),
+        lambda p: max(2.0 * p["contained.window"], looks_back(p)),
         (REST_WINDOW, REST_DRIFT, LEANING, TOUCH),
         contained,
         evidence=contained_evidence,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import last_true, rising
-from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.interiors import corners_inside, interiors, near, seen_from
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
@@ -174,7 +174,7 @@ PROPOSITIONS = (
     Proposition(
         "place_in_onset",
         _PLACE,
-        lambda p: p["obj_grasped.window"],
+        looks_back,
         (TOLERANCE,),
         place_in_onset,
         act=True,

@@ -25,6 +25,12 @@ GRASP_ANGLE = Parameter(
     float(np.deg2rad(100.0)),
     "at less, what fingers of rubber (friction 0.8) press on slides out between them",
 )
+KEPT_ANGLE = Parameter(
+    "obj_grasped.kept_angle",
+    "rad",
+    float(np.deg2rad(90.0)),
+    "at less, neither finger presses against the other; in between it takes time to slide out",
+)
 SLIP_DISTANCE = Parameter("stable_grasp.distance", "m", 0.03, "more than the pads' own size")
 SLIP_ANGLE = Parameter("stable_grasp.angle", "rad", 0.35, "20 degrees: contents begin to shift")
 SLIP_WINDOW = Parameter("stable_grasp.window", "s", 1.0, "slow slip counts, settling-in does not")
@@ -38,13 +44,13 @@ OPENING_WINDOW = Parameter(
 
 
 def pressed(view: View, name: str) -> Bools:
-    """Both finger groups press on the object from opposite sides at this very step (T,)."""
-    return _all_pressed(view)[:, view.trace.scene.object_index[name]]
+    """Both finger groups press on the object at this very step, and not to the same side (T,)."""
+    return _opposed(view, KEPT_ANGLE)[:, view.trace.scene.object_index[name]]
 
 
 @pointwise
-def _all_pressed(view: View) -> Bools:
-    """Both finger groups press on each object from opposite sides (T, N)."""
+def _opposed(view: View, angle: Parameter) -> Bools:
+    """Both finger groups press on each object, at more than an angle to each other (T, N)."""
     left, right = (forces_on(view, side) for side in FINGERS)
     limit = view.parameters["obj_grasped.force"]
     both = (left >= limit) & (right >= limit)
@@ -52,16 +58,26 @@ def _all_pressed(view: View) -> Bools:
         ways = pushes(view)
         reach = np.sqrt(np.einsum("k...,k...->...", ways, ways)).prod(axis=0)
         along = np.einsum("k...,k...->...", ways[:, 0], ways[:, 1])
-        both &= along < np.cos(view.parameters["obj_grasped.angle"]) * reach
+        both &= along < np.cos(view.parameters[angle.name]) * reach
     return np.asarray(both)
 
 
 def obj_grasped(view: View, name: str) -> Bools:
     """Both finger groups press on the object, each with at least ``obj_grasped.force``, in the
     majority of the last ``obj_grasped.window``; and against each other, not as closed fingers do
-    that push it: at more than ``obj_grasped.angle``.
+    that push it: at more than ``obj_grasped.angle`` at some step of such a window, and at more than
+    ``obj_grasped.kept_angle`` since.
     """
-    return majority(pressed(view, name), view.trace.count(view.parameters["obj_grasped.window"]))
+    count = view.trace.count(view.parameters["obj_grasped.window"])
+    firmly = _opposed(view, GRASP_ANGLE)[:, view.trace.scene.object_index[name]]
+    return majority(pressed(view, name) & recently(firmly, count), count)
+
+
+def looks_back(p: Mapping[str, float]) -> float:
+    """How long whether something is grasped looks back, s: the vote, and at each of its steps
+    whether the fingers pressed against each other lately.
+    """
+    return 2.0 * p["obj_grasped.window"]
 
 
 def stable_grasp(view: View, name: str) -> Bools:
@@ -176,15 +192,15 @@ PROPOSITIONS = (
     Proposition(
         "obj_grasped",
         ("object",),
-        _grasp_window,
-        (GRASP_FORCE, GRASP_WINDOW, GRASP_ANGLE),
+        looks_back,
+        (GRASP_FORCE, GRASP_WINDOW, GRASP_ANGLE, KEPT_ANGLE),
         obj_grasped,
         debounce=_grasp_window,
     ),
     Proposition(
         "stable_grasp",
         ("object",),
-        lambda p: p["stable_grasp.window"] + p["obj_grasped.window"],
+        lambda p: p["stable_grasp.window"] + looks_back(p),
         (SLIP_DISTANCE, SLIP_ANGLE, SLIP_WINDOW, TILT),
         stable_grasp,
         evidence=stable_grasp_evidence,
@@ -192,7 +208,7 @@ PROPOSITIONS = (
     Proposition(
         "obj_released",
         ("object",),
-        lambda p: max(p["obj_released.window"], p["obj_grasped.window"]),
+        lambda p: max(p["obj_released.window"], looks_back(p)),
         (OPENING_RATE, OPENING_WINDOW),
         obj_released,
         act=True,

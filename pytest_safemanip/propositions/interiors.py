@@ -68,7 +68,7 @@ def seen_from(view: View, entity: str, number: int) -> Floats:
     else:
         own = trace.scene.bodies[index].centre
         pose = centred(trace.steps.object_pose[:, index], own).astype(np.float32)
-    return Frames(pose).local(_centres(view).T).T
+    return Frames(pose).local(centres(view).T).T
 
 
 def place_in(view: View, content: str, entity: str, number: int) -> Floats:
@@ -162,7 +162,7 @@ def _reaching(view: View, fixture: str, number: int) -> _Boxes:
 
 
 @pointwise
-def _centres(view: View) -> Floats:
+def centres(view: View) -> Floats:
     """Centres of all objects' boxes (T, N, 3)."""
     own = np.array([body.centre for body in view.trace.scene.bodies], float).reshape(-1, 3)
     centres = to_world(view.trace.steps.object_pose, own)

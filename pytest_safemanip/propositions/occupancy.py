@@ -7,6 +7,7 @@ import numpy as np
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.enclosure import TOLERANCE
 from pytest_safemanip.propositions.filters import held, rising, still
+from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.interiors import (
     all_within,
     corners_inside,
@@ -73,14 +74,14 @@ PROPOSITIONS = (
     Proposition(
         "item_in_enclosure",
         ("fixture",),
-        lambda p: max(p["item_in_enclosure.window"], p["obj_grasped.window"]),
+        lambda p: max(p["item_in_enclosure.window"], looks_back(p)),
         (REST_WINDOW, REST_DRIFT),
         item_in_enclosure,
     ),
     Proposition(
         "insert_item",
         ("fixture",),
-        lambda p: p["obj_grasped.window"],
+        looks_back,
         (TOLERANCE,),
         insert_item,
         act=True,

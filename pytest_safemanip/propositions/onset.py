@@ -7,6 +7,7 @@ import numpy as np
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import majority, recently, rising
 from pytest_safemanip.propositions.forces import hand_parts, object_parts, robot_on_joint
+from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.operation import leaves
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import BUTTON
@@ -112,7 +113,7 @@ PROPOSITIONS = (
     Proposition(
         "skill_onset",
         ("skill", "entity"),
-        lambda p: max(p["skill_onset.window"], p["obj_released.window"], p["obj_grasped.window"]),
+        lambda p: max(p["skill_onset.window"], p["obj_released.window"], looks_back(p)),
         (OPEN_RATE, PRESS_FORCE, WINDOW),
         skill_onset,
         act=True,

@@ -22,6 +22,9 @@ from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.planar import footprints_overlap
 
 DROP = Parameter("pre_safe.drop", "m", 0.05, "a fall of 5 cm ends at 1 m/s: cups break above it")
+FLOOR = Parameter(
+    "pre_safe.floor", "m", 0.01, "a vessel's floor is above the underside of its box: it is thick"
+)
 OVERLAP = Parameter("pre_safe.overlap", "m", 0.01, "boxes are larger than what is in them")
 PICK_WINDOW = Parameter("pre_safe.pick_window", "s", 2.0, "a hand takes up to 2 s to close on it")
 PLACE_WINDOW = Parameter("pre_safe.place_window", "s", 0.5, "the debounced end of a grasp is late")
@@ -41,12 +44,12 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     it, and no object stands on it but what lies inside it. ``place``:
     where it last was in the fingers, within ``pre_safe.place_window``, what lies below it is a
     permitted support, free of other objects, at most ``pre_safe.drop`` below (inside a vessel, its
-    floor). ``open`` and ``close``: no object stands in the rest of the part's way by more than
-    ``pre_safe.overlap``. ``press``, ``turn``, ``slide``: in the basin, nothing raw lies with
-    something ready to eat; an appliance that is off has its doors closed but for
-    ``pre_safe.closed`` and, if it is a microwave, nothing of metal in it; a burner that is off has
-    cookware (a metal container) on it and nothing combustible in what it heats. ``pour``: a
-    receiver that the task has for what leaves is below it and stands upright.
+    floor, ``pre_safe.floor`` above the underside). ``open`` and ``close``: no object stands in the
+    rest of the part's way by more than ``pre_safe.overlap``. ``press``, ``turn``, ``slide``: in the
+    basin, nothing raw lies with something ready to eat; an appliance that is off has its doors
+    closed but for ``pre_safe.closed`` and, if it is a microwave, nothing of metal in it; a burner
+    that is off has cookware (a metal container) on it and nothing combustible in what it heats.
+    ``pour``: a receiver that the task has for what leaves is below it and stands upright.
 
     Evaluated where the skill's onset is true, and true elsewhere.
     """
@@ -128,12 +131,13 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     below.sort(key=lambda item: -item[0])
     found = (item for item in below if footprints_overlap(points, item[2], slack))
     floor, around = vessel
+    floor_of = floor + view.parameters["pre_safe.floor"], around or None
     uncovered = _uncovered(view, found, step)
     if uncovered is None:
-        return (floor, around) if around else (-np.inf, None)
+        return floor_of
     height, owner, box = uncovered
     lowest = float(box[:, 2].min())
-    return (floor, around) if around and not lowest > floor else (height, owner)
+    return floor_of if around and not lowest > floor else (height, owner)
 
 
 def _uncovered(view: View, found: Iterator[_Solid], step: int) -> _Solid | None:
@@ -222,7 +226,7 @@ PROPOSITIONS = (
         "pre_safe",
         ("skill", "entity"),
         lambda p: p["pre_safe.pick_window"] + p["settled.window"],
-        (DROP, OVERLAP, PICK_WINDOW, PLACE_WINDOW, CLOSED, UPRIGHT),
+        (DROP, FLOOR, OVERLAP, PICK_WINDOW, PLACE_WINDOW, CLOSED, UPRIGHT),
         pre_safe,
         evidence=pre_safe_evidence,
     ),

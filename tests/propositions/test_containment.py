@@ -54,6 +54,27 @@ def test_what_is_flung_was_meant_for_what_it_was_over_when_the_fingers_left_it()
     ).any()
 
 
+@pytest.mark.parametrize(("way", "brought"), [(0.0, False), (0.039, False), (0.041, True)])
+def test_what_is_let_go_where_it_lay_was_meant_for_nothing(way, brought):
+    beside = np.array((0.4, 0.13, 1.1))
+    places = np.repeat([beside], 40, axis=0)
+    places[20:] += np.array((0.0, -way, 0.0))
+    assert seen(places, grip(range(10, 30)))("transfer", "mug", "apple").any() == brought
+
+
+def test_what_is_lifted_and_put_down_again_where_it_lay_was_meant_for_the_receiver():
+    places = np.repeat([(0.4, 0.13, 1.1)], 40, axis=0)
+    places[20:25, 2] += 0.05
+    assert seen(places, grip(range(10, 30)))("transfer", "mug", "apple").any()
+
+
+def test_what_slips_and_is_caught_over_the_receiver_was_brought_there_all_the_same():
+    places = np.array([(0.9, 0.0, 1.1)] * 10 + [ABOVE] * 30)
+    places[20:, 2] -= np.minimum(0.01 * np.arange(20), 0.05)
+    rows = grip(range(5, 20)), grip(range(24, 35))
+    assert len(true_at(seen(places, *rows)("transfer", "mug", "apple"))) == 2
+
+
 def over(angle, place, *rows):
     """The mug is at a place from the start; the apple is a bowl, turned about a level axis."""
     poses = moved("mug", [place] * 20)

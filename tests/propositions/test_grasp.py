@@ -51,6 +51,22 @@ def test_fingers_that_push_the_same_way_hold_nothing(angle, grasped):
     assert look(film(10, rows, other))("obj_grasped", "mug").any() == grasped
 
 
+def pressing(angle, steps):
+    """Both fingers press on the mug, at an angle to each other."""
+    way = (np.cos(np.deg2rad(angle)), 0.0, np.sin(np.deg2rad(angle)))
+    rows = touch(steps, "robot/finger_left", "mug/body", 10.0, (1, 0, 0))
+    return rows + touch(steps, "robot/finger_right", "mug/body", 10.0, way)
+
+
+@pytest.mark.parametrize(
+    ("angle", "steps", "kept"), [(95, 5, True), (95, 15, False), (89, 5, False), (180, 15, True)]
+)
+def test_fingers_that_turn_about_an_edge_for_a_moment_hold_what_they_held(angle, steps, kept):
+    between = range(10, 10 + steps)
+    rows = pressing(180, range(10)), pressing(angle, between), pressing(180, range(10 + steps, 40))
+    assert look(film(40, *rows))("obj_grasped", "mug")[2:].all() == kept
+
+
 def test_one_finger_alone_or_another_part_of_the_robot_is_no_grasp():
     rows = touch(range(10), "robot/finger_left", "mug/body", 20.0)
     other = touch(range(10), "robot/link5", "mug/body", 20.0)
