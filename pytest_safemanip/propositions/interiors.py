@@ -101,7 +101,9 @@ def lies_in(view: View, content: str, vessel: str) -> Bools:
     lowest = points[..., 2].min(axis=1) + DEEP
     under = np.concatenate((points.mean(axis=1)[:, :2], lowest[:, None]), axis=1)
     place = to_local(centred(steps.object_pose[:, other], box.centre), under)
-    leans = (np.abs(place) <= np.array(box.half)).all(axis=-1)
+    leans = (np.abs(place[:, :2]) <= box.half[:2]).all(axis=-1) & (place[:, 2] <= box.half[2])
+    # The corners of a round thing's box may be lower than the vessel that it lies in.
+    leans &= place_in(view, content, vessel, 0)[:, 2] >= -box.half[2]
     return np.asarray(centre_within(view, content, vessel) | leans)
 
 

@@ -117,6 +117,17 @@ def test_what_lies_inside_it_comes_along_and_is_named_once_if_it_stands_on_it(he
     assert evidence == ([] if safe else ["apple stands on mug"])
 
 
+def test_what_leans_in_a_flat_vessel_does_not_stand_on_it_though_its_box_has_a_corner_below_it():
+    tray = dataclasses.replace(toy.SCENE.bodies[0], half=(0.05, 0.05, 0.02))
+    scene = dataclasses.replace(toy.SCENE, bodies=(tray, toy.SCENE.bodies[1]))
+    poses = moved("apple", (0.0, 0.0, 0.95 + 0.025), 80)
+    poses[:, 1, 3:] = turned(np.pi / 4)
+    rows = touch([32] * 4, "mug/body", "apple/body", 1.0, (0, 0, 1))
+    hold = rest(range(20)), grip(range(30, 80)), rows
+    view = look(film(80, *hold, object_pose=poses, scene=scene))
+    assert view.evidence("pre_safe", ("pick", "mug"), 32) == []
+
+
 def placed(place, lean=0.0, scene=toy.SCENE, **binding):
     """Held at a place until step 9, leaning by an angle in rad, and let go there."""
     poses = moved("mug", place, 30)
