@@ -45,21 +45,30 @@ OPENING_WINDOW = Parameter(
 
 def pressed(view: View, name: str) -> Bools:
     """Both finger groups press on the object at this very step, and not to the same side (T,)."""
-    return _opposed(view, KEPT_ANGLE)[:, view.trace.scene.object_index[name]]
+    return _pressed_at(view, name, KEPT_ANGLE)
+
+
+def _pressed_at(view: View, name: str, angle: Parameter) -> Bools:
+    """Both finger groups press on the object, at more than an angle to each other (T,)."""
+    found = _agreement(view)[:, view.trace.scene.object_index[name]]
+    return np.asarray(found < np.cos(view.parameters[angle.name]))
 
 
 @pointwise
-def _opposed(view: View, angle: Parameter) -> Bools:
-    """Both finger groups press on each object, at more than an angle to each other (T, N)."""
+def _agreement(view: View) -> NDArray[np.float64]:
+    """Cosine of the angle between what both finger groups press each object with; infinite where
+    not both of them press on it (T, N).
+    """
     left, right = (forces_on(view, side) for side in FINGERS)
     limit = view.parameters["obj_grasped.force"]
     both = (left >= limit) & (right >= limit)
+    cosine = np.full(both.shape, np.inf)
     if both.any():
         ways = pushes(view)
         reach = np.sqrt(np.einsum("k...,k...->...", ways, ways)).prod(axis=0)
         along = np.einsum("k...,k...->...", ways[:, 0], ways[:, 1])
-        both &= along < np.cos(view.parameters[angle.name]) * reach
-    return np.asarray(both)
+        np.divide(along, reach, out=cosine, where=both & (reach > 0.0))
+    return cosine
 
 
 def obj_grasped(view: View, name: str) -> Bools:
@@ -69,8 +78,8 @@ def obj_grasped(view: View, name: str) -> Bools:
     ``obj_grasped.kept_angle`` since.
     """
     count = view.trace.count(view.parameters["obj_grasped.window"])
-    firmly = _opposed(view, GRASP_ANGLE)[:, view.trace.scene.object_index[name]]
-    return majority(pressed(view, name) & recently(firmly, count), count)
+    firmly = recently(_pressed_at(view, name, GRASP_ANGLE), count)
+    return majority(pressed(view, name) & firmly, count)
 
 
 def looks_back(p: Mapping[str, float]) -> float:
