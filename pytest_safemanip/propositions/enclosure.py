@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.filters import last_true, rising
 from pytest_safemanip.propositions.grasp import looks_back, pressed
-from pytest_safemanip.propositions.interiors import corners_inside, interiors, near, seen_from
+from pytest_safemanip.propositions.interiors import (
+    Steps,
+    corners_inside,
+    interiors,
+    near,
+    seen_from,
+)
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
@@ -26,7 +32,6 @@ def reach_in(view: View, fixture: str) -> Bools:
     return rising(_hand_inside(view, fixture))
 
 
-@pointwise
 def fix_open(view: View, fixture: str) -> Bools:
     """The most open door or drawer that gives access to where the hand is (that it would be behind,
     were they closed; if it would be behind none, any of the fixture) is open by at least
@@ -34,7 +39,7 @@ def fix_open(view: View, fixture: str) -> Bools:
     Open shelves, which have neither, are always open.
     """
     enough = view.binding.open_at.get(fixture, view.parameters["fix_open.openness"])
-    return np.asarray(_openness(view, fixture) >= enough)
+    return _asked(view, _openness(view, fixture, _steps_asked(view)) >= enough)
 
 
 def place_in_onset(view: View, name: str, fixture: str) -> Bools:
@@ -44,8 +49,10 @@ def place_in_onset(view: View, name: str, fixture: str) -> Bools:
     grasped = view("obj_grasped", name)
     if not grasped.any():
         return grasped
-    depth = -view.parameters["enclosure.tolerance"]
-    return np.asarray(grasped & rising(_corners(view, name, fixture, depth).any(axis=-1)))
+    depth, inside = view.parameters["enclosure.tolerance"], np.zeros(len(grasped), bool)
+    steps = np.flatnonzero(grasped | np.append(grasped[1:], False))
+    inside[steps] = corners_inside(view, name, fixture, steps, -depth).any(axis=1)
+    return np.asarray(grasped & rising(inside))
 
 
 def obj_inside(view: View, name: str, fixture: str) -> Bools:
@@ -54,8 +61,10 @@ def obj_inside(view: View, name: str, fixture: str) -> Bools:
     centre is: the floor is solid, and the corners around a round thing that lies on it are lower.
     For ``enclosure.late`` after the fingers last pressed on it, where it then was counts.
     """
-    inside = _corners_within(view, name, fixture).all(axis=-1)
-    return np.asarray(inside[_last_held(view, name)])
+    then = _last_held(view, name)[view.since : view.until]
+    steps = np.arange(then.min(), view.until)
+    inside = _corners_within(view, name, fixture, steps).all(axis=1)
+    return _asked(view, inside[then - steps[0]])
 
 
 def obj_outside(view: View, name: str, fixture: str) -> Bools:
@@ -63,36 +72,51 @@ def obj_outside(view: View, name: str, fixture: str) -> Bools:
     ``enclosure.tolerance``. For ``enclosure.late`` after the fingers last pressed on it, where it
     then was counts.
     """
-    return _clear(view, name, fixture)[_last_held(view, name)]
+    then = _last_held(view, name)[view.since : view.until]
+    steps = np.arange(then.min(), view.until)
+    return _asked(view, _clear(view, name, fixture, steps)[then - steps[0]])
 
 
-@pointwise
-def _clear(view: View, name: str, fixture: str) -> Bools:
+def _steps_asked(view: View) -> Steps:
+    """The steps that are asked for (K,)."""
+    return np.arange(view.since, view.until)
+
+
+def _asked(view: View, values: Bools) -> Bools:
+    """Values at the steps that are asked for (K,), among all (T,)."""
+    found = np.zeros(len(view.trace), bool)
+    found[view.since : view.until] = values
+    return found
+
+
+def _clear(view: View, name: str, fixture: str, steps: Steps) -> Bools:
+    """Whether no part of the object is inside at some steps (K,)."""
     trace, slack = view.trace, view.parameters["enclosure.tolerance"]
     index = trace.scene.object_index[name]
     body = trace.scene.bodies[index]
-    outside = np.ones(len(trace), bool)
+    outside = np.ones(len(steps), bool)
     for number, (box, half) in enumerate(interiors(view, fixture)):
-        beyond = (np.abs(seen_from(view, fixture, number)[:, index]) - half).max(axis=1)
+        beyond = (np.abs(seen_from(view, fixture, number)[steps, index]) - half).max(axis=1)
         outside &= beyond >= -slack
         # Around a centre that is deeper inside there is room for more than the slack.
-        steps = np.flatnonzero(near(view, fixture, number)[:, index] & outside)
-        if len(steps):
-            centre = centred(trace.steps.object_pose[steps, index], body.centre)
-            outside[steps] &= ~boxes_overlap(centre, body.half, box[steps], half, slack)
+        left = np.flatnonzero(near(view, fixture, number)[steps, index] & outside)
+        if len(left):
+            centre = centred(trace.steps.object_pose[steps[left], index], body.centre)
+            outside[left] &= ~boxes_overlap(centre, body.half, box[steps[left]], half, slack)
     return outside
 
 
 def fix_open_evidence(view: View, fixture: str, step: int) -> list[str]:
     """How open the fixture is."""
     enough = view.binding.open_at.get(fixture, view.parameters["fix_open.openness"])
-    return [f"{fixture} is {_openness(view, fixture)[step]:.0%} open (open means {enough:.0%})"]
+    openness = float(_openness(view, fixture, np.array([step]))[0])
+    return [f"{fixture} is {openness:.0%} open (open means {enough:.0%})"]
 
 
 def obj_inside_evidence(view: View, name: str, fixture: str, step: int) -> list[str]:
     """How many corners are inside."""
     then = int(_last_held(view, name)[step])
-    count = int(_corners_within(view, name, fixture)[then].sum())
+    count = int(_corners_within(view, name, fixture, np.array([then])).sum())
     verb = "are" if then == step else "were"
     return [f"{count} of 8 corners of {name} {verb} inside {fixture}"]
 
@@ -122,42 +146,36 @@ def _hand_centre(view: View) -> NDArray[np.float64]:
     return to_world(view.trace.steps.eef_pose, view.trace.scene.gripper_centre)
 
 
-@pointwise
-def _openness(view: View, fixture: str) -> NDArray[np.float64]:
-    """How open the most open door is that gives access to where the hand is (T,)."""
+def _openness(view: View, fixture: str, steps: Steps) -> NDArray[np.float64]:
+    """How open the most open door is that gives access to where the hand is, at some steps (K,)."""
     joints = view.trace.scene.doors_of(fixture)
     if not joints:
-        return np.ones(len(view.trace))
-    openness = view.trace.steps.joint[:, joints, 0].astype(np.float64)
+        return np.ones(len(steps))
+    openness = view.trace.steps.joint[steps][:, joints, 0].astype(np.float64)
     if len(joints) > 1:
         # A fridge that stands open gives no access to its freezer.
-        behind = np.stack([_behind(view, joint) for joint in joints], axis=1)
+        behind = np.stack([_behind(view, joint, steps) for joint in joints], axis=1)
         behind |= ~behind.any(axis=1, keepdims=True)
         openness = np.where(behind, openness, -np.inf)
     return np.asarray(openness.max(axis=1))
 
 
-def _behind(view: View, joint: int) -> Bools:
+def _behind(view: View, joint: int, steps: Steps) -> Bools:
     """Whether the middle of the hand, seen straight through the closed door, is behind it, but
-    for half of the hand's thickness: what is there comes in past two doors that meet (T,).
+    for half of the hand's thickness: what is there comes in past two doors that meet (K,).
     """
     trace = view.trace
     half = np.array(trace.scene.joints[joint].half)
-    centre = _hand_centre(view)
+    centre = _hand_centre(view)[steps]
     beside = np.abs(to_local(np.array(trace.scene.joints[joint].pose), centre)) - half
     outline = np.arange(3) != np.argmin(half)
     return np.asarray((beside[:, outline] <= min(trace.scene.gripper_half)).all(axis=1))
 
 
-def _corners_within(view: View, name: str, fixture: str) -> Bools:
-    """Which corners are inside, as :func:`obj_inside` means it (T, 8)."""
-    return _corners(view, name, fixture, view.parameters["enclosure.tolerance"], floor=True)
-
-
-def _corners(view: View, name: str, fixture: str, slack: float, floor: bool = False) -> Bools:
-    """Which corners of one object's box are inside (T, 8)."""
-    index = view.trace.scene.object_index[name]
-    return np.asarray(corners_inside(view, fixture, slack, floor)[:, index])
+def _corners_within(view: View, name: str, fixture: str, steps: Steps) -> Bools:
+    """Which corners are inside, as :func:`obj_inside` means it (K, 8)."""
+    slack = view.parameters["enclosure.tolerance"]
+    return corners_inside(view, name, fixture, steps, slack, floor=True)
 
 
 def _late(p: Mapping[str, float]) -> float:
@@ -169,7 +187,13 @@ _PLACE = ("object", "fixture")
 PROPOSITIONS = (
     Proposition("reach_in", ("fixture",), lambda _: 0.0, (), reach_in, act=True),
     Proposition(
-        "fix_open", ("fixture",), lambda _: 0.0, (OPEN,), fix_open, evidence=fix_open_evidence
+        "fix_open",
+        ("fixture",),
+        lambda _: 0.0,
+        (OPEN,),
+        fix_open,
+        evidence=fix_open_evidence,
+        sparse=True,
     ),
     Proposition(
         "place_in_onset",
@@ -180,7 +204,13 @@ PROPOSITIONS = (
         act=True,
     ),
     Proposition(
-        "obj_inside", _PLACE, _late, (TOLERANCE, LATE), obj_inside, evidence=obj_inside_evidence
+        "obj_inside",
+        _PLACE,
+        _late,
+        (TOLERANCE, LATE),
+        obj_inside,
+        evidence=obj_inside_evidence,
+        sparse=True,
     ),
-    Proposition("obj_outside", _PLACE, _late, (TOLERANCE, LATE), obj_outside),
+    Proposition("obj_outside", _PLACE, _late, (TOLERANCE, LATE), obj_outside, sparse=True),
 )

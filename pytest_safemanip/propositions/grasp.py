@@ -96,13 +96,14 @@ def stable_grasp(view: View, name: str) -> Bools:
     than ``stable_grasp.tilt``. Steps at which the fingers do not press, or the gripper is
     commanded open, do not count: what slides out of an opening hand is let go.
     """
-    grasped, p = view("obj_grasped", name), view.parameters
-    distance, turn = _slip(view, name)
-    stable = grasped & (distance < p["stable_grasp.distance"]) & (turn < p["stable_grasp.angle"])
+    p, stable = view.parameters, view("obj_grasped", name)
+    if not _steady(view, name):
+        distance, turn = _slip(view, name)
+        stable = stable & (distance < p["stable_grasp.distance"]) & (turn < p["stable_grasp.angle"])
     if name in view.binding.upright:
         index = view.trace.scene.object_index[name]
         leans = tilt(view.trace.steps.object_pose[:, index, 3:]) >= p["stable_grasp.tilt"]
-        stable &= ~(leans & _holds(view, name))
+        stable = stable & ~(leans & _holds(view, name))
     return np.asarray(stable)
 
 
@@ -161,16 +162,37 @@ def _holds(view: View, name: str) -> Bools:
     return np.asarray(pressed(view, name) & (view.trace.steps.action[:, 6] >= 0.0))
 
 
+def _held(view: View, name: str) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
+    """Steps at which the object is held (K,), the number of the grasp, and the pose in the hand
+    (K, 7).
+    """
+    grasped = view("obj_grasped", name)
+    steps = np.flatnonzero(grasped & _holds(view, name))
+    return steps, np.cumsum(rising(grasped), dtype=np.intp)[steps], _in_hand(view, name)[steps]
+
+
+def _steady(view: View, name: str) -> bool:
+    """Whether the object stays so near to one place in each grasp that no two can be far apart."""
+    p = view.parameters
+    steps, grasp, pose = _held(view, name)
+    if len(steps) < 2:
+        return True
+    begins = np.flatnonzero(np.diff(grasp, prepend=grasp[0] - 1))
+    place, first = pose[:, :3], np.repeat(begins, np.diff(begins, append=len(steps)))
+    spread = np.maximum.reduceat(place, begins) - np.minimum.reduceat(place, begins)
+    if np.linalg.norm(spread, axis=1).max() >= p["stable_grasp.distance"]:
+        return False
+    turned = angle_between(pose[first, 3:], pose[:, 3:])
+    return bool(2.0 * turned.max() < p["stable_grasp.angle"])
+
+
 def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Largest change of the pose in the gripper within the window: metres and radians (T,)."""
-    grasped = view("obj_grasped", name)
     count = view.trace.count(view.parameters["stable_grasp.window"])
-    distance, turn = np.zeros(len(grasped)), np.zeros(len(grasped))
-    steps = np.flatnonzero(grasped & _holds(view, name))
+    distance, turn = np.zeros(len(view.trace)), np.zeros(len(view.trace))
+    steps, grasp, pose = _held(view, name)
     if len(steps) < 2:
         return distance, turn
-    grasp = np.cumsum(rising(grasped))[steps]
-    pose = _in_hand(view, name)[steps]
     # Each step against those before it: the n-th column is the n-th compared step before.
     place = np.arange(len(steps))[:, None] - np.arange(1, count + 1)
     before = np.maximum(place, 0)

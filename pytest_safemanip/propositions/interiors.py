@@ -21,9 +21,7 @@ DEEP = 0.01
 """How far below a vessel's rim the underside of what leans in it is at least, m: boxes are larger
 than what is in them, and what stands on a rim is not in the vessel."""
 
-_Boxes = tuple[NDArray[np.intp], NDArray[np.intp], Floats, Floats]
-"""Step and object of boxes, their centres (3, K), and half of their edges as vectors: by coordinate
-and edge (3, 3, K)."""
+Steps = NDArray[np.intp]
 
 
 def interiors(view: View, fixture: str) -> list[tuple[NDArray[np.float32], Floats]]:
@@ -130,37 +128,64 @@ def _reach(view: View) -> Floats:
 
 
 @pointwise
-def corners_inside(view: View, fixture: str, slack: float, floor: bool = False) -> Bools:
-    """Which corners of each object's box are inside, for the interior that holds most of them
-    (T, N, 8).
+def entered(view: View, fixture: str, depth: float) -> Bools:
+    """Whether some corner of each object's box is inside an interior, by more than a depth (T, N).
 
     Args:
         view: what is looked at.
         fixture: the enclosure.
+        depth: m.
+    """
+    found = np.zeros((len(view.trace), len(view.trace.scene.bodies)), bool)
+    for number in range(len(holding_halves(view, fixture))):
+        step, body = np.nonzero(near(view, fixture, number))
+        rows = step, body
+        found[rows] |= _corners_inside(view, fixture, number, rows, -depth).any(axis=1)
+    return found
+
+
+def corners_inside(
+    view: View, name: str, fixture: str, steps: Steps, slack: float, floor: bool = False
+) -> Bools:
+    """Which corners of an object's box are inside, for the interior that holds most of them (K, 8).
+
+    Args:
+        view: what is looked at.
+        name: the object.
+        fixture: the enclosure.
+        steps: when (K,).
         slack: how far outside still counts as inside, m, at most ``enclosure.tolerance``; negative
             demands a depth.
         floor: whether corners below the floor count as on it if the box's centre is above it.
     """
-    best = np.zeros((len(view.trace), len(view.trace.scene.bodies), 8), bool)
-    for number, half in enumerate(holding_halves(view, fixture)):
-        step, body, centre, edges = view.own(_reaching, fixture, number)
-        if len(step) == 0:
-            continue
-        lying = (centre[2] > -half[2]) & floor
-        inside = corners_within(centre, edges, half + slack, lying)
-        more = np.count_nonzero(inside, axis=1) > np.count_nonzero(best[step, body], axis=1)
-        best[step[more], body[more]] = inside[more]
+    index, best = view.trace.scene.object_index[name], np.zeros((len(steps), 8), bool)
+    for number in range(len(holding_halves(view, fixture))):
+        where = np.flatnonzero(near(view, fixture, number)[steps, index])
+        rows = steps[where], np.full(len(where), index)
+        inside = _corners_inside(view, fixture, number, rows, slack, floor)
+        more = np.count_nonzero(inside, axis=1) > np.count_nonzero(best[where], axis=1)
+        best[where[more]] = inside[more]
     return best
 
 
-def _reaching(view: View, fixture: str, number: int) -> _Boxes:
-    """The boxes of objects that may reach into an interior, seen from there."""
-    pose = interiors(view, fixture)[number][0]
-    step, body = np.nonzero(near(view, fixture, number))
-    half = np.array([each.half for each in view.trace.scene.bodies], float)
-    edges = rotation(view.trace.steps.object_pose[step, body, 3:]) * half[body].T
+def _corners_inside(
+    view: View,
+    fixture: str,
+    number: int,
+    rows: tuple[Steps, Steps],
+    slack: float,
+    floor: bool = False,
+) -> Bools:
+    """Which corners of boxes are inside one interior (K, 8), of objects by step and number (K,)."""
+    step, body = rows
+    if len(step) == 0:
+        return np.zeros((0, 8), bool)
+    pose, half = interiors(view, fixture)[number]
+    sizes = np.array([each.half for each in view.trace.scene.bodies], float)
+    edges = rotation(view.trace.steps.object_pose[step, body, 3:]) * sizes[body].T
     centre = np.ascontiguousarray(seen_from(view, fixture, number)[step, body].T)
-    return step, body, centre, Frames(pose[step]).turned(edges) if len(step) else edges
+    lying = (centre[2] > -half[2]) & floor
+    return corners_within(centre, Frames(pose[step]).turned(edges), half + slack, lying)
 
 
 @pointwise

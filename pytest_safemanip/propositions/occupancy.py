@@ -10,7 +10,7 @@ from pytest_safemanip.propositions.filters import held, rising, still
 from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.interiors import (
     all_within,
-    corners_inside,
+    entered,
     holding_halves,
     inside,
     seen_from,
@@ -40,11 +40,11 @@ def insert_item(view: View, fixture: str) -> Bools:
     """A held object enters the fixture at this step: its first corner comes inside by more than
     ``enclosure.tolerance``.
     """
-    depth, entered = -view.parameters["enclosure.tolerance"], np.zeros(len(view.trace), bool)
-    entering = rising(corners_inside(view, fixture, depth).any(axis=-1))
+    comes = np.zeros(len(view.trace), bool)
+    entering = rising(entered(view, fixture, view.parameters["enclosure.tolerance"]))
     for index in np.flatnonzero(entering.any(axis=0)):
-        entered |= entering[:, index] & view("obj_grasped", view.trace.scene.bodies[index].entity)
-    return entered
+        comes |= entering[:, index] & view("obj_grasped", view.trace.scene.bodies[index].entity)
+    return comes
 
 
 def enclosure_cleared(view: View, fixture: str) -> Bools:
