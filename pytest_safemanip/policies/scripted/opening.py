@@ -39,6 +39,8 @@ END_PITCH, END_GRIP = 38.0, 0.016
 DOOR_TURN = 0.7
 """Share of the door's rotation that the hand follows; the bar turns between the pads."""
 DOOR_DONE = 0.95
+"""Openness at which a door is let go: pulled on to 0.99, a microwave's takes the hand so far to one
+side that the elbow straightens to its stop and jerks the palm against the bar, by up to 190 N."""
 DOOR_STOP, DOOR_GENTLY = 0.85, 0.25
 """From this openness on, a door with a long bar is pulled at this share of the top speed, and not
 beyond its stop: the hand would pull at the bar there with 314 N."""
@@ -196,7 +198,7 @@ def _pull_round(arm: Arm, cabinet: Furniture, joint: Joint, side: float, slow: f
             speed=DOOR_GENTLY if gently else 1.0,
             steps=20,
             required=False,
-            until=opened(min(openness - 0.03, DOOR_DONE) if gently else openness - 0.03),
+            until=opened(min(openness - 0.03, DOOR_DONE)),
         )
         if cabinet.openness(joint) >= DOOR_DONE:
             return
