@@ -19,6 +19,8 @@ BESIDE = 0.004
 boxes."""
 LEVELS = np.linspace(0.0, 1.0, 9)
 """Heights of a thing that are looked at, shares of its own."""
+SPAN = np.linspace(-1.0, 1.0, 9)
+"""Where along their width fingers and palm are looked at, shares of half of it."""
 FINGERS = (0.055, 0.012)
 """Half the length, along their travel, and half the thickness of two open fingers, m."""
 BEFORE = 0.03
@@ -45,6 +47,27 @@ def palm_has_room(arm: Arm, grasp: Grasp, own: Thing) -> bool:
         if (inside & (behind > PALM - BESIDE) & (behind < PALM + deep + WRIST)).any():
             return False
     return True
+
+
+def room_on_way(arm: Arm, grasp: Grasp, own: Thing, back: float) -> float:
+    """Least distance of fingers, palm and wrist that come in to a grasp along its approach from
+    what stands beside it, as if that were upright pillars, m; below 0 they would go into one.
+
+    Args:
+        arm: the arm.
+        grasp: the grasp.
+        own: what is grasped; what lies in it or under it does not count either.
+        back: length of the approach, m.
+    """
+    ways = np.linspace(0.0, back, len(LEVELS))[:, None, None] * -grasp.hand[:, 2]
+    points = (ways + _shell(grasp.hand) + grasp.point).reshape(-1, 3)
+    room = math.inf
+    for other in _others(arm, own):
+        beside = np.linalg.norm((points - other.centre)[:, :2], axis=1) - other.sides()[1][1] / 2.0
+        above = points[:, 2] - other.highest
+        outside = np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0))
+        room = min(room, float((outside + np.minimum(np.maximum(beside, above), 0.0)).min()))
+    return room
 
 
 def rise_over_front(arm: Arm, back: float) -> float:
@@ -79,6 +102,17 @@ def _finger_corners(hand: Array) -> Array:
     x, y = FINGERS
     ends = (-FINGERTIP, PALM)
     return np.array([(i * x, j * y, -k) for i in (-1, 1) for j in (-1, 1) for k in ends]) @ hand.T
+
+
+def _shell(hand: Array) -> Array:
+    """Points (K, 3) on open fingers, palm and wrist, from the grip point, m."""
+    parts = ((FINGERS, (-FINGERTIP, PALM)), (HAND[:2], (PALM, PALM + HAND[2] + WRIST)))
+    grids = [
+        np.stack(np.meshgrid(x * SPAN, (-y, y), -np.linspace(*ends, 3), indexing="ij"), axis=-1)
+        for (x, y), ends in parts
+    ]
+    points: Array = np.concatenate([grid.reshape(-1, 3) for grid in grids]) @ hand.T
+    return points
 
 
 def _others(arm: Arm, own: Thing) -> list[Thing]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.carrying import HANG_PITCH, place_beside
+from pytest_safemanip.policies.scripted.clearing import room_on_way
 from pytest_safemanip.policies.scripted.grasping import Grasp, take
 from pytest_safemanip.policies.scripted.picking import FRONT_PITCH, FRONT_STAND
 from pytest_safemanip.policies.scripted.putting import carry_before, held_over, leave, set_down
@@ -28,6 +29,11 @@ HAND_WIDE = 0.105
 """From the grip point to the end of the palm, m."""
 ENOUGH_ROOM = 0.01
 """Free space beside the fingers that is as good as more, m."""
+WAY = 0.12
+"""Length of the straight way in, m."""
+SLIM = 0.010
+"""How far the hand's way in may lead into the pillar around something taller, m: a bottle's upper
+part is slimmer than its box."""
 SHELF_REACH = 0.62
 """Base to hand at which the arm holds that pitch at the height of a bottle's neck, m."""
 BELOW_TOP = 0.025
@@ -69,9 +75,17 @@ def _pluck(arm: Arm, role: str, pitch: float, distance: float) -> Motion:
     thing = Thing(arm, role)
     yield from stand(arm, arm.ahead(thing.centre) - distance, arm.aside(thing.centre))
     best = max(YAWS, key=lambda yaw: min(_room(arm, thing, yaw), ENOUGH_ROOM))
-    hand = arm.hand(pitch, yaw=best)
-    point = raised(thing.top, -BELOW_TOP)
-    yield from take(arm, thing, Grasp(point, hand, 1.0), rise=0.05)
+    if _room_on_way(arm, thing, pitch, best) < -SLIM:
+        best = max(YAWS, key=lambda yaw: _room_on_way(arm, thing, pitch, yaw))
+    yield from take(arm, thing, _grasp(arm, thing, pitch, best), rise=0.05, back=WAY)
+
+
+def _grasp(arm: Arm, thing: Thing, pitch: float, yaw: float) -> Grasp:
+    return Grasp(raised(thing.top, -BELOW_TOP), arm.hand(pitch, yaw=yaw), 1.0)
+
+
+def _room_on_way(arm: Arm, thing: Thing, pitch: float, yaw: float) -> float:
+    return room_on_way(arm, _grasp(arm, thing, pitch, yaw), thing, WAY)
 
 
 def _room(arm: Arm, thing: Thing, yaw: float) -> float:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.policies.scripted.arm import Arm, SkillFailed
-from pytest_safemanip.policies.scripted.grasping import across, hand_corners
+from pytest_safemanip.policies.scripted.clearing import room_on_way
+from pytest_safemanip.policies.scripted.grasping import Grasp, across, hand_corners
 from pytest_safemanip.policies.scripted.rims import overhung, rim_shift
 from pytest_safemanip.policies.scripted.sinks import ROOM, palm_room, roomy
 from pytest_safemanip.policies.scripted.standing import rearmost
@@ -21,6 +22,7 @@ NONE = (0.0, 0.0, 0.0)
 LEMON = (0.028, 0.036, 0.028)
 SQUASH = (0.032, 0.072, 0.032)
 LEFT = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+BOTTLE, WINE = (0.032, 0.032, 0.102), (0.033, 0.033, 0.132)
 FACING_LEFT = (0.3, 0.0, 1.2, *LEFT)
 """The fingers travel sideways, the robot faces forward (x)."""
 
@@ -64,6 +66,21 @@ def test_what_lies_along_the_wall_is_left_there():
 def test_a_hand_that_leans_back_holds_a_thing_too(pitch):
     arm, lemon, _ = _in_basin(LEMON, -0.04)
     assert across(arm, lemon, pitch).hand[:, 2] @ (0.0, 0.0, -1.0) > 0.99
+
+
+def test_a_turned_hand_comes_in_on_the_side_where_nothing_taller_stands():
+    low, tall = Body("mug", BOTTLE, NONE, NONE, 0.1), Body("apple", WINE, NONE, NONE, 0.1)
+    scene = dataclasses.replace(toy.SCENE, bodies=(low, tall))
+    poses = ((0.6, 0.0, BOTTLE[2], *toy.UPRIGHT), (0.6, -0.09, WINE[2], *toy.UPRIGHT))
+    arm = Arm(scene, toy.at_rest(object_pose=poses, eef_pose=FACING_LEFT))
+    bottle = Thing(arm, "mug")
+    neck = bottle.top - (0.0, 0.0, 0.025)
+
+    def room(yaw):
+        return room_on_way(arm, Grasp(neck, arm.hand(35.0, yaw=yaw), 1.0), bottle, 0.12)
+
+    assert room(45.0) < -0.02
+    assert room(-45.0) > 0.01
 
 
 def _over_pan(pitch, radius=0.12, height=0.05, thick=0.05):
