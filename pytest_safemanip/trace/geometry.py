@@ -174,13 +174,13 @@ def _overlap(
     length = np.linalg.norm(axes, axis=-1)
     parallel = length < 1e-6  # then the cross product is no axis
     axes = axes / np.where(parallel, 1.0, length)[..., None]
-    gap = np.abs((axes * (pose_b - pose_a)[..., None, :3]).sum(axis=-1))
+    gap = np.abs(axes @ (pose_b - pose_a)[..., :3, None])[..., 0]
     reach = _reach(axes, axes_a, half_a) + _reach(axes, axes_b, half_b)
     return np.asarray(((reach - gap > slack) | parallel).all(axis=-1))
 
 
 def _reach(axes: Array, own: Array, half: ArrayLike) -> Array:
     """How far boxes with their own axes (..., 3, 3) reach along others (..., K, 3): (..., K)."""
-    shares = np.abs((axes[..., :, None, :] * own[..., None, :, :]).sum(axis=-1))
-    result: Array = (shares * np.asarray(half, float)[..., None, :]).sum(axis=-1)
+    shares = np.abs(axes @ np.swapaxes(own, -1, -2))
+    result: Array = (shares @ np.asarray(half, float)[..., None])[..., 0]
     return result
