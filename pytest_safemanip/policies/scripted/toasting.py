@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, cut, raised
 from pytest_safemanip.policies.scripted.closing import FOLDED
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP, reach
 from pytest_safemanip.policies.scripted.knobs import turn_knob
@@ -58,6 +58,9 @@ SHARE = 0.25
 """From the middle of a rack to where one of two things goes, share of its width."""
 NEARER = 0.01
 """Of two free halves, that on the thing's side: m of room for each m that it is nearer."""
+SLIPPED = 0.05
+"""How far a load moves in the hand that is lost, m: a hand that followed it to where it lies would
+press its palm on the oven's front with 277 N."""
 SLOWLY = 0.06
 """Speed at which a long thing is set down, share of the top speed."""
 TIMED = 0.6
@@ -145,7 +148,7 @@ def load_rack(arm: Arm, role: str, oven_role: str) -> Motion:
     """Put something long that is held from above on a rack that is out, pointing into the oven.
 
     Raises:
-        SkillFailed: if the hand or the base does not get there.
+        SkillFailed: if the hand or the base does not get there, or the thing slipped on the way.
     """
     thing, oven = Thing(arm, role), Furniture(arm, oven_role)
     spot = free_half(arm, thing, oven)
@@ -170,7 +173,14 @@ def load_rack(arm: Arm, role: str, oven_role: str) -> Motion:
         arm.floor_point(min(before, arm.ahead(arm.base)), arm.aside(arm.base)), speed=GENTLY
     )
     yield from stand(arm, arm.ahead(arm.base), arm.aside(spot), GENTLY)
-    yield from stand(arm, away, arm.aside(spot), GENTLY)
+    grip = thing.centre - arm.position
+
+    def slipped() -> bool:
+        return bool(np.linalg.norm(thing.centre - arm.position - grip) > SLIPPED)
+
+    yield from cut(stand(arm, away, arm.aside(spot), GENTLY), slipped)
+    if slipped():
+        raise SkillFailed(f"{role} slipped out of the fingers")
     over = held_over(arm, thing, spot, float(spot[2]) + OVER / 3.0)
     yield from arm.move(over, hand, tolerance=0.008, speed=0.4, steps=80, required=False)
     yield from set_down(arm, role, speed=SLOWLY)
