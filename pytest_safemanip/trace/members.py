@@ -89,6 +89,7 @@ class Members:
         self._data = data
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             self._found = {info.filename: info for info in archive.infolist()}
+        self._packed: dict[str, Packed] = {}
 
     def packed(self, name: str) -> Packed:
         """A member by name.
@@ -97,6 +98,11 @@ class Members:
             TraceError: if it is missing, or compressed in another way than recordings are.
             zipfile.BadZipFile: if it is not where the archive says.
         """
+        if name not in self._packed:
+            self._packed[name] = self._cut_out(name)
+        return self._packed[name]
+
+    def _cut_out(self, name: str) -> Packed:
         info = self._found.get(name)
         if info is None:
             raise TraceError(f"{name} is missing")
