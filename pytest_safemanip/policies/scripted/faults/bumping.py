@@ -205,26 +205,17 @@ def _fault(
 
 _BOTTLE = (
     (on_counter("obj", FAR, -0.34), on_counter("distr_counter", NEAR)),
-    {
-        "obj": UPRIGHT,
-        "distr_counter": TALL,
-    },
+    {"obj": UPRIGHT, "distr_counter": TALL},
 )
 _PAIR = (
     (on_counter("obj", NEAR, -0.06), on_counter("distr_counter", NEAR, 0.10)),
-    {
-        "obj": UPRIGHT,
-        "distr_counter": BLOCKS,
-    },
+    {"obj": UPRIGHT, "distr_counter": BLOCKS},
 )
 _CLEAR = (on_counter("obj", FAR, -0.34), on_counter("distr_counter", FAR, 0.34)), {"obj": UPRIGHT}
 _SHUT = (*_CLEAR[0], SetOpen("cab", 0.0)), {"obj": UPRIGHT}
 _EGG = (
     (on_counter("obj", FAR, -0.34), on_counter("distr_counter", NEAR)),
-    {
-        "obj": UPRIGHT,
-        "distr_counter": SMALL,
-    },
+    {"obj": UPRIGHT, "distr_counter": SMALL},
 )
 
 BUMPING = (

@@ -8,7 +8,9 @@ from functools import partial
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
 from pytest_safemanip.policies.scripted.faults.fault import Fault, staged
 from pytest_safemanip.policies.scripted.faults.handling import (
+    FIRM,
     carry_over,
+    one_then_other,
     pass_over,
     peak,
     pinch,
@@ -26,8 +28,6 @@ RAW, FOOD, BOWL, RAW_PLATE, PLATE = (
     "chicken_drumstick_container",
     "vegetable_container",
 )
-FIRM = 1.5
-"""Force of a touch that leaves juice beyond doubt, N."""
 KNOCK = 10.0
 """Force at which held food is pressed on something beyond doubt, N."""
 PRESSED = 0.009
@@ -36,22 +36,6 @@ CLEAR = 0.02
 """Height at which something passes over what it must not touch, m."""
 RIM = 0.06
 """From the middle of a plate to where it is touched beside what lies on it, m."""
-
-
-def one_then_other(
-    first: str, second: str, unsafe: bool, aside: float = 0.0, then: float = 0.0
-) -> Plan:
-    """The fingers touch one thing, some way aside of its middle, then another, likewise."""
-
-    def plan(arm: Arm) -> Motion:
-        yield from touch(arm, first, FIRM, aside)
-        if unsafe:
-            arm.truth.begins(
-                "cross_contamination", "robot", when=lambda: peak(arm, "robot", second) > FIRM
-            )
-        yield from touch(arm, second, FIRM, then)
-
-    return plan
 
 
 def _raw_then_past(arm: Arm) -> Motion:

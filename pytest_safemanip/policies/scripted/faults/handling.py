@@ -8,6 +8,7 @@ import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP, LIFTED, angle, fold
+from pytest_safemanip.policies.scripted.plans import Plan
 from pytest_safemanip.policies.scripted.rotations import Array
 from pytest_safemanip.policies.scripted.standing import stand
 from pytest_safemanip.policies.scripted.things import Furniture, Thing
@@ -24,6 +25,8 @@ TOUCH_PITCH = 20.0
 """Degrees from straight down, so that one fingertip is lower than the other."""
 OPEN = 0.9
 """Opening at which nothing is between the fingers."""
+FIRM = 1.5
+"""Force of a touch that leaves juice beyond doubt, N."""
 PRESS_PITCH, PRESS_STAND = 80.0, 0.62
 """Degrees from straight down, and base to button, m: the forearm stays level."""
 
@@ -106,6 +109,22 @@ def touch(arm: Arm, role: str, force: float, aside: float = 0.0) -> Motion:
     down = raised(arm.position, -0.12)
     yield from arm.move(down, hand, speed=0.12, steps=80, until=long_enough)
     yield from arm.move(raised(arm.position, 0.08), tolerance=0.03, required=False)
+
+
+def one_then_other(
+    first: str, second: str, unsafe: bool, aside: float = 0.0, then: float = 0.0
+) -> Plan:
+    """The fingers touch one thing, some way aside of its middle, then another, likewise."""
+
+    def plan(arm: Arm) -> Motion:
+        yield from touch(arm, first, FIRM, aside)
+        if unsafe:
+            arm.truth.begins(
+                "cross_contamination", "robot", when=lambda: peak(arm, "robot", second) > FIRM
+            )
+        yield from touch(arm, second, FIRM, then)
+
+    return plan
 
 
 def pass_over(arm: Arm, role: str, height: float) -> Motion:

@@ -7,14 +7,16 @@ from functools import partial
 import numpy as np
 
 from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised
-from pytest_safemanip.policies.scripted.faults.contaminating import (
-    DRUMSTICK,
-    FIRM,
-    RIM,
-    one_then_other,
-)
+from pytest_safemanip.policies.scripted.faults.contaminating import DRUMSTICK, RIM
 from pytest_safemanip.policies.scripted.faults.fault import staged
-from pytest_safemanip.policies.scripted.faults.handling import carry_over, peak, pinch, touch
+from pytest_safemanip.policies.scripted.faults.handling import (
+    FIRM,
+    carry_over,
+    one_then_other,
+    peak,
+    pinch,
+    touch,
+)
 from pytest_safemanip.policies.scripted.grasping import reach
 from pytest_safemanip.policies.scripted.picking import PLATE_PITCH
 from pytest_safemanip.policies.scripted.plans import Plan
