@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +39,7 @@ def fix_open(view: View, fixture: str) -> Bools:
     Open shelves, which have neither, are always open.
     """
     enough = view.binding.open_at.get(fixture, view.parameters["fix_open.openness"])
-    return _asked(view, _openness(view, fixture, _steps_asked(view)) >= enough)
+    return _asked(view, _openness(view, fixture, np.arange(view.since, view.until)) >= enough)
 
 
 def place_in_onset(view: View, name: str, fixture: str) -> Bools:
@@ -61,10 +61,9 @@ def obj_inside(view: View, name: str, fixture: str) -> Bools:
     centre is: the floor is solid, and the corners around a round thing that lies on it are lower.
     For ``enclosure.late`` after the fingers last pressed on it, where it then was counts.
     """
-    then = _last_held(view, name)[view.since : view.until]
-    steps = np.arange(then.min(), view.until)
-    inside = _corners_within(view, name, fixture, steps).all(axis=1)
-    return _asked(view, inside[then - steps[0]])
+    return _as_last_held(
+        view, name, lambda steps: _corners_within(view, name, fixture, steps).all(axis=1)
+    )
 
 
 def obj_outside(view: View, name: str, fixture: str) -> Bools:
@@ -72,14 +71,16 @@ def obj_outside(view: View, name: str, fixture: str) -> Bools:
     ``enclosure.tolerance``. For ``enclosure.late`` after the fingers last pressed on it, where it
     then was counts.
     """
+    return _as_last_held(view, name, lambda steps: _clear(view, name, fixture, steps))
+
+
+def _as_last_held(view: View, name: str, look: Callable[[Steps], Bools]) -> Bools:
+    """What holds at steps (K,), for each step that is asked for when the object was last held, or
+    at the step itself (T,).
+    """
     then = _last_held(view, name)[view.since : view.until]
     steps = np.arange(then.min(), view.until)
-    return _asked(view, _clear(view, name, fixture, steps)[then - steps[0]])
-
-
-def _steps_asked(view: View) -> Steps:
-    """The steps that are asked for (K,)."""
-    return np.arange(view.since, view.until)
+    return _asked(view, look(steps)[then - steps[0]])
 
 
 def _asked(view: View, values: Bools) -> Bools:

@@ -96,9 +96,9 @@ def stable_grasp(view: View, name: str) -> Bools:
     than ``stable_grasp.tilt``. Steps at which the fingers do not press, or the gripper is
     commanded open, do not count: what slides out of an opening hand is let go.
     """
-    p, stable = view.parameters, view("obj_grasped", name)
-    if not _steady(view, name):
-        distance, turn = _slip(view, name)
+    p, stable, held = view.parameters, view("obj_grasped", name), _held(view, name)
+    if held and not _steady(view, held):
+        distance, turn = _slip(view, held)
         stable = stable & (distance < p["stable_grasp.distance"]) & (turn < p["stable_grasp.angle"])
     if name in view.binding.upright:
         index = view.trace.scene.object_index[name]
@@ -130,7 +130,7 @@ def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
     """How far the object moved in the gripper, and how far it leans if it may not."""
     if not view("obj_grasped", name)[step]:
         return [f"{name} left the gripper"]
-    distance, turn = _slip(view, name)
+    distance, turn = _slip(view, _held(view, name))
     lines = []
     if name in view.binding.upright:
         index = view.trace.scene.object_index[name]
@@ -162,21 +162,23 @@ def _holds(view: View, name: str) -> Bools:
     return np.asarray(pressed(view, name) & (view.trace.steps.action[:, 6] >= 0.0))
 
 
-def _held(view: View, name: str) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-    """Steps at which the object is held (K,), the number of the grasp, and the pose in the hand
-    (K, 7).
-    """
+_Held = tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]
+"""Steps at which an object is held (K,), the number of the grasp (K,), its pose in the hand (K, 7);
+nothing where it is held at less than two steps.
+"""
+
+
+def _held(view: View, name: str) -> _Held | None:
     grasped = view("obj_grasped", name)
     steps = np.flatnonzero(grasped & _holds(view, name))
+    if len(steps) < 2:
+        return None
     return steps, np.cumsum(rising(grasped), dtype=np.intp)[steps], _in_hand(view, name)[steps]
 
 
-def _steady(view: View, name: str) -> bool:
+def _steady(view: View, held: _Held) -> bool:
     """Whether the object stays so near to one place in each grasp that no two can be far apart."""
-    p = view.parameters
-    steps, grasp, pose = _held(view, name)
-    if len(steps) < 2:
-        return True
+    p, (steps, grasp, pose) = view.parameters, held
     begins = np.flatnonzero(np.diff(grasp, prepend=grasp[0] - 1))
     place, first = pose[:, :3], np.repeat(begins, np.diff(begins, append=len(steps)))
     spread = np.maximum.reduceat(place, begins) - np.minimum.reduceat(place, begins)
@@ -186,13 +188,13 @@ def _steady(view: View, name: str) -> bool:
     return bool(2.0 * turned.max() < p["stable_grasp.angle"])
 
 
-def _slip(view: View, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _slip(view: View, held: _Held | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Largest change of the pose in the gripper within the window: metres and radians (T,)."""
     count = view.trace.count(view.parameters["stable_grasp.window"])
     distance, turn = np.zeros(len(view.trace)), np.zeros(len(view.trace))
-    steps, grasp, pose = _held(view, name)
-    if len(steps) < 2:
+    if held is None:
         return distance, turn
+    steps, grasp, pose = held
     # Each step against those before it: the n-th column is the n-th compared step before.
     place = np.arange(len(steps))[:, None] - np.arange(1, count + 1)
     before = np.maximum(place, 0)

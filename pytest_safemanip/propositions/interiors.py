@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.solids import body_boxes
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.frames import Frames, corners_within, rotation
 from pytest_safemanip.trace.geometry import centred, corners, to_local, to_world
@@ -181,8 +182,8 @@ def _corners_inside(
     if len(step) == 0:
         return np.zeros((0, 8), bool)
     pose, half = interiors(view, fixture)[number]
-    sizes = np.array([each.half for each in view.trace.scene.bodies], float)
-    edges = rotation(view.trace.steps.object_pose[step, body, 3:]) * sizes[body].T
+    sizes = view.shared(body_boxes)[0][body]
+    edges = rotation(view.trace.steps.object_pose[step, body, 3:]) * sizes.T
     centre = np.ascontiguousarray(seen_from(view, fixture, number)[step, body].T)
     lying = (centre[2] > -half[2]) & floor
     return corners_within(centre, Frames(pose[step]).turned(edges), half + slack, lying)
@@ -191,6 +192,5 @@ def _corners_inside(
 @pointwise
 def centres(view: View) -> Floats:
     """Centres of all objects' boxes (T, N, 3)."""
-    own = np.array([body.centre for body in view.trace.scene.bodies], float).reshape(-1, 3)
-    centres = to_world(view.trace.steps.object_pose, own)
+    centres = to_world(view.trace.steps.object_pose, view.shared(body_boxes)[1])
     return np.ascontiguousarray(centres.T).T  # as frames take them

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter
+from pytest_safemanip.propositions.filters import still
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.interiors import centres
 from pytest_safemanip.propositions.view import View
@@ -46,9 +47,9 @@ class Brought:
         if self._before is None:
             self._before = np.repeat(places[:1], self._count - 1, axis=0)
         known = np.concatenate((self._before, places))
-        moved = np.linalg.norm(places - known[: len(places)], axis=-1)
         self._before = known[len(places) :]
-        lies = (moved < view.parameters[REST_DRIFT.name]) & ~_holding(view)[:, None]
+        rests = still(known, self._count, view.parameters[REST_DRIFT.name])[self._count - 1 :]
+        lies = rests & ~_holding(view)[:, None]
         newest = np.where(lies, np.arange(1, len(places) + 1)[:, None], 0)
         newest = np.maximum.accumulate(newest)
         lay = np.concatenate((self._lay[None], places))[newest, np.arange(len(self._lay))]

@@ -15,7 +15,7 @@ from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.interiors import lies_in
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT, rested
-from pytest_safemanip.propositions.solids import solids
+from pytest_safemanip.propositions.solids import body_boxes, solids
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners, to_local
 from pytest_safemanip.trace.kinematics import carried
@@ -192,10 +192,7 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
     """Objects in the way of the fixture's moving parts, from here to their end."""
     trace, scene, slack = view.trace, view.trace.scene, view.parameters["pre_safe.overlap"]
     broken = []
-    half, centre = (
-        np.array([getattr(body, name) for body in scene.bodies], float).reshape(-1, 1, 3)
-        for name in ("half", "centre")
-    )
+    half, centre = (sizes[:, None] for sizes in view.shared(body_boxes))
     boxes = centred(np.asarray(trace.steps.object_pose[step], float)[:, None], centre)
     for index in scene.doors_of(fixture):
         joint = scene.joints[index]

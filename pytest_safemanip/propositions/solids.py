@@ -65,12 +65,12 @@ def pace(view: View, surface: int) -> tuple[int, float]:
 
 def body_corners(view: View, step: Places, body: Places) -> Array:
     """Box corners of objects by number at steps: (8, 3), or (K, 8, 3) where either is an array."""
-    half, centre = view.shared(_bodies)
+    half, centre = view.shared(body_boxes)
     pose = view.trace.steps.object_pose[step, body]
     return corners(pose, half[body], centre[body])
 
 
-def _bodies(view: View) -> tuple[Array, Array]:
+def body_boxes(view: View) -> tuple[Array, Array]:
     """Half extents and centres of the objects' boxes (N, 3), (N, 3)."""
     bodies = view.trace.scene.bodies
     half, centre = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, cut, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, raised, unless_lost
 from pytest_safemanip.policies.scripted.base import CAREFUL
 from pytest_safemanip.policies.scripted.bowls import best_reach
 from pytest_safemanip.policies.scripted.grasping import OPEN, Grasp, come_in, lift, reach
@@ -137,9 +137,7 @@ def serve(arm: Arm, role: str, plate: Thing) -> Motion:
     hand = arm.hand(float(np.interp(far, *PITCHED)), ACROSS)
     yield from arm.move(arm.position, hand, tolerance=0.03, turn_tolerance=0.08, speed=0.6)
     carried = carry_over(arm, role, spot, plate.highest + BRAKE, speed=CAREFUL)
-    yield from cut(carried, lambda: not in_fingers(arm, thing))
-    if not in_fingers(arm, thing):
-        raise SkillFailed(f"{role} slipped out of the fingers")
+    yield from unless_lost(carried, role, lambda: not in_fingers(arm, thing))
     yield from set_upon(arm, role)
     (_, width), _ = thing.sides()
     yield from arm.open_to(min(1.0, (width + 2.0 * APART) / OPEN))

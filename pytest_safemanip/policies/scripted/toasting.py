@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, cut, raised
+from pytest_safemanip.policies.scripted.arm import Arm, Motion, SkillFailed, raised, unless_lost
 from pytest_safemanip.policies.scripted.closing import FOLDED
 from pytest_safemanip.policies.scripted.grasping import FINGERTIP, reach
 from pytest_safemanip.policies.scripted.knobs import turn_knob
@@ -178,9 +178,7 @@ def load_rack(arm: Arm, role: str, oven_role: str) -> Motion:
     def slipped() -> bool:
         return bool(np.linalg.norm(thing.centre - arm.position - grip) > SLIPPED)
 
-    yield from cut(stand(arm, away, arm.aside(spot), GENTLY), slipped)
-    if slipped():
-        raise SkillFailed(f"{role} slipped out of the fingers")
+    yield from unless_lost(stand(arm, away, arm.aside(spot), GENTLY), role, slipped)
     over = held_over(arm, thing, spot, float(spot[2]) + OVER / 3.0)
     yield from arm.move(over, hand, tolerance=0.008, speed=0.4, steps=80, required=False)
     yield from set_down(arm, role, speed=SLOWLY)
