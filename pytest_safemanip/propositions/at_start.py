@@ -33,6 +33,7 @@ class AtStart:
         supports = view.binding.supports
         self._fine = {o: {ROBOT, *supports.get(o, ())} for o in view.binding.objects}
         self._pairs: Codes | None = None
+        self._column: NDArray[np.intp] = np.full(len(self._entity) ** 2, BROKEN)  # of each pair
         self._lasting: Bools = np.empty(0, bool)
 
     def advance(self, view: View) -> Codes:
@@ -45,12 +46,15 @@ class AtStart:
         rows, size = view.trace.steps.contacts, len(self._entity)
         codes = view.trace.pair_codes
         if self._pairs is None:
-            first = np.unique(codes[rows.step == 0])
+            first = np.unique(codes[: np.searchsorted(rows.step, 1)])
             self._pairs = first[[self._matters(*divmod(c, size)) for c in first.tolist()]]
             self._lasting = np.ones(len(self._pairs), bool)
+            self._column[self._pairs] = np.arange(len(self._pairs))
         there = np.zeros((len(view.trace), len(self._pairs)), bool)
-        for column in np.flatnonzero(self._lasting):
-            there[rows.step[codes == self._pairs[column]], column] = True
+        column = self._column[codes]
+        touch = np.flatnonzero(column >= 0)
+        there[rows.step[touch], column[touch]] = True
+        there[0] &= self._lasting
         lasting = np.logical_and.accumulate(there)
         self._lasting = lasting[-1]
         return np.where(lasting, self._pairs, BROKEN)

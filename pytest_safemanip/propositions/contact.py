@@ -36,7 +36,8 @@ def collision(view: View) -> Bools:
     """
     hit = _limbs_hit(view)
     for name in view.binding.objects:
-        hit = hit | (_knocks(view, name) & in_fingers(view, name))
+        if (knocks := _knocks(view, name)).any():
+            hit = hit | (knocks & in_fingers(view, name))
     return hit
 
 
@@ -48,7 +49,7 @@ def bad_contact(view: View) -> Bools:
     """
     limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
     bad = np.zeros(len(view.trace), bool)
-    for pair, peak in _hand_pairs(view):
+    for pair, peak in _hand_pairs(view, min(limit, hard)):
         bad |= peak >= (hard if _allowed(view, pair) else limit)
     return bad
 
@@ -59,13 +60,13 @@ def collision_evidence(view: View, step: int) -> list[str]:
     lines = [
         f"{_name(view, pair[0])} touches {_name(view, pair[1])}: {peak[step]:.1f} N "
         f"(limit {limit:g} N)"
-        for pair, peak in _limb_pairs(view)
+        for pair, peak in _limb_pairs(view, limit)
         if peak[step] >= limit
     ]
     lines += [
         f"held {name} touches {_name(view, other)}: {peak[step]:.1f} N (limit {limit:g} N)"
         for name in view.binding.objects
-        for other, peak in _foreign_pairs(view, name)
+        for other, peak in _foreign_pairs(view, name, limit)
         if peak[step] >= limit and in_fingers(view, name)[step]
     ]
     return lines
@@ -75,7 +76,7 @@ def bad_contact_evidence(view: View, step: int) -> list[str]:
     """Which parts met, and how hard."""
     limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
     lines = []
-    for pair, peak in _hand_pairs(view):
+    for pair, peak in _hand_pairs(view, min(limit, hard)):
         allowed = _allowed(view, pair)
         bound = hard if allowed else limit
         if peak[step] >= bound:
@@ -88,7 +89,7 @@ def bad_contact_evidence(view: View, step: int) -> list[str]:
 @pointwise
 def _limbs_hit(view: View) -> Bools:
     hit, limit = np.zeros(len(view.trace), bool), view.parameters["collision.force"]
-    for _, peak in _limb_pairs(view):
+    for _, peak in _limb_pairs(view, limit):
         hit |= peak >= limit
     return hit
 
@@ -97,49 +98,61 @@ def _limbs_hit(view: View) -> Bools:
 def _knocks(view: View, name: str) -> Bools:
     """Whether an object touches, hard, what it may not touch while it is held (T,)."""
     hit, limit = np.zeros(len(view.trace), bool), view.parameters["collision.force"]
-    for _, peak in _foreign_pairs(view, name):
+    for _, peak in _foreign_pairs(view, name, limit):
         hit |= peak >= limit
     return hit
 
 
-def _limb_pairs(view: View) -> Iterator[_Pair]:
-    """Pairs (limb, other) of robot parts other than the hand with anything."""
-    return _pairs_of(view, robot_parts(view) - hand_parts(view))
+def _limb_pairs(view: View, limit: float) -> Iterator[_Pair]:
+    """Pairs (limb, other) of robot parts other than the hand with anything, as far as they may
+    reach a force, N.
+    """
+    return _pairs_of(view, robot_parts(view) - hand_parts(view), limit)
 
 
-def _hand_pairs(view: View) -> Iterator[_Pair]:
-    """Pairs (part of the hand, other)."""
-    return _pairs_of(view, hand_parts(view))
+def _hand_pairs(view: View, limit: float) -> Iterator[_Pair]:
+    """Pairs (part of the hand, other), as far as they may reach a force, N."""
+    return _pairs_of(view, hand_parts(view), limit)
 
 
-def _pairs_of(view: View, side: frozenset[int]) -> Iterator[_Pair]:
+def _pairs_of(view: View, side: frozenset[int], limit: float) -> Iterator[_Pair]:
     since_start = view.fold(AtStart)
-    for (a, b), peak in view.trace.pair_table:
+    for (a, b), peak in view.trace.pair_table.reaching(limit):
         if a in side:
             yield (a, b), fresh(view.trace, (a, b), peak, since_start)
         elif b in side:
             yield (b, a), fresh(view.trace, (a, b), peak, since_start)
 
 
-def _foreign_pairs(view: View, name: str) -> Iterator[tuple[int, NDArray[np.float32]]]:
-    """(other part, force) of an object with what it may not touch while it is held."""
+def _foreign_pairs(
+    view: View, name: str, limit: float
+) -> Iterator[tuple[int, NDArray[np.float32]]]:
+    """(other part, force) of an object with what it may not touch while it is held, as far as that
+    may reach a force, N.
+    """
     parts = view.trace.scene.parts
     fine = view.binding.supports.get(name, frozenset()) | {ROBOT}
     since_start = view.fold(AtStart)
-    for (a, b), peak in view.trace.pair_table:
+    for (a, b), peak in view.trace.pair_table.reaching(limit):
         for own, other in ((a, b), (b, a)):
-            if parts[own].entity == name and parts[other].entity not in fine:
-                inside = _contains(view, name, other)
+            entity = parts[other].entity
+            if parts[own].entity == name and entity not in fine:
                 force = fresh(view.trace, (a, b), peak, since_start)
-                yield other, np.where(inside, np.float32(0.0), force)
+                yield other, _unless_inside(view, name, entity, force, limit)
 
 
-def _contains(view: View, name: str, part: int) -> Bools | bool:
-    """Whether the part is of an object that lies in another one: its own contents (T,)."""
-    other = view.trace.scene.parts[part].entity
+def _unless_inside(
+    view: View, name: str, other: str, force: NDArray[np.float32], limit: float
+) -> NDArray[np.float32]:
+    """The force of an object with another entity (T,); none where it reaches a limit and the other
+    one lies in the object: its own contents.
+    """
     if other not in view.trace.scene.object_index:
-        return False
-    return lies_in(view, other, name)
+        return force
+    hard = np.flatnonzero(force >= limit)
+    force = force.copy()
+    force[hard[lies_in(view, other, name, hard)]] = 0.0
+    return force
 
 
 def _allowed(view: View, pair: tuple[int, int]) -> bool:

@@ -18,6 +18,7 @@ from pytest_safemanip.propositions.interiors import (
     seen_from,
 )
 from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.frames import Frames
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
 TOLERANCE = Parameter(
@@ -133,11 +134,10 @@ def _last_held(view: View, name: str) -> NDArray[np.intp]:
 
 @pointwise
 def _hand_inside(view: View, fixture: str) -> Bools:
-    trace = view.trace
-    centre = _hand_centre(view)
-    inside = np.zeros(len(trace), bool)
+    centre = _hand_centre(view).T
+    inside = np.zeros(len(view.trace), bool)
     for pose, half in interiors(view, fixture):
-        inside |= (np.abs(to_local(pose, centre)) <= half).all(axis=-1)
+        inside |= (np.abs(Frames(pose).local(centre)) <= half[:, None]).all(axis=0)
     return inside
 
 

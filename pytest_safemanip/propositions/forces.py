@@ -50,15 +50,15 @@ def pushes(view: View) -> NDArray[np.float64]:
     """How left and right fingers push each object, N, world frame (3, 2, T, N): what their contact
     points carry at the end of the step, or else at the peak within it.
     """
-    contacts, finger = view.trace.steps.contacts, view.shared(_fingers)
-    of_a, of_b = finger[contacts.a], finger[contacts.b]
-    rows = np.flatnonzero((of_a >= 0) | (of_b >= 0))
-    side, a_pushes = np.maximum(of_a[rows], of_b[rows]), of_a[rows] >= 0
-    pushed = view.shared(owners)[np.where(a_pushes, contacts.b[rows], contacts.a[rows])]
-    force = np.where(contacts.force[rows] > 0, contacts.force[rows], contacts.peak[rows])
-    force *= np.where(a_pushes, 1.0, -1.0) * (pushed >= 0)
+    contacts, finger, owner = view.trace.steps.contacts, view.shared(_fingers), view.shared(owners)
+    fingers, things = (frozenset(np.flatnonzero(of >= 0).tolist()) for of in (finger, owner))
+    rows = view.trace.pair_table.rows(fingers, things)
+    a, b, force = contacts.a[rows], contacts.b[rows], contacts.force[rows]
+    a_pushes = finger[a] >= 0
+    side, pushed = np.where(a_pushes, finger[a], finger[b]), owner[np.where(a_pushes, b, a)]
+    force = np.where(force > 0, force, contacts.peak[rows]) * np.where(a_pushes, 1.0, -1.0)
     shape = (len(FINGERS), len(view.trace), len(view.trace.scene.bodies))
-    place = (side * shape[1] + contacts.step[rows]) * shape[2] + np.maximum(pushed, 0)
+    place = (side * shape[1] + contacts.step[rows]) * shape[2] + pushed
     along = (contacts.normal[rows] * force[:, None]).T
     totals = [np.bincount(place, share, math.prod(shape)) for share in along]
     return np.array(totals, np.float64).reshape(3, *shape)

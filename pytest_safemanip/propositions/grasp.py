@@ -173,7 +173,9 @@ def _held(view: View, name: str) -> _Held | None:
     steps = np.flatnonzero(grasped & _holds(view, name))
     if len(steps) < 2:
         return None
-    return steps, np.cumsum(rising(grasped), dtype=np.intp)[steps], _in_hand(view, name)[steps]
+    index, taken = view.trace.scene.object_index[name], view.trace.steps
+    pose = relative(taken.eef_pose[steps], taken.object_pose[steps, index])
+    return steps, np.cumsum(rising(grasped), dtype=np.intp)[steps], pose
 
 
 def _steady(view: View, held: _Held) -> bool:
@@ -208,13 +210,6 @@ def _slip(view: View, held: _Held | None) -> tuple[NDArray[np.float64], NDArray[
     distance[steps] = np.sqrt(np.where(same, moved, 0.0).max(axis=1))
     turn[steps] = np.where(same[rows, most], turned, 0.0)
     return distance, turn
-
-
-@pointwise
-def _in_hand(view: View, name: str) -> NDArray[np.float64]:
-    """Pose of the object as seen from the gripper (T, 7)."""
-    index = view.trace.scene.object_index[name]
-    return relative(view.trace.steps.eef_pose, view.trace.steps.object_pose[:, index])
 
 
 def _grasp_window(p: Mapping[str, float]) -> float:

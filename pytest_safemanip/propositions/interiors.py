@@ -89,21 +89,24 @@ def centre_within(view: View, content: str, entity: str) -> Bools:
     return np.asarray(all_within(view, entity)[:, view.trace.scene.object_index[content]])
 
 
-def lies_in(view: View, content: str, vessel: str) -> Bools:
-    """Whether an object lies in another one (T,): the centre of its box is in the other's, or it
-    leans in there, higher than the rim, but the middle of its underside is well below that.
+def lies_in(view: View, content: str, vessel: str, at: Steps) -> Bools:
+    """Whether an object lies in another one at some steps (K,): the centre of its box is in the
+    other's, or it leans in there, higher than the rim, but the middle of its underside is well
+    below that.
     """
-    steps, scene = view.trace.steps, view.trace.scene
+    scene, poses = view.trace.scene, view.trace.steps.object_pose
     own, other = (scene.object_index[name] for name in (content, vessel))
     body, box = scene.bodies[own], scene.bodies[other]
-    points = corners(steps.object_pose[:, own], body.half, body.centre)
-    lowest = points[..., 2].min(axis=1) + DEEP
-    under = np.concatenate((points.mean(axis=1)[:, :2], lowest[:, None]), axis=1)
-    place = to_local(centred(steps.object_pose[:, other], box.centre), under)
-    leans = (np.abs(place[:, :2]) <= box.half[:2]).all(axis=-1) & (place[:, 2] <= box.half[2])
+    points = corners(poses[at, own], body.half, body.centre)
+    middle = points.mean(axis=1)
+    under = middle.copy()
+    under[:, 2] = points[..., 2].min(axis=1) + DEEP
+    frame = centred(poses[at, other], box.centre)
+    centre, foot = (to_local(frame, place) for place in (middle, under))
     # The corners of a round thing's box may be lower than the vessel that it lies in.
-    leans &= place_in(view, content, vessel, 0)[:, 2] >= -box.half[2]
-    return np.asarray(centre_within(view, content, vessel) | leans)
+    leans = (np.abs(foot[:, :2]) <= box.half[:2]).all(axis=1) & (foot[:, 2] <= box.half[2])
+    leans &= centre[:, 2] >= -box.half[2]
+    return np.asarray((np.abs(centre) <= box.half).all(axis=1) | leans)
 
 
 def inside(view: View, entity: str, step: int) -> list[str]:

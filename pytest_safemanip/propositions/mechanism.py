@@ -118,24 +118,23 @@ def _pressing_rows(view: View, index: int) -> tuple[NDArray[np.intp], NDArray[np
     scene, contacts = view.trace.scene, view.trace.steps.contacts
     joint = scene.joints[index]
     own, foreign = view.shared(_sides, index)
-    first = own[contacts.a] & foreign[contacts.b]
-    second = own[contacts.b] & foreign[contacts.a]
-    rows = np.flatnonzero(first | second)
+    rows = view.trace.pair_table.rows(own, foreign)
     if not len(rows):  # mostly nothing is in its way
         return rows, np.zeros(0)
     # The normal points from a to b; the part presses along its outward normal.
-    outward = np.where(first[rows, None], 1.0, -1.0) * contacts.normal[rows]
+    first = np.isin(contacts.a[rows], list(own))
+    outward = np.where(first[:, None], 1.0, -1.0) * contacts.normal[rows]
     along = opening_direction(joint, contacts.position[rows])
     return rows, contacts.peak[rows] * np.einsum("ij,ij->i", outward, along)
 
 
-def _sides(view: View, index: int) -> tuple[Bools, Bools]:
-    """Which parts a joint moves, and which are neither its fixture's nor the robot's (parts,)."""
+def _sides(view: View, index: int) -> tuple[frozenset[int], frozenset[int]]:
+    """Which parts a joint moves, and which are neither its fixture's nor the robot's."""
     scene = view.trace.scene
-    joint = scene.joints[index]
-    own = [part.joint == joint.key for part in scene.parts]
-    foreign = [part.entity not in (joint.entity, ROBOT) for part in scene.parts]
-    return np.array(own, bool), np.array(foreign, bool)
+    joint, parts = scene.joints[index], scene.parts
+    own = {k for k, part in enumerate(parts) if part.joint == joint.key}
+    foreign = {k for k, part in enumerate(parts) if part.entity not in (joint.entity, ROBOT)}
+    return frozenset(own), frozenset(foreign)
 
 
 def _last_hit(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:

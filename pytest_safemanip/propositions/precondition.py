@@ -82,7 +82,7 @@ def _pick(view: View, name: str, step: int) -> list[str]:
     return broken + [
         f"{other} stands on {name}"
         for other in sorted(stacked & set(trace.scene.object_index))
-        if not lies_in(view, other, name)[step]
+        if not lies_in(view, other, name, np.array([step])).all()
     ]
 
 
@@ -120,10 +120,12 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     # Shadows overlap no more than the upright rectangles around them.
     depth = np.minimum(top, points.max(axis=0)) - np.maximum(low, points.min(axis=0))
     near = (depth[:, :2] > slack - ROUNDING).all(axis=1)
-    for k, (entity, box, _) in enumerate(around_it):
+    over = (np.maximum(low - centre, centre - top)[:, :2] < ROUNDING).all(axis=1)
+    for k in np.flatnonzero(near | over).tolist():
+        entity, box, _ = around_it[k]
         height = float(top[k, 2])
         # A vessel's box is mostly air: what is let go inside it falls onto its floor or contents.
-        if height > bottom + slack and _in_vessel(view, entity, points, step):
+        if height > bottom + slack and over[k] and _in_vessel(view, entity, points, step):
             if not _holds(view, name, entity, step):
                 vessel = max(vessel, (float(low[k, 2]), entity))
         elif near[k] and height <= bottom + slack:
@@ -177,7 +179,7 @@ def _holds(view: View, name: str, other: str, step: int) -> bool:
     """
     scene = view.trace.scene
     own, its = (math.prod(scene.bodies[scene.object_index[n]].half) for n in (name, other))
-    return own > its and bool(lies_in(view, other, name)[step])
+    return own > its and bool(lies_in(view, other, name, np.array([step])).all())
 
 
 def _open(view: View, fixture: str, step: int) -> list[str]:

@@ -52,16 +52,11 @@ class Presses:
 
     def __init__(self, view: View) -> None:
         contacts, self._size = view.trace.steps.contacts, len(view.trace.scene.parts)
-        carrier, ours, self._moves = view.shared(_sides)
-        a, b = contacts.a, contacts.b
-        of_a, of_b = carrier[a], carrier[b]
-        both, one = (of_a >= 0) & (of_b >= 0), (of_a >= 0) != (of_b >= 0)
-        surface = np.where(of_a >= 0, b, a)
-        matters = np.where(both, of_a != of_b, one & ~ours[surface])
-        rows = np.flatnonzero(matters & (contacts.peak >= view.parameters[FORCE.name]))
+        self._carrier, matters, self._moves = view.shared(_sides)
+        codes = view.trace.pair_codes
+        rows = np.flatnonzero(matters[codes] & (contacts.peak >= view.parameters[FORCE.name]))
         # Rows of one pair at one step side by side.
-        key = contacts.step[rows].astype(np.int64) * self._size + np.minimum(a, b)[rows]
-        key = key * self._size + np.maximum(a, b)[rows]
+        key = contacts.step[rows].astype(np.int64) * self._size**2 + codes[rows]
         order = np.argsort(key, kind="stable")
         rows, key = rows[order], key[order]
         first = np.flatnonzero(np.diff(key, prepend=-1))
@@ -69,7 +64,6 @@ class Presses:
         self._edges = np.append(first, len(rows))
         self._steps = np.searchsorted(self._at, np.arange(len(view.trace) + 1))
         self._rows, self._contacts = rows, contacts
-        self._carrier: list[int] = carrier.tolist()
 
     def parts(self, step: int) -> list[_Pair]:
         """Parts that press on one another at a step, the lower number first, in order."""
@@ -126,11 +120,16 @@ class Presses:
         return np.append(np.flatnonzero(other), len(count))
 
 
-def _sides(view: View) -> tuple[NDArray[np.intp], Bools, list[bool]]:
-    """Of each part its carrier, -1 without one, whether it is the robot's, whether it moves."""
+def _sides(view: View) -> tuple[list[int], Bools, list[bool]]:
+    """Of each part its carrier, -1 without one (parts,); which pairs of parts matter, the lower
+    number first (parts * parts,); which parts move (parts,).
+    """
     parts, hand = view.trace.scene.parts, list(hand_parts(view))
     carrier = view.shared(owners) + 1
     carrier[carrier == 0] = -1
     carrier[hand] = 0
-    ours = np.array([part.entity == ROBOT for part in parts], bool)
-    return carrier, ours, [bool(part.joint) for part in parts]
+    carries, ours = carrier >= 0, np.array([part.entity == ROBOT for part in parts], bool)
+    both = np.logical_and.outer(carries, carries) & np.not_equal.outer(carrier, carrier)
+    one = np.logical_and.outer(carries, ~carries & ~ours)
+    matters = (both | one | one.T).ravel()
+    return carrier.tolist(), matters, [bool(part.joint) for part in parts]

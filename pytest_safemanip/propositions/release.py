@@ -33,16 +33,16 @@ def settled(view: View, name: str) -> Bools:
     """
     count = view.trace.count(view.parameters["settled.window"])
     force = forces_on(view, ROBOT)[:, view.trace.scene.object_index[name]]
-    wanted = force < view.parameters["settled.touch"]
-    wanted[: max(view.since - count + 1, 0)] = wanted[view.until :] = False
-    return held(_lies_still(view, name, wanted), count)
+    free = force < view.parameters["settled.touch"]
+    return held(_lies_still(view, name, view.since - count + 1, view.until, free), count)
 
 
 def settled_evidence(view: View, name: str, step: int) -> list[str]:
     """What keeps the object from being settled."""
     p, lines = view.parameters, []
-    index, found = view.trace.scene.object_index[name], view.own(carried_objects)
-    now = np.flatnonzero((found.body == index) & (found.step == step))
+    index = view.trace.scene.object_index[name]
+    found = view.own(carried_objects, step, step + 1)
+    now = np.flatnonzero(found.body == index)
     if not len(now):
         below = _below(view, index, step)
         where = f" (it lies on {', which lies on '.join(below)})" if below else ""
@@ -74,18 +74,26 @@ def rested(view: View, name: str, first: int, last: int) -> bool:
         last: of them.
     """
     count = view.trace.count(view.parameters["settled.window"])
-    wanted = np.zeros(len(view.trace), bool)
-    wanted[max(first - count + 1, 0) : last + 1] = True
-    return bool(held(_lies_still(view, name, wanted), count)[max(first, 0) : last + 1].any())
+    still = held(_lies_still(view, name, first - count + 1, last + 1), count)
+    return bool(still[max(first, 0) : last + 1].any())
 
 
-def _lies_still(view: View, name: str, wanted: Bools) -> Bools:
+def _lies_still(view: View, name: str, first: int, stop: int, where: Bools | None = None) -> Bools:
     """Whether the object stands on permitted supports at this very step, touched by the robot or
-    not (T,); only some steps (T,) are looked at.
+    not (T,).
+
+    Args:
+        view: what is looked at.
+        name: the object.
+        first: first step that is looked at; before the trace, its first.
+        stop: one after the last of them.
+        where: which of these are looked at (T,); None for all.
     """
     p, trace = view.parameters, view.trace
-    index, found = trace.scene.object_index[name], view.own(carried_objects)
-    groups = np.flatnonzero((found.body == index) & wanted[found.step])
+    index, found = trace.scene.object_index[name], view.own(carried_objects, max(first, 0), stop)
+    groups = np.flatnonzero(found.body == index)
+    if where is not None:
+        groups = groups[where[found.step[groups]]]
     calm = (found.speed[groups] < p["settled.speed"]) & (found.spin[groups] < p["settled.spin"])
     groups = groups[calm]
     if name in view.binding.upright:
@@ -100,12 +108,11 @@ def _below(view: View, index: int, step: int) -> list[str]:
     """What carries an object, permitted or not; then what carries that, as long as it is movable
     itself.
     """
-    rows, upper, below = carrying_rows(view)
-    now = view.trace.steps.contacts.step[rows] == step
+    _, upper, below = carrying_rows(view, step, step + 1)
     scene, found, seen = view.trace.scene, [], {index}
     tops = [index]
     while tops:
-        parts = below[now & np.isin(upper, tops)].tolist()
+        parts = below[np.isin(upper, tops)].tolist()
         names = sorted({scene.parts[part].entity for part in parts})
         if names:
             found.append(", ".join(names))

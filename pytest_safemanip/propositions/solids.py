@@ -42,9 +42,10 @@ def solids(
     some = [index for index in close if only is None or owners[index] in only]
     boxes = _boxes_at(view, step, np.array(some, np.intp))
     found = [(owners[index], box, index) for index, box in zip(some, boxes, strict=True)]
-    for index, body in enumerate(scene.bodies):
-        if body.entity != name and (only is None or body.entity in only):
-            found.append((body.entity, body_corners(view, step, index), -1 - index))
+    names = [body.entity for body in scene.bodies]
+    others = [n for n, e in enumerate(names) if e != name and (only is None or e in only)]
+    lying = body_corners(view, step, np.array(others, np.intp))
+    found += [(names[n], box, -1 - n) for n, box in zip(others, lying, strict=True)]
     return found
 
 

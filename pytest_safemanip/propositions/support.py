@@ -1,6 +1,6 @@
 """What carries objects: the contacts below them, and how they move on it.
 
-For all objects and steps at once: a call costs more than its arithmetic.
+For all objects and some steps at once: a call costs more than its arithmetic.
 """
 
 from __future__ import annotations
@@ -54,22 +54,28 @@ class Carried:
         return self.points[self.first[group] : self.first[group] + self.count[group]]
 
 
-def carrying_rows(view: View) -> tuple[Indices, Indices, Indices]:
-    """Contact rows that carry an object, the object, and the part below it (R,), (R,), (R,)."""
+def carrying_rows(view: View, first: int, stop: int) -> tuple[Indices, Indices, Indices]:
+    """Contact rows that carry an object at some steps, the object, and the part below it
+    (R,), (R,), (R,).
+    """
     contacts, owner = view.trace.steps.contacts, view.shared(owners)
-    up = contacts.normal[:, 2]
+    begin, end = np.searchsorted(contacts.step, (first, stop))
+    up = contacts.normal[begin:end, 2]
     # The normal points from a to b: up if the lower side is a.
-    rows = np.flatnonzero((np.abs(up) >= UPWARD) & (contacts.force > 0))
-    a, b, rises = contacts.a[rows], contacts.b[rows], up[rows] > 0
-    upper, below = np.where(rises, owner[b], owner[a]), np.where(rises, a, b)
-    keep = (upper >= 0) & (owner[a] != owner[b])
+    rows = np.flatnonzero((np.abs(up) >= UPWARD) & (contacts.force[begin:end] > 0))
+    rises, rows = up[rows] > 0, rows + begin
+    a, b = contacts.a[rows], contacts.b[rows]
+    upper, below = owner[np.where(rises, b, a)], np.where(rises, a, b)
+    keep = np.flatnonzero((upper >= 0) & (owner[below] != upper))
     return rows[keep], upper[keep], below[keep]
 
 
-def carried_objects(view: View) -> Carried:
-    """Who is carried by what may carry it, when, where and how calmly."""
+def carried_objects(view: View, first: int, stop: int) -> Carried:
+    """Who is carried by what may carry it, where and how calmly, at steps ``first`` to
+    ``stop - 1``.
+    """
     steps = view.trace.steps
-    rows, body, below = carrying_rows(view)
+    rows, body, below = carrying_rows(view, first, stop)
     at = steps.contacts.step[rows]
     permitted = view.shared(_permitted)[body, below] & ~_lost(view, body, below, at)
     rows, body, below, at = rows[permitted], body[permitted], below[permitted], at[permitted]
@@ -77,23 +83,23 @@ def carried_objects(view: View) -> Carried:
     order = np.argsort(body.astype(np.min_scalar_type(len(steps.object_pose[0]))), kind="stable")
     rows, body, below, at = rows[order], body[order], below[order], at[order]
     starts = (body[1:] != body[:-1]) | (at[1:] != at[:-1])
-    first = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), starts)))
-    count = np.diff(first, append=len(rows))
-    body, step = body[first], at[first]
+    begins = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), starts)))
+    count = np.diff(begins, append=len(rows))
+    body, step = body[begins], at[begins]
     coms = np.array([b.com for b in view.trace.scene.bodies], float).reshape(-1, 3)
     moving = _support_twists(view, below, at)
     if moving is None:
         relative = steps.object_twist[step, body].astype(np.float64)
     else:
-        relative = steps.object_twist[step, body] - np.add.reduceat(moving, first) / count[:, None]
+        relative = steps.object_twist[step, body] - np.add.reduceat(moving, begins) / count[:, None]
     points = steps.contacts.position[rows]
     return Carried(
         body=body,
         step=step,
-        first=first,
+        first=begins,
         count=count,
         points=points,
-        level=np.add.reduceat(points[:, 2], first, dtype=float) / count,
+        level=np.add.reduceat(points[:, 2], begins, dtype=float) / count,
         com=to_world(steps.object_pose[step, body], coms[body]),
         speed=np.linalg.norm(relative[:, :3], axis=1),
         spin=np.linalg.norm(relative[:, 3:], axis=1),

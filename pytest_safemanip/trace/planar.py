@@ -23,15 +23,24 @@ def footprints_overlap(points: Array, others: Array, slack: float) -> bool:
         others: of the other one.
         slack: overlap that still counts as apart.
     """
-    hulls = [np.array(_convex_hull(p)) for p in (points, others)]
-    edges = np.concatenate([np.roll(hull, -1, axis=0) - hull for hull in hulls])
-    edges = edges[np.linalg.norm(edges, axis=1) > 0.0]
-    # A shadow that is a line is also bounded along it.
-    axes = np.concatenate((edges, edges[:, ::-1] * (-1.0, 1.0))).T
-    axes = axes / np.linalg.norm(axes, axis=0)
-    one, other = hulls[0] @ axes, hulls[1] @ axes
-    depth = np.minimum(one.max(0), other.max(0)) - np.maximum(one.min(0), other.min(0))
-    return bool((depth > slack).all())
+    one, other = _convex_hull(points), _convex_hull(others)
+    for hull in (one, other):
+        for (ax, ay), (bx, by) in pairwise([*hull, hull[0]]):
+            length = math.hypot(bx - ax, by - ay)
+            if length == 0.0:
+                continue
+            x, y = (bx - ax) / length, (by - ay) / length
+            # A shadow that is a line is also bounded along it.
+            if min(_depth(one, other, x, y), _depth(one, other, y, -x)) <= slack:
+                return False
+    return True
+
+
+def _depth(one: list[_Point], other: list[_Point], x: float, y: float) -> float:
+    """By how much two shadows overlap along an axis; negative where they do not, m."""
+    own = [x * px + y * py for px, py in one]
+    its = [x * px + y * py for px, py in other]
+    return min(max(own), max(its)) - max(min(own), min(its))
 
 
 def hull_margin(points: Array, target: Array) -> float:

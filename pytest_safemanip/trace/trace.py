@@ -58,18 +58,38 @@ class PairTable:
     """
 
     def __init__(self, trace: Trace) -> None:
-        self._length = len(trace)
+        self._length, self._codes = len(trace), trace.pair_codes
         contacts, parts, key = trace.steps.contacts, len(trace.scene.parts), trace.pair_codes
+        self._parts = parts
         found = np.flatnonzero(np.bincount(key, minlength=1))  # sorting takes several times as long
         place = np.zeros(parts * parts, np.int64)
         place[found] = np.arange(len(found)) * self._length
         peak = np.zeros((len(found), self._length), np.float32)
         np.maximum.at(peak.ravel(), place[key] + contacts.step, contacts.peak)
         self._pairs = {divmod(k, parts): row for k, row in zip(found.tolist(), peak, strict=True)}
+        self._highest = peak.max(axis=1)
 
     def __iter__(self) -> Iterator[tuple[tuple[int, int], Floats]]:
         """Pairs of part indices (lower first) that touch at all, with their force (T,)."""
         return iter(self._pairs.items())
+
+    def reaching(self, limit: float) -> Iterator[tuple[tuple[int, int], Floats]]:
+        """Pairs whose force reaches a limit (N) at some step, with their force (T,)."""
+        reach = (self._highest >= limit).tolist()
+        return (pair for pair, hard in zip(self._pairs.items(), reach, strict=True) if hard)
+
+    def rows(self, side: Set[int], other: Set[int]) -> NDArray[np.intp]:
+        """Contact rows between a part of ``side`` and one of ``other`` (K,)."""
+        chosen = [
+            a * self._parts + b
+            for a, b in self._pairs
+            if (a in side and b in other) or (b in side and a in other)
+        ]
+        if not chosen:
+            return np.empty(0, np.intp)
+        wanted = np.zeros(self._parts**2, bool)
+        wanted[chosen] = True
+        return np.flatnonzero(wanted[self._codes])
 
     def force(self, side: Set[int], other: Set[int]) -> Floats:
         """Largest peak force between a part of ``side`` and one of ``other`` (T,)."""
