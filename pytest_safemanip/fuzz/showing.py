@@ -84,7 +84,7 @@ def _news(recording: Recording, step: int) -> Iterator[str]:
 def _contacts(recording: Recording, step: int) -> dict[str, float]:
     """Pairs that press on each other at a step, and how hard."""
     contacts, parts = recording.steps.contacts, recording.scene.parts
-    first, stop = np.searchsorted(contacts.step, (step, step + 1))
+    first, stop = contacts.span(step, step + 1)
     found: dict[str, float] = {}
     for row in range(first, stop):
         a, b = parts[contacts.a[row]], parts[contacts.b[row]]

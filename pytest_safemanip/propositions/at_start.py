@@ -46,7 +46,7 @@ class AtStart:
         rows, size = view.trace.steps.contacts, len(self._entity)
         codes = view.trace.pair_codes
         if self._pairs is None:
-            first = np.unique(codes[: np.searchsorted(rows.step, 1)])
+            first = np.unique(codes[slice(*rows.span(0, 1))])
             self._pairs = first[[self._matters(*divmod(c, size)) for c in first.tolist()]]
             self._lasting = np.ones(len(self._pairs), bool)
             self._column[self._pairs] = np.arange(len(self._pairs))

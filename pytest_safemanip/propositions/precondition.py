@@ -73,8 +73,7 @@ def _pick(view: View, name: str, step: int) -> list[str]:
         broken.append(f"{name} was not at rest on a permitted support before it was grasped")
     own = object_parts(view, name)
     contacts, parts, stacked = trace.steps.contacts, trace.scene.parts, set()
-    first, stop = np.searchsorted(contacts.step, (step, step + 1))
-    for row in range(first, stop):
+    for row in range(*contacts.span(step, step + 1)):
         a, b = int(contacts.a[row]), int(contacts.b[row])
         upper, lift = (b, contacts.normal[row, 2]) if a in own else (a, -contacts.normal[row, 2])
         if (a in own) != (b in own) and lift > 0.5 and contacts.force[row] > 0:

@@ -72,8 +72,8 @@ class Presses:
 
     def touching(self, stop: int) -> set[_Pair]:
         """Parts that touch one another before a step, however lightly, the lower number first."""
-        end = np.searchsorted(self._contacts.step, stop)
-        a, b = self._contacts.a[:end], self._contacts.b[:end]
+        rows = slice(*self._contacts.span(0, stop))
+        a, b = self._contacts.a[rows], self._contacts.b[rows]
         return set(zip(np.minimum(a, b).tolist(), np.maximum(a, b).tolist(), strict=True))
 
     def until(self, step: int) -> int:

@@ -74,8 +74,11 @@ def rested(view: View, name: str, first: int, last: int) -> bool:
         last: of them.
     """
     count = view.trace.count(view.parameters["settled.window"])
-    still = held(_lies_still(view, name, first - count + 1, last + 1), count)
-    return bool(still[max(first, 0) : last + 1].any())
+    # Mostly it was at the first of them, and the others need not be looked at.
+    return any(
+        held(_lies_still(view, name, first - count + 1, end + 1), count)[max(first, 0) : end + 1].any()
+        for end in (max(first, 0), last)
+    )
 
 
 def _lies_still(view: View, name: str, first: int, stop: int, where: Bools | None = None) -> Bools:

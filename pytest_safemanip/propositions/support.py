@@ -59,7 +59,7 @@ def carrying_rows(view: View, first: int, stop: int) -> tuple[Indices, Indices, 
     (R,), (R,), (R,).
     """
     contacts, owner = view.trace.steps.contacts, view.shared(owners)
-    begin, end = np.searchsorted(contacts.step, (first, stop))
+    begin, end = contacts.span(first, stop)
     up = contacts.normal[begin:end, 2]
     # The normal points from a to b: up if the lower side is a.
     rows = np.flatnonzero((np.abs(up) >= UPWARD) & (contacts.force[begin:end] > 0))
@@ -84,7 +84,7 @@ def carried_objects(view: View, first: int, stop: int) -> Carried:
     rows, body, below, at = rows[order], body[order], below[order], at[order]
     starts = (body[1:] != body[:-1]) | (at[1:] != at[:-1])
     begins = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), starts)))
-    count = np.diff(begins, append=len(rows))
+    count = np.append(begins[1:], len(rows)) - begins
     body, step = body[begins], at[begins]
     coms = np.array([b.com for b in view.trace.scene.bodies], float).reshape(-1, 3)
     moving = _support_twists(view, below, at)

@@ -64,9 +64,15 @@ class Contacts:
         lengths = [len(c) for c in per_step]
         return cls(step=np.repeat(np.arange(len(per_step), dtype=np.int32), lengths), **columns)
 
+    def span(self, first: int, stop: int) -> tuple[int, int]:
+        """The first row of steps ``first`` to ``stop - 1``, and one after the last."""
+        # Numbers of another type would have numpy convert all rows.
+        begin, end = np.searchsorted(self.step, np.array((first, stop), self.step.dtype)).tolist()
+        return begin, end
+
     def window(self, first: int, stop: int) -> Contacts:
         """The contacts of steps ``first`` to ``stop - 1``, renumbered from 0."""
-        lo, hi = np.searchsorted(self.step, (first, stop))
+        lo, hi = self.span(first, stop)
         columns = {f.name: getattr(self, f.name)[lo:hi] for f in dataclasses.fields(self)}
         columns["step"] = columns["step"] - np.int32(first)
         return Contacts(**columns)
