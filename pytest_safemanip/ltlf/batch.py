@@ -50,7 +50,7 @@ def judge(rules: Rules, letters: Letters, acting: BoolArray) -> Judgement:
     states = _few_states(rules, letters) if instances < _FEW else _many_states(rules, letters)
     opened = _members(states, ~rules.closed)
     unsafe = _members(states, rules.bad)
-    if rules.deadline_steps is not None:
+    if rules.deadline_steps is not None and opened.any():
         counted = steps if rules.clock_runs_in_tail else int(np.count_nonzero(acting))
         _mark_overdue(unsafe, opened, counted, rules.deadline_steps)
     at_end = opened[-1] & ~unsafe[-1] & rules.end_decides
@@ -137,6 +137,8 @@ def _open_since(opened: BoolArray) -> npt.NDArray[np.int64]:
     """The first of the open steps that reach to the end, -1 without any: int[I]."""
     found = np.full(opened.shape[1], -1)
     still = np.flatnonzero(opened[-1])
+    if not len(still):
+        return found
     closed = ~opened[::-1, still]
     found[still] = np.where(closed.any(axis=0), len(opened) - closed.argmax(axis=0), 0)
     return found

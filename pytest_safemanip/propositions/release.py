@@ -76,7 +76,9 @@ def rested(view: View, name: str, first: int, last: int) -> bool:
     count = view.trace.count(view.parameters["settled.window"])
     # Mostly it was at the first of them, and the others need not be looked at.
     return any(
-        held(_lies_still(view, name, first - count + 1, end + 1), count)[max(first, 0) : end + 1].any()
+        held(_lies_still(view, name, first - count + 1, end + 1), count)[
+            max(first, 0) : end + 1
+        ].any()
         for end in (max(first, 0), last)
     )
 

@@ -1,7 +1,7 @@
 """The members of a recording's zip archive, and the arrays in them.
 
 ``zipfile`` and ``numpy.load`` take longer for the twenty small members of a recording than it takes
-to unpack them; here they say where the members are, and why an unusual one is refused.
+to unpack them; here they look at what is unusual, and say why it is refused.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import struct
 import zipfile
 import zlib
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,16 @@ MAX_ARRAY = 256 * 2**20
 _LOCAL = struct.Struct("<4s22xHH")
 """A member's own header: signature, lengths of the name and of what follows it."""
 _ENCRYPTED = 1
+_ENTRY = struct.Struct("<4s4xHH8xLLHHH8xL")
+"""A member in the archive's directory: signature, flags, method, packed and full size, lengths of
+its name and of what follows it, where it begins."""
+_END = struct.Struct("<4s4xHHLLH")
+"""The end of an archive: signature, number of members twice, size and place of the directory,
+length of the comment."""
+_MOST = 1032
+"""A byte never unpacks to more."""
+_LARGE = 0xFFFFFFFF
+"""Stands for a size that is elsewhere."""
 _PLAIN = re.compile(
     rb"\x93NUMPY\x01\x00(..)\{'descr': '([<|][a-z]\d)', 'fortran_order': False, "
     rb"'shape': \(([0-9, ]*)\), \} *\n",
@@ -60,7 +70,9 @@ class Packed:
         if self.size > limit:
             raise TraceError(f"{self.name}: {self.size} bytes, more than the limit of {limit}")
         content = self.content
-        if self.deflated:
+        if self.deflated and _MOST * len(content) <= limit:
+            content = zlib.decompress(content, -zlib.MAX_WBITS, self.size + 1)
+        elif self.deflated:  # takes longer, and may stop
             content = zlib.decompressobj(-zlib.MAX_WBITS).decompress(content, self.size + 1)
         if len(content) != self.size:
             raise TraceError(f"{self.name}: {len(content)} bytes, the archive says {self.size}")
@@ -75,6 +87,26 @@ class Packed:
         return _array(self.name, self.unpacked(MAX_ARRAY), wanted)
 
 
+class _Entry(NamedTuple):
+    """A member in an archive's directory.
+
+    Attributes:
+        name: of the member.
+        flags: of the archive's format.
+        method: how it is compressed, likewise.
+        packed: how many bytes it has there.
+        size: how many when unpacked.
+        begin: where it begins.
+    """
+
+    name: str
+    flags: int
+    method: int
+    packed: int
+    size: int
+    begin: int
+
+
 class Members:
     """The members of an archive in memory.
 
@@ -87,8 +119,7 @@ class Members:
 
     def __init__(self, data: bytes) -> None:
         self._data = data
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            self._found = {info.filename: info for info in archive.infolist()}
+        self._found = {entry.name: entry for entry in _directory(data) or _any_directory(data)}
         self._packed: dict[str, Packed] = {}
 
     def packed(self, name: str) -> Packed:
@@ -103,19 +134,18 @@ class Members:
         return self._packed[name]
 
     def _cut_out(self, name: str) -> Packed:
-        info = self._found.get(name)
-        if info is None:
+        entry = self._found.get(name)
+        if entry is None:
             raise TraceError(f"{name} is missing")
-        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        if entry.method not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise TraceError(f"{name}: compressed in another way than recordings are")
-        signature, title, extra = _LOCAL.unpack_from(self._data, info.header_offset)
-        start = info.header_offset + _LOCAL.size + title + extra
-        content = self._data[start : start + info.compress_size]
-        broken = signature != b"PK\3\4" or info.flag_bits & _ENCRYPTED
-        if broken or len(content) != info.compress_size:
+        signature, title, extra = _LOCAL.unpack_from(self._data, entry.begin)
+        start = entry.begin + _LOCAL.size + title + extra
+        content = self._data[start : start + entry.packed]
+        broken = signature != b"PK\3\4" or entry.flags & _ENCRYPTED
+        if broken or len(content) != entry.packed:
             raise zipfile.BadZipFile(f"{name} is damaged")
-        deflated = info.compress_type == zipfile.ZIP_DEFLATED
-        return Packed(name, content, deflated, info.file_size)
+        return Packed(name, content, entry.method == zipfile.ZIP_DEFLATED, entry.size)
 
     def digest(self, but: str) -> str:
         """Digest of all members but one, as they lie in the archive."""
@@ -126,6 +156,48 @@ class Members:
             digest.update(about + len(member.content).to_bytes(8, "little"))
             digest.update(member.content)
         return digest.hexdigest()
+
+
+def _directory(data: bytes) -> list[_Entry]:
+    """The directory of an archive that is as recordings are; empty if anything is unusual."""
+    end, found = len(data) - _END.size, list[_Entry]()
+    if end < 0:
+        return []
+    signature, count, total, size, place, comment = _END.unpack_from(data, end)
+    if signature != b"PK\5\6" or count != total or place + size != end or comment:
+        return []
+    for _ in range(count):
+        if place + _ENTRY.size > end:
+            return []
+        mark, flags, method, packed, full, title, extra, note, begin = _ENTRY.unpack_from(
+            data, place
+        )
+        place += _ENTRY.size + title
+        name = data[place - title : place]
+        if mark != b"PK\1\2" or extra or note or not name.isascii() or _LARGE in (packed, full):
+            return []
+        found.append(_Entry(name.decode(), flags, method, packed, full, begin))
+    return found if place == end else []
+
+
+def _any_directory(data: bytes) -> list[_Entry]:
+    """The directory of any archive.
+
+    Raises:
+        zipfile.BadZipFile: if it is none.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return [
+            _Entry(
+                i.filename,
+                i.flag_bits,
+                i.compress_type,
+                i.compress_size,
+                i.file_size,
+                i.header_offset,
+            )
+            for i in archive.infolist()
+        ]
 
 
 def npy(array: Array) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,6 +18,8 @@ from pytest_safemanip.trace.trace import Trace
 
 UNIT_TOLERANCE = 1e-3
 """How far a stored quaternion's norm may be from one (float32 keeps it within 1e-6)."""
+_SURE = 0.9 * UNIT_TOLERANCE
+"""So far, whatever the rounding."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -103,14 +106,19 @@ def check_array(scene: Scene, name: str, array: Any, length: int, first: int = 0
     """Refuse an array of steps that cannot be; arguments as for :func:`check_steps`."""
     shapes = {**array_shapes(scene), "action": (12,), "success": (), "tail": ()}
     _check_shape(name, array, (length, *shapes[name]))
-    wrong = {"not finite": ~np.isfinite(array)} if array.dtype != np.bool_ else {}
+    wrong, rotations = dict[str, Any](), array[..., 3:] if name in _POSES else None
+    if array.dtype != np.bool_ and not _surely_finite(array):
+        wrong["not finite"] = ~np.isfinite(array)
     if name == "switch":
         wrong["neither 0 nor 1"] = (array != 0.0) & (array != 1.0)
-    if name in ("eef_pose", "base_pose", "object_pose", "box_pose"):
-        wrong["not a unit quaternion"] = _not_unit(array[..., 3:])
+    if rotations is not None and not _surely_unit(rotations):
+        wrong["not a unit quaternion"] = _not_unit(rotations)
     for what, bad in wrong.items():
         if bad.any():
             raise TraceError(f"{name}: {what} at {_place(scene, name, np.argwhere(bad)[0], first)}")
+
+
+_POSES = ("eef_pose", "base_pose", "object_pose", "box_pose")
 
 
 def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
@@ -119,6 +127,23 @@ def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
     )
     if not fits:
         raise TraceError(f"{name}: shape {array.shape}, expected {wanted}")
+
+
+def _surely_finite(values: Any) -> bool:
+    """Whether no value is infinite or none: no, if one is so large that its square may be."""
+    flat = values.reshape(-1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return math.isfinite(np.einsum("i,i->", flat, flat))
+
+
+def _surely_unit(vectors: Any) -> bool:
+    """Whether all vectors (..., K) are of unit length; a number at a time, which is faster."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        square = np.square(vectors[..., 0])
+        for number in range(1, vectors.shape[-1]):
+            square += np.square(vectors[..., number])
+    least, most = (1.0 - _SURE) ** 2, (1.0 + _SURE) ** 2
+    return square.size == 0 or bool(square.min() >= least and square.max() <= most)
 
 
 def _not_unit(vectors: Any) -> Any:
@@ -154,10 +179,12 @@ def _check_contacts(scene: Scene, steps: Steps, first: int) -> None:
 
 def _check_rows(scene: Scene, contacts: Contacts, name: str, first: int) -> None:
     values = getattr(contacts, name)
-    wrong = {"not finite": ~np.isfinite(values)}
+    wrong = {}
+    if not _surely_finite(values):
+        wrong["not finite"] = ~np.isfinite(values)
     if name in ("force", "peak"):
         wrong["negative"] = values < 0
-    if name == "normal":
+    if name == "normal" and not _surely_unit(values):
         wrong["not of unit length"] = _not_unit(values)
     for what, bad in wrong.items():
         if bad.any():

@@ -176,22 +176,21 @@ class Scene:
                 joint = getattr(item, "joint", "")
                 if joint and joint not in self.joint_index:
                     raise TraceError(f"scene: {field} name an unknown joint {joint!r}")
-            if isinstance(items, Surfaces) or not numbers_fit(items):
-                for item in items:
-                    check_numbers(f"scene: {field} of {item.entity!r}", item)
+                check_numbers(f"scene: {field} of {item.entity!r}", item)
         check_numbers("scene", self)
         for role, name in self.roles.items():
             if name not in self.entity:
                 raise TraceError(f"scene: role {role!r} names an unknown entity {name!r}")
 
-    def _surely(self, items: object) -> bool:
-        """Whether these are surfaces of which nothing is wrong."""
-        return (
-            isinstance(items, Surfaces)
-            and items.fit()
-            and self.entity.keys() >= set(items.entities)
-            and self.joint_index.keys() >= set(items.joints) - {""}
-        )
+    def _surely(self, items: Sequence[Any]) -> bool:
+        """Whether nothing is wrong with these, looked at together: that is several times faster."""
+        if isinstance(items, Surfaces):
+            entities, joints, fit = set(items.entities), set(items.joints), items.fit()
+        else:
+            entities = {item.entity for item in items}
+            joints = {getattr(item, "joint", "") for item in items}
+            fit = numbers_fit(items)
+        return fit and self.entity.keys() >= entities and self.joint_index.keys() >= joints - {""}
 
 
 def _surfaces(data: Surfaces | Sequence[Mapping[str, Any]]) -> Sequence[Surface]:
