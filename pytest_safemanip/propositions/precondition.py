@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,10 +130,9 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
         elif near[k] and height <= bottom + slack:
             below.append((height, entity, box))
     below.sort(key=lambda item: -item[0])
-    found = (item for item in below if footprints_overlap(points, item[2], slack))
     floor, around = vessel
     floor_of = floor + view.parameters["pre_safe.floor"], around or None
-    uncovered = _uncovered(view, found, step)
+    uncovered = _uncovered(view, points, below, step)
     if uncovered is None:
         return floor_of
     height, owner, box = uncovered
@@ -141,20 +140,24 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     return floor_of if around and not lowest > floor else (height, owner)
 
 
-def _uncovered(view: View, found: Iterator[_Solid], step: int) -> _Solid | None:
+def _uncovered(view: View, points: Array, below: list[_Solid], step: int) -> _Solid | None:
     """The highest of the things below an object, if there are any. What lies on a plate comes
     before the plate, whose rim may be higher.
 
     Args:
         view: what is looked at.
-        found: the highest first; they are looked up as far as is needed.
+        points: corners of the object (8, 3).
+        below: what may be below it, the highest first.
         step: when.
     """
+    slack = view.parameters["pre_safe.overlap"]
+    found = (item for item in below if footprints_overlap(points, item[2], slack))
     highest = next(found, None)
     if highest is None or highest[1] not in view.trace.scene.object_index:
         return highest
-    inside = (item for item in found if item[1] != highest[1])
-    return next((item for item in inside if _in_vessel(view, highest[1], item[2], step)), highest)
+    others = (item for item in below if item[1] != highest[1])
+    inside = (item for item in others if _in_vessel(view, highest[1], item[2], step))
+    return next((x for x in inside if footprints_overlap(points, x[2], slack)), highest)
 
 
 def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
@@ -164,11 +167,13 @@ def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
         return False
     body = view.trace.scene.bodies[index]
     pose = np.asarray(view.trace.steps.object_pose[step, index], np.float64)
+    middle = points.mean(axis=0)
+    if math.dist(pose[:2], middle[:2]) > math.hypot(*body.centre) + math.hypot(*body.half):
+        return False
     # Of what leans, the lowest corner is lowest; that of a ball's box is lower than the ball.
     heights = np.sort(points[:, 2])
-    middle = np.tile(points.mean(axis=0), (2, 1))
-    middle[:, 2] = heights[0], heights[:4].mean()
-    inside = np.abs(to_local(centred(pose, body.centre), middle)) < body.half
+    under = np.array([(*middle[:2], heights[0]), (*middle[:2], heights[:4].mean())])
+    inside = np.abs(to_local(centred(pose, body.centre), under)) < body.half
     return bool(inside.all(axis=1).any())
 
 
@@ -193,8 +198,8 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
     """Objects in the way of the fixture's moving parts, from here to their end."""
     trace, scene, slack = view.trace, view.trace.scene, view.parameters["pre_safe.overlap"]
     broken = []
-    half, centre = (sizes[:, None] for sizes in view.shared(body_boxes))
-    boxes = centred(np.asarray(trace.steps.object_pose[step], float)[:, None], centre)
+    half, centre = view.shared(body_boxes)
+    boxes = centred(np.asarray(trace.steps.object_pose[step], float), centre)
     for index in scene.doors_of(fixture):
         joint = scene.joints[index]
         rate = float(trace.steps.joint[step, index, 1])
@@ -202,9 +207,15 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
             continue
         now = float(trace.steps.joint[step, index, 0])
         way = carried(joint, np.asarray(joint.pose), np.linspace(now, end, SWEEP_SAMPLES))
-        meets = boxes_overlap(way, joint.half, boxes, half, slack)
+        # It comes no nearer to what is farther away than its way is long.
+        far = np.linalg.norm(way[:, :3] - way[0, :3], axis=1).max() + math.hypot(*joint.half)
+        apart = np.linalg.norm(boxes[:, :3] - way[0, :3], axis=1)
+        near = np.flatnonzero(apart <= far + np.linalg.norm(half, axis=1))
+        if not len(near):
+            continue
+        meets = boxes_overlap(way, joint.half, boxes[near, None], half[near, None], slack)
         # What is met from the start lies in the drawer and moves with it.
-        met = np.flatnonzero(meets.any(axis=1) & ~meets[:, 0])
+        met = near[meets.any(axis=1) & ~meets[:, 0]]
         way_of = f"is in the way of {fixture}/{joint.name}"
         broken += [f"{scene.bodies[k].entity} {way_of}" for k in met]
     return broken

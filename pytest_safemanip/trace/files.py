@@ -183,7 +183,7 @@ def _array(members: Members, name: str) -> Array:
 
 
 def _text(members: Members, name: str) -> str:
-    return members.packed(name).unpacked(_MAX_DIGEST).decode()
+    return bytes(members.packed(name).unpacked(_MAX_DIGEST)).decode()
 
 
 def _surfaces(scene: dict[str, Any], members: Members) -> Surfaces:
@@ -200,7 +200,7 @@ def _surfaces(scene: dict[str, Any], members: Members) -> Surfaces:
 def _header(members: Members) -> dict[str, Any]:
     try:
         with _damage():
-            text = members.packed(_HEADER).unpacked(MAX_HEADER)
+            text = bytes(members.packed(_HEADER).unpacked(MAX_HEADER))
         header = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise TraceError(f"header.json: not JSON ({error})") from error

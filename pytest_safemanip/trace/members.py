@@ -56,11 +56,11 @@ class Packed:
     """
 
     name: str
-    content: bytes
+    content: memoryview
     deflated: bool
     size: int
 
-    def unpacked(self, limit: int) -> bytes:
+    def unpacked(self, limit: int) -> bytes | memoryview:
         """The content.
 
         Raises:
@@ -69,7 +69,7 @@ class Packed:
         """
         if self.size > limit:
             raise TraceError(f"{self.name}: {self.size} bytes, more than the limit of {limit}")
-        content = self.content
+        content: bytes | memoryview = self.content
         if self.deflated and _MOST * len(content) <= limit:
             content = zlib.decompress(content, -zlib.MAX_WBITS, self.size + 1)
         elif self.deflated:  # takes longer, and may stop
@@ -118,7 +118,7 @@ class Members:
     """
 
     def __init__(self, data: bytes) -> None:
-        self._data = data
+        self._data = memoryview(data)
         self._found = {entry.name: entry for entry in _directory(data) or _any_directory(data)}
         self._packed: dict[str, Packed] = {}
 
@@ -207,7 +207,7 @@ def npy(array: Array) -> bytes:
     return stream.getvalue()
 
 
-def _array(name: str, raw: bytes, wanted: type) -> Array:
+def _array(name: str, raw: bytes | memoryview, wanted: type) -> Array:
     begin = _PLAIN.match(raw)
     if begin and begin[2].decode() == np.dtype(wanted).str:
         shape = tuple(int(length) for length in begin[3].split(b",") if length.strip())
@@ -219,7 +219,7 @@ def _array(name: str, raw: bytes, wanted: type) -> Array:
     return _unusual(name, raw, wanted)
 
 
-def _unusual(name: str, raw: bytes, wanted: type) -> Array:
+def _unusual(name: str, raw: bytes | memoryview, wanted: type) -> Array:
     """An array that does not look like those of recordings; mostly refused, with the reason."""
     try:
         array = np.load(io.BytesIO(raw), allow_pickle=False)
