@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
@@ -82,6 +82,9 @@ class Property:
     trigger: Formula | None
     deadline_s: float | None
     discharged_by: DischargedBy
+    _automata: dict[Profile, Dfa] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def dfa(self, profile: Profile = "timed") -> Dfa:
         """The automaton of a profile's formula; each is compiled once in a process.
@@ -89,11 +92,13 @@ class Property:
         Raises:
             FormulaError: the formula exceeds a limit of the compiler.
         """
-        formula = self.formula if profile == "timed" else self.paper_formula
-        try:
-            return compile_formula(formula, atoms=tuple(self.atoms))
-        except FormulaError as error:
-            raise FormulaError(f"{self.path}: property {self.id!r}: {error}") from error
+        if profile not in self._automata:
+            formula = self.formula if profile == "timed" else self.paper_formula
+            try:
+                self._automata[profile] = compile_formula(formula, atoms=tuple(self.atoms))
+            except FormulaError as error:
+                raise FormulaError(f"{self.path}: property {self.id!r}: {error}") from error
+        return self._automata[profile]
 
     def monitor(
         self, instances: Sequence[Hashable] | int, *, dt: float, profile: Profile = "timed"

@@ -12,13 +12,13 @@ import math
 import re
 import struct
 import zipfile
-import zlib
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.trace.inflate import inflate
 
 Array = np.ndarray[Any, Any]
 
@@ -32,8 +32,6 @@ its name and of what follows it, where it begins."""
 _END = struct.Struct("<4s4xHHLLH")
 """The end of an archive: signature, number of members twice, size and place of the directory,
 length of the comment."""
-_MOST = 1032
-"""A byte never unpacks to more."""
 _LARGE = 0xFFFFFFFF
 """Stands for a size that is elsewhere."""
 _PLAIN = re.compile(
@@ -70,10 +68,8 @@ class Packed:
         if self.size > limit:
             raise TraceError(f"{self.name}: {self.size} bytes, more than the limit of {limit}")
         content: bytes | memoryview = self.content
-        if self.deflated and _MOST * len(content) <= limit:
-            content = zlib.decompress(content, -zlib.MAX_WBITS, self.size + 1)
-        elif self.deflated:  # takes longer, and may stop
-            content = zlib.decompressobj(-zlib.MAX_WBITS).decompress(content, self.size + 1)
+        if self.deflated:
+            content = inflate(content, self.size, limit)
         if len(content) != self.size:
             raise TraceError(f"{self.name}: {len(content)} bytes, the archive says {self.size}")
         return content

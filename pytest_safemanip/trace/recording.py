@@ -162,15 +162,15 @@ def _check_contacts(scene: Scene, steps: Steps, first: int) -> None:
         )
     if len(contacts) == 0:
         return
-    if (np.diff(contacts.step) < 0).any() or contacts.step[0] < 0 or contacts.step[-1] >= length:
+    step = contacts.step
+    if (step[1:] < step[:-1]).any() or step[0] < 0 or step[-1] >= length:
         raise TraceError("contacts.step: must be sorted and lie within the recording")
     for side in ("a", "b"):
         part = getattr(contacts, side)
-        bad = (part < 0) | (part >= len(parts))
-        if bad.any():
-            step = first + contacts.step[bad][0]
+        if part.min() < 0 or part.max() >= len(parts):
+            row = int(np.argmax((part < 0) | (part >= len(parts))))
             raise TraceError(
-                f"contacts.{side}: {part[bad][0]} at step {step} is not in the scene's "
+                f"contacts.{side}: {part[row]} at step {first + step[row]} is not in the scene's "
                 "list of parts"
             )
     for name in ("force", "peak", "position", "normal"):
@@ -182,7 +182,7 @@ def _check_rows(scene: Scene, contacts: Contacts, name: str, first: int) -> None
     wrong = {}
     if not _surely_finite(values):
         wrong["not finite"] = ~np.isfinite(values)
-    if name in ("force", "peak"):
+    if name in ("force", "peak") and values.min() < 0:
         wrong["negative"] = values < 0
     if name == "normal" and not _surely_unit(values):
         wrong["not of unit length"] = _not_unit(values)
