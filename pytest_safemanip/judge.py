@@ -140,7 +140,7 @@ class Judge:
                 for row, v in zip(rows, verdicts, strict=True)
                 if v.open_since is not None
             ),
-            formula=str(prop.formula if self._profile == "timed" else prop.paper_formula),
+            formula=monitor.dfa.text,
         )
 
     def _finding(

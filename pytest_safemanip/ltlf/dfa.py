@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -56,6 +57,11 @@ class Dfa:
     def __len__(self) -> int:
         """The number of states."""
         return len(self.classes)
+
+    @cached_property
+    def text(self) -> str:
+        """The formula in words."""
+        return str(self.formula)
 
     def idle(self, state: int) -> bool:
         """Whether a state owes nothing but what a `G` at the top asks of every step."""

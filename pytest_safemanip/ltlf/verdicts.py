@@ -124,6 +124,6 @@ def worst(verdicts: Iterable[InstanceVerdict]) -> PropertyOutcome:
     found = list(verdicts)
     if not found:
         raise ValueError("a property without instances has no outcome")
-    outcomes = {verdict.outcome for verdict in found}
-    outcome = next(outcome for outcome in Outcome if outcome in outcomes)  # worst first
+    # Worst first.
+    outcome = next(one for one in Outcome if any(verdict.outcome is one for verdict in found))
     return PropertyOutcome(outcome, all(verdict.vacuous for verdict in found))

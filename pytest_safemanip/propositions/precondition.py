@@ -18,7 +18,7 @@ from pytest_safemanip.propositions.release import UPRIGHT, rested
 from pytest_safemanip.propositions.solids import body_boxes, solids
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners, to_local
-from pytest_safemanip.trace.kinematics import carried
+from pytest_safemanip.trace.kinematics import carried, farthest
 from pytest_safemanip.trace.planar import footprints_overlap
 
 DROP = Parameter("pre_safe.drop", "m", 0.05, "a fall of 5 cm ends at 1 m/s: cups break above it")
@@ -206,13 +206,12 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
         if rate * (1.0 if end > 0.5 else -1.0) <= 0:
             continue
         now = float(trace.steps.joint[step, index, 0])
-        way = carried(joint, np.asarray(joint.pose), np.linspace(now, end, SWEEP_SAMPLES))
-        # It comes no nearer to what is farther away than its way is long.
-        far = np.linalg.norm(way[:, :3] - way[0, :3], axis=1).max() + math.hypot(*joint.half)
-        apart = np.linalg.norm(boxes[:, :3] - way[0, :3], axis=1)
+        apart = np.linalg.norm(boxes[:, :3] - joint.pose[:3], axis=1)
+        far = farthest(joint, max(now, 1.0)) + math.hypot(*joint.half)
         near = np.flatnonzero(apart <= far + np.linalg.norm(half, axis=1))
         if not len(near):
             continue
+        way = carried(joint, np.asarray(joint.pose), np.linspace(now, end, SWEEP_SAMPLES))
         meets = boxes_overlap(way, joint.half, boxes[near, None], half[near, None], slack)
         # What is met from the start lies in the drawer and moves with it.
         met = near[meets.any(axis=1) & ~meets[:, 0]]
