@@ -47,26 +47,38 @@ def judge(rules: Rules, letters: Letters, acting: BoolArray) -> Judgement:
         acting: bool[T], False in the settle tail.
     """
     steps, instances = letters.shape
-    states = _few_states(rules, letters) if instances < _FEW else _many_states(rules, letters)
-    opened = _members(states, ~rules.closed)
-    unsafe = _members(states, rules.bad)
-    if rules.deadline_steps is not None and opened.any():
-        counted = steps if rules.clock_runs_in_tail else int(np.count_nonzero(acting))
-        _mark_overdue(unsafe, opened, counted, rules.deadline_steps)
-    at_end = opened[-1] & ~unsafe[-1] & rules.end_decides
-    unsafe[-1] |= at_end
     if rules.trigger is None:
         triggered = np.full(instances, steps)
     else:
         held = _members(letters, rules.trigger)
         triggered = np.add.reduce(held, axis=0, dtype=np.uint32).astype(np.int64)
+    if instances < _FEW:
+        states, visited = _few_states(rules, letters)
+        if visited <= rules.calm:  # mostly nothing happens
+            return _calm(states, triggered)
+    else:
+        states = _many_states(rules, letters)
+    opened = _members(states, ~rules.closed)
+    unsafe = _members(states, rules.bad)
+    if rules.deadline_steps is not None:
+        counted = steps if rules.clock_runs_in_tail else int(np.count_nonzero(acting))
+        _mark_overdue(unsafe, opened, counted, rules.deadline_steps)
+    at_end = opened[-1] & ~unsafe[-1] & rules.end_decides
+    unsafe[-1] |= at_end
     violated = np.logical_or.reduce(unsafe, axis=0)
     return Judgement(states, unsafe, violated, at_end, _open_since(opened), triggered)
 
 
-def _few_states(rules: Rules, letters: Letters) -> States:
-    """The state of each instance after each step: uint[T, I]."""
-    found = np.empty(letters.shape, dtype=rules.state_type)
+def _calm(states: States, triggered: npt.NDArray[np.int64]) -> Judgement:
+    """The judgement on instances of which none ever has an open obligation or an unsafe step."""
+    never = np.zeros(len(triggered), bool)
+    unsafe = np.zeros(states.shape, bool)
+    return Judgement(states, unsafe, never, never, np.full(len(triggered), -1), triggered)
+
+
+def _few_states(rules: Rules, letters: Letters) -> tuple[States, set[int]]:
+    """The state of each instance after each step: uint[T, I]; and which there are."""
+    found, visited = np.empty(letters.shape, dtype=rules.state_type), set[int]()
     changes = letters[1:] != letters[:-1]
     for instance in range(letters.shape[1]):
         column, states, state = letters[:, instance], found[:, instance], 0
@@ -76,10 +88,11 @@ def _few_states(rules: Rules, letters: Letters) -> States:
             for step in range(begin, end):
                 before, state = state, rules.rows[state][letter]
                 states[step] = state
+                visited.add(state)
                 if state == before:
                     states[step:end] = state
                     break
-    return found
+    return found, visited
 
 
 def _many_states(rules: Rules, letters: Letters) -> States:
@@ -137,8 +150,6 @@ def _open_since(opened: BoolArray) -> npt.NDArray[np.int64]:
     """The first of the open steps that reach to the end, -1 without any: int[I]."""
     found = np.full(opened.shape[1], -1)
     still = np.flatnonzero(opened[-1])
-    if not len(still):
-        return found
     closed = ~opened[::-1, still]
     found[still] = np.where(closed.any(axis=0), len(opened) - closed.argmax(axis=0), 0)
     return found

@@ -36,6 +36,7 @@ class Rules:
         end_decides: whether an obligation open at the last step is a violation.
         trigger: bool[letters], or None if every step triggers.
         is_bad: `bad` for Python loops; likewise `is_closed` and `triggers`.
+        calm: the states in which nothing is open and nothing bad.
 
     Args:
         dfa: the automaton.
@@ -83,6 +84,7 @@ class Rules:
         self.trigger = _trigger_table(dfa, trigger)
         self.is_bad: tuple[bool, ...] = tuple(self.bad.tolist())
         self.is_closed: tuple[bool, ...] = tuple(self.closed.tolist())
+        self.calm = frozenset(np.flatnonzero(self.closed & ~self.bad).tolist())
         self.triggers: tuple[bool, ...] | None = None
         if self.trigger is not None:
             self.triggers = tuple(self.trigger.tolist())

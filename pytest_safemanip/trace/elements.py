@@ -25,7 +25,7 @@ BUTTON = "button"
 """Name of the parts that are pressed, whether or not a joint moves them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Entity:
     """One thing of the scene.
 
@@ -40,7 +40,7 @@ class Entity:
     category: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Body:
     """The geometry of a movable object, in its own frame.
 
@@ -59,7 +59,7 @@ class Body:
     mass: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Part:
     """One side of a contact: a part of an entity.
 
@@ -74,7 +74,7 @@ class Part:
     joint: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Joint:
     """A door, a drawer or a control of a fixture.
 
@@ -106,7 +106,7 @@ class Joint:
         return f"{self.entity}/{self.name}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Box:
     """A named oriented box that belongs to a fixture; its pose is recorded at every step.
 
@@ -125,7 +125,7 @@ class Box:
     half: Vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Switch:
     """Something of a fixture that is on or off at every step.
 
@@ -142,7 +142,7 @@ class Switch:
     joint: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Surface:
     """An oriented box around one solid piece of a fixture or of the room.
 
