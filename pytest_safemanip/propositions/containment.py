@@ -42,9 +42,9 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     carried = view("obj_grasped", content)
     for body in view.trace.scene.bodies:
         if body.entity not in (content, receiver):
-            within = centre_within(view, content, body.entity)
-            if within.any():
-                carried = carried | (within & view("obj_grasped", body.entity))
+            held_too = view("obj_grasped", body.entity)
+            if held_too.any():
+                carried = carried | (held_too & centre_within(view, content, body.entity))
     brought = view.fold(Brought)[:, view.trace.scene.object_index[content]]
     ends = falling(carried)
     return ends & _toward(view, content, receiver, brought) if ends.any() else ends

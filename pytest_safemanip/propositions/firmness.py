@@ -6,13 +6,14 @@ move. So what rests is looked at once, and again when it has moved too far for t
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools
-from pytest_safemanip.propositions.solids import body_corners, pace, solids
+from pytest_safemanip.propositions.solids import Solids, body_corners, pace, solids
 from pytest_safemanip.propositions.support import Carried, Floats, Indices, margin_at
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import tilt, to_world
@@ -146,43 +147,42 @@ def _ground_around(view: View, found: Carried, group: int, lacking: float) -> _R
     com, step, level = found.com[group], int(found.step[group]), float(found.level[group])
     name = view.trace.scene.bodies[found.body[group]].entity
     allowed, margin = view.binding.supports.get(name, ()), view.parameters["settled.margin"]
-    boxes = solids(view, name, step, (com, margin + _SPARE), allowed)
-    apart = [abs(float(box[:, 2].max()) - level) for _, box, _ in boxes]
-    tops = [item for item, gap in zip(boxes, apart, strict=True) if gap < SAME_LEVEL]
-    inside = [hull_margin(box[:, :2], com[:2]) for _, box, _ in tops]
-    for (_, box, number), depth in zip(tops, inside, strict=True):
+    found_below = solids(view, name, step, (com, margin + _SPARE), allowed)
+    boxes = found_below.boxes
+    apart = np.abs(boxes[:, :, 2].max(axis=1) - level)
+    tops = np.flatnonzero(apart < SAME_LEVEL).tolist()
+    inside = [hull_margin(boxes[k, :, :2], com[:2]) for k in tops]
+    for k, depth in zip(tops, inside, strict=True):
         if depth >= margin:  # one surface alone reaches far enough
-            rise = SAME_LEVEL - abs(float(box[:, 2].max()) - level) - ROUNDING
-            below = _movable(view, [(box, number)], step)
-            slack = depth - margin - ROUNDING
-            return _Rest(True, com[:2], slack, None, level, rise, below)
-    for _, box, number in boxes:
-        if number < 0 and (rest := _in_vessel(view, number, step, com, level, box)):
+            rise = SAME_LEVEL - float(apart[k]) - ROUNDING
+            below = _movable(view, found_below, [k], step)
+            return _Rest(True, com[:2], depth - margin - ROUNDING, None, level, rise, below)
+    for k, number in enumerate(found_below.numbers):
+        if number < 0 and (rest := _in_vessel(view, found_below, k, step, com, level)):
             return rest
     turns = np.arange(8) * (np.pi / 4.0)
     around = com[:2] + margin * np.stack((np.cos(turns), np.sin(turns)), axis=1)
-    depths = [max((hull_margin(box[:, :2], p) for _, box, _ in tops), default=-_SPARE)
-              for p in around]  # fmt: skip
+    depths = [max((hull_margin(boxes[k, :, :2], p) for k in tops), default=-_SPARE) for p in around]
     if min(depths) >= 0.0:
-        gaps = [gap for gap in apart if gap < SAME_LEVEL]
-        below = _movable(view, [(box, number) for _, box, number in tops], step)
-        rise = SAME_LEVEL - max(gaps) - ROUNDING
+        below = _movable(view, found_below, tops, step)
+        rise = SAME_LEVEL - float(apart[tops].max()) - ROUNDING
         return _Rest(True, com[:2], min(depths) - ROUNDING, None, level, rise, below)
     slack = min(lacking, -min(depths), _SPARE, *(margin - depth for depth in inside)) - ROUNDING
-    rise = min((gap - SAME_LEVEL for gap in apart if gap >= SAME_LEVEL), default=np.inf) - ROUNDING
-    below = _movable(view, [(box, number) for _, box, number in boxes], step)
+    others = apart[apart >= SAME_LEVEL] - SAME_LEVEL
+    rise = float(others.min(initial=np.inf)) - ROUNDING
+    below = _movable(view, found_below, range(len(boxes)), step)
     return _Rest(False, com[:2], slack, found.points_of(group)[:, :2], level, rise, below)
 
 
 def _in_vessel(
-    view: View, number: int, step: int, com: Floats, level: float, box: Floats
+    view: View, solid: Solids, place: int, step: int, com: Floats, level: float
 ) -> _Rest | None:
     """That something is carried inside an upright vessel, if it is: its wall goes on around it.
 
     Below the rim, and nearer to the vessel's own centre of mass than its narrow side reaches: what
     lies on a handle is neither.
     """
-    index = -1 - number
+    index, box = -1 - solid.numbers[place], solid.boxes[place]
     vessel = view.trace.scene.bodies[index]
     if "container" not in view.binding.attributes.get(vessel.entity, ()):
         return None
@@ -203,17 +203,18 @@ def _in_vessel(
         None,
         level,
         min(above, below_rim) - ROUNDING,
-        _movable(view, [(box, number)], step),
+        _movable(view, solid, [place], step),
     )
 
 
-def _movable(view: View, boxes: list[tuple[Floats, int]], step: int) -> tuple[_Below, ...]:
-    """Which boxes of surfaces and objects can move, and where they are now."""
+def _movable(view: View, solid: Solids, places: Iterable[int], step: int) -> tuple[_Below, ...]:
+    """Which of some surfaces and objects can move, and where they are now."""
     found = []
-    for box, number in boxes:
+    for place in places:
+        number = solid.numbers[place]
         joint, way = pace(view, number) if number >= 0 else (-1, 0.0)
         if number < 0:
-            found.append(_Below(stack=-1 - number, box=box))
+            found.append(_Below(stack=-1 - number, box=solid.boxes[place]))
         elif joint >= 0:
             openness = float(view.trace.steps.joint[step, joint, 0])
             found.append(_Below(joint=joint, openness=openness, pace=way))

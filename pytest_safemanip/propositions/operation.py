@@ -61,8 +61,8 @@ def pouring_faults(view: View, container: str, step: int) -> list[str]:
 
 def leaves(view: View, content: str, container: str) -> Bools:
     """Whether an object's centre leaves the box of a container that the robot holds (T,)."""
-    left = falling(centre_within(view, content, container))
-    return np.asarray(left & view("obj_grasped", container))
+    held = view("obj_grasped", container)
+    return held & falling(centre_within(view, content, container)) if held.any() else held
 
 
 def _below(view: View, content: str, receiver: str, step: int) -> bool:

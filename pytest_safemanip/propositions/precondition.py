@@ -30,8 +30,8 @@ PICK_WINDOW = Parameter("pre_safe.pick_window", "s", 2.0, "a hand takes up to 2 
 PLACE_WINDOW = Parameter("pre_safe.place_window", "s", 0.5, "the debounced end of a grasp is late")
 ROUNDING = 1e-9
 """More than what float64 places are off by, m."""
-SWEEP_SAMPLES = 9
-"""Openings at which a moving part is tested against obstacles, from here to fully open."""
+SWEEP = np.linspace(0.0, 1.0, 9)
+"""Where a moving part is tested against obstacles, from here to the end of its way."""
 
 Array = NDArray[np.float64]
 _Solid = tuple[float, str, Array]
@@ -113,22 +113,20 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     vessel, below = (-np.inf, ""), list[_Solid]()
     centre = points.mean(axis=0)
     reach = float(np.linalg.norm(points - centre, axis=1).max())
-    around_it = solids(view, name, step, (centre, reach))
-    boxes = np.stack([box for _, box, _ in around_it]) if around_it else np.empty((0, 8, 3))
+    owners, boxes, _ = solids(view, name, step, (centre, reach))
     low, top = boxes.min(axis=1), boxes.max(axis=1)
     # Shadows overlap no more than the upright rectangles around them.
     depth = np.minimum(top, points.max(axis=0)) - np.maximum(low, points.min(axis=0))
     near = (depth[:, :2] > slack - ROUNDING).all(axis=1)
     over = (np.maximum(low - centre, centre - top)[:, :2] < ROUNDING).all(axis=1)
     for k in np.flatnonzero(near | over).tolist():
-        entity, box, _ = around_it[k]
-        height = float(top[k, 2])
+        entity, height = owners[k], float(top[k, 2])
         # A vessel's box is mostly air: what is let go inside it falls onto its floor or contents.
         if height > bottom + slack and over[k] and _in_vessel(view, entity, points, step):
             if not _holds(view, name, entity, step):
                 vessel = max(vessel, (float(low[k, 2]), entity))
         elif near[k] and height <= bottom + slack:
-            below.append((height, entity, box))
+            below.append((height, entity, boxes[k]))
     below.sort(key=lambda item: -item[0])
     floor, around = vessel
     floor_of = floor + view.parameters["pre_safe.floor"], around or None
@@ -211,7 +209,7 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
         near = np.flatnonzero(apart <= far + np.linalg.norm(half, axis=1))
         if not len(near):
             continue
-        way = carried(joint, np.asarray(joint.pose), np.linspace(now, end, SWEEP_SAMPLES))
+        way = carried(joint, np.asarray(joint.pose), now + (end - now) * SWEEP)
         meets = boxes_overlap(way, joint.half, boxes[near, None], half[near, None], slack)
         # What is met from the start lies in the drawer and moves with it.
         met = near[meets.any(axis=1) & ~meets[:, 0]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +18,28 @@ from pytest_safemanip.trace.kinematics import slid, swung
 Places = int | NDArray[np.intp]
 
 
+class Solids(NamedTuple):
+    """Solid things, where they are at a step.
+
+    Attributes:
+        owners: whose they are (K,).
+        boxes: their corners (K, 8, 3).
+        numbers: of surfaces; of objects their own, from -1 down (K,).
+    """
+
+    owners: list[str]
+    boxes: Array
+    numbers: list[int]
+
+
 def solids(
     view: View,
     name: str,
     step: int,
     near: tuple[Array, float],
     only: Collection[str] | None = None,
-) -> list[tuple[str, Array, int]]:
-    """Owner and box corners (8, 3) of everything solid but one object and the robot, and the number
-    of the surface; of an object its own, from -1 down.
+) -> Solids:
+    """Everything solid but one object and the robot.
 
     Args:
         view: what is looked at.
@@ -37,16 +51,18 @@ def solids(
     scene, surfaces = view.trace.scene, view.shared(_surfaces)
     place, reach = near
     apart = np.hypot(*(scene.solid.pose[:, :2] - place[:2]).T)
-    owners = scene.solid.entities
+    owners, bodies = scene.solid.entities, scene.bodies
     close = np.flatnonzero(apart <= surfaces.reach + reach).tolist()
-    some = [index for index in close if only is None or owners[index] in only]
-    boxes = _boxes_at(view, step, np.array(some, np.intp))
-    found = [(owners[index], box, index) for index, box in zip(some, boxes, strict=True)]
-    names = [body.entity for body in scene.bodies]
-    others = [n for n, e in enumerate(names) if e != name and (only is None or e in only)]
-    lying = body_corners(view, step, np.array(others, np.intp))
-    found += [(names[n], box, -1 - n) for n, box in zip(others, lying, strict=True)]
-    return found
+    some = [k for k in close if only is None or owners[k] in only]
+    lying = [
+        k
+        for k, body in enumerate(bodies)
+        if body.entity != name and (only is None or body.entity in only)
+    ]
+    pieces = _boxes_at(view, step, np.array(some, np.intp))
+    boxes = np.concatenate((pieces, body_corners(view, step, np.array(lying, np.intp))))
+    names = [*(owners[k] for k in some), *(bodies[k].entity for k in lying)]
+    return Solids(names, boxes, [*some, *(-1 - k for k in lying)])
 
 
 def pace(view: View, surface: int) -> tuple[int, float]:

@@ -20,28 +20,29 @@ for _i, _j, _k in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
     _OF_PRODUCTS[_i, _j, (_i - 1, _j - 1), (_j - 1, _i - 1)] = 2.0
     _OF_PRODUCTS[0, _k, (_j - 1, _i - 1), (_i - 1, _j - 1)] = 2.0, -2.0
 _OF_PRODUCTS = _OF_PRODUCTS.reshape(16, 9)
+_IDENTITY: Array = np.eye(3)
+_INVERSE: Array = np.array((1.0, -1.0, -1.0, -1.0))
 _ROUNDING = 1e-9
 """More than what float64 places are off by, m."""
 
 
 def conjugate(q: Array) -> Array:
     """Inverse of unit quaternions (..., 4)."""
-    return np.multiply(q, (1.0, -1.0, -1.0, -1.0))
+    return np.multiply(q, _INVERSE)
 
 
 def multiply(p: Array, q: Array) -> Array:
     """Hamilton product of quaternions (..., 4)."""
-    pw, px, py, pz = np.moveaxis(np.asarray(p, float), -1, 0)
-    qw, qx, qy, qz = np.moveaxis(np.asarray(q, float), -1, 0)
-    return np.stack(
-        (
-            pw * qw - px * qx - py * qy - pz * qz,
-            pw * qx + px * qw + py * qz - pz * qy,
-            pw * qy - px * qz + py * qw + pz * qx,
-            pw * qz + px * qy - py * qx + pz * qw,
-        ),
-        axis=-1,
-    )
+    p, q = np.asarray(p, float), np.asarray(q, float)
+    pw, px, py, pz = (p[..., number] for number in range(4))
+    qw, qx, qy, qz = (q[..., number] for number in range(4))
+    first = pw * qw - px * qx - py * qy - pz * qz
+    result: Array = np.empty((*first.shape, 4))
+    result[..., 0] = first
+    result[..., 1] = pw * qx + px * qw + py * qz - pz * qy
+    result[..., 2] = pw * qy - px * qz + py * qw + pz * qx
+    result[..., 3] = pw * qz + px * qy - py * qx + pz * qw
+    return result
 
 
 def about(axis: ArrayLike, angle: ArrayLike) -> Array:
@@ -76,7 +77,7 @@ def matrix(q: Array) -> Array:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); columns are the frame's axes."""
     q = np.asarray(q, float)
     products = (q[..., :, None] * q[..., None, :]).reshape(*q.shape[:-1], 16)
-    result: Array = (products @ _OF_PRODUCTS).reshape(*q.shape[:-1], 3, 3) + np.eye(3)
+    result: Array = (products @ _OF_PRODUCTS).reshape(*q.shape[:-1], 3, 3) + _IDENTITY
     return result
 
 
