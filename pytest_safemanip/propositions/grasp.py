@@ -41,6 +41,8 @@ OPENING_RATE = Parameter(
 OPENING_WINDOW = Parameter(
     "obj_released.window", "s", 0.25, "the debounced end of a grasp comes this much later"
 )
+ROUNDING = 1e-6
+"""More than what the cosine of an angle is off by: faces of a box are at exactly 90 degrees."""
 
 
 def pressed(view: View, name: str) -> Bools:
@@ -51,7 +53,7 @@ def pressed(view: View, name: str) -> Bools:
 def _pressed_at(view: View, name: str, angle: Parameter) -> Bools:
     """Both finger groups press on the object, at more than an angle to each other (T,)."""
     found = _agreement(view)[:, view.trace.scene.object_index[name]]
-    return np.asarray(found < np.cos(view.parameters[angle.name]))
+    return np.asarray(found < np.cos(view.parameters[angle.name]) - ROUNDING)
 
 
 @pointwise
