@@ -6,6 +6,7 @@ to unpack them; here they look at what is unusual, and say why it is refused.
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import io
 import math
@@ -54,7 +55,7 @@ class Packed:
     """
 
     name: str
-    content: memoryview
+    content: bytes | memoryview
     deflated: bool
     size: int
 
@@ -67,12 +68,16 @@ class Packed:
         """
         if self.size > limit:
             raise TraceError(f"{self.name}: {self.size} bytes, more than the limit of {limit}")
-        content: bytes | memoryview = self.content
+        content = self.content
         if self.deflated:
             content = inflate(content, self.size, limit)
         if len(content) != self.size:
             raise TraceError(f"{self.name}: {len(content)} bytes, the archive says {self.size}")
         return content
+
+    def copy(self) -> Packed:
+        """The same member, without the rest of the archive."""
+        return dataclasses.replace(self, content=bytes(self.content))
 
     def array(self, wanted: type) -> Array:
         """The content as an array of a type.

@@ -287,6 +287,43 @@ def test_a_small_file_that_unpacks_to_a_huge_array_is_refused(monkeypatch):
     assert refusal(bomb) == "qpos.npy: 12000128 bytes, more than the limit of 10000"
 
 
+def unusual(data, comment=b"", extra=b"", prefix=b""):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as archive, zipfile.ZipFile(stream, "w") as other:
+        other.comment = comment
+        for info in archive.infolist():
+            one = zipfile.ZipInfo(info.filename)
+            one.extra = extra
+            other.writestr(one, archive.read(info), info.compress_type, 6)
+    return prefix + stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"comment": b"somebody's"},
+        {"extra": b"\xff\xff\x02\x00ab"},
+        {"prefix": b"something before it"},
+        {"prefix": b"before", "comment": b"after"},
+    ],
+)
+def test_an_archive_that_another_program_wrote_is_read_too(how):
+    same(files.from_bytes(unusual(DATA, **how)), RECORDING)
+
+
+@pytest.mark.parametrize("place", [12, 16], ids=["size", "beginning"])
+def test_a_directory_that_is_not_where_the_archive_says_is_refused(place):
+    data = bytearray(DATA)
+    struct.pack_into("<L", data, len(data) - 22 + place, 2**31)
+    assert "not a recording" in refusal(bytes(data))
+
+
+def test_an_archive_that_is_wrong_about_how_many_members_it_has_is_read_all_the_same():
+    data = bytearray(DATA)
+    struct.pack_into("<HH", data, len(data) - 14, 3, 3)
+    same(files.from_bytes(bytes(data)), RECORDING)
+
+
 def test_an_archive_that_understates_a_size_is_refused():
     data = packed(members())
     size = len(members()["qpos.npy"])
