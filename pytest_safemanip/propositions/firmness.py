@@ -101,7 +101,7 @@ class _Rest:
         self, view: View, found: Carried, at: Indices, todo: Indices, result: Bools
     ) -> Indices:
         """Mark those of some groups that are as firm as this; what is left to do."""
-        moved = np.linalg.norm(found.com[at, :2] - self.com, axis=1)
+        moved = np.hypot(*(found.com[at, :2] - self.com).T)
         lift, same = np.abs(found.level[at] - self.level), np.ones(len(at), bool)
         for thing in self.below:
             way = thing.way(view, found.step[at])
@@ -109,8 +109,8 @@ class _Rest:
         if self.points is not None:
             same = found.count[at] == len(self.points)
             places = found.first[at[same]][:, None] + np.arange(len(self.points))
-            apart = np.linalg.norm(found.points[places, :2] - self.points, axis=-1)
-            moved[same] += apart.max(axis=1)
+            apart = np.hypot(*(found.points[places, :2] - self.points).T)
+            moved[same] += apart.max(axis=0)
         same &= (moved < self.slack) & (lift < self.rise)
         result[todo[same]] = self.firm
         left: Indices = todo[~same]

@@ -12,8 +12,8 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.solids import body_boxes
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.frames import Frames, corners_within, rotation
-from pytest_safemanip.trace.geometry import centred, corners, to_local, to_world
+from pytest_safemanip.trace.frames import Frames, corners_within, placed, rotation
+from pytest_safemanip.trace.geometry import centred, corners, to_local
 
 Floats = NDArray[np.float64]
 ROUNDING = 1e-6
@@ -194,6 +194,5 @@ def _corners_inside(
 
 @pointwise
 def centres(view: View) -> Floats:
-    """Centres of all objects' boxes (T, N, 3)."""
-    centres = to_world(view.trace.steps.object_pose, view.shared(body_boxes)[1])
-    return np.ascontiguousarray(centres.T).T  # as frames take them
+    """Centres of all objects' boxes (T, N, 3), stored as frames take them."""
+    return placed(view.trace.steps.object_pose, view.shared(body_boxes)[1]).T

@@ -17,6 +17,18 @@ def rotation(q: Array) -> Array:
     return np.ascontiguousarray(np.moveaxis(matrix(q), 0, -1))
 
 
+def placed(pose: Array, points: Array) -> Array:
+    """Points (N, 3), each of the frame of a pose (T, N, 7), in the world (3, N, T)."""
+    x, y, z, w, i, j, k = np.ascontiguousarray(pose.T, float)
+    a, b, c = points.T[..., None]
+    u, v, t = 2.0 * (j * c - k * b), 2.0 * (k * a - i * c), 2.0 * (i * b - j * a)
+    result: Array = np.empty((3, *x.shape))
+    result[0] = x + a + w * u + (j * t - k * v)
+    result[1] = y + b + w * v + (k * u - i * t)
+    result[2] = z + c + w * t + (i * v - j * u)
+    return result
+
+
 class Frames:
     """Poses as frames; what does not move is turned into one frame.
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_safemanip.trace.frames import Frames, corners_within, rotation
-from pytest_safemanip.trace.geometry import corners, matrix, to_local
+from pytest_safemanip.trace.frames import Frames, corners_within, placed, rotation
+from pytest_safemanip.trace.geometry import corners, matrix, to_local, to_world
 from tests.trace.test_geometry import poses, quaternions, vectors
 
 several = st.lists(poses, min_size=1, max_size=4).map(np.array)
@@ -15,6 +15,14 @@ several = st.lists(poses, min_size=1, max_size=4).map(np.array)
 @given(quaternions)
 def test_a_rotation_is_the_matrix_of_its_quaternion(q):
     assert rotation(q[None])[..., 0] == pytest.approx(matrix(q))
+
+
+@given(several, vectors)
+def test_points_of_frames_are_placed_in_the_world(pose, point):
+    points = point + np.arange(3.0 * len(pose)).reshape(-1, 3)
+    over_time = np.stack([pose, pose[::-1]])  # (2, N, 7)
+    seen = placed(over_time, points).T
+    assert seen == pytest.approx(to_world(over_time, points))
 
 
 @given(several, vectors, st.booleans())
