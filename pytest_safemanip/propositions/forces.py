@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,22 +44,30 @@ def forces_on(view: View, side: str) -> NDArray[np.float32]:
     return force.T
 
 
-def pushes(view: View) -> NDArray[np.float64]:
-    """How left and right fingers push each object, N, world frame (3, 2, T, N): what their contact
-    points carry at the end of the step, or else at the peak within it.
+def pushes(view: View, where: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """How left and right fingers push objects, N, world frame (3, 2, K): what their contact points
+    carry at the end of the step, or else at the peak within it.
+
+    Args:
+        view: what is looked at.
+        where: steps and objects that are looked at (T, N), K of them.
     """
     contacts, finger, owner = view.trace.steps.contacts, view.shared(_fingers), view.shared(owners)
-    fingers, things = (frozenset(np.flatnonzero(of >= 0).tolist()) for of in (finger, owner))
+    count, number = np.count_nonzero(where), np.cumsum(where.ravel()) - 1
+    touched = np.append(where.any(axis=0), False)[owner]  # the last is of what is no object
+    fingers, things = (frozenset(of.nonzero()[0].tolist()) for of in (finger >= 0, touched))
     rows = view.trace.pair_table.rows(fingers, things)
-    a, b, force = contacts.a[rows], contacts.b[rows], contacts.force[rows]
-    a_pushes = finger[a] >= 0
-    side, pushed = np.where(a_pushes, finger[a], finger[b]), owner[np.where(a_pushes, b, a)]
-    force = np.where(force > 0, force, contacts.peak[rows]) * np.where(a_pushes, 1.0, -1.0)
-    shape = (len(FINGERS), len(view.trace), len(view.trace.scene.bodies))
-    place = (side * shape[1] + contacts.step[rows]) * shape[2] + pushed
-    along = (contacts.normal[rows] * force[:, None]).T
-    totals = [np.bincount(place, share, math.prod(shape)) for share in along]
-    return np.array(totals, np.float64).reshape(3, *shape)
+    pushed = np.maximum(owner[contacts.a[rows]], owner[contacts.b[rows]])
+    cell = contacts.step[rows] * where.shape[1] + pushed
+    wanted = where.ravel()[cell]
+    rows, cell = rows[wanted], number[cell[wanted]]
+    a_pushes = finger[contacts.a[rows]] >= 0
+    side = np.where(a_pushes, finger[contacts.a[rows]], finger[contacts.b[rows]])
+    force = np.where(contacts.force[rows] > 0, contacts.force[rows], contacts.peak[rows])
+    along = (contacts.normal[rows] * (force * np.where(a_pushes, 1.0, -1.0))[:, None]).T
+    place, size = side * count + cell, len(FINGERS) * count
+    totals = [np.bincount(place, share, size) for share in along]
+    return np.array(totals, np.float64).reshape(3, len(FINGERS), count)
 
 
 def _fingers(view: View) -> NDArray[np.intp]:

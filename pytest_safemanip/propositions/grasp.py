@@ -66,10 +66,10 @@ def _agreement(view: View) -> NDArray[np.float64]:
     both = (left >= limit) & (right >= limit)
     cosine = np.full(both.shape, np.inf)
     if both.any():
-        ways = pushes(view)
-        reach = np.sqrt(np.einsum("k...,k...->...", ways, ways)).prod(axis=0)
-        along = np.einsum("k...,k...->...", ways[:, 0], ways[:, 1])
-        np.divide(along, reach, out=cosine, where=both & (reach > 0.0))
+        ways = pushes(view, both)
+        reach = np.sqrt(np.einsum("kij,kij->ij", ways, ways)).prod(axis=0)
+        along = np.einsum("ki,ki->i", ways[:, 0], ways[:, 1])
+        cosine[both] = np.divide(along, reach, out=np.full(len(reach), np.inf), where=reach > 0.0)
     return cosine
 
 
@@ -183,8 +183,8 @@ def _held(view: View, name: str) -> _Held | None:
 def _steady(view: View, held: _Held) -> bool:
     """Whether the object stays so near to one place in each grasp that no two can be far apart."""
     p, (steps, grasp, pose) = view.parameters, held
-    begins = np.flatnonzero(np.diff(grasp, prepend=grasp[0] - 1))
-    place, first = pose[:, :3], np.repeat(begins, np.diff(begins, append=len(steps)))
+    begins = np.flatnonzero(np.append(True, grasp[1:] != grasp[:-1]))
+    place, first = pose[:, :3], np.repeat(begins, np.append(begins[1:], len(steps)) - begins)
     spread = np.maximum.reduceat(place, begins) - np.minimum.reduceat(place, begins)
     if np.linalg.norm(spread, axis=1).max() >= p["stable_grasp.distance"]:
         return False

@@ -61,8 +61,9 @@ class PairTable:
         self._length, self._codes = len(trace), trace.pair_codes
         contacts, parts, key = trace.steps.contacts, len(trace.scene.parts), trace.pair_codes
         self._parts = parts
-        found = np.flatnonzero(np.bincount(key, minlength=1))  # sorting takes several times as long
-        place = np.zeros(parts * parts, np.int64)
+        touch, place = np.zeros(parts * parts, bool), np.zeros(parts * parts, np.int64)
+        touch[key] = True  # sorting takes several times as long
+        found = np.flatnonzero(touch)
         place[found] = np.arange(len(found)) * self._length
         peak = np.zeros((len(found), self._length), np.float32)
         np.maximum.at(peak.ravel(), place[key] + contacts.step, contacts.peak)
