@@ -12,7 +12,7 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.solids import body_boxes
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.frames import Frames, corners_within, placed, rotation
+from pytest_safemanip.trace.frames import Frames, along, corners_within, placed, rotation
 from pytest_safemanip.trace.geometry import centred, corners, to_local
 
 Floats = NDArray[np.float64]
@@ -67,7 +67,18 @@ def seen_from(view: View, entity: str, number: int) -> Floats:
     else:
         own = trace.scene.bodies[index].centre
         pose = centred(trace.steps.object_pose[:, index], own).astype(np.float32)
-    return Frames(pose).local(centres(view).T).T
+    frames = Frames(pose)
+    if frames.turn is None:
+        return frames.local(centres(view).T).T
+    return frames.shifted(_centres_along(view, frames.turn).T).T
+
+
+@pointwise
+def _centres_along(view: View, turn: bytes) -> Floats:
+    """Centres of all objects' boxes along the axes of frames (T, N, 3): furniture stands in few
+    directions.
+    """
+    return along(turn, centres(view).T).T
 
 
 def place_in(view: View, content: str, entity: str, number: int) -> Floats:
@@ -117,12 +128,11 @@ def inside(view: View, entity: str, step: int) -> list[str]:
 
 @pointwise
 def near(view: View, fixture: str, number: int) -> Bools:
-    """Where an object's box may reach into an interior: its bounding sphere does, but for
-    ``enclosure.tolerance`` (T, N).
+    """Where an object's box may reach into an interior: a cube around its bounding sphere does, but
+    for ``enclosure.tolerance`` (T, N).
     """
-    half = holding_halves(view, fixture)[number]
-    gap = np.maximum(np.abs(seen_from(view, fixture, number)) - half, 0.0)
-    return np.asarray(np.linalg.norm(gap, axis=-1) <= view.shared(_reach))
+    limit = holding_halves(view, fixture)[number] + view.shared(_reach)[:, None]
+    return np.asarray((np.abs(seen_from(view, fixture, number)) <= limit).all(axis=-1))
 
 
 def _reach(view: View) -> Floats:

@@ -30,39 +30,57 @@ def placed(pose: Array, points: Array) -> Array:
 
 
 class Frames:
-    """Poses as frames; what does not move is turned into one frame.
+    """Poses as frames; what does not turn has one set of axes.
 
     Args:
         pose: of each (K, 7).
+
+    Attributes:
+        turn: the one quaternion of all of them, as bytes; None if they turn.
     """
 
     def __init__(self, pose: Array) -> None:
-        pose = np.asarray(pose, float)
-        still = len(pose) == 1 or bool((pose == pose[0]).all())
-        self._origin, self._axes = _one(pose[0].tobytes()) if still else _several(pose)
+        moves = bool((pose != pose[0]).any())
+        pose = np.asarray(pose if moves else pose[:1], float)
+        turns = moves and bool((pose[:, 3:] != pose[0, 3:]).any())
+        self.turn = None if turns else pose[0, 3:].tobytes()
+        self._axes = rotation(pose[:, 3:]) if self.turn is None else _axes(self.turn)
+        self._origin = self.turned(pose[:, :3].T)
 
     def local(self, points: Array) -> Array:
         """World points (3, ..., K) in these frames."""
-        origin = self._origin.reshape(3, *(1,) * (points.ndim - 2), -1)
-        return self.turned(np.subtract(points, origin, order="C"))
+        return self.shifted(self.turned(points))
 
     def turned(self, vectors: Array) -> Array:
         """World vectors (3, ..., K) along the axes of these frames."""
-        result: Array = np.empty(vectors.shape)
-        for axis in range(3):
-            x, y, z = self._axes[:, axis]
-            result[axis] = x * vectors[0] + y * vectors[1] + z * vectors[2]
-        return result
+        return _along(self._axes, vectors)
+
+    def shifted(self, turned: Array) -> Array:
+        """World points, along the axes of these frames already, in these frames (3, ..., K)."""
+        origin = self._origin.reshape(3, *(1,) * (turned.ndim - 2), -1)
+        return np.subtract(turned, origin, order="C")
 
 
-def _several(pose: Array) -> tuple[Array, Array]:
-    return pose[:, :3].T, rotation(pose[:, 3:])
+def along(turn: bytes, vectors: Array) -> Array:
+    """World vectors (3, ..., K) along the axes of frames by their quaternion, which is
+    :attr:`Frames.turn`.
+    """
+    return _along(_axes(turn), vectors)
+
+
+def _along(axes: Array, vectors: Array) -> Array:
+    x, y, z = vectors
+    result: Array = np.empty(vectors.shape)
+    for axis in range(3):
+        a, b, c = axes[:, axis]
+        result[axis] = a * x + b * y + c * z
+    return result
 
 
 @lru_cache(maxsize=256)
-def _one(pose: bytes) -> tuple[Array, Array]:
+def _axes(turn: bytes) -> Array:
     """Step by step, the same frames are asked for again and again."""
-    return _several(np.frombuffer(pose).reshape(1, 7))
+    return rotation(np.frombuffer(turn).reshape(1, 4))
 
 
 def corners_within(centre: Array, edges: Array, limit: ArrayLike, ground: Array) -> Array:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_safemanip.trace.frames import Frames, corners_within, placed, rotation
+from pytest_safemanip.trace.frames import Frames, along, corners_within, placed, rotation
 from pytest_safemanip.trace.geometry import corners, matrix, to_local, to_world
 from tests.trace.test_geometry import poses, quaternions, vectors
 
@@ -25,12 +25,18 @@ def test_points_of_frames_are_placed_in_the_world(pose, point):
     assert seen == pytest.approx(to_world(over_time, points))
 
 
-@given(several, vectors, st.booleans())
-def test_points_are_seen_from_each_frame_or_from_the_one_that_does_not_move(pose, point, still):
-    pose = np.repeat(pose[:1], len(pose), axis=0) if still else pose
+@given(several, vectors, st.sampled_from(["turns", "slides", "is still"]))
+def test_points_are_seen_from_each_frame(pose, point, how):
+    if how != "turns":
+        same = slice(3, 7) if how == "slides" else slice(0, 7)
+        pose[:, same] = pose[0, same]
     points = point + np.arange(3.0 * 2 * len(pose)).reshape(3, 2, len(pose)).T  # (K, 2, 3)
-    seen = Frames(pose).local(points.T).T
-    assert seen == pytest.approx(to_local(pose[:, None], points))
+    frames, wanted = Frames(pose), pytest.approx(to_local(pose[:, None], points))
+    seen = frames.local(points.T).T
+    assert seen == wanted
+    assert frames.turn is not None or how == "turns"
+    if frames.turn is not None:
+        assert (frames.shifted(along(frames.turn, points.T)).T == seen).all()
 
 
 @given(several, vectors.map(lambda v: 0.01 + abs(v)), vectors.map(lambda v: 0.1 + abs(v)))
