@@ -13,7 +13,6 @@ from pytest_safemanip.ltlf.rules import Rules
 from pytest_safemanip.ltlf.verdicts import States
 
 _FEW = 32  # below this many instances, Python loops beat an array operation per step
-_MANY_COMPARISONS = 16  # small integers compare tens of times faster than they index
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,10 +46,10 @@ def judge(rules: Rules, letters: Letters, acting: BoolArray) -> Judgement:
         acting: bool[T], False in the settle tail.
     """
     steps, instances = letters.shape
-    if rules.trigger is None:
+    if rules.triggering is None:
         triggered = np.full(instances, steps)
     else:
-        held = _members(letters, rules.trigger)
+        held = rules.triggering.among(letters)
         triggered = np.add.reduce(held, axis=0, dtype=np.uint32).astype(np.int64)
     if instances < _FEW:
         states, visited = _few_states(rules, letters)
@@ -58,8 +57,7 @@ def judge(rules: Rules, letters: Letters, acting: BoolArray) -> Judgement:
             return _calm(states, triggered)
     else:
         states = _many_states(rules, letters)
-    opened = _members(states, ~rules.closed)
-    unsafe = _members(states, rules.bad)
+    opened, unsafe = rules.open.among(states), rules.unsafe.among(states)
     if rules.deadline_steps is not None:
         counted = steps if rules.clock_runs_in_tail else int(np.count_nonzero(acting))
         _mark_overdue(unsafe, opened, counted, rules.deadline_steps)
@@ -111,20 +109,6 @@ def _many_states(rules: Rules, letters: Letters) -> States:
         shifted.take(place, out=state, mode="clip")
     found >>= width.type(bits)
     return found.astype(rules.state_type, copy=False)
-
-
-def _members(numbers: States | Letters, wanted: BoolArray) -> BoolArray:
-    """Which entries are among the wanted numbers: bool like `numbers`."""
-    inverted = 2 * np.count_nonzero(wanted) > len(wanted)
-    chosen = np.flatnonzero(wanted != inverted).tolist()
-    if not chosen:
-        return np.full(numbers.shape, inverted)
-    if len(chosen) > _MANY_COMPARISONS:
-        return wanted[numbers]
-    found: BoolArray = numbers == chosen[0]
-    for number in chosen[1:]:
-        found |= numbers == number
-    return np.logical_not(found, out=found) if inverted else found
 
 
 def _mark_overdue(unsafe: BoolArray, opened: BoolArray, counted: int, deadline_steps: int) -> None:

@@ -6,6 +6,7 @@ Everything that comes from outside is checked here: a monitor never guesses a va
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,8 @@ from pytest_safemanip.ltlf.formula import And, Atom, Constant, Formula, Iff, Imp
 
 BoolArray = npt.NDArray[np.bool_]
 Letters = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+
+_MANY_COMPARISONS = 16  # small integers compare tens of times faster than they index
 
 
 def letter_of(step: Mapping[str, bool] | int, atoms: tuple[str, ...]) -> int:
@@ -113,6 +116,31 @@ def pack(values: BoolArray) -> Letters:
         letters += letters
         letters |= values[..., bit].view(np.uint8)
     return letters
+
+
+class Members:
+    """Some of the numbers from 0 up, to be found among many.
+
+    Args:
+        wanted: bool[numbers], which they are.
+    """
+
+    def __init__(self, wanted: BoolArray) -> None:
+        self._wanted = wanted
+        self._inverted = bool(2 * np.count_nonzero(wanted) > len(wanted))
+        self._chosen: list[int] = np.flatnonzero(wanted != self._inverted).tolist()
+
+    def among(self, numbers: npt.NDArray[np.unsignedinteger[Any]]) -> BoolArray:
+        """Which entries are one of them: bool like `numbers`."""
+        if not self._chosen:
+            return np.full(numbers.shape, self._inverted)
+        if len(self._chosen) > _MANY_COMPARISONS:
+            found: BoolArray = self._wanted[numbers]
+            return found
+        found = numbers == self._chosen[0]
+        for number in self._chosen[1:]:
+            found |= numbers == number
+        return np.logical_not(found, out=found) if self._inverted else found
 
 
 def truth_table(formula: Formula, atoms: tuple[str, ...]) -> BoolArray:

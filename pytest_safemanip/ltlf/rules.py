@@ -12,7 +12,7 @@ import numpy as np
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.ltlf.dfa import Dfa, StateClass
 from pytest_safemanip.ltlf.formula import Always, Formula, Implies, atoms_of, is_propositional
-from pytest_safemanip.ltlf.letters import BoolArray, truth_table
+from pytest_safemanip.ltlf.letters import BoolArray, Members, truth_table
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, Outcome, States, Violation
 
 Profile = Literal["timed", "paper"]
@@ -36,6 +36,8 @@ class Rules:
         end_decides: whether an obligation open at the last step is a violation.
         trigger: bool[letters], or None if every step triggers.
         is_bad: `bad` for Python loops; likewise `is_closed` and `triggers`.
+        open: the states that are not closed, `unsafe` those that are bad, `triggering` the letters
+            that trigger, for looking through many of them; None if every step triggers.
         calm: the states in which nothing is open and nothing bad.
 
     Args:
@@ -84,6 +86,8 @@ class Rules:
         self.trigger = _trigger_table(dfa, trigger)
         self.is_bad: tuple[bool, ...] = tuple(self.bad.tolist())
         self.is_closed: tuple[bool, ...] = tuple(self.closed.tolist())
+        self.open, self.unsafe = Members(~self.closed), Members(self.bad)
+        self.triggering = None if self.trigger is None else Members(self.trigger)
         self.calm = frozenset(np.flatnonzero(self.closed & ~self.bad).tolist())
         self.triggers: tuple[bool, ...] | None = None
         if self.trigger is not None:
