@@ -117,10 +117,10 @@ class Judge:
         acting = ~self._recording.steps.tail
         monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
         calls = [prop.calls(row) for row in rows]
-        values = monitor.gather(
+        letters = monitor.gather(
             len(acting), lambda k, atom, a, b: self._view.part(*calls[k][atom], first=a, stop=b)
         )
-        verdicts = monitor.run(values, acting)
+        verdicts = monitor.run(letters, acting)
         unsafe = [v.unsafe & acting for v in verdicts if v.violations]
         findings = [
             self._finding(prop, row, verdict, violation)

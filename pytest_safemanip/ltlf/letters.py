@@ -107,15 +107,49 @@ def check_values(values: object, shape: tuple[int | None, ...], atoms: tuple[str
         raise TraceError("empty trace: LTLf speaks about traces with at least one step")
 
 
+def packed(values: BoolArray | Letters, instances: int, atoms: tuple[str, ...]) -> Letters:
+    """Letters of a trace's instances, which may be letters already: uint[T, I].
+
+    Args:
+        values: bool[T, I, atoms] or uint[T, I].
+        instances: I.
+        atoms: names of the atoms, bit 0 first.
+
+    Raises:
+        TraceError: not of that form, or no step; or a letter has bits that no atom owns.
+    """
+    found: Any = values
+    if not isinstance(found, np.ndarray) or found.dtype.kind != "u":
+        check_values(found, (None, instances, len(atoms)), atoms)
+        return pack(found)
+    fits = found.ndim == 2 and found.shape[1] == instances and len(found) > 0
+    if not fits or int(found.max()) >> len(atoms):
+        raise TraceError(
+            f"letters of shape {found.shape}: expected one for each of {instances} instances at "
+            f"every step, of {len(atoms)} bits: {', '.join(atoms)}"
+        )
+    letters: Letters = found
+    return letters
+
+
 def pack(values: BoolArray) -> Letters:
     """Letters of an array whose last axis is the atoms: bool[..., atoms] to uint[...]."""
-    letters: Letters = np.zeros(values.shape[:-1], np.uint8)
-    if values.shape[-1] > 8:
-        letters = np.zeros(values.shape[:-1], np.uint16)
+    letters = no_letters(values.shape[:-1], values.shape[-1])
     for bit in reversed(range(values.shape[-1])):  # highest first: one doubling per atom
         letters += letters
         letters |= values[..., bit].view(np.uint8)
     return letters
+
+
+def no_letters(shape: tuple[int, ...], atoms: int) -> Letters:
+    """Letters of which every atom is False."""
+    return np.zeros(shape, np.uint16) if atoms > 8 else np.zeros(shape, np.uint8)
+
+
+def lifted(values: BoolArray, atom: int, letters: Letters) -> Letters:
+    """Values of an atom (K,) where it has its bit in letters."""
+    found: Letters = values * letters.dtype.type(1 << atom)
+    return found
 
 
 class Members:

@@ -11,7 +11,7 @@ from pytest_safemanip.ltlf.batch import Judgement, judge
 from pytest_safemanip.ltlf.dfa import Dfa, Step
 from pytest_safemanip.ltlf.formula import Formula
 from pytest_safemanip.ltlf.instance import Instance
-from pytest_safemanip.ltlf.letters import BoolArray, check_values, pack
+from pytest_safemanip.ltlf.letters import BoolArray, Letters, check_values, pack, packed
 from pytest_safemanip.ltlf.quiet import Values, gather
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile, check_acting, rules_of
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, StepVerdict
@@ -87,11 +87,11 @@ class Monitor:
         """
         return self._take([[letter] for letter in self._letters(values)], [acting])
 
-    def steps(self, values: BoolArray, acting: Sequence[bool]) -> list[StepVerdict]:
+    def steps(self, values: BoolArray | Letters, acting: Sequence[bool]) -> list[StepVerdict]:
         """Read some steps in a row, as `step` does one after the other, for less.
 
         Args:
-            values: bool[K, I, atoms].
+            values: bool[K, I, atoms]; or letters, uint[K, I].
             acting: for each step, False in the settle tail.
 
         Returns:
@@ -100,13 +100,13 @@ class Monitor:
         Raises:
             TraceError: as for `step`, or there is no step.
         """
-        check_values(values, (None, len(self.instances), len(self.dfa.atoms)), self.dfa.atoms)
+        letters = packed(values, len(self.instances), self.dfa.atoms)
         if len(acting) != len(values):
             raise TraceError(f"acting for {len(acting)} of {len(values)} steps")
-        return self._take(pack(values).T.tolist(), acting)
+        return self._take(letters.T.tolist(), acting)
 
-    def gather(self, steps: int, value_of: Values) -> BoolArray:
-        """Values of the atoms at the next steps, looked up where a verdict may depend on them.
+    def gather(self, steps: int, value_of: Values) -> Letters:
+        """Letters of the next steps, their atoms looked up where a verdict may depend on them.
 
         Where none does they may be False: the verdicts are the same as with all of them.
 
@@ -116,7 +116,7 @@ class Monitor:
                 the steps and one after the last: the values of the atom there, bool[K].
 
         Returns:
-            bool[steps, I, atoms], for `steps` or for `run`.
+            uint[steps, I], for `steps` or for `run`.
         """
         return gather(self._rules, [live.state for live in self._live], steps, value_of)
 
@@ -132,22 +132,23 @@ class Monitor:
             self._verdict(name, live) for name, live in zip(self.instances, self._live, strict=True)
         ]
 
-    def judge(self, values: BoolArray, acting: BoolArray | None = None) -> Judgement:
+    def judge(self, values: BoolArray | Letters, acting: BoolArray | None = None) -> Judgement:
         """Judge whole traces, for those who need arrays rather than objects.
 
         Args:
-            values: bool[T, I, atoms].
+            values: bool[T, I, atoms]; or letters, uint[T, I].
             acting: bool[T], False in the settle tail; None if there is none.
 
         Raises:
             TraceError: an array has another shape or type, there is no step, or the robot acts
                 again after it stopped.
         """
-        shape = (None, len(self.instances), len(self.dfa.atoms))
-        check_values(values, shape, self.dfa.atoms)
-        return judge(self._rules, pack(values), check_acting(acting, len(values)))
+        letters = packed(values, len(self.instances), self.dfa.atoms)
+        return judge(self._rules, letters, check_acting(acting, len(letters)))
 
-    def run(self, values: BoolArray, acting: BoolArray | None = None) -> list[InstanceVerdict]:
+    def run(
+        self, values: BoolArray | Letters, acting: BoolArray | None = None
+    ) -> list[InstanceVerdict]:
         """Judge whole traces: one verdict per instance.
 
         Args:

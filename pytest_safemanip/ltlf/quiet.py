@@ -11,7 +11,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from pytest_safemanip.ltlf.letters import BoolArray, Letters, pack
+from pytest_safemanip.ltlf.letters import BoolArray, Letters, lifted, no_letters
 from pytest_safemanip.ltlf.rules import Rules
 
 FEW = 32
@@ -74,8 +74,8 @@ quiet_of = lru_cache(maxsize=1024)(Quiet)
 """Made once for the rules of a property."""
 
 
-def gather(rules: Rules, states: Sequence[int], steps: int, value_of: Values) -> BoolArray:
-    """Values of the atoms, looked up where a verdict may depend on them: bool[T, I, atoms].
+def gather(rules: Rules, states: Sequence[int], steps: int, value_of: Values) -> Letters:
+    """Letters of the next steps, their atoms looked up where a verdict may depend on them.
 
     Where none does they may be False.
 
@@ -84,34 +84,31 @@ def gather(rules: Rules, states: Sequence[int], steps: int, value_of: Values) ->
         states: of the instances before the first step.
         steps: T.
         value_of: the values of an atom.
+
+    Returns:
+        uint[T, I].
     """
     quiet = quiet_of(rules)
-    values = np.zeros((steps, len(states), len(rules.dfa.atoms)), bool)
+    letters = no_letters((steps, len(states)), len(rules.dfa.atoms))
     for instance in range(len(states)):
         for atom in quiet.watched:
-            values[:, instance, atom] = value_of(instance, atom, 0, steps)
+            letters[:, instance] |= lifted(value_of(instance, atom, 0, steps), atom, letters)
     if quiet.others:
-        letters = pack(values)
         for instance in quiet.restless(states, letters):
-            own, column = values[:, instance], letters[:, instance]
-            _look_up(rules, states[instance], column, own, partial(value_of, instance))
-    return values
+            _look_up(rules, states[instance], letters[:, instance], partial(value_of, instance))
+    return letters
 
 
 def _look_up(
-    rules: Rules,
-    state: int,
-    letters: Letters,
-    values: BoolArray,
-    value_of: Callable[[int, int, int], BoolArray],
+    rules: Rules, state: int, letters: Letters, value_of: Callable[[int, int, int], BoolArray]
 ) -> None:
-    """Fill in the other atoms of an instance: bool[T, atoms]. Its letters lack them: uint[T]."""
+    """Fill in the other atoms of an instance, whose letters lack them: uint[T]."""
     quiet, length = quiet_of(rules), FEW
     first = quiet.next(state, letters, 0)
     while first < len(letters):
         stop = min(first + length, len(letters))
         for atom in quiet.others:
-            values[first:stop, atom] = value_of(atom, first, stop)
-        for letter in pack(values[first:stop]).tolist():
+            letters[first:stop] |= lifted(value_of(atom, first, stop), atom, letters)
+        for letter in letters[first:stop].tolist():
             state = rules.rows[state][letter]
         first, length = quiet.next(state, letters, stop), 2 * length

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf import Monitor, compile_formula
 
 FORMULAS = (
@@ -57,6 +58,22 @@ def test_only_the_trigger_is_looked_up_until_it_holds():
     asked.clear()
     monitor.gather(5, value_of)  # the obligation is open now
     assert asked == [(0, 1, 0, 5), (1, 1, 0, 5), (1, 0, 0, 5)]
+
+
+@pytest.mark.parametrize(
+    "letters",
+    [
+        np.zeros((3, 1), np.uint8),
+        np.zeros((0, 2), np.uint8),
+        np.zeros(3, np.uint8),
+        np.full((3, 2), 4, np.uint8),
+    ],
+)
+def test_letters_that_are_none_of_these_instances_are_refused(letters):
+    monitor = Monitor(compile_formula("G (a -> F b)"), 2, dt=0.1)
+    for read in (monitor.run, monitor.judge, lambda x: monitor.steps(x, [True] * len(x))):
+        with pytest.raises(TraceError, match=r"letters of shape .* 2 instances .* 2 bits: a, b"):
+            read(letters)
 
 
 def _gathered(monitor, values):
