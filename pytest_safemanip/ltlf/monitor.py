@@ -158,8 +158,9 @@ class Monitor:
         Raises:
             TraceError: as for `judge`.
         """
-        found = self.judge(values, acting)
-        acting = check_acting(acting, len(values))
+        letters = packed(values, len(self.instances), self.dfa.atoms)
+        acting = check_acting(acting, len(letters))
+        found = judge(self._rules, letters, acting)
         columns = zip(
             self.instances,
             np.ascontiguousarray(found.states.T),
