@@ -243,13 +243,8 @@ def _check_atoms(section: Section, atoms: Section, formulas: Mapping[str, Formul
 
 
 def _discharged_by(section: Section) -> DischargedBy:
-    if "discharged_by" not in section:
-        return "robot"
-    match section.string("discharged_by"):
-        case "robot":
-            return "robot"
-        case "physics":
-            return "physics"
-        case other:
-            hint = did_you_mean(other, ("robot", "physics"))
-            raise section.error("discharged_by", f"unknown {other!r}; {hint}")
+    known: dict[str, DischargedBy] = {"robot": "robot", "physics": "physics"}
+    value = section.string("discharged_by") if "discharged_by" in section else "robot"
+    if value not in known:
+        raise section.error("discharged_by", f"unknown {value!r}; {did_you_mean(value, known)}")
+    return known[value]
