@@ -12,7 +12,7 @@ from pytest_safemanip.propositions.definition import Bools, Parameter, Propositi
 from pytest_safemanip.propositions.filters import last_true
 from pytest_safemanip.propositions.forces import object_parts
 from pytest_safemanip.propositions.grasp import pressed
-from pytest_safemanip.propositions.interiors import lies_in
+from pytest_safemanip.propositions.interiors import ROUNDING, lies_in
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT, rested
 from pytest_safemanip.propositions.solids import body_boxes, solids
@@ -28,8 +28,6 @@ FLOOR = Parameter(
 OVERLAP = Parameter("pre_safe.overlap", "m", 0.01, "boxes are larger than what is in them")
 PICK_WINDOW = Parameter("pre_safe.pick_window", "s", 2.0, "a hand takes up to 2 s to close on it")
 PLACE_WINDOW = Parameter("pre_safe.place_window", "s", 0.5, "the debounced end of a grasp is late")
-ROUNDING = 1e-9
-"""More than what float64 places are off by, m."""
 SWEEP = np.linspace(0.0, 1.0, 9)
 """Where a moving part is tested against obstacles, from here to the end of its way."""
 
@@ -171,7 +169,9 @@ def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
     # Of what leans, the lowest corner is lowest; that of a ball's box is lower than the ball.
     heights = np.sort(points[:, 2])
     under = np.array([(*middle[:2], heights[0]), (*middle[:2], heights[:4].mean())])
-    inside = np.abs(to_local(centred(pose, body.centre), under)) < body.half
+    # What stands where the vessel stands is as deep as its box: it is not in it.
+    limit = np.subtract(body.half, ROUNDING)
+    inside = np.abs(to_local(centred(pose, body.centre), under)) < limit
     return bool(inside.all(axis=1).any())
 
 

@@ -73,6 +73,13 @@ def test_what_is_let_go_inside_a_vessel_falls_onto_its_floor(height, safe):
     assert evidence == ([] if safe else ["mug is let go 5 cm above apple"])
 
 
+@pytest.mark.parametrize("off", [-2e-7, 0.0, 2e-7])
+def test_what_stands_where_another_thing_stands_is_not_in_it_whatever_the_rounding(off):
+    post = dataclasses.replace(SMALL.bodies[0], half=(0.03, 0.03, HALF))  # as high as the apple
+    scene = dataclasses.replace(SMALL, bodies=(post, SMALL.bodies[1]))
+    assert placed((0.4, 0.0, TOP + HALF + off), scene=scene) == (True, [])
+
+
 def test_a_round_thing_on_the_floor_of_a_vessel_is_in_it_however_its_box_is_turned():
     # A ball: its box has a corner 6 mm below it, which is below the floor of the apple's box.
     place = (0.4, 0.0, TOP + 0.03)
