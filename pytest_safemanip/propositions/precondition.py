@@ -18,7 +18,7 @@ from pytest_safemanip.propositions.release import UPRIGHT, rested
 from pytest_safemanip.propositions.solids import body_boxes, solids
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners, to_local
-from pytest_safemanip.trace.kinematics import carried, farthest
+from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.planar import footprints_overlap
 
 DROP = Parameter("pre_safe.drop", "m", 0.05, "a fall of 5 cm ends at 1 m/s: cups break above it")
@@ -196,23 +196,18 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
     """Objects in the way of the fixture's moving parts, from here to their end."""
     trace, scene, slack = view.trace, view.trace.scene, view.parameters["pre_safe.overlap"]
     broken = []
-    half, centre = view.shared(body_boxes)
-    boxes = centred(np.asarray(trace.steps.object_pose[step], float), centre)
+    half, centre = (sizes[:, None] for sizes in view.shared(body_boxes))
+    boxes = centred(np.asarray(trace.steps.object_pose[step], float)[:, None], centre)
     for index in scene.doors_of(fixture):
         joint = scene.joints[index]
         rate = float(trace.steps.joint[step, index, 1])
         if rate * (1.0 if end > 0.5 else -1.0) <= 0:
             continue
         now = float(trace.steps.joint[step, index, 0])
-        apart = np.linalg.norm(boxes[:, :3] - joint.pose[:3], axis=1)
-        far = farthest(joint, max(now, 1.0)) + math.hypot(*joint.half)
-        near = np.flatnonzero(apart <= far + np.linalg.norm(half, axis=1))
-        if not len(near):
-            continue
         way = carried(joint, np.asarray(joint.pose), now + (end - now) * SWEEP)
-        meets = boxes_overlap(way, joint.half, boxes[near, None], half[near, None], slack)
+        meets = boxes_overlap(way, joint.half, boxes, half, slack)
         # What is met from the start lies in the drawer and moves with it.
-        met = near[meets.any(axis=1) & ~meets[:, 0]]
+        met = np.flatnonzero(meets.any(axis=1) & ~meets[:, 0])
         way_of = f"is in the way of {fixture}/{joint.name}"
         broken += [f"{scene.bodies[k].entity} {way_of}" for k in met]
     return broken

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from pytest_safemanip.trace.elements import Joint
@@ -25,15 +23,6 @@ def carried(joint: Joint, pose: Array, openness: Array) -> Array:
     if joint.kind == "slide":
         return slid(pose, travel[..., None] * np.asarray(joint.axis))
     return swung(pose, np.asarray(joint.axis), travel, np.asarray(joint.anchor))
-
-
-def farthest(joint: Joint, openness: float) -> float:
-    """How far from its place at openness 0 the middle of a joint's own part can be, up to another
-    openness, m.
-    """
-    if joint.kind == "slide":
-        return joint.travel * openness
-    return 2.0 * math.dist(joint.pose[:3], joint.anchor)
 
 
 def slid(pose: Array, way: Array) -> Array:
