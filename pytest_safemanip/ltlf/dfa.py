@@ -60,7 +60,7 @@ class Dfa:
 
     @cached_property
     def text(self) -> str:
-        """The formula in words."""
+        """The formula, printed."""
         return str(self.formula)
 
     def idle(self, state: int) -> bool:

@@ -33,8 +33,7 @@ class AtStart:
         supports = view.binding.supports
         self._fine = {o: {ROBOT, *supports.get(o, ())} for o in view.binding.objects}
         self._pairs: Codes | None = None
-        size = len(self._entity) ** 2
-        self._watched, self._column = np.zeros(size, bool), np.zeros(size, np.intp)  # of each pair
+        self._column: NDArray[np.intp] = np.full(len(self._entity) ** 2, BROKEN)  # of each pair
         self._lasting: Bools = np.empty(0, bool)
 
     def advance(self, view: View) -> Codes:
@@ -50,11 +49,11 @@ class AtStart:
             first = np.unique(codes[slice(*rows.span(0, 1))])
             self._pairs = first[[self._matters(*divmod(c, size)) for c in first.tolist()]]
             self._lasting = np.ones(len(self._pairs), bool)
-            self._watched[self._pairs] = True
             self._column[self._pairs] = np.arange(len(self._pairs))
         there = np.zeros((len(view.trace), len(self._pairs)), bool)
-        touch = np.flatnonzero(self._watched[codes])
-        there[rows.step[touch], self._column[codes[touch]]] = True
+        column = self._column[codes]
+        touch = np.flatnonzero(column != BROKEN)
+        there[rows.step[touch], column[touch]] = True
         there[0] &= self._lasting
         lasting = np.logical_and.accumulate(there)
         self._lasting = lasting[-1]

@@ -16,9 +16,9 @@ from pytest_safemanip.propositions.interiors import (
     interiors,
     near,
     seen_from,
+    seen_in,
 )
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.frames import Frames, along
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
 TOLERANCE = Parameter(
@@ -136,19 +136,8 @@ def _last_held(view: View, name: str) -> NDArray[np.intp]:
 def _hand_inside(view: View, fixture: str) -> Bools:
     inside = np.zeros(len(view.trace), bool)
     for pose, half in interiors(view, fixture):
-        frames = Frames(pose)
-        if frames.turn is None:
-            place = frames.local(_hand_centre(view).T)
-        else:
-            place = frames.shifted(_hand_along(view, frames.turn).T)
-        inside |= (np.abs(place) <= half[:, None]).all(axis=0)
+        inside |= (np.abs(seen_in(view, pose, _hand_centre)) <= half).all(axis=-1)
     return inside
-
-
-@pointwise
-def _hand_along(view: View, turn: bytes) -> NDArray[np.float64]:
-    """Centre of the gripper's box along the axes of frames (T, 3)."""
-    return along(turn, _hand_centre(view).T).T
 
 
 @pointwise

@@ -5,6 +5,8 @@ Everything is computed for all objects at once: online, a call costs more than i
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -67,18 +69,27 @@ def seen_from(view: View, entity: str, number: int) -> Floats:
     else:
         own = trace.scene.bodies[index].centre
         pose = centred(trace.steps.object_pose[:, index], own).astype(np.float32)
+    return seen_in(view, pose, centres)
+
+
+def seen_in(view: View, pose: NDArray[np.float32], points: Callable[[View], Floats]) -> Floats:
+    """Points as seen from poses (T, 7).
+
+    Args:
+        view: what is looked at.
+        pose: where they are seen from.
+        points: gives them, world frame (T, ..., 3), and depends on each step alone.
+    """
     frames = Frames(pose)
     if frames.turn is None:
-        return frames.local(centres(view).T).T
-    return frames.shifted(_centres_along(view, frames.turn).T).T
+        return frames.local(points(view).T).T
+    return frames.shifted(_along(view, points, frames.turn).T).T
 
 
 @pointwise
-def _centres_along(view: View, turn: bytes) -> Floats:
-    """Centres of all objects' boxes along the axes of frames (T, N, 3): furniture stands in few
-    directions.
-    """
-    return along(turn, centres(view).T).T
+def _along(view: View, points: Callable[[View], Floats], turn: bytes) -> Floats:
+    """Points along the axes of frames (T, ..., 3): furniture stands in few directions."""
+    return along(turn, points(view).T).T
 
 
 def place_in(view: View, content: str, entity: str, number: int) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,9 +126,10 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
         elif near[k] and height <= bottom + slack:
             below.append((height, entity, boxes[k]))
     below.sort(key=lambda item: -item[0])
+    found = (item for item in below if footprints_overlap(points, item[2], slack))
     floor, around = vessel
     floor_of = floor + view.parameters["pre_safe.floor"], around or None
-    uncovered = _uncovered(view, points, below, step)
+    uncovered = _uncovered(view, found, step)
     if uncovered is None:
         return floor_of
     height, owner, box = uncovered
@@ -136,24 +137,20 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     return floor_of if around and not lowest > floor else (height, owner)
 
 
-def _uncovered(view: View, points: Array, below: list[_Solid], step: int) -> _Solid | None:
+def _uncovered(view: View, found: Iterator[_Solid], step: int) -> _Solid | None:
     """The highest of the things below an object, if there are any. What lies on a plate comes
     before the plate, whose rim may be higher.
 
     Args:
         view: what is looked at.
-        points: corners of the object (8, 3).
-        below: what may be below it, the highest first.
+        found: the highest first; they are looked up as far as is needed.
         step: when.
     """
-    slack = view.parameters["pre_safe.overlap"]
-    found = (item for item in below if footprints_overlap(points, item[2], slack))
     highest = next(found, None)
     if highest is None or highest[1] not in view.trace.scene.object_index:
         return highest
-    others = (item for item in below if item[1] != highest[1])
-    inside = (item for item in others if _in_vessel(view, highest[1], item[2], step))
-    return next((x for x in inside if footprints_overlap(points, x[2], slack)), highest)
+    inside = (item for item in found if item[1] != highest[1])
+    return next((item for item in inside if _in_vessel(view, highest[1], item[2], step)), highest)
 
 
 def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
@@ -163,12 +160,10 @@ def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
         return False
     body = view.trace.scene.bodies[index]
     pose = np.asarray(view.trace.steps.object_pose[step, index], np.float64)
-    middle = points.mean(axis=0)
-    if math.dist(pose[:2], middle[:2]) > math.hypot(*body.centre) + math.hypot(*body.half):
-        return False
     # Of what leans, the lowest corner is lowest; that of a ball's box is lower than the ball.
     heights = np.sort(points[:, 2])
-    under = np.array([(*middle[:2], heights[0]), (*middle[:2], heights[:4].mean())])
+    under = np.tile(points.mean(axis=0), (2, 1))
+    under[:, 2] = heights[0], heights[:4].mean()
     # What stands where the vessel stands is as deep as its box: it is not in it.
     limit = np.subtract(body.half, ROUNDING)
     inside = np.abs(to_local(centred(pose, body.centre), under)) < limit

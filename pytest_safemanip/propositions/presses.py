@@ -53,7 +53,7 @@ class Presses:
     def __init__(self, view: View) -> None:
         contacts, self._size = view.trace.steps.contacts, len(view.trace.scene.parts)
         self._carrier, matters, self._moves = view.shared(_sides)
-        codes = view.trace.pair_codes
+        self._codes = codes = view.trace.pair_codes
         rows = np.flatnonzero(matters[codes] & (contacts.peak >= view.parameters[FORCE.name]))
         # Rows of one pair at one step side by side.
         key = contacts.step[rows].astype(np.int64) * self._size**2 + codes[rows]
@@ -72,9 +72,8 @@ class Presses:
 
     def touching(self, stop: int) -> set[_Pair]:
         """Parts that touch one another before a step, however lightly, the lower number first."""
-        rows = slice(*self._contacts.span(0, stop))
-        a, b = self._contacts.a[rows], self._contacts.b[rows]
-        return set(zip(np.minimum(a, b).tolist(), np.maximum(a, b).tolist(), strict=True))
+        pairs = np.unique(self._codes[slice(*self._contacts.span(0, stop))]).tolist()
+        return {divmod(pair, self._size) for pair in pairs}
 
     def until(self, step: int) -> int:
         """The first later step at which other parts press; the number of steps if none is."""

@@ -74,13 +74,12 @@ def rested(view: View, name: str, first: int, last: int) -> bool:
         last: of them.
     """
     count = view.trace.count(view.parameters["settled.window"])
-    # Mostly it was at the first of them, and the others need not be looked at.
-    return any(
-        held(_lies_still(view, name, first - count + 1, end + 1), count)[
-            max(first, 0) : end + 1
-        ].any()
-        for end in (max(first, 0), last)
-    )
+    first = max(first, 0)
+    for end in (first, last):  # mostly it was at the first, and the others need not be looked at
+        still = held(_lies_still(view, name, first - count + 1, end + 1), count)
+        if still[first : end + 1].any():
+            return True
+    return False
 
 
 def _lies_still(view: View, name: str, first: int, stop: int, where: Bools | None = None) -> Bools:

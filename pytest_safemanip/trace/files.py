@@ -126,7 +126,7 @@ def from_bytes(data: bytes) -> Recording:
         if not earlier:
             scene["surfaces"] = _surfaces(scene, members)
         ready = {name: _array(members, name) for name in _NAMES if name not in LATER}
-        later = {name: members.packed(f"{name}.npy").copy() for name in LATER}
+        later = {name: members.packed(f"{name}.npy") for name in LATER}
     columns = {name: ready.pop(f"contacts.{name}") for name in _CONTACT_ARRAYS}
     known = Scene.from_json(scene)
     steps = StoredSteps.of(known, {**ready, "contacts": Contacts(**columns)}, later)

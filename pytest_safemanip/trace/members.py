@@ -6,7 +6,6 @@ to unpack them; here they look at what is unusual, and say why it is refused.
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import io
 import math
@@ -75,9 +74,9 @@ class Packed:
             raise TraceError(f"{self.name}: {len(content)} bytes, the archive says {self.size}")
         return content
 
-    def copy(self) -> Packed:
-        """The same member, without the rest of the archive."""
-        return dataclasses.replace(self, content=bytes(self.content))
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For copies, which have no use for the rest of the archive."""
+        return Packed, (self.name, bytes(self.content), self.deflated, self.size)
 
     def array(self, wanted: type) -> Array:
         """The content as an array of a type.

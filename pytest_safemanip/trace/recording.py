@@ -99,25 +99,23 @@ def check_steps(scene: Scene, steps: Steps, first: int = 0) -> None:
 
 
 _CHECKED = (*ARRAYS, "action", "success", "tail")
+_POSES = ("eef_pose", "base_pose", "object_pose", "box_pose")
 
 
 def check_array(scene: Scene, name: str, array: Any, length: int, first: int = 0) -> None:
     """Refuse an array of steps that cannot be; arguments as for :func:`check_steps`."""
     shapes = {**array_shapes(scene), "action": (12,), "success": (), "tail": ()}
     _check_shape(name, array, (length, *shapes[name]))
-    wrong, rotations = dict[str, Any](), array[..., 3:] if name in _POSES else None
+    wrong = {}
     if array.dtype != np.bool_ and not np.isfinite(array).all():
         wrong["not finite"] = ~np.isfinite(array)
     if name == "switch":
         wrong["neither 0 nor 1"] = (array != 0.0) & (array != 1.0)
-    if rotations is not None and not _surely_unit(rotations):
-        wrong["not a unit quaternion"] = _not_unit(rotations)
+    if name in _POSES and not _surely_unit(array[..., 3:]):
+        wrong["not a unit quaternion"] = _not_unit(array[..., 3:])
     for what, bad in wrong.items():
         if bad.any():
             raise TraceError(f"{name}: {what} at {_place(scene, name, np.argwhere(bad)[0], first)}")
-
-
-_POSES = ("eef_pose", "base_pose", "object_pose", "box_pose")
 
 
 def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:

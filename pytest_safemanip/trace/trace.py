@@ -58,9 +58,9 @@ class PairTable:
     """
 
     def __init__(self, trace: Trace) -> None:
-        self._length, self._codes = len(trace), trace.pair_codes
-        contacts, parts, key = trace.steps.contacts, len(trace.scene.parts), trace.pair_codes
-        self._parts = parts
+        self._length, self._parts = len(trace), len(trace.scene.parts)
+        self._codes = key = trace.pair_codes
+        contacts, parts = trace.steps.contacts, self._parts
         touch, place = np.zeros(parts * parts, bool), np.zeros(parts * parts, np.int64)
         touch[key] = True  # sorting takes several times as long
         found = np.flatnonzero(touch)
@@ -81,11 +81,7 @@ class PairTable:
 
     def rows(self, side: Set[int], other: Set[int]) -> NDArray[np.intp]:
         """Contact rows between a part of ``side`` and one of ``other`` (K,)."""
-        chosen = [
-            a * self._parts + b
-            for a, b in self._pairs
-            if (a in side and b in other) or (b in side and a in other)
-        ]
+        chosen = [a * self._parts + b for a, b in self._between(side, other)]
         if not chosen:
             return np.empty(0, np.intp)
         wanted = np.zeros(self._parts**2, bool)
@@ -95,7 +91,13 @@ class PairTable:
     def force(self, side: Set[int], other: Set[int]) -> Floats:
         """Largest peak force between a part of ``side`` and one of ``other`` (T,)."""
         result = np.zeros(self._length, np.float32)
-        for (a, b), peak in self._pairs.items():
-            if (a in side and b in other) or (b in side and a in other):
-                np.maximum(result, peak, out=result)
+        for pair in self._between(side, other):
+            np.maximum(result, self._pairs[pair], out=result)
         return result
+
+    def _between(self, side: Set[int], other: Set[int]) -> list[tuple[int, int]]:
+        return [
+            (a, b)
+            for a, b in self._pairs
+            if (a in side and b in other) or (b in side and a in other)
+        ]
