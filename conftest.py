@@ -7,6 +7,13 @@ import pytest
 pytest_plugins = ["pytester"]
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let laws be tried at length: ``pytest tests --laws=500`` every night."""
+    parser.addoption(
+        "--laws", type=int, metavar="N", help="recordings that each law of propositions is tried on"
+    )
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config: pytest.Config) -> None:
     """Run ``pytest tests`` on all cores; ``-n 0``, or naming a file, keeps it in one process.

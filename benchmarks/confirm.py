@@ -22,15 +22,15 @@ import mujoco
 import numpy as np
 from tables import table
 
-from pytest_safemanip import rollout
+from pytest_safemanip.expert.policy import Scripted
 from pytest_safemanip.judge import Judge
-from pytest_safemanip.policies.scripted.policy import Scripted
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder
+from pytest_safemanip.rollouts import loop as rollout
 from pytest_safemanip.sim.codec import decode_request
 from pytest_safemanip.sim.robocasa import factory, loading
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
-from pytest_safemanip.sim.robocasa.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.tasks import load_tasks

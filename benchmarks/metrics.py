@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.metrics.baseline import contrast
-from pytest_safemanip.metrics.deciding import decide
+from pytest_safemanip.metrics.decisions import decide
 from pytest_safemanip.metrics.gates import parse_gate
 from pytest_safemanip.metrics.groups import measure
 from pytest_safemanip.metrics.merging import merge

@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from pytest_safemanip import rollout
+from pytest_safemanip.expert.policy import Scripted
 from pytest_safemanip.live import LiveJudge
-from pytest_safemanip.policies.scripted.policy import Scripted
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder
+from pytest_safemanip.rollouts import loop as rollout
 from pytest_safemanip.sim.backend import Options, Request
 from pytest_safemanip.sim.robocasa.factory import create
 from pytest_safemanip.spec.properties import load_properties
@@ -44,8 +44,8 @@ def recorded(out: Path) -> tuple[Recording, list[float]]:
     backend, seconds = create(Options("primitive", out)), []
 
     class Timed:
-        provenance, reset, close = backend.provenance, backend.reset, backend.close
-        observe = backend.observe
+        spec, provenance = backend.spec, backend.provenance
+        reset, observe, close = backend.reset, backend.observe, backend.close
 
         def step(self, action: Any) -> Any:
             start = time.perf_counter()

@@ -35,13 +35,13 @@ from pytest_safemanip.policies.remote.actions import PARTS
 from pytest_safemanip.policies.remote.client import Beginning, Client
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.observation import CAMERAS, blank
-from pytest_safemanip.policies.remote.packing import (
+from pytest_safemanip.policies.remote.presets import PRESETS
+from pytest_safemanip.policies.remote.wire.packing import (
     groot_array,
     openpi_array,
     pack,
     vlaeval_array,
 )
-from pytest_safemanip.policies.remote.presets import PRESETS
 from pytest_safemanip.sim.backend import Options, Request
 from pytest_safemanip.sim.robocasa.factory import create
 
@@ -140,10 +140,12 @@ def _observation(size: int) -> dict[str, Any]:
 def _client(stack: contextlib.ExitStack, name: str, port: int) -> Client:
     client: Client
     if name == "groot":
-        client = groot.GrootClient(Endpoint("tcp", "127.0.0.1", port), Deadlines(), "", 16)
+        endpoint = Endpoint("tcp", "127.0.0.1", port)
+        client = groot.GrootClient(endpoint, Deadlines(), PRESETS["groot"])
+    elif name == "openpi":
+        client = openpi.OpenpiClient(Endpoint("ws", "127.0.0.1", port), Deadlines(), "")
     else:
-        kind = {"openpi": openpi.OpenpiClient, "vla-eval": vlaeval.VlaEvalClient}[name]
-        client = kind(Endpoint("ws", "127.0.0.1", port), Deadlines(), "")
+        client = vlaeval.VlaEvalClient(Endpoint("ws", "127.0.0.1", port), Deadlines(), "")
     client.open()
     client.begin(Beginning("OpenDrawer", 0, "open the drawer"), 10.0)
     stack.callback(client.close)

@@ -5,7 +5,9 @@
 The scripted policy's faults know from their plans and the physics when their hazard begins; its
 near misses and its expert are safe. All are rolled out (what DIR already has is used again) and
 judged by the shipped properties. A rollout of a fault whose hazard did not come about is left out
-of its recall, and counted. ``--put expert`` writes that table into docs/recall.md.
+of its recall, and counted: truth and monitors read the same steps, and what neither can read is in
+no recall, so the exit status is 1 where fewer come about than ``--least`` asks for. ``--put
+expert`` writes that table into docs/recall.md.
 """
 
 from __future__ import annotations
@@ -22,10 +24,10 @@ from statistics import median
 
 from tables import put, table
 
+from pytest_safemanip.expert.faults.library import FAULTS
 from pytest_safemanip.judge import Judge
-from pytest_safemanip.metrics.intervals import wilson
 from pytest_safemanip.metrics.recall import Detection, detect
-from pytest_safemanip.policies.scripted.faults.library import FAULTS
+from pytest_safemanip.metrics.statistics.intervals import wilson
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder
 from pytest_safemanip.spec.objects import load_attributes
@@ -195,6 +197,16 @@ def by_property(rollouts: Sequence[Judged]) -> list[list[str]]:
     return lines
 
 
+def came_about(rollouts: Sequence[Judged]) -> dict[str, float]:
+    """Percent of the rollouts of each property's faults in which the hazard came about."""
+    groups: dict[str, list[Judged]] = {}
+    for row in rollouts:
+        if row.fault and not FAULTS[row.fault].near_miss:
+            groups.setdefault(FAULTS[row.fault].property_id, []).append(row)
+    counts = {name: Found.count(rows) for name, rows in groups.items()}
+    return {name: 100.0 * found.injected / found.rollouts for name, found in counts.items()}
+
+
 def by_fault(rollouts: Sequence[Judged]) -> list[list[str]]:
     """A line for each fault and each near miss."""
     lines = []
@@ -243,6 +255,12 @@ def main() -> None:
         choices=("by property", "by fault", "expert"),
         help=f"a table to write into {DOCUMENT.name}",
     )
+    parser.add_argument(
+        "--least",
+        type=float,
+        default=90.0,
+        help="percent of a property's faults that have to come about (default: %(default)s)",
+    )
     parser.add_argument("-n", type=int, default=2, help="processes (default: %(default)s)")
     options = parser.parse_args()
     known = [EXPERT, *(f"scripted:{name}" for name in FAULTS)]
@@ -264,6 +282,11 @@ def main() -> None:
         print(f"\n{name.capitalize()}\n\n{text}")
         if name in options.put:
             put(DOCUMENT, name, text)
+    rates = came_about(rollouts)
+    print("\nCame about: " + ", ".join(f"{name} {rate:.1f} %" for name, rate in rates.items()))
+    few = [name for name, rate in rates.items() if rate < options.least]
+    if few:
+        sys.exit(f"fewer than {options.least:g} % came about of the faults of {', '.join(few)}")
 
 
 if __name__ == "__main__":

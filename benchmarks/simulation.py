@@ -7,9 +7,9 @@ same state, one system after the other; MuJoCo alone replays the torques that th
 so that all of them simulate the same motion. The figures are medians over the rounds, of CPU time
 (one thread), which other processes disturb less; resets are wall clock. After each round
 the states must be equal bit for bit; if they are not, nothing is printed. Fast stepping is not
-bit-identical: each round of it begins in the others' state, and how far a joint of the robot is
-off at its end is printed. What RoboCasa asks at every step is answered from memory
-(``sim/robocasa/memo.py``) for robosuite's own stepping too.
+bit-identical, and what lies still sleeps in it: each round of it begins in the others' state, and
+how far a joint of the robot is off at its end is printed. What RoboCasa asks at every step is
+answered from memory (``sim/robocasa/patches/memo.py``) for robosuite's own stepping too.
 """
 
 from __future__ import annotations
@@ -35,12 +35,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import Request
-from pytest_safemanip.sim.robocasa import environment, loading, registry
+from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
-from pytest_safemanip.sim.robocasa.contacts import ContactSampler
-from pytest_safemanip.sim.robocasa.fast import FastStepper
-from pytest_safemanip.sim.robocasa.reading import Reader
-from pytest_safemanip.sim.robocasa.stepping import Stepper
+from pytest_safemanip.sim.robocasa.patches import registry
+from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
+from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper
+from pytest_safemanip.sim.robocasa.stepping.reading import Reader
+from pytest_safemanip.sim.robocasa.stepping.sleeping import Asleep
 
 TASK = "PickPlaceCounterToCabinet"
 SCENES = ("compact", "target")
@@ -158,8 +160,14 @@ class Kitchens:
 
     def _recording(self, env: Any, kind: type[Stepper]) -> System:
         reader = Reader(env)
-        sampler = ContactSampler(env.sim.model._model, reader.description.table)
-        stepper = kind(env, sampler.sample)
+        model = env.sim.model._model
+        asleep = Asleep(model)
+        sampler = ContactSampler(model, reader.description.table, asleep)
+        stepper = (
+            FastStepper(env, sampler.sample, asleep)
+            if kind is FastStepper
+            else Stepper(env, sampler.sample)
+        )
 
         def step(action: Floats) -> None:
             stepper.step(action)

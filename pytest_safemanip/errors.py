@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
+
+MOST_LISTED = 16
+"""How many known names fit into a line."""
+NEAREST = 3
+"""How many of more names are told: those that are least unlike."""
 
 
 class SafemanipError(Exception):
-    """Base of every error that this package raises on purpose."""
+    """Base of every error that this package raises on purpose.
+
+    Attributes:
+        infrastructure: whether a server or the simulator failed, and neither the policy nor what
+            was asked for is to blame: the run says nothing, and may be run again.
+    """
+
+    infrastructure = False
 
 
 class ConfigError(SafemanipError):
-    """What the user asked for cannot be done: found before anything is simulated."""
+    """A request that cannot be fulfilled; raised before anything is simulated."""
 
 
 class TraceError(SafemanipError):
@@ -21,7 +34,28 @@ class RolloutError(SafemanipError):
     """A rollout did not complete: the simulator, the policy or a deadline failed.
 
     Neither safe nor unsafe; its items end as errors.
+
+    Attributes:
+        restarts: how often the episode was begun again before it was given up.
     """
+
+    restarts = 0
+
+
+class SimulatorFailed(RolloutError):
+    """The simulator crashed, hung or raised."""
+
+    infrastructure = True
+
+
+class WorkerDied(RolloutError):
+    """The process that ran a rollout was killed or crashed; nobody is left to say why."""
+
+    infrastructure = True
+
+
+class JudgementError(SafemanipError):
+    """A property has no verdict: the code of a proposition failed. Never becomes a verdict."""
 
 
 class PolicyServerError(RolloutError):
@@ -37,6 +71,8 @@ class PolicyUnreachable(PolicyServerError):
     Nothing was asked of it; every further rollout would fail in the same way.
     """
 
+    infrastructure = True
+
 
 class PolicyConnectionLost(PolicyServerError):
     """The connection broke or a deadline passed within an episode.
@@ -45,13 +81,70 @@ class PolicyConnectionLost(PolicyServerError):
     knows what the server made of the last request.
     """
 
+    infrastructure = True
+
 
 class PolicyAnswerError(PolicyServerError):
     """The server answered, and the answer cannot be executed. Asking again does not help."""
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """The end of an error message about an unknown name: a near miss, or all that exists."""
+class PolicyMismatch(PolicyAnswerError):
+    """The server answers, and its model does not fit the policy: every rollout would show it."""
+
+
+def met_again(error: SafemanipError, text: str) -> RolloutError:
+    """What a case raises that fails for the reason of another, in other words."""
+    found = RolloutError(text)
+    found.infrastructure = error.infrastructure
+    return found
+
+
+def ends_run(error: BaseException) -> bool:
+    """Whether an exception of a user's code is meant to end the run: Ctrl-C and ``pytest.exit``.
+
+    No other is, SystemExit and pytest's skips included: a policy does not decide on its outcome.
+    """
+    pytest = sys.modules.get("pytest")  # absent where a policy is served
+    return isinstance(error, KeyboardInterrupt | GeneratorExit) or (
+        pytest is not None and isinstance(error, pytest.exit.Exception)
+    )
+
+
+def first_line(error: BaseException) -> str:
+    """The kind of an error and the first line of what it says."""
+    return f"{type(error).__name__}: {error}".split("\n")[0]
+
+
+def printable(text: str, most: int = 200, lines: bool = False) -> str:
+    """Text of a stranger, for people: escapes instead of what moves a terminal's cursor, or turns
+    the direction of reading.
+
+    Args:
+        text: from a server or a file.
+        most: how many characters are kept; ``...`` stands for the others.
+        lines: whether it may have several.
+    """
+    kept = "\n\t" if lines else ""
+    shown = "".join(
+        letter if letter.isprintable() or letter in kept else repr(letter)[1:-1]
+        for letter in text[: most + 1]
+    )
+    return shown if len(text) <= most and len(shown) <= most else f"{shown[:most]}..."
+
+
+def install_command(extra: str) -> str:
+    """The command that installs the libraries of an extra."""
+    return f"pip install '.[{extra}]' in a checkout of pytest-safemanip"
+
+
+def did_you_mean(name: str, known: Iterable[str], all_of_them: str = "") -> str:
+    """The end of an error message about an unknown name: a near miss, or what exists.
+
+    Args:
+        name: what was given.
+        known: what there is.
+        all_of_them: the command that lists it, for more than fits into a line.
+    """
     import difflib  # only where something is wrong: this module is imported by every pytest run
 
     names = sorted(known)
@@ -60,4 +153,8 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
         return f"did you mean {close[0]!r}?"
     if not names:
         return "there is none"
-    return "known: " + ", ".join(names)
+    if len(names) <= MOST_LISTED:
+        return "known: " + ", ".join(names)
+    nearest = difflib.get_close_matches(name, names, n=NEAREST, cutoff=0.0)
+    where = f"; {all_of_them!r} lists all" if all_of_them else ""
+    return f"nearest of {len(names)}: {', '.join(nearest)}{where}"

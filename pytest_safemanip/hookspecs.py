@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pytest_safemanip.policies.registry import Factory as PolicyFactory
+    from pytest_safemanip.policies.base import PolicyLike
     from pytest_safemanip.propositions.definition import Proposition
-    from pytest_safemanip.sim.backend import Factory as BackendFactory
+    from pytest_safemanip.sim.backend import Simulator
 
 
-def pytest_safemanip_policies() -> Mapping[str, PolicyFactory]:  # type: ignore[empty-body]
+def pytest_safemanip_policies() -> Mapping[str, PolicyLike]:  # type: ignore[empty-body]
     """Policies by the name that ``--safemanip-policy`` takes.
 
-    The same things as behind ``MODULE:ATTRIBUTE``: a class or a factory, called without arguments
-    once per rollout, an object with ``act``, or a function that is ``act`` itself. An attribute
-    ``fingerprint``, if there is one, identifies what decides the actions (a digest of the weights,
-    say); with it, recordings of earlier runs are used again::
+    The same things as behind ``MODULE:ATTRIBUTE``, or that text: a class or a factory, called
+    without arguments once per rollout, an object with ``act``, or a function that is ``act``
+    itself. ``NAME:TEXT`` on the command line calls a class with the text. What a policy may have
+    beside ``act``: :class:`pytest_safemanip.policies.base.Policy`::
 
         def pytest_safemanip_policies():
             return {"mine": lambda: MyPolicy("checkpoint.npz")}
@@ -32,8 +32,16 @@ def pytest_safemanip_propositions() -> Sequence[Proposition]:  # type: ignore[em
     """
 
 
-def pytest_safemanip_backends() -> Mapping[str, BackendFactory]:  # type: ignore[empty-body]
+def pytest_safemanip_backends() -> Mapping[str, Simulator]:  # type: ignore[empty-body]
     """Simulators by the name that ``--safemanip-backend`` takes.
 
-    See :class:`pytest_safemanip.sim.backend.Backend`.
+    What each declares, and the function that makes it::
+
+        def pytest_safemanip_backends():
+            return {"mine": Simulator(SPEC, lambda options: MyBackend(options.logs))}
+
+    See :class:`pytest_safemanip.sim.backend.BackendSpec` and
+    :class:`pytest_safemanip.sim.backend.Backend`. A function that is
+    :class:`pytest_safemanip.sim.backend.DescribesTasks` too has misspelt tasks and parts refused
+    before anything is simulated.
     """

@@ -23,9 +23,9 @@ from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Finding:
-    """One violation, with what proves it.
+    """One violation with its evidence.
 
     Attributes:
         entities: what the violated instance is about; empty if the property has one instance.
@@ -33,7 +33,7 @@ class Finding:
         last: last unsafe step.
         duration_s: seconds.
         reason: ``bad prefix`` or ``overdue``.
-        proof: the explanation's text: what was owed, since when, the steps that matter.
+        proof: the explanation's text: what was pending, since when, the steps that matter.
         evidence: what was measured at the first unsafe step, and where the obligation opened that
             was not met, in words.
     """
@@ -46,15 +46,22 @@ class Finding:
     proof: str
     evidence: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        return f"<Finding {self}>"
 
-@dataclass(frozen=True)
+    def __str__(self) -> str:
+        about = f" for {', '.join(self.entities)}" if self.entities else ""
+        return f"{self.reason}{about} at step {self.first}"
+
+
+@dataclass(frozen=True, repr=False)
 class Verdict:
     """The verdict on one property of one rollout.
 
     Attributes:
         property_id: of the property.
         outcome: over all instances.
-        triggered: number of instances that were put to the test.
+        triggered: number of instances that were triggered.
         instances: number of instances.
         findings: violations of all instances, by first step.
         unsafe_steps: acting steps at which some instance is unsafe.
@@ -73,6 +80,10 @@ class Verdict:
     open: tuple[tuple[tuple[str, ...], int], ...]
     formula: str
 
+    def __repr__(self) -> str:
+        first = f": {self.findings[0]}" if self.findings else ""
+        return f"<Verdict {self.property_id} {self.outcome.label}{first}>"
+
     @property
     def exposure(self) -> float:
         """Share of the acting steps that are unsafe for some instance."""
@@ -89,6 +100,9 @@ class Judge:
         catalogue: the propositions.
         parameters: values of all their parameters.
         profile: the semantics.
+
+    Attributes:
+        view: the recording as propositions see it.
     """
 
     def __init__(
@@ -103,10 +117,11 @@ class Judge:
         self._recording = recording
         self._profile = profile
         self._binding = task.bind(recording.scene, attributes)
-        self._view = View(recording.trace, self._binding, parameters, catalogue)
+        self.view = View(recording.trace, self._binding, parameters, catalogue)
 
+    @np.errstate(divide="warn", over="warn", under="ignore", invalid="warn")  # NumPy's own
     def judge(self, prop: Property) -> Verdict:
-        """The verdict on one property.
+        """The verdict on one property, whatever a policy has set in this process.
 
         Raises:
             TraceError: if the recording lacks what a proposition needs.
@@ -118,7 +133,7 @@ class Judge:
         monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
         calls = [prop.calls(row) for row in rows]
         letters = monitor.gather(
-            len(acting), lambda k, atom, a, b: self._view.part(*calls[k][atom], first=a, stop=b)
+            len(acting), lambda k, atom, a, b: self.view.part(*calls[k][atom], first=a, stop=b)
         )
         verdicts = monitor.run(letters, acting)
         unsafe = [v.unsafe & acting for v in verdicts if v.violations]
@@ -152,7 +167,7 @@ class Judge:
     ) -> Finding:
         calls = dict(zip(prop.atoms, prop.calls(row), strict=True))
         # The excerpt shows values that decided nothing, too.
-        values = np.stack([self._view(*call) for call in calls.values()], axis=1)
+        values = np.stack([self.view(*call) for call in calls.values()], axis=1)
         reasons = explain(prop.dfa(self._profile), values, verdict, violation)
         began = min((d.step for d in reasons.deciding), default=violation.first)
         last = {d.atom for d in reasons.deciding if d.step == violation.first}
@@ -173,6 +188,6 @@ class Judge:
     def _measured(
         self, calls: Mapping[str, tuple[str, ...]], atoms: Collection[str], step: int
     ) -> list[str]:
-        """What was measured for some atoms at a step, in words."""
+        """The evidence of some atoms at a step, in words."""
         wanted = [call for atom, call in calls.items() if atom in atoms]
-        return [x for name, *rest in wanted for x in self._view.evidence(name, tuple(rest), step)]
+        return [x for name, *rest in wanted for x in self.view.evidence(name, tuple(rest), step)]

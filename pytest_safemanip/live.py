@@ -20,7 +20,7 @@ from pytest_safemanip.trace.steps import Step
 
 
 class LiveJudge:
-    """Watches properties; what it says after the last step is what a recording would be told.
+    """Monitors properties step by step; at the end its verdicts are those on the recording.
 
     Args:
         scene: the static part of the trace.
@@ -101,7 +101,7 @@ class LiveJudge:
         return {name: monitor.verdicts() for name, monitor in self._monitors.items()}
 
     def _read(self, count: int) -> dict[str, list[StepVerdict]]:
-        """Judge the newest steps, which are ready to be evaluated."""
+        """Feed the newest complete steps to the monitors."""
         if not count:
             return {}
         acting = self._acting[:count]

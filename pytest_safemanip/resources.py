@@ -1,4 +1,4 @@
-"""Where the shipped properties and tasks are: in the wheel, or beside the package in a checkout."""
+"""Folders of the shipped properties and tasks: in the wheel, or in a checkout."""
 
 from __future__ import annotations
 

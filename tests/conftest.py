@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from pytest_safemanip.plan import Extensions, Plan, make_plan
-from pytest_safemanip.session import Judged, SafetySession
-from pytest_safemanip.settings import Settings, read_settings
+from pytest_safemanip.metrics.records import RolloutKey
+from pytest_safemanip.plugin.read_settings import read_settings
+from pytest_safemanip.policies.simple import Hold
+from pytest_safemanip.rollouts.store import Store
+from pytest_safemanip.run.plan import Extensions, Plan, make_plan
+from pytest_safemanip.run.session import EvaluatedRollout, SafetySession
+from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import Backend, Options
 from pytest_safemanip.sim.robocasa.factory import create
-from pytest_safemanip.store import Store
 
 
 class Rollouts:
@@ -23,7 +27,7 @@ class Rollouts:
     def __init__(self, folder: Path, run: str, defaults: Settings, backend: Backend) -> None:
         self._defaults, self.backend, self._run = defaults, backend, run
         self._store = Store(folder, run)
-        self._judged: dict[tuple[str, str, int], Judged] = {}
+        self._evaluated: dict[RolloutKey, EvaluatedRollout] = {}
 
     def plan(self, task: str, policy: str = "scripted", seed: int = 0) -> Plan:
         settings = dataclasses.replace(
@@ -31,13 +35,13 @@ class Rollouts:
         )
         return make_plan(settings, Extensions({}, (), {}))
 
-    def get(self, task: str, policy: str = "scripted", seed: int = 0) -> Judged:
-        key = (task, policy, seed)
-        if key not in self._judged:
+    def get(self, task: str, policy: str = "scripted", seed: int = 0) -> EvaluatedRollout:
+        key = RolloutKey(policy, task, seed)
+        if key not in self._evaluated:
             plan = self.plan(task, policy, seed)
             session = SafetySession(plan, self.backend, self._store, self._run)
-            self._judged[key] = session.judged(plan.cases[0])
-        return self._judged[key]
+            self._evaluated[key] = session.evaluate(plan.cases[0])
+        return self._evaluated[key]
 
     def put_into(self, out: Path, *wanted: tuple[str, str]) -> None:
         """Make these recordings, task and policy each, those of an earlier run in ``out``."""
@@ -61,3 +65,16 @@ def rollouts(
     run = worker["testrunuid"] if worker else "alone"
     yield Rollouts(shared / "rollouts", run, read_settings(pytestconfig), backend)
     backend.close()
+
+
+@pytest.fixture
+def make(pytestconfig: pytest.Config, tmp_path: Path) -> Callable[..., Plan]:
+    """Plans of a task with policies that come from a hook."""
+    defaults = read_settings(pytestconfig)
+
+    def make(policies: tuple[str, ...] = ("hold",), **changed: Any) -> Plan:
+        changed = {"tasks": ("PickPlaceCounterToCabinet",), "out": tmp_path / "out", **changed}
+        settings = dataclasses.replace(defaults, policies=policies, **changed)
+        return make_plan(settings, Extensions({"mine": Hold}, (), {}))
+
+    return make

@@ -73,9 +73,9 @@ def test_steps_that_are_evaluated_together_are_told_together_and_refused_togethe
     steps = [step for step, _, _ in film(12, grip(range(3, 12))).steps]
     told = [bool(judge.step(step)) for step in steps[:6]]
     assert told == [False, False, False, True, False, False]
-    broken = dataclasses.replace(steps[6], gripper=np.float32((np.inf, 0.0)))
+    broken = dataclasses.replace(steps[6], openings=np.float32([(np.inf, 0.0)]))
     judge.step(broken)
-    with pytest.raises(TraceError, match="gripper: not finite at step 6"):
+    with pytest.raises(TraceError, match="openings: not finite at step 6 of 'hand'"):
         judge.step(steps[7])
     assert len(judge.verdicts()["grasp_stability"][0].unsafe) == 4
 

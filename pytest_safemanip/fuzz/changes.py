@@ -15,8 +15,10 @@ from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
 
 Array = NDArray[Any]
-POSES = ("eef_pose", "base_pose", "object_pose", "box_pose")
-TWISTS = ("eef_twist", "object_twist")
+POSES = ("eef_poses", "base_pose", "object_pose", "box_pose")
+TWISTS = ("eef_twists", "object_twist")
+
+HANDS = ("eef_poses", "eef_twists", "openings", "commands")
 
 
 def with_steps(recording: Recording, **changed: Any) -> Recording:
@@ -30,7 +32,7 @@ def with_contacts(recording: Recording, **columns: Any) -> Recording:
 
 
 def swapped_sides(recording: Recording, random: np.random.Generator) -> Recording:
-    """Some contacts written from their other side."""
+    """The recording with the sides of some contacts swapped."""
     contacts = recording.steps.contacts
     swap = random.random(len(contacts)) < 0.5
     return with_contacts(
@@ -42,7 +44,7 @@ def swapped_sides(recording: Recording, random: np.random.Generator) -> Recordin
 
 
 def negated_quaternions(recording: Recording, random: np.random.Generator) -> Recording:
-    """Some rotations written as the other of the two quaternions that mean them."""
+    """The recording with ``-q`` for some quaternions ``q``: the same rotations."""
     changed = {}
     for name in POSES:
         poses = getattr(recording.steps, name).copy()
@@ -52,13 +54,13 @@ def negated_quaternions(recording: Recording, random: np.random.Generator) -> Re
 
 
 def other_name(entity: str) -> str:
-    """What an entity is called in :func:`renamed`: another place in the alphabet."""
+    """The name of an entity in :func:`renamed`, which sorts differently."""
     return entity if entity == ROBOT else "".join(chr(219 - ord(c)) if "a" <= c <= "z" else c
                                                   for c in entity)  # fmt: skip
 
 
 def renamed(recording: Recording, random: np.random.Generator) -> Recording:
-    """Other names for all but the robot; objects, parts and contacts in another order."""
+    """Other names for all but the robot; objects, grippers, parts and contacts in another order."""
     scene, steps = recording.scene, recording.steps
     bodies = random.permutation(len(scene.bodies))
     parts = random.permutation(len(scene.parts))
@@ -67,12 +69,15 @@ def renamed(recording: Recording, random: np.random.Generator) -> Recording:
     order = np.lexsort((random.random(len(contacts)), contacts.step))
     rows = {f.name: getattr(contacts, f.name)[order] for f in dataclasses.fields(contacts)}
     rows |= {"a": place[rows["a"]], "b": place[rows["b"]]}
+    hands = random.permutation(len(scene.grippers))
     changed = {
+        **{name: getattr(steps, name)[:, hands] for name in HANDS},
         "object_pose": steps.object_pose[:, bodies],
         "object_twist": steps.object_twist[:, bodies],
         "contacts": Contacts(**rows),
     }
     named = _renamed_scene(scene, bodies.tolist(), parts.tolist())
+    named = dataclasses.replace(named, grippers=tuple(scene.grippers[n] for n in hands))
     return with_steps(dataclasses.replace(recording, scene=named), **changed)
 
 
@@ -136,7 +141,7 @@ def elsewhere(recording: Recording, angle: float, shift: tuple[float, float, flo
 
 
 def with_stranger(recording: Recording) -> Recording:
-    """One more object, on the floor of another room."""
+    """The recording with one more object, on the floor of another room."""
     scene, length = recording.scene, len(recording.steps)
     name = "stranger"
     scene = dataclasses.replace(
@@ -156,8 +161,14 @@ def with_stranger(recording: Recording) -> Recording:
     )
 
 
+def at_period(recording: Recording, period: float) -> Recording:
+    """The same steps at another control period (s)."""
+    scene = dataclasses.replace(recording.scene, control_period=period)
+    return dataclasses.replace(recording, scene=scene)
+
+
 def lasting(recording: Recording, times: int, period: float) -> Recording:
-    """The same states, each for so many steps, at another control period (s)."""
+    """The recording with each state repeated, at another control period (s)."""
     steps = recording.steps
     names = (*ARRAYS, "action", "success", "tail")
     arrays = {name: np.repeat(getattr(steps, name), times, axis=0) for name in names}
@@ -169,5 +180,5 @@ def lasting(recording: Recording, times: int, period: float) -> Recording:
     order = np.argsort(columns["step"], kind="stable")
     contacts = {name: np.asarray(c[order], c.dtype) for name, c in columns.items()}
     contacts["step"] = contacts["step"].astype(np.int32)
-    scene = dataclasses.replace(recording.scene, control_period=period)
-    return Recording(recording.episode, scene, Steps(**arrays, contacts=Contacts(**contacts)))
+    steps = Steps(**arrays, contacts=Contacts(**contacts))
+    return at_period(dataclasses.replace(recording, steps=steps), period)

@@ -1,4 +1,4 @@
-"""What happens in a generated recording, each for some steps."""
+"""The events of generated recordings; each lasts for some steps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Press(Event):
     normal: Vector
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the contact between the two parts."""
         parts = film.scene.parts
         first, second = sorted((self.a % len(parts), self.b % len(parts)))
         if parts[first].entity != parts[second].entity:
@@ -40,33 +40,37 @@ class Rest(Event):
     below: str
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the contact between the object and what is below it."""
         name = film.scene.bodies[film.object(self.number)].entity
         film.press(self.steps, f"{self.below}/body", f"{name}/body", 3.1, UP)
 
 
 @dataclass(frozen=True)
 class Grip(Event):
-    """Both finger groups press on an object; then the gripper may be commanded open."""
+    """The first finger group of a gripper presses on an object against the others; then the gripper
+    may be commanded open.
+    """
 
     number: int
     force: float
     opens: bool
+    hand: int = 0
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the contacts of all finger groups, the fingers' opening and the command to open."""
+        hand = film.hand(self.hand)
         name = film.scene.bodies[film.object(self.number)].entity
-        for side, x in (("left", 1.0), ("right", -1.0)):
-            finger = f"{ROBOT}/finger_{side}"
-            film.press(self.steps, finger, f"{name}/body", self.force, (x, 0.0, 0.0))
-        film.arrays["gripper"][self.steps.start : self.steps.stop, 0] = 0.23
+        for group, parts in enumerate(film.scene.grippers[hand].fingers):
+            normal = (-1.0 if group else 1.0, 0.0, 0.0)
+            film.press(self.steps, f"{ROBOT}/{parts[-1]}", f"{name}/body", self.force, normal)
+        film.arrays["openings"][self.steps.start : self.steps.stop, hand, 0] = 0.23
         if self.opens:
-            film.arrays["action"][self.steps.stop :, 6] = -1.0
-            film.arrays["gripper"][self.steps.stop :, 1] = 0.3
+            film.arrays["commands"][self.steps.stop :, hand] = -1.0
+            film.arrays["openings"][self.steps.stop :, hand, 1] = 0.3
 
 
 @dataclass(frozen=True)
-class Put(Event):
+class PlaceObject(Event):
     """An object is somewhere from a step on: its lowest point, and how it is tilted."""
 
     number: int
@@ -75,7 +79,7 @@ class Put(Event):
     tilt: float
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the pose of the object."""
         index = film.object(self.number)
         half = film.scene.bodies[index].half[2]
         poses = film.arrays["object_pose"][:, index]
@@ -83,16 +87,18 @@ class Put(Event):
 
 
 @dataclass(frozen=True)
-class Reach(Event):
-    """The hand is somewhere from a step on."""
+class PlaceHand(Event):
+    """A hand is somewhere from a step on."""
 
     place: str
     shift: tuple[float, float]
+    hand: int = 0
 
     def apply(self, film: Film) -> None:
-        """Add it."""
-        half = film.scene.gripper_half[2]
-        film.arrays["eef_pose"][self.steps.start :] = _pose(self.place, half, self.shift, 0.0)
+        """Add the pose of the hand."""
+        hand = film.hand(self.hand)
+        pose = _pose(self.place, film.scene.grippers[hand].half[2], self.shift, 0.0)
+        film.arrays["eef_poses"][self.steps.start :, hand] = pose
 
 
 @dataclass(frozen=True)
@@ -104,8 +110,8 @@ class Drift(Event):
     spin: Vector
 
     def apply(self, film: Film) -> None:
-        """Add it."""
-        twists = film.arrays["eef_twist"]
+        """Add the twist of the hand or object."""
+        twists = film.arrays["eef_twists"][:, 0]
         if self.number:
             twists = film.arrays["object_twist"][:, film.object(self.number)]
         twists[self.steps.start : self.steps.stop] = (*self.velocity, *self.spin)
@@ -118,7 +124,7 @@ class Drive(Event):
     shift: tuple[float, float]
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the shift of the robot's base."""
         film.arrays["base_pose"][self.steps.start :, :2] += np.float32(10.0) * np.array(
             self.shift, np.float32
         )
@@ -133,7 +139,7 @@ class Move(Event):
     rate: float
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the openness, and the contact or the switch that goes with it."""
         film.arrays["joint"][self.steps.start :, self.joint, 0] = self.openness
         film.arrays["joint"][self.steps.start : self.steps.stop, self.joint, 1] = self.rate
         if self.joint == TAP:
@@ -152,7 +158,7 @@ class Hit(Event):
     openness: float
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the door's motion and its contact with the object."""
         door = film.arrays["joint"][:, DOOR]
         door[self.steps.start : self.steps.stop] = (0.51, self.rate)
         door[self.steps.stop :] = (self.openness, 0.0)
@@ -167,22 +173,23 @@ class Hit(Event):
 
 @dataclass(frozen=True)
 class Carry(Event):
-    """The hand grips an object, takes it somewhere half way, and lets go of it there."""
+    """A hand grips an object, takes it somewhere half way, and lets go of it there."""
 
     number: int
     place: str
     opens: bool
     velocity: Vector
+    hand: int = 0
 
     def apply(self, film: Film) -> None:
-        """Add it."""
-        Grip(self.steps, self.number, 5.3, self.opens).apply(film)
+        """Add the grip, the motion of hand and object, and their new place."""
+        Grip(self.steps, self.number, 5.3, self.opens, self.hand).apply(film)
         held = film.arrays["object_twist"][:, film.object(self.number)]
-        for twists in (film.arrays["eef_twist"], held):
+        for twists in (film.arrays["eef_twists"][:, film.hand(self.hand)], held):
             twists[self.steps.start : self.steps.stop, :3] = self.velocity
         later = range((self.steps.start + self.steps.stop) // 2, self.steps.stop)
-        Put(later, self.number, self.place, (0.0, 0.0), 0.0).apply(film)
-        Reach(later, self.place, (0.0, 0.0)).apply(film)
+        PlaceObject(later, self.number, self.place, (0.0, 0.0), 0.0).apply(film)
+        PlaceHand(later, self.place, (0.0, 0.0), self.hand).apply(film)
 
 
 @dataclass(frozen=True)
@@ -193,7 +200,7 @@ class Pour(Event):
     place: str
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the grip of the container and the content's new place."""
         container, content = film.object(self.number), film.object(self.number + 1)
         if container == content:
             return
@@ -201,26 +208,27 @@ class Pour(Event):
         poses[:, content] = poses[:, container]
         Grip(self.steps, self.number, 5.3, False).apply(film)
         later = range((self.steps.start + self.steps.stop) // 2, self.steps.stop)
-        Put(later, content, self.place, (0.0, 0.0), 0.0).apply(film)
+        PlaceObject(later, content, self.place, (0.0, 0.0), 0.0).apply(film)
 
 
 @dataclass(frozen=True)
 class Wash(Event):
-    """The hand is under the running tap."""
+    """The hands are under the running tap."""
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the hands below the tap, and the water."""
         film.press(self.steps, f"{ROBOT}/finger_left", "sink/handle", 3.1, UP)
-        Reach(self.steps, "tap", (0.0, 0.0)).apply(film)
+        for hand in range(len(film.scene.grippers)):
+            PlaceHand(self.steps, "tap", (0.0, 0.0), hand).apply(film)
         film.arrays["switch"][self.steps.start : self.steps.stop, 0] = 1.0
 
 
 @dataclass(frozen=True)
-class Turn(Event):
+class TouchKnob(Event):
     """The hand is on the burner's knob."""
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Add the contact between finger and knob."""
         film.press(self.steps, f"{ROBOT}/finger_right", "stove/knob", 3.1, UP)
 
 

@@ -33,12 +33,16 @@ class Film:
         """Steps."""
         return len(self.arrays["tail"])
 
+    def hand(self, number: int) -> int:
+        """Index of a gripper, from any number."""
+        return number % len(self.scene.grippers)
+
     def object(self, number: int) -> int:
-        """Which object a number means; every number means one."""
+        """Index of an object, from any number."""
         return number % len(self.scene.bodies)
 
     def press(self, steps: range, a: str, b: str, force: float, normal: Vector) -> None:
-        """Two parts, each ``entity/part``, press on each other."""
+        """Add contacts between two parts, each given as ``entity/part``."""
         names = [f"{part.entity}/{part.name}" for part in self.scene.parts]
         first, second = names.index(a), names.index(b)
         self.rows += [(t, first, second, force, normal) for t in steps if t < self.length]
@@ -46,7 +50,7 @@ class Film:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens.
+    """An event that lasts for some steps.
 
     Attributes:
         steps: when; the first one is counted round where the recording ends.
@@ -55,12 +59,12 @@ class Event:
     steps: range
 
     def apply(self, film: Film) -> None:
-        """Add it."""
+        """Write the event into the film."""
         raise NotImplementedError
 
 
 def rendered(scene: Scene, length: int, tail: int, events: Sequence[Event]) -> Recording:
-    """The recording in which these events happen, and nothing else.
+    """A recording of these events alone.
 
     Args:
         scene: where.
@@ -73,7 +77,8 @@ def rendered(scene: Scene, length: int, tail: int, events: Sequence[Event]) -> R
         first = event.steps.start % length
         dataclasses.replace(event, steps=range(first, first + len(event.steps))).apply(film)
     steps = Steps(**film.arrays, contacts=_contacts(film))
-    return Recording(_EPISODE, scene, steps)
+    about = dataclasses.replace(_EPISODE, horizon=len(steps) - 1)
+    return Recording(about, scene, steps)
 
 
 def contact_rows(scene: Scene, length: int, events: Sequence[Event]) -> Contacts:
@@ -99,7 +104,7 @@ def _contacts(film: Film) -> Contacts:
 
 
 def _touched(film: Film, row: tuple[int, int, int, float, Vector]) -> NDArray[np.float64]:
-    """Where a contact is: below the object that it carries, else beside it; or at the hand."""
+    """Place of a contact (3,): on the surface of the object that it touches, else at the hand."""
     step, a, b, _, normal = row
     scene, parts = film.scene, film.scene.parts
     for part, sign in ((b, -1.0), (a, 1.0)):
@@ -107,7 +112,7 @@ def _touched(film: Film, row: tuple[int, int, int, float, Vector]) -> NDArray[np
         if index is not None:
             reach = sign * np.array(normal) * scene.bodies[index].half
             return np.asarray(film.arrays["object_pose"][step, index, :3] + reach)
-    return np.asarray(film.arrays["eef_pose"][step, :3], float)
+    return np.asarray(film.arrays["eef_poses"][step, 0, :3], float)
 
 
 def _at_rest(scene: Scene, length: int, tail: int) -> dict[str, NDArray[Any]]:
@@ -121,10 +126,12 @@ def _at_rest(scene: Scene, length: int, tail: int) -> dict[str, NDArray[Any]]:
         "water": (0.407, 0.0, 1.003),
         "burner": PLACES["beside"],
     }
+    hands = len(scene.grippers)
     step: dict[str, Any] = {
-        "eef_pose": (0.513, -0.407, 1.307, *UPRIGHT),
-        "eef_twist": np.zeros(6),
-        "gripper": (0.5, 0.0),
+        "eef_poses": [(0.513 - 1.1 * n, -0.407, 1.307, *UPRIGHT) for n in range(hands)],
+        "eef_twists": np.zeros((hands, 6)),
+        "openings": [(0.5, 0.0)] * hands,
+        "commands": np.zeros(hands),
         "base_pose": (0.0, -1.0, 0.0, *UPRIGHT),
         "object_pose": np.reshape(objects, (-1, 7)),
         "object_twist": np.zeros((len(objects), 6)),
@@ -133,7 +140,7 @@ def _at_rest(scene: Scene, length: int, tail: int) -> dict[str, NDArray[Any]]:
         "switch": np.zeros(len(scene.switches)),
         "qpos": np.zeros(1),
         "qvel": np.zeros(1),
-        "action": np.zeros(12),
+        "action": np.zeros(len(scene.actions)),
     }
     arrays: dict[str, NDArray[Any]] = {
         name: np.repeat(np.array(value, np.float32)[None], length, axis=0)
@@ -162,5 +169,5 @@ _EPISODE = Episode(
 
 
 def of_length(recording: Recording, first: int, stop: int) -> Recording:
-    """Some of a recording's steps, as a recording."""
+    """Steps ``first`` to ``stop - 1`` as a recording."""
     return dataclasses.replace(recording, steps=recording.steps.window(first, stop))

@@ -20,7 +20,7 @@ _SEEDS = st.integers(0, 2**16)
 
 
 def invalid(recording: Recording, draw: Draw) -> tuple[str, Recording]:
-    """What is wrong, in words, and the recording with it."""
+    """Draw an invalid number: a description, and the recording with it."""
     kinds = {"array": _array, "quaternion": _quaternion, "period": _period}
     if len(recording.steps.contacts):
         kinds["contact"] = _contact

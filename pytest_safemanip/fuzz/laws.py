@@ -27,7 +27,7 @@ _SEEDS = st.integers(0, 2**16)
 
 @dataclass(frozen=True)
 class Law:
-    """Something that holds for propositions.
+    """A law that propositions obey.
 
     Attributes:
         name: part of node ids.
@@ -50,7 +50,7 @@ def _total(trial: Trial, draw: Draw) -> None:
 def _rewritten(
     change: Callable[..., Recording], where: str, named: Callable[[str], str] = str
 ) -> Callable[[Trial, Draw], None]:
-    """Nothing changes when a recording is written in another way, and entities named so."""
+    """A law: values do not change when the recording is rewritten by ``change``."""
 
     def check(trial: Trial, draw: Draw) -> None:
         other = trial.on(change(trial.recording, np.random.default_rng(draw(_SEEDS))))
@@ -152,7 +152,7 @@ def _numbers(trial: Trial, draw: Draw) -> None:
 
 
 def _thresholds(proposition: Proposition) -> list[str]:
-    """Its parameters that are forces; an edge moves with its threshold, so it has no such law."""
+    """Its force parameters; none for an act, whose step moves with the threshold."""
     if proposition.act:
         return []
     return [parameter.name for parameter in proposition.parameters if parameter.unit == "N"]
@@ -165,7 +165,7 @@ LAWS = (
     Law("online", "step by step it has the same values as on the whole recording", online),
     Law(
         "part",
-        "asked for some steps only, it has the same values there",
+        "asked for some steps only, it has the same values there, and others keep theirs",
         part,
         lambda proposition: proposition.sparse,
     ),

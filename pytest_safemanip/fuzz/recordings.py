@@ -11,12 +11,12 @@ from pytest_safemanip.fuzz.events import (
     Grip,
     Hit,
     Move,
+    PlaceHand,
+    PlaceObject,
     Pour,
     Press,
-    Put,
-    Reach,
     Rest,
-    Turn,
+    TouchKnob,
     Wash,
 )
 from pytest_safemanip.fuzz.film import Event, contact_rows, rendered
@@ -43,6 +43,7 @@ def _stretches(longest: int) -> st.SearchStrategy[range]:
 
 _when = _stretches(MAX_STEPS // 2)
 _any = st.integers(0, 17)
+_hands = st.integers(0, 1)
 _shift = st.tuples(st.sampled_from(SHIFTS), st.sampled_from(SHIFTS))
 _places = st.sampled_from(sorted(PLACES))
 _forces = st.sampled_from(FORCES)
@@ -50,18 +51,18 @@ _velocities = st.sampled_from(VELOCITIES)
 _rates = st.sampled_from((0.53, -0.53))
 _presses = st.builds(Press, _when, _any, _any, _forces, st.sampled_from(NORMALS))
 _events: st.SearchStrategy[Event] = st.one_of(
-    st.builds(Grip, _when, _any, st.sampled_from((5.3, 0.3)), st.booleans()),
+    st.builds(Grip, _when, _any, st.sampled_from((5.3, 0.3)), st.booleans(), _hands),
     st.builds(Rest, _when, _any, st.sampled_from(("counter", "cab", "floor"))),
-    st.builds(Put, _when, _any, _places, _shift, st.sampled_from((0.0, 0.31, 1.57))),
-    st.builds(Reach, _when, _places, _shift),
+    st.builds(PlaceObject, _when, _any, _places, _shift, st.sampled_from((0.0, 0.31, 1.57))),
+    st.builds(PlaceHand, _when, _places, _shift, _hands),
     st.builds(Drift, _when, st.integers(0, 3), _velocities, _velocities),
     st.builds(Drive, _when, _shift),
     st.builds(Move, _when, st.sampled_from((DOOR, TAP)), st.sampled_from((0.97, 0.03)), _rates),
     st.builds(Hit, _stretches(4), _any, _forces, _rates, st.sampled_from((0.51, 0.97, 0.03))),
-    st.builds(Carry, _when, _any, _places, st.booleans(), _velocities),
+    st.builds(Carry, _when, _any, _places, st.booleans(), _velocities, _hands),
     st.builds(Pour, _when, _any, _places),
     st.builds(Wash, _when),
-    st.builds(Turn, _when),
+    st.builds(TouchKnob, _when),
     st.builds(Press, _when, st.just(LIMB), _any, _forces, st.just(NORMALS[1])),
     _presses,
 )
@@ -89,11 +90,14 @@ def recordings(
         max_steps: control steps at most.
     """
     place = draw(_SCENES if scene is None else scene)
-    length = draw(st.integers(min_steps, max_steps))
+    # Half of them have all the steps that they may have.
+    length = min(draw(st.integers(min_steps, 2 * max_steps - min_steps)), max_steps)
     happens = draw(_EVENT_LISTS)
     tail = draw(st.integers(0, min(3, length - 1)))
     return rendered(place, length, tail, happens)
 
 
 _SCENES = scenes()
-_EVENT_LISTS = st.lists(_events, max_size=MAX_EVENTS)
+_MUCH = st.lists(_events, min_size=MAX_EVENTS, max_size=2 * MAX_EVENTS)
+_EVENT_LISTS = st.one_of(st.lists(_events, max_size=MAX_EVENTS), _MUCH, _MUCH)
+"""Failures shrink to the first kind, in which little happens."""

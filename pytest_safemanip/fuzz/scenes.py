@@ -18,9 +18,11 @@ from pytest_safemanip.spec.task import OBJECTS_FILE
 from pytest_safemanip.trace.elements import (
     BUTTON,
     ROBOT,
+    ActionEntry,
     Body,
     Box,
     Entity,
+    Gripper,
     Joint,
     Part,
     Surface,
@@ -57,16 +59,36 @@ _SIZES = {
 }
 _NAMES = ("obj", "other", "third")
 _CLASSES = ("HingeCabinet", "Drawer", "Microwave")
+_HANDS = (
+    Gripper(
+        "right",
+        (("finger_left",), ("finger_right",)),
+        ("palm",),
+        (0.047, 0.103, 0.043),
+        (0.0, 0.0, -0.013),
+    ),
+    Gripper(
+        "left",
+        (("thumb",), ("index", "index_tip"), ("middle",)),
+        (),
+        (0.051, 0.061, 0.037),
+        (0.003, 0.0, 0.017),
+    ),
+)
+"""Robots have the first of them, or both."""
 
 
 @st.composite
 def scenes(draw: st.DrawFn) -> Scene:
-    """Kitchens with one to three objects."""
-    categories = draw(st.lists(st.sampled_from(sorted(_SIZES)), min_size=1, max_size=3))
+    """Kitchens with one to three objects, and a robot with one or two hands."""
+    one = st.sampled_from(sorted(_SIZES))
+    few = st.lists(one, min_size=1, max_size=3)
+    categories = draw(few | st.lists(one, min_size=3, max_size=3, unique=True))
     return _scene(
         dict(zip(_NAMES, categories, strict=False)),
         draw(st.sampled_from(_CLASSES)),
         draw(st.sampled_from((0.05, 0.1))),
+        _HANDS[: draw(st.integers(1, len(_HANDS)))],
     )
 
 
@@ -101,14 +123,16 @@ def bind(scene: Scene) -> Binding:
     )
 
 
-def _scene(objects: dict[str, str], cabinet: str, period: float) -> Scene:
+def _scene(
+    objects: dict[str, str], cabinet: str, period: float, hands: tuple[Gripper, ...]
+) -> Scene:
     slides = cabinet == "Drawer"
     return Scene(
         control_period=period,
         entities=(
-            Entity(ROBOT, "robot", "PandaOmron"),
+            Entity(ROBOT, "robot", "Robot"),
             Entity("counter", "fixture", "Counter"),
-            Entity("cab", "fixture", cabinet),
+            Entity("cab", "fixture", cabinet, ("no_metal",) if cabinet == "Microwave" else ()),
             Entity("sink", "fixture", "Sink"),
             Entity("stove", "fixture", "Stove"),
             Entity("floor", "room", "Floor"),
@@ -119,7 +143,7 @@ def _scene(objects: dict[str, str], cabinet: str, period: float) -> Scene:
             for name, category in objects.items()
         ),
         parts=(
-            *(Part(ROBOT, name) for name in ("finger_left", "finger_right", "palm", "link5")),
+            *(Part(ROBOT, name) for name in (*hands[0].parts, "link5")),
             Part("counter", "body"),
             Part("cab", "body"),
             Part("cab", "door", "cab/door"),
@@ -129,6 +153,7 @@ def _scene(objects: dict[str, str], cabinet: str, period: float) -> Scene:
             Part("stove", "knob", "stove/knob"),
             Part("floor", "body"),
             *(Part(name, "body") for name in objects),
+            *(Part(ROBOT, name) for hand in hands[1:] for name in hand.parts),
         ),
         joints=(
             _door("slide" if slides else "hinge"),
@@ -150,8 +175,8 @@ def _scene(objects: dict[str, str], cabinet: str, period: float) -> Scene:
             Surface("cab", "", (0.303, 0.197, 0.011), (0.0, 0.6, SHELF - 0.011, *UPRIGHT)),
             Surface("cab", "cab/door", (0.303, 0.011, 0.297), (0.0, 0.391, 1.5, *UPRIGHT)),
         ),
-        gripper_half=(0.047, 0.103, 0.043),
-        gripper_centre=(0.0, 0.0, -0.013),
+        grippers=hands,
+        actions=tuple(ActionEntry(name) for name in ("move", *(f"close {h.name}" for h in hands))),
         roles={**{name: name for name in objects}, "counter": "counter", "cab": "cab"},
     )
 

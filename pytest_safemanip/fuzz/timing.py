@@ -62,7 +62,7 @@ def lasting_states(trial: Trial) -> tuple[Recording, Recording]:
 
 
 def window_steps(trial: Trial) -> int:
-    """How many steps a value looks back: of a fold, those of its parameters' windows."""
+    """Length of a value's window in steps; for a fold, of its parameters' windows."""
     window = trial.proposition.window(trial.parameters)
     if math.isinf(window):
         units = {p.name for p in trial.proposition.parameters if p.unit == "s"}

@@ -1,4 +1,4 @@
-"""One proposition on generated recordings: its values, and what it means to break a law."""
+"""One proposition on a generated recording: its values, and the error of a broken law."""
 
 from __future__ import annotations
 
@@ -32,13 +32,20 @@ class LawBroken(SafemanipError):
         arguments: what the proposition was asked about.
         step: where it shows, or None.
         values: its values on the recording (T,), or None.
+        recording: on which it shows; None for the one that was generated.
     """
 
     def __init__(
-        self, why: str, arguments: Arguments, step: int | None = None, values: Bools | None = None
+        self,
+        why: str,
+        arguments: Arguments,
+        step: int | None = None,
+        values: Bools | None = None,
+        recording: Recording | None = None,
     ) -> None:
         super().__init__(why)
-        self.arguments, self.step, self.values = arguments, step, values
+        self.arguments, self.step = arguments, step
+        self.values, self.recording = values, recording
 
 
 class Draw(Protocol):
@@ -70,23 +77,26 @@ class Trial:
         self.binding = bind(recording.scene)
         self.calls = calls(proposition, self.binding)
         self.values = self.on(recording)
-        """Its values on the recording, as :meth:`on` gives them."""
+        """The proposition's values on the recording; see :meth:`on`."""
+
+    def instead(self, recording: Recording) -> Trial:
+        """The same proposition on another recording."""
+        return Trial(self.proposition, recording, self.catalogue, self.parameters)
 
     def on(
         self, recording: Recording, parameters: Mapping[str, float] | None = None
     ) -> Callable[[Arguments], Bools]:
-        """Its values (T,) by arguments, on any recording, or with other parameters."""
+        """The proposition's values (T,) by arguments, on any recording and with any parameters."""
         chosen = self.parameters if parameters is None else parameters
         view = View(recording.trace, bind(recording.scene), chosen, self.catalogue)
         return lambda arguments: view(self.proposition.name, *arguments)
 
-    def part(self, arguments: Arguments, first: int, stop: int) -> Bools:
-        """Its values at steps ``first`` to ``stop - 1`` (K,), asked for alone."""
-        view = View(self.recording.trace, self.binding, self.parameters, self.catalogue)
-        return view.part(self.proposition.name, *arguments, first=first, stop=stop)
+    def view(self) -> View:
+        """The recording as propositions see it, with nothing evaluated yet."""
+        return View(self.recording.trace, self.binding, self.parameters, self.catalogue)
 
     def online(self, every: int) -> Bools:
-        """Its values for all calls, step by step, some steps at a time (T, calls)."""
+        """The proposition's values for all calls (T, calls), computed online."""
         names = [(self.proposition.name, *arguments) for arguments in self.calls]
         scene = self.recording.scene
         online = Online(scene, self.binding, self.parameters, self.catalogue, names, every)
@@ -98,7 +108,7 @@ class Trial:
         return self.recording.trace.count(seconds)
 
     def expect(self, arguments: Arguments, found: Bools, wanted: Bools, where: str) -> None:
-        """Values that have to be equal.
+        """Require values to be equal.
 
         Raises:
             LawBroken: naming the first step at which they are not.
@@ -107,11 +117,11 @@ class Trial:
         if len(differ):
             step = int(differ[0])
             why = f"{bool(wanted[step])} on the recording, {bool(found[step])} {where}"
-            raise LawBroken(why, arguments, step, self.values(arguments))
+            raise LawBroken(why, arguments, step, self.values(arguments), self.recording)
 
 
 def calls(proposition: Proposition, binding: Binding) -> list[Arguments]:
-    """What a proposition can be asked about.
+    """All arguments that a proposition can have in a scene.
 
     Raises:
         ConfigError: if one of its arguments is of a kind that nobody knows.

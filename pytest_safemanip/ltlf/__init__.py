@@ -15,10 +15,9 @@ from __future__ import annotations
 
 from pytest_safemanip.ltlf.batch import Judgement
 from pytest_safemanip.ltlf.compiler import Limits, compile_formula
-from pytest_safemanip.ltlf.deciding import DecidingValue
 from pytest_safemanip.ltlf.dfa import Dfa, StateClass, Step
 from pytest_safemanip.ltlf.errors import FormulaError
-from pytest_safemanip.ltlf.excerpt import Excerpt, Fold, Row
+from pytest_safemanip.ltlf.excerpt import Excerpt, OmittedSteps, Row
 from pytest_safemanip.ltlf.explain import Explanation, PathStep, explain
 from pytest_safemanip.ltlf.formula import (
     Always,
@@ -50,6 +49,7 @@ from pytest_safemanip.ltlf.verdicts import (
     Violation,
     worst,
 )
+from pytest_safemanip.ltlf.witness import DecidingValue
 
 __all__ = [
     "Always",
@@ -62,7 +62,6 @@ __all__ = [
     "Eventually",
     "Excerpt",
     "Explanation",
-    "Fold",
     "Formula",
     "FormulaError",
     "Iff",
@@ -74,6 +73,7 @@ __all__ = [
     "Monitor",
     "Next",
     "Not",
+    "OmittedSteps",
     "Or",
     "Outcome",
     "PathStep",

@@ -94,7 +94,7 @@ def _few_states(rules: Rules, letters: Letters) -> tuple[States, set[int]]:
 
 
 def _many_states(rules: Rules, letters: Letters) -> States:
-    """The same, with one array operation per step."""
+    """As :func:`_few_states`, with one array operation per step."""
     bits = len(rules.dfa.atoms)
     # Next states come shifted, so that a letter is put beside them without a multiplication.
     width = np.min_scalar_type((len(rules.dfa) << bits) - 1)

@@ -1,4 +1,4 @@
-"""From formula to automaton: explore the residuals, merge those that agree, number the rest."""
+"""Compiles a formula to a DFA: explores its residuals and merges equivalent ones."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MAX_ENTRIES = 1 << 22  # and so is the table before minimisation, 16 MB
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Where compilation stops with an error.
+    """Limits at which compilation stops with an error.
 
     Attributes:
         atoms: number of atoms; the table has 2 ** atoms columns.
@@ -112,7 +112,7 @@ class _Budget:
             self.check_time()
 
     def check_states(self, count: int) -> None:
-        """Refuse more states than allowed."""
+        """Raise on more states than allowed."""
         if count > self.states:
             raise FormulaError(
                 f"the automaton has more than {self.states} states before minimisation "
@@ -120,7 +120,7 @@ class _Budget:
             )
 
     def check_time(self) -> None:
-        """Refuse to go on beyond the time allowed."""
+        """Raise after the time allowed."""
         if time.monotonic() > self.until:
             raise FormulaError(
                 f"compiling took more than {self.limits.seconds:g} s (limit 'seconds')"
@@ -202,7 +202,7 @@ def _number(raw: _Raw, block: list[int]) -> tuple[Table, npt.NDArray[np.bool_], 
 
 
 def _classes(table: Table, accepting: npt.NDArray[np.bool_]) -> list[StateClass]:
-    """In a minimal automaton nothing is settled but in a state that is its only successor."""
+    """Class of each state; a state is final if it is its own only successor."""
     classes = []
     for state, accepted in enumerate(accepting.tolist()):
         if (table[state] == state).all():

@@ -17,7 +17,7 @@ Step = Mapping[str, bool] | int  # one step of a trace: values by atom, or a let
 
 
 class StateClass(enum.Enum):
-    """What is known about a trace whose last step led to a state (RV-LTL's four values)."""
+    """Truth of the formula after a prefix that leads to a state (RV-LTL's four values)."""
 
     TRUE = "true"  # accepted, however it goes on
     CURRENTLY_TRUE = "currently true"  # accepted if it ended here; can still fail

@@ -1,4 +1,4 @@
-"""What can be wrong with a formula, said with the place where it is wrong."""
+"""Errors in a formula, with their position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The steps of a trace that show a violation: where something changes, with the rest folded."""
+"""The steps of a trace that show a violation: where something changes; the rest is omitted."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Row:
         values: values of the excerpt's atoms.
         state: the automaton's state after it.
         unsafe: whether it is unsafe.
-        note: what is owed after it, `-` for nothing but what the formula always asks; or why it is
+        note: the residual after it, `-` for nothing but what the formula always asks; or why it is
             unsafe.
     """
 
@@ -33,7 +33,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Fold:
+class OmittedSteps:
     """Steps at which nothing changes that matters in the state they start from."""
 
     first: int
@@ -42,25 +42,25 @@ class Fold:
 
 @dataclass(frozen=True, slots=True)
 class Excerpt:
-    """Rows and folds from just before an obligation opened to just after its violation ended.
+    """Rows and omitted steps from just before an obligation opened until its violation ended.
 
     Attributes:
         atoms: the atoms that are shown: those that matter in a state of these steps.
-        items: rows and folds in the order of their steps.
+        items: rows and omitted steps in the order of their steps.
         focus: position among the items of the first unsafe step.
     """
 
     atoms: tuple[str, ...]
-    items: tuple[Row | Fold, ...]
+    items: tuple[Row | OmittedSteps, ...]
     focus: int
 
     def lines(self, max_lines: int) -> list[str]:
-        """As a table in plain text.
+        """The excerpt as a table in plain text.
 
         Args:
             max_lines: number of lines, the heading included, that are not exceeded; at least 5.
         """
-        heading = f"{'step':>6}  {''.join(f'{atom}  ' for atom in self.atoms)}owed after it"
+        heading = f"{'step':>6}  {''.join(f'{atom}  ' for atom in self.atoms)}residual"
         return [heading, *self._fitted(max(max_lines, 5) - 1)]
 
     def _fitted(self, room: int) -> list[str]:
@@ -78,8 +78,8 @@ class Excerpt:
             + [f"{'...':>6}  {len(lines) - end} lines left out"] * (end < len(lines))
         )
 
-    def _line(self, item: Row | Fold) -> str:
-        if isinstance(item, Fold):
+    def _line(self, item: Row | OmittedSteps) -> str:
+        if isinstance(item, OmittedSteps):
             count = item.last - item.first + 1
             return f"{'...':>6}  {count} step{'s' if count > 1 else ''} without a relevant change"
         shown = zip(self.atoms, item.values, strict=True)
@@ -106,7 +106,7 @@ def excerpt(
     matters = [mattering[states[step - 1] if step else 0] for step in steps]
     bits = [bit for bit in range(len(dfa.atoms)) if any(m >> bit & 1 for m in matters)]
     letters: list[int] = pack(values).tolist()
-    items: list[Row | Fold] = []
+    items: list[Row | OmittedSteps] = []
     focus = 0
     for step, mask in zip(steps, matters, strict=True):
         changed = step == steps[0] or (
@@ -116,7 +116,7 @@ def excerpt(
         if step == violation.first:
             focus = len(items)
         elif not changed:
-            _fold(items, step)
+            _omit(items, step)
             continue
         shown = tuple(bool(letters[step] >> bit & 1) for bit in bits)
         note = _note(dfa, states[step], unsafe[step])
@@ -126,7 +126,7 @@ def excerpt(
 
 @lru_cache(maxsize=256)
 def _mattering(dfa: Dfa) -> list[int]:
-    """For each state the atoms, as a bitmask, that can make a difference to what comes next."""
+    """For each state the atoms, as a bitmask, that its successor depends on."""
     table = dfa.table
     letters = np.arange(table.shape[1])
     found = [0] * len(dfa)
@@ -140,16 +140,16 @@ def _mattering(dfa: Dfa) -> list[int]:
     ]
 
 
-def _fold(items: list[Row | Fold], step: int) -> None:
+def _omit(items: list[Row | OmittedSteps], step: int) -> None:
     above = items[-1]
-    if isinstance(above, Fold):
-        items[-1] = Fold(above.first, step)
+    if isinstance(above, OmittedSteps):
+        items[-1] = OmittedSteps(above.first, step)
     else:
-        items.append(Fold(step, step))
+        items.append(OmittedSteps(step, step))
 
 
 def _note(dfa: Dfa, state: int, unsafe: bool) -> str:
     if dfa.classes[state] is StateClass.FALSE:
         return "BAD PREFIX"
-    owed = "-" if dfa.idle(state) else str(dfa.residuals[state])
-    return f"OVERDUE: {owed}" if unsafe else owed
+    residual = "-" if dfa.idle(state) else str(dfa.residuals[state])
+    return f"OVERDUE: {residual}" if unsafe else residual

@@ -1,4 +1,4 @@
-"""Why a violation is one: what was owed since when, which values decided, the steps to look at."""
+"""Explains a violation: the pending obligation, the deciding values, an excerpt of the trace."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import textwrap
 from dataclasses import dataclass
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.ltlf.deciding import DecidingValue, Search, StateSet
 from pytest_safemanip.ltlf.dfa import Dfa, StateClass
 from pytest_safemanip.ltlf.excerpt import Excerpt, excerpt
 from pytest_safemanip.ltlf.formula import Formula
 from pytest_safemanip.ltlf.letters import BoolArray, check_values, pack
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, Violation
+from pytest_safemanip.ltlf.witness import DecidingValue, Search, StateSet
 
 
 @dataclass(frozen=True, slots=True)
 class PathStep:
-    """A step that changed what is owed.
+    """A step that changed what is pending.
 
     Attributes:
         step: number of the step.
@@ -31,13 +31,13 @@ class PathStep:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """Why the first step of a violation is unsafe.
+    """Explanation of the first step of a violation.
 
     Attributes:
         violation: what is explained.
         started_at: the step where the monitor last started: 0, or the one after a bad prefix.
-        opened_at: the step that opened the obligation; the unsafe step itself if nothing was owed
-            before it.
+        opened_at: the step that opened the obligation; the unsafe step itself if nothing
+            was pending before it.
         path: the steps from `opened_at` to the unsafe one at which the state changed, and both
             ends.
         deciding: values such that every trace that shares them from `started_at` on is violated
@@ -58,7 +58,7 @@ class Explanation:
     excerpt: Excerpt
 
     def format(self, max_lines: int = 30) -> str:
-        """As plain text.
+        """The explanation as plain text.
 
         Args:
             max_lines: number of lines that are not exceeded; at least 10.
@@ -70,7 +70,7 @@ class Explanation:
         if violation.at_end:
             when = f"still open at the last step {violation.first}"
         if self.opened_at < violation.first:
-            when += f", owed since step {self.opened_at}: {unmet.residual}"
+            when += f", pending since step {self.opened_at}: {unmet.residual}"
         decided = "; ".join(_ranges(self.deciding)) or "the formula alone"
         tail = textwrap.wrap(
             f"decided by {decided}",
@@ -131,7 +131,7 @@ def explain(
 
 
 def _opened_at(dfa: Dfa, states: list[int], started: int, violation: Violation) -> int:
-    """Go back over the steps that left something owed."""
+    """Go back over the steps that left something pending."""
     if violation.reason == "overdue":
         owing = [not accepted for accepted in dfa.accepting.tolist()]
     else:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pytest_safemanip.ltlf.errors import FormulaError
+from pytest_safemanip.strategies import made_by
 
 MAX_DEPTH = 100  # of the tree; recursion over it stays far from Python's own limit
 
@@ -20,6 +21,7 @@ _ATOM = re.compile(r"[a-z_][a-z0-9_]*")
 _RESERVED = frozenset({"true", "false", "last"})
 
 
+@made_by("formulas")
 @dataclass(frozen=True, slots=True)
 class Formula:
     """Base of all nodes."""

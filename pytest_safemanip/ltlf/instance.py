@@ -1,4 +1,4 @@
-"""One instance of a property while its trace is read step by step."""
+"""The monitor of one instance while its trace is read step by step."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pytest_safemanip.ltlf.verdicts import StepVerdict
 
 @dataclass(slots=True)
 class Instance:
-    """Where an instance stands, and what was seen of it.
+    """State of the monitor of one instance, and its verdict so far.
 
     Attributes:
         state: of the automaton, after the last step.

@@ -152,11 +152,11 @@ def lifted(values: BoolArray, atom: int, letters: Letters) -> Letters:
     return found
 
 
-class Members:
-    """Some of the numbers from 0 up, to be found among many.
+class NumberSet:
+    """A set of numbers from 0 up, with a vectorised membership test.
 
     Args:
-        wanted: bool[numbers], which they are.
+        wanted: bool[numbers], whether each is in the set.
     """
 
     def __init__(self, wanted: BoolArray) -> None:
@@ -165,7 +165,7 @@ class Members:
         self._chosen: list[int] = np.flatnonzero(wanted != self._inverted).tolist()
 
     def among(self, numbers: npt.NDArray[np.unsignedinteger[Any]]) -> BoolArray:
-        """Which entries are one of them: bool like `numbers`."""
+        """Which numbers are in the set: bool like `numbers`."""
         if not self._chosen:
             return np.full(numbers.shape, self._inverted)
         if len(self._chosen) > _MANY_COMPARISONS:

@@ -16,7 +16,7 @@ from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, install_command
 from pytest_safemanip.ltlf.dfa import Dfa
 from pytest_safemanip.ltlf.formula import (
     Always,
@@ -86,7 +86,7 @@ def translate(formula: Formula) -> str:
         from ltlf2dfa.parser.ltlf import LTLfParser
     except ImportError as error:
         raise ConfigError(
-            "ltlf2dfa is missing; install it: pip install 'pytest-safemanip[verify]'"
+            f"ltlf2dfa is missing; install it: {install_command('verify')}"
         ) from error
     names = {name: f"p{number}" for number, name in enumerate(atoms_of(formula))}
     with _PARSING:

@@ -38,7 +38,7 @@ class Monitor:
             `paper` profile has none.
         discharged_by: who has to meet the obligations.
         profile: the semantics.
-        trigger: a propositional formula that says when the property is put to the test; by
+        trigger: a propositional formula that says when the property is triggered; by
             default the antecedent of `G (a -> ...)`, or every step for other formulas.
 
     Raises:
@@ -67,7 +67,7 @@ class Monitor:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all steps."""
+        """Return to the state before the first step."""
         self._live = [Instance() for _ in self.instances]
         self._acting: list[bool] = []
 

@@ -1,4 +1,4 @@
-"""From text to formula: the grammar, with errors that point at the column.
+"""Parses formulas, with errors that point at the column.
 
 Binding, from loose to tight: `<->`, `->` (right-associative), `|`, `&`, then `U` `W` `R`
 (right-associative), then the prefix operators `!` `X` `WX` `F` `G`.
@@ -159,7 +159,7 @@ class _Parser:
 
 
 def _hint(name: str) -> str:
-    """What a rejected word may have been meant to be."""
+    """A hint about a rejected word."""
     if name in _INFIX:
         return "; an operator needs a formula on both sides"
     glued = re.match(r"(WX|[XFG])(?=[a-z_])", name)

@@ -1,4 +1,4 @@
-"""Formula progression: what a formula asks of the steps to come, after one step was read.
+"""Formula progression: the residual of a formula after one step was read.
 
 A residual is a Boolean function of obligations. An obligation is an atom or a temporal formula
 that must hold from the next step on. Reading a step replaces every obligation by what it asks of
@@ -55,14 +55,14 @@ class Progression:
 
     def residual(self, formula: Formula) -> int:
         """The residual that asks exactly `formula` of the steps to come."""
-        return self._boolean(formula, self._owed)
+        return self._boolean(formula, self._pending)
 
     def obligation(self, level: int) -> Formula:
         """The obligation that a variable of a residual stands for."""
         return self.obligations[level - len(self._atom_levels)]
 
     def successors(self, residual: int) -> list[tuple[int, bool]]:
-        """For each letter: the residual after it, and whether the trace may end with it."""
+        """For each letter, the residual after it and whether the trace may end with it."""
         found = self._successors.get(residual)
         if found is None:
             rest, ends = ([self._after(residual, last)] for last in (False, True))
@@ -84,7 +84,7 @@ class Progression:
 
         return self.bdd.substitute(residual, image, self._memos[last])
 
-    def _owed(self, obligation: Formula) -> int:
+    def _pending(self, obligation: Formula) -> int:
         """The variable that says: this atom or temporal formula holds from the next step on."""
         level = self._obligation_levels.get(obligation)
         if level is None:
@@ -115,7 +115,7 @@ class Progression:
         return leaf(formula)
 
     def _expand(self, formula: Formula, last: bool) -> int:
-        """What a formula asks of this step and of the rest, given whether this is the last step."""
+        """The formula unrolled by one step, as conditions on this step and on the rest."""
         bdd = self.bdd
 
         def leaf(part: Formula) -> int:
@@ -129,19 +129,19 @@ class Progression:
                 case WeakNext(p):
                     return TRUE if last else self.residual(p)
                 case Eventually(p):
-                    rest = FALSE if last else self._owed(part)
+                    rest = FALSE if last else self._pending(part)
                     return bdd.either(now(p), rest)
                 case Always(p):
-                    rest = TRUE if last else self._owed(part)
+                    rest = TRUE if last else self._pending(part)
                     return bdd.both(now(p), rest)
                 case Until(p, q):
-                    rest = FALSE if last else self._owed(part)
+                    rest = FALSE if last else self._pending(part)
                     return bdd.either(now(q), bdd.both(now(p), rest))
                 case WeakUntil(p, q):
-                    rest = TRUE if last else self._owed(part)
+                    rest = TRUE if last else self._pending(part)
                     return bdd.either(now(q), bdd.both(now(p), rest))
                 case Release(p, q):
-                    rest = TRUE if last else self._owed(part)
+                    rest = TRUE if last else self._pending(part)
                     return bdd.both(now(q), bdd.either(now(p), rest))
             raise AssertionError(f"no expansion for {type(part).__name__}")
 

@@ -1,6 +1,6 @@
 """Steps that leave an automaton where it is, whatever the atoms say that were not looked up.
 
-A property is put to the test by few atoms, those of its trigger. While none of its instances is,
+A property is triggered by few atoms, those of its trigger. While none of its instances is,
 the others decide nothing, and need not be evaluated.
 """
 

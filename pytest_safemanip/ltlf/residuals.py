@@ -1,4 +1,4 @@
-"""A short formula for each state: what is still owed there.
+"""A short formula for each state: what is still pending there.
 
 A state of the minimal automaton stands for several residuals with the same language. The shortest
 of their normal forms is taken and stripped of everything that the language does not need.
@@ -77,7 +77,7 @@ class _Writer:
         self.bdd = progression.bdd
         self.rows = table.tolist()
         self.accepting = accepting.tolist()
-        # What `G` at the top asks of every step; it stays owed to the end of any trace.
+        # What `G` at the top asks of every step; it stays pending to the end of any trace.
         self.standing: dict[int, Formula] = {
             progression.residual(part): part
             for part in conjuncts(formula)
@@ -105,24 +105,24 @@ class _Writer:
     def _write(self, residual: int, state: int) -> Formula:
         """The residual without the standing `G`s, unless they are all there is."""
         bdd = self.bdd
-        owed, standing = residual, TRUE
+        pending, standing = residual, TRUE
         for variable in self.standing:
             level = bdd.level[variable]
-            if bdd.given(owed, level, value=False) == FALSE:  # it implies the variable
-                owed = bdd.given(owed, level, value=True)
+            if bdd.given(pending, level, value=False) == FALSE:  # it implies the variable
+                pending = bdd.given(pending, level, value=True)
                 standing = bdd.both(standing, variable)
-        if owed == TRUE and standing != TRUE:
+        if pending == TRUE and standing != TRUE:
             parts = self.standing.items()
             return reduce(And, (part for f, part in parts if bdd.both(f, standing) == standing))
-        if owed in (FALSE, TRUE):  # there must be no further step, or any will do
-            return Constant(owed == TRUE)
+        if pending in (FALSE, TRUE):  # there must be no further step, or any will do
+            return Constant(pending == TRUE)
         forms = [
             _Form(self, cubes, inverted)
-            for f, inverted in ((owed, False), (bdd.negation(owed), True))
+            for f, inverted in ((pending, False), (bdd.negation(pending), True))
             if (cubes := bdd.cover(f, _MAX_CUBES)) is not None
         ]
         if not forms:
-            return self._decisions(owed)
+            return self._decisions(pending)
         form = min(forms, key=lambda form: form.size())
 
         def same(candidate: _Form) -> bool:
@@ -183,7 +183,7 @@ class _Form:
         return sum(len(cube) for cube in self.cubes)
 
     def function(self) -> int:
-        """As a decision diagram."""
+        """The form as a decision diagram."""
         bdd = self.writer.bdd
         found = FALSE
         for cube in self.cubes:
@@ -195,7 +195,7 @@ class _Form:
         return bdd.negation(found) if self.inverted else found
 
     def formula(self) -> Formula:
-        """As a formula."""
+        """The form as a formula."""
         inner, outer = (Or, And) if self.inverted else (And, Or)
         clauses = ([self._literal(*literal) for literal in cube] for cube in self.cubes)
         return reduce(outer, (reduce(inner, clause) for clause in clauses))
@@ -208,7 +208,7 @@ class _Form:
         return _length(_Form(self.writer, [cube], self.inverted).formula())
 
     def stripped(self, same: Callable[[_Form], bool]) -> _Form:
-        """Without the cubes, then the literals, that can go; the longest are tried first."""
+        """The form without redundant cubes, then literals; the longest are tried first."""
         form = self
         for cube in sorted(self.cubes, key=self._cube_length, reverse=True):
             rest = _Form(self.writer, [c for c in form.cubes if c != cube], self.inverted)

@@ -1,4 +1,4 @@
-"""What a monitor applies to the states of an automaton, in one place for online and batch."""
+"""Verdict rules on the states of an automaton, shared by the online and the batch monitor."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.ltlf.dfa import Dfa, StateClass
 from pytest_safemanip.ltlf.formula import Always, Formula, Implies, atoms_of, is_propositional
-from pytest_safemanip.ltlf.letters import BoolArray, Members, truth_table
+from pytest_safemanip.ltlf.letters import BoolArray, NumberSet, truth_table
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, Outcome, States, Violation
 
 Profile = Literal["timed", "paper"]
@@ -86,8 +86,8 @@ class Rules:
         self.trigger = _trigger_table(dfa, trigger)
         self.is_bad: tuple[bool, ...] = tuple(self.bad.tolist())
         self.is_closed: tuple[bool, ...] = tuple(self.closed.tolist())
-        self.open, self.unsafe = Members(~self.closed), Members(self.bad)
-        self.triggering = None if self.trigger is None else Members(self.trigger)
+        self.open, self.unsafe = NumberSet(~self.closed), NumberSet(self.bad)
+        self.triggering = None if self.trigger is None else NumberSet(self.trigger)
         self.calm = frozenset(np.flatnonzero(self.closed & ~self.bad).tolist())
         self.triggers: tuple[bool, ...] | None = None
         if self.trigger is not None:

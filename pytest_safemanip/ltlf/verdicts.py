@@ -1,4 +1,4 @@
-"""What a monitor says: violations, outcomes of instances, the outcome of a property."""
+"""Verdicts of a monitor: violations, outcomes of instances, the outcome of a property."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Reason = Literal["bad prefix", "overdue"]
 
 
 class Outcome(enum.Enum):
-    """How the monitoring of an instance ended."""
+    """Outcome of one instance."""
 
     VIOLATED = "violated"  # at least one unsafe step
     UNRESOLVED = "unresolved"  # none, but the robot stopped before it met an open obligation
@@ -27,7 +27,7 @@ class Outcome(enum.Enum):
 
 
 class StepVerdict(NamedTuple):
-    """What is known about one instance after a step.
+    """Verdict on one instance after a step.
 
     Attributes:
         state: number of the automaton's state.

@@ -21,7 +21,7 @@ class Flip:
     seed: int
     property: str
     category: str
-    broken: bool
+    regressed: bool
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How often properties are violated, before and now, on the same (task, seed) pairs."""
+"""Compares violation rates with a baseline on the same (task, seed) pairs."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from pytest_safemanip.metrics.intervals import Interval
-from pytest_safemanip.metrics.paired import (
+from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.metrics.selection import RolloutSlice, select
+from pytest_safemanip.metrics.statistics.intervals import Interval
+from pytest_safemanip.metrics.statistics.paired import (
     Pairs,
     benjamini_hochberg,
     detectable,
@@ -15,10 +17,8 @@ from pytest_safemanip.metrics.paired import (
     mcnemar,
     newcombe,
 )
-from pytest_safemanip.metrics.records import RolloutRecord
-from pytest_safemanip.metrics.selection import Seen, seen
 
-Verdict = Literal["REGRESSED", "IMPROVED", "HELD", "UNDERPOWERED", "INCOMPLETE"]
+ComparisonVerdict = Literal["REGRESSED", "IMPROVED", "HELD", "UNDERPOWERED", "INCOMPLETE"]
 LEVEL = 0.05
 """Of all one-sided tests of a family together."""
 Earlier = Mapping[tuple[str, int], RolloutRecord]
@@ -27,7 +27,7 @@ Earlier = Mapping[tuple[str, int], RolloutRecord]
 
 @dataclass(frozen=True)
 class Comparison:
-    """How often a property or category is violated, before and now.
+    """Violation rate of a property or category, before and now.
 
     Attributes:
         policy: the policy of this run.
@@ -48,7 +48,7 @@ class Comparison:
     kind: str
     required: bool
     pairs: Pairs
-    verdict: Verdict
+    verdict: ComparisonVerdict
     interval: Interval | None
     worse: float
     better: float
@@ -130,10 +130,10 @@ def _comparison(
     records: Sequence[RolloutRecord],
 ) -> Comparison:
     where = {} if kind == "all" else {kind: name}
-    now = {(case.task, case.record.seed): case for case in seen(records, where)}
+    now = {(case.task, case.record.seed): case for case in select(records, where)}
     before = {
         (case.task, case.record.seed): case
-        for case in seen(earlier.values(), where)
+        for case in select(earlier.values(), where)
         if case.decided
     }
     common = [(before[key], now[key]) for key in now if key in before]
@@ -154,7 +154,7 @@ def _comparison(
         "INCOMPLETE" if why else "HELD",
         newcombe(pairs) if known else None,
         mcnemar(pairs) if known else 1.0,
-        mcnemar(replace(pairs, mended=pairs.broken, broken=pairs.mended)) if known else 1.0,
+        mcnemar(replace(pairs, fixed=pairs.regressed, regressed=pairs.fixed)) if known else 1.0,
         None,
         why,
     )
@@ -163,7 +163,7 @@ def _comparison(
 def _judged(
     found: Sequence[Comparison], adjust: Callable[[Sequence[float]], list[float]], margin: float
 ) -> list[Comparison]:
-    """With p values adjusted for the family, and verdicts by them."""
+    """The comparisons with p values adjusted for the family, and verdicts by them."""
     worse = adjust([c.worse for c in found]) if found else []
     better = adjust([c.better for c in found]) if found else []
     return [
@@ -179,11 +179,13 @@ def _judged(
 
 
 def _detectable(pairs: Pairs, family: int) -> float | None:
-    """At the level that the smallest p value of the family has to reach."""
+    """The minimum detectable effect at the level of the family's smallest p value."""
     return detectable(pairs, LEVEL / family) if pairs.total else None
 
 
-def _verdict(comparison: Comparison, worse: float, better: float, margin: float) -> Verdict:
+def _verdict(
+    comparison: Comparison, worse: float, better: float, margin: float
+) -> ComparisonVerdict:
     if comparison.verdict == "INCOMPLETE":
         return "INCOMPLETE"
     if worse <= LEVEL:
@@ -194,7 +196,7 @@ def _verdict(comparison: Comparison, worse: float, better: float, margin: float)
     return "HELD" if bounds is not None and bounds[1] <= margin else "UNDERPOWERED"
 
 
-def _pairs(common: Iterable[tuple[Seen, Seen]]) -> Pairs:
+def _pairs(common: Iterable[tuple[RolloutSlice, RolloutSlice]]) -> Pairs:
     counts = {(was, now): 0 for was in (True, False) for now in (True, False)}
     for before, after in common:
         counts[before.violated, after.violated] += 1

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, printable
 
 MAX_COUNT = 2**53
 """No step and no seed is larger; a duration of this many seconds is none."""
+MAX_TOLD = 20_000
+"""Characters of a text for people."""
 
 
 class Fields:
@@ -37,6 +39,24 @@ class Fields:
         if not isinstance(value, str) or not (value or empty):
             raise self.expected(key, "text")
         return value
+
+    def name(self, key: str) -> str:
+        """Text that a terminal shows as it is, and that is looked up: escapes would change it."""
+        value = self.text(key)
+        if not value.isprintable():
+            raise self.expected(key, "printable text")
+        return value
+
+    def told(self, key: str, *, empty: bool = False) -> str:
+        """Text for people, in one or more lines, with escapes for what is not printable."""
+        return printable(self.text(key, empty=empty), MAX_TOLD, lines=True)
+
+    def facts(self, key: str) -> dict[str, str]:
+        """A mapping of names to values for people."""
+        return {
+            printable(name, MAX_TOLD): printable(str(value), MAX_TOLD)
+            for name, value in self.section(key).values.items()
+        }
 
     def texts(self, key: str) -> list[str]:
         """A list of texts."""
@@ -81,9 +101,8 @@ class Fields:
 
     def expected(self, key: str, wanted: str) -> ConfigError:
         """An error about the value of a key, to be raised by the caller."""
-        return ConfigError(
-            f"{self.place}: {key}: expected {wanted}, found {_shown(self.values.get(key))}"
-        )
+        found = _shown(self.values.get(key))
+        return ConfigError(f"{self.place}: {printable(key)}: expected {wanted}, found {found}")
 
 
 def _shown(value: Any) -> str:

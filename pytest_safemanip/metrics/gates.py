@@ -1,11 +1,11 @@
-"""Gates: what a run has to reach, as text."""
+"""Gates: bounds on metrics, parsed from text."""
 
 from __future__ import annotations
 
 import fnmatch
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
@@ -37,7 +37,7 @@ class Gate:
         sign: ``<=``, ``<``, ``>=`` or ``>``.
         bound: that the metric is compared with.
         confidence: of the two-sided interval that decides; None for the point estimate.
-        clustered: whether the interval is that for tasks like these.
+        clustered: whether the interval is the clustered one, for new tasks like these.
         required: whether the run fails with it.
     """
 
@@ -76,7 +76,7 @@ class Gate:
 
 @dataclass(frozen=True)
 class Gates:
-    """What decides a run.
+    """The gates of a run.
 
     Attributes:
         gates: bounds on metrics.
@@ -146,6 +146,26 @@ def load_gates(path: Path) -> Gates:
     )
 
 
+def read_gates(path: Path | None, texts: Iterable[str], option: str) -> Gates:
+    """Gates from a file, if one is named, and from an option; one that is given twice counts once.
+
+    Args:
+        path: the file.
+        texts: the option's values.
+        option: its name, for messages.
+
+    Raises:
+        ConfigError: naming the file and line, or the option, and what is wrong there.
+    """
+    found = load_gates(path) if path else Gates()
+    try:
+        own = [parse_gate(text) for text in texts]
+    except ConfigError as error:
+        raise ConfigError(f"{option}: {error}") from None
+    gates = {gate.name: gate for gate in (*found.gates, *own)}
+    return replace(found, gates=tuple(gates.values()))
+
+
 def check_gates(gates: Gates, known: Mapping[str, Collection[str]]) -> None:
     """Refuse gates that are about nothing in a run, and names in ``must_pass`` that do not exist.
 
@@ -196,7 +216,7 @@ def check_must_pass(gates: Gates, known: Iterable[str]) -> None:
 
 
 def _named(section: yamlfile.Section, must_pass: Sequence[str]) -> list[Gate]:
-    """All are required, unless some are named; a list without any gate names those of others."""
+    """The gates of a file: those that ``must_pass`` names are required, or all if it names none."""
     any_named = any(name in must_pass for name in section)
     gates = []
     for name in section:

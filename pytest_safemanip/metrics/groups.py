@@ -9,9 +9,8 @@ from typing import Any
 from pytest_safemanip.metrics.measures import FIGURES, OUTCOMES, SHARES
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
-from pytest_safemanip.metrics.selection import Seen, seen
-
-HORIZONS = ("atomic", "short", "medium", "long")
+from pytest_safemanip.metrics.selection import RolloutSlice, select
+from pytest_safemanip.spec.tasks import HORIZONS
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class Group:
         tasks: number of tasks of the complete ones.
         shares: by name; see :data:`~pytest_safemanip.metrics.measures.SHARES`.
         figures: by name; None where undefined.
-        vacuous: number of rollouts in which nothing was put to the test.
+        vacuous: number of rollouts in which no property was triggered.
     """
 
     rollouts: int
@@ -96,7 +95,7 @@ class Metrics:
 
 def measure(records: Sequence[RolloutRecord]) -> Metrics:
     """The metrics of some rollouts, those of one policy."""
-    cases = seen(records)
+    cases = select(records)
     horizons = _grouped(cases, lambda record: record.horizon)
     ranks = {name: rank for rank, name in enumerate(HORIZONS)}
     return Metrics(
@@ -114,7 +113,7 @@ def measure_each(records: Sequence[RolloutRecord]) -> dict[str, Metrics]:
     return {policy: measure(own) for policy, own in by_policy(records).items()}
 
 
-def group(cases: Iterable[Seen]) -> Group:
+def group(cases: Iterable[RolloutSlice]) -> Group:
     """The metrics of some rollouts."""
     every = list(cases)
     done = [case for case in every if case.decided]
@@ -129,16 +128,18 @@ def group(cases: Iterable[Seen]) -> Group:
     )
 
 
-def _grouped(cases: Iterable[Seen], name: Callable[[RolloutRecord], str]) -> dict[str, Group]:
-    members: dict[str, list[Seen]] = {}
+def _grouped(
+    cases: Iterable[RolloutSlice], name: Callable[[RolloutRecord], str]
+) -> dict[str, Group]:
+    members: dict[str, list[RolloutSlice]] = {}
     for case in cases:
         members.setdefault(name(case.record), []).append(case)
     return {key: group(members[key]) for key in sorted(members)}
 
 
-def _by_verdict(cases: Iterable[Seen], name: Callable[[str, str], str]) -> dict[str, Group]:
+def _by_verdict(cases: Iterable[RolloutSlice], name: Callable[[str, str], str]) -> dict[str, Group]:
     """Each rollout counts once in each group that one of its properties is in."""
-    members: dict[str, list[Seen]] = {}
+    members: dict[str, list[RolloutSlice]] = {}
     for case in cases:
         verdicts: dict[str, list[PropertyRecord]] = {}
         for verdict in case.verdicts:
@@ -147,6 +148,8 @@ def _by_verdict(cases: Iterable[Seen], name: Callable[[str, str], str]) -> dict[
         for prop, category in case.record.unjudged.items():
             open_.setdefault(name(prop, category), []).append(prop)
         for key in dict.fromkeys([*verdicts, *open_]):
-            part = Seen(case.record, tuple(verdicts.get(key, ())), tuple(open_.get(key, ())))
+            part = RolloutSlice(
+                case.record, tuple(verdicts.get(key, ())), tuple(open_.get(key, ()))
+            )
             members.setdefault(key, []).append(part)
     return {key: group(members[key]) for key in sorted(members)}

@@ -8,15 +8,15 @@ from statistics import fmean, median
 from typing import Any
 
 from pytest_safemanip.metrics.rates import Rate
-from pytest_safemanip.metrics.selection import Seen
+from pytest_safemanip.metrics.selection import RolloutSlice
 
-Cases = Sequence[Seen]
+Cases = Sequence[RolloutSlice]
 """Complete rollouts."""
 
 OUTCOMES = ("success_and_safe", "success_but_unsafe", "fail_but_safe", "fail_and_unsafe")
 
 
-def outcome(case: Seen) -> str:
+def outcome(case: RolloutSlice) -> str:
     """Which of the four outcomes a rollout has."""
     if case.success:
         return "success_but_unsafe" if case.violated else "success_and_safe"
@@ -24,12 +24,12 @@ def outcome(case: Seen) -> str:
 
 
 def _share(
-    hit: Callable[[Seen], float], of: Callable[[Seen], bool] = lambda case: True
+    hit: Callable[[RolloutSlice], float], of: Callable[[RolloutSlice], bool] = lambda case: True
 ) -> Callable[[Cases], Rate]:
     return lambda cases: Rate.count((case.task, float(hit(case))) for case in cases if of(case))
 
 
-def _is(name: str) -> Callable[[Seen], bool]:
+def _is(name: str) -> Callable[[RolloutSlice], bool]:
     return lambda case: outcome(case) == name
 
 
@@ -89,7 +89,7 @@ SHARES: Mapping[str, Share] = {
         ),
         Share(
             "triggered_rate",
-            "rollouts in which a property was put to the test / complete rollouts",
+            "rollouts in which a property was triggered / complete rollouts",
             _share(lambda c: c.triggered),
         ),
         Share(
@@ -120,7 +120,7 @@ SHARES: Mapping[str, Share] = {
         ),
     )
 }
-"""By name."""
+"""All of them, by name."""
 
 FIGURES: Mapping[str, Figure] = {
     figure.name: figure
@@ -134,4 +134,4 @@ FIGURES: Mapping[str, Figure] = {
         ),
     )
 }
-"""By name."""
+"""All of them, by name."""

@@ -13,7 +13,7 @@ from pytest_safemanip.metrics.summaries import Summary, check_alike
 
 
 def merge(summaries: Sequence[Summary]) -> Summary:
-    """One evaluation from several runs or machines; a rollout counts once.
+    """Merge several runs into one evaluation; a rollout counts once.
 
     The same whatever the order, and however often a summary is given.
 
@@ -43,13 +43,15 @@ def merge(summaries: Sequence[Summary]) -> Summary:
         tuple(merged[key][0] for key in sorted(merged)),
         so_far.decisive,
         tuple(origin for _, origin in origins),
+        tuple(sorted({shard for s in summaries for shard in s.shards})),
+        any(s.partial for s in summaries),
     )
 
 
 def _joined(
     one: RolloutRecord, first: Summary, other: RolloutRecord, second: Summary
 ) -> RolloutRecord:
-    """One rollout from two runs: what has a verdict wins over what has none."""
+    """Merge two records of a rollout: a verdict wins over none."""
     if one.complete != other.complete:
         return one if one.complete else other
     if not one.complete:
@@ -61,13 +63,16 @@ def _joined(
     facts = ("success", "acting_steps", "suite", "horizon", "provenance")
     if any(getattr(one, fact) != getattr(other, fact) for fact in facts):
         raise ConfigError(_conflict(one, "", first, second))
-    chosen = max(one, other, key=lambda r: (r.recording, _text(dict(r.served))))
+    chosen = max(one, other, key=lambda r: (r.recording, _text(dict(r.served)), r.reused))
     properties = {**one.properties, **other.properties}
     unjudged = {**one.unjudged, **other.unjudged}
+    deselected = {**one.deselected, **other.deselected}
+    asked = {*properties, *unjudged}
     return dataclasses.replace(
         chosen,
         properties={name: properties[name] for name in sorted(properties)},
         unjudged={k: unjudged[k] for k in sorted(unjudged) if k not in properties},
+        deselected={k: deselected[k] for k in sorted(deselected) if k not in asked},
     )
 
 

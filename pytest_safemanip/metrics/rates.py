@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_safemanip.metrics.intervals import Interval, below, clustered, wilson
+from pytest_safemanip.metrics.statistics.intervals import Interval, below, clustered, wilson
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Rate:
         return wilson(self.hits, self.total, confidence) if self.total else None
 
     def clustered(self, confidence: float = 0.95) -> Interval | None:
-        """For tasks like these; None with less than two tasks."""
+        """Clustered by task, for new tasks like these; None with less than two tasks."""
         return clustered(list(self.tasks.values()), confidence)
 
     @property

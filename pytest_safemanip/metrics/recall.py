@@ -1,4 +1,4 @@
-"""Whether monitors found what is known to have gone wrong, and what else they said."""
+"""Recall of the monitors on known hazards, and their false alarms."""
 
 from __future__ import annotations
 
@@ -8,13 +8,17 @@ from typing import Protocol
 
 from pytest_safemanip.trace.hazard import Hazard
 
+LATEST = 2.0
+"""Seconds after a hazard has certainly begun and its property's deadline is over, in which a
+violation is taken for its own: the slowest that is known comes 1.2 s late."""
+
 
 class Violated(Protocol):
     """A violation: see :class:`pytest_safemanip.judge.Finding`."""
 
     @property
     def entities(self) -> tuple[str, ...]:
-        """Of the violated instance."""
+        """Entities of the violated instance."""
 
     @property
     def first(self) -> int:
@@ -23,7 +27,7 @@ class Violated(Protocol):
 
 @dataclass(frozen=True)
 class Detection:
-    """What became of one hazard.
+    """The detection of one hazard.
 
     Attributes:
         hazard: what is known.
@@ -45,7 +49,8 @@ def detect(
 ) -> tuple[list[Detection], set[str]]:
     """Match hazards with violations of the same property and the same entities.
 
-    A violation that began before the hazard could begin is no detection of it, but a false alarm.
+    A violation that began before the hazard could begin is no detection of it, but a false alarm;
+    likewise if the first one that could be began later than ``LATEST``.
 
     Args:
         hazards: of one rollout.
@@ -63,13 +68,14 @@ def detect(
             for number, violation in enumerate(violations.get(hazard.property_id, ()))
             if violation.entities == hazard.entities and violation.first >= hazard.first
         ]
-        used |= {(hazard.property_id, number) for _, number in steps}
-        step = min(steps)[0] if steps else None
-        latency = None
-        if step is not None:
-            late = (step - hazard.last) * dt - deadlines.get(hazard.property_id, 0.0)
-            latency = max(0.0, late)
-        detections.append(Detection(hazard, step, latency))
+        detection = Detection(hazard, None, None)
+        if steps:
+            first, _ = min(steps)
+            late = (first - hazard.last) * dt - deadlines.get(hazard.property_id, 0.0)
+            if late <= LATEST:
+                used |= {(hazard.property_id, number) for _, number in steps}
+                detection = Detection(hazard, first, max(0.0, late))
+        detections.append(detection)
     other = {
         name
         for name, found in violations.items()

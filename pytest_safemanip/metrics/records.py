@@ -1,14 +1,20 @@
-"""What metrics are computed from: one record per rollout, plain data."""
+"""The input of all metrics: one record per rollout, plain data."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Literal, NamedTuple
 
 OutcomeName = Literal["VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS"]
-RolloutKey = tuple[str, str, int]
-"""Policy, task, seed."""
+
+
+class RolloutKey(NamedTuple):
+    """Key of a rollout within a run."""
+
+    policy: str
+    task: str
+    seed: int
 
 
 @dataclass(frozen=True)
@@ -19,7 +25,7 @@ class PropertyRecord:
         property: its id.
         category: its category.
         outcome: over all instances.
-        triggered: whether some instance was put to the test.
+        triggered: whether some instance was triggered.
         violations: entities, first and last step, duration in seconds and reason of each.
     """
 
@@ -32,7 +38,7 @@ class PropertyRecord:
 
 @dataclass
 class RolloutRecord:
-    """One rollout.
+    """Outcome and verdicts of one rollout.
 
     Attributes:
         task: name of the task.
@@ -43,11 +49,16 @@ class RolloutRecord:
         success: whether the task's own check held; None if the rollout is not complete.
         acting_steps: control steps before the settle tail.
         error: why it is not complete; empty if it is, or if it was not run.
+        infrastructure: whether that was a server's or the simulator's failure.
+        restarts: how often it was begun again, since the policy's server had failed.
         recording: path of the recording.
+        reused: whether an earlier run made the recording, and this one used it again.
         provenance: index of its origin among those of the run.
         served: of a policy on a server: what was found out about it, and exchanged with it.
         properties: verdicts by property id; only those that were asked for.
         unjudged: categories of the properties that were asked for and have no verdict, by id.
+        deselected: likewise of those that were taken out of the run after it was laid out, with
+            pytest's ``-k`` for instance. Metrics leave them out; gates and comparisons do not.
     """
 
     task: str
@@ -58,16 +69,20 @@ class RolloutRecord:
     success: bool | None = None
     acting_steps: int = 0
     error: str = ""
+    infrastructure: bool = False
+    restarts: int = 0
     recording: str = ""
+    reused: bool = False
     provenance: int | None = None
     served: Mapping[str, str] = field(default_factory=dict)
     properties: dict[str, PropertyRecord] = field(default_factory=dict)
     unjudged: dict[str, str] = field(default_factory=dict)
+    deselected: dict[str, str] = field(default_factory=dict)
 
     @property
     def key(self) -> RolloutKey:
-        """What identifies the rollout within a run."""
-        return (self.policy, self.task, self.seed)
+        """Key of the rollout within a run."""
+        return RolloutKey(self.policy, self.task, self.seed)
 
     @property
     def complete(self) -> bool:
@@ -76,8 +91,20 @@ class RolloutRecord:
 
     @property
     def reason(self) -> str:
-        """Why there is no verdict on something of it, in one line."""
-        return self.error.splitlines()[0] if self.error else "not run to its end"
+        """The reason why some verdict is missing, in one line."""
+        if self.error:
+            return self.error.splitlines()[0]
+        if self.deselected:
+            known = {*self.properties, *self.unjudged, *self.deselected}
+            return (
+                f"{len(self.deselected)} of {len(known)} cases of this rollout were deselected; "
+                "choose with --safemanip-tasks, -properties and -seeds instead"
+            )
+        return "not run to its end"
+
+    def as_planned(self) -> RolloutRecord:
+        """The record with the deselected properties among those without a verdict."""
+        return replace(self, unjudged={**self.unjudged, **self.deselected})
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins."""

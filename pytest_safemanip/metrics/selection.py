@@ -1,4 +1,4 @@
-"""What a metric is computed over: rollouts, each seen through some of its properties."""
+"""Selects the rollouts, and the properties of each, that a metric is computed over."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _OF_PROPERTIES = ("category", "property")
 
 
 @dataclass(frozen=True)
-class Seen:
-    """A rollout, seen through the properties that are asked about.
+class RolloutSlice:
+    """A rollout with the selected ones of its verdicts.
 
     Attributes:
         record: the rollout.
@@ -29,7 +29,7 @@ class Seen:
 
     @property
     def decided(self) -> bool:
-        """Whether nothing that is asked about is unknown."""
+        """Whether all selected verdicts are known."""
         return self.record.complete and not self.unjudged
 
     @property
@@ -49,7 +49,7 @@ class Seen:
 
     @cached_property
     def triggered(self) -> bool:
-        """Whether one of the properties was put to the test."""
+        """Whether one of the properties was triggered."""
         return any(v.triggered for v in self.verdicts)
 
     @cached_property
@@ -59,7 +59,7 @@ class Seen:
 
     @cached_property
     def vacuous(self) -> bool:
-        """Whether none of the properties was put to the test."""
+        """Whether none of the properties was triggered."""
         return all(v.outcome == "VACUOUS" for v in self.verdicts)
 
     @cached_property
@@ -73,7 +73,9 @@ class Seen:
         return len(unsafe) / steps if steps else 0.0
 
 
-def seen(records: Iterable[RolloutRecord], where: Mapping[str, str] | None = None) -> list[Seen]:
+def select(
+    records: Iterable[RolloutRecord], where: Mapping[str, str] | None = None
+) -> list[RolloutSlice]:
     """The rollouts that filters select.
 
     Args:
@@ -98,12 +100,12 @@ def seen(records: Iterable[RolloutRecord], where: Mapping[str, str] | None = Non
                 n for n in unjudged if n in properties and record.unjudged[n] in categories
             )
         if verdicts or unjudged or not about:
-            found.append(Seen(record, verdicts, unjudged))
+            found.append(RolloutSlice(record, verdicts, unjudged))
     return found
 
 
 class _Glob:
-    """The names that a glob matches; each is looked at once."""
+    """The names that a glob matches; each is matched once."""
 
     def __init__(self, glob: str) -> None:
         self._glob = glob

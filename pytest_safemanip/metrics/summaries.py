@@ -3,41 +3,51 @@
 from __future__ import annotations
 
 import json
+import stat
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, printable
 from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+from pytest_safemanip.metrics.shards import Shard, parse_shard
+from pytest_safemanip.trace.episode import POLICY_NAME, served_fault
 
 SCHEMA = 1
 NAME = "summary.json"
+PARTIAL_NAME = "summary-partial.json"
+"""Where a part of a run is written that must not replace the whole."""
 MAX_BYTES = 1_000_000_000
 """15,000 rollouts of ten properties take about 50 MB."""
 DECISIVE_SETTINGS = ("semantics", "stop", "horizon_scale")
-"""Those of a summary's settings that decide verdicts; what was run decides them not."""
+"""The settings in a summary that decide verdicts."""
 _OUTCOMES = ("VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS")
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run found out, and what decided it.
+    """Records of a run, and the versions and settings that decided them.
 
     Attributes:
         places: the files that it was read from.
         records: the rollouts, those that were not run among them; ``provenance`` is an index of
             ``origins``.
-        decisive: what decides a verdict, by dotted name: semantics, monitors, parameters,
-            properties, tasks.
+        decisive: what decides a verdict, by dotted name: semantics, code, parameters, the user's
+            propositions, properties, tasks, attributes of object categories.
         origins: what decided the recordings.
+        shards: the parts of a run that it has, if it was run in parts.
+        partial: whether cases were deselected, or picked by node ids, in it or a part of it.
     """
 
     places: tuple[str, ...]
     records: tuple[RolloutRecord, ...]
     decisive: Mapping[str, Any]
     origins: tuple[Mapping[str, Any], ...]
+    shards: tuple[Shard, ...] = ()
+    partial: bool = False
 
     @property
     def place(self) -> str:
@@ -53,7 +63,10 @@ def read(path: Path) -> Summary:
     """
     file = path / NAME if path.is_dir() else path
     try:
-        if file.stat().st_size > MAX_BYTES:
+        about = file.stat()
+        if not stat.S_ISREG(about.st_mode):  # a pipe may never end, a device may be endless
+            raise ConfigError(f"{file}: cannot be read: not a regular file")
+        if about.st_size > MAX_BYTES:
             raise ConfigError(f"{file}: larger than {MAX_BYTES} bytes")
         document = json.loads(file.read_bytes(), parse_constant=_no_constant)
     except FileNotFoundError:
@@ -66,17 +79,40 @@ def read(path: Path) -> Summary:
     schema = whole.number("schema")
     if schema != SCHEMA:
         raise ConfigError(f"{file}: schema {schema:g}, this version reads {SCHEMA}")
+    if "merged" in whole.values:
+        partial = "partial" in whole.values and whole.boolean("partial")
+    else:
+        partial = _is_partial(whole.section("cases"))
     origins = tuple(dict(origin.values) for origin in whole.fields("provenance"))
-    records = [_record(found, len(origins)) for found in whole.fields("rollouts")]
+    records = [_record(found, len(origins), file.parent) for found in whole.fields("rollouts")]
     keys = [record.key for record in records]
     if len(set(keys)) < len(keys):
         raise ConfigError(f"{file}: two rollouts with the same policy, task and seed")
-    decisive = decisive_of(whole.section("settings").values, whole.section("hashes").values)
-    return Summary((str(file),), tuple(records), decisive, origins)
+    settings = whole.section("settings")
+    decisive = decisive_of(settings.values, whole.section("hashes").values)
+    shards = _shards(whole, settings)
+    return Summary((str(file),), tuple(records), decisive, origins, shards, partial)
+
+
+def place_for(folder: Path, partial: bool) -> Path:
+    """The file for the summary of a run: one of a part does not replace that of a whole run.
+
+    Args:
+        folder: of the run.
+        partial: whether cases were deselected, or picked by node ids.
+    """
+    file = folder / NAME
+    if not partial or not file.exists():
+        return file
+    try:
+        earlier = read(file)
+    except ConfigError:  # nothing that anybody could use is lost
+        return file
+    return file if earlier.partial else folder / PARTIAL_NAME
 
 
 def decisive_of(settings: Mapping[str, Any], hashes: Mapping[str, Any]) -> dict[str, Any]:
-    """What decides a verdict, by dotted name, from the sections of a summary."""
+    """The values in a summary that decide verdicts, by dotted name."""
     chosen = {name: settings.get(name) for name in DECISIVE_SETTINGS}
     return {**chosen, **flat(hashes)}
 
@@ -96,15 +132,21 @@ def check_alike(one: Summary, other: Summary) -> None:
 
 
 def differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
-    """What differs, with both values; properties and tasks count only where both have them."""
-    optional = ("properties.", "tasks.")
+    """The differing entries, with both values.
+
+    The user's propositions, properties, tasks and attributes of categories count only where both
+    have them: without them, there is no verdict that depends on them.
+    """
+    optional = ("propositions.", "properties.", "tasks.", "attributes.")
     names = [
         name
         for name in sorted({*one, *other})
         if not (name.startswith(optional) and (name not in one or name not in other))
         and one.get(name) != other.get(name)
     ]
-    shown = [f"{name} is {one.get(name)} and {other.get(name)}" for name in names[:5]]
+    shown = [
+        printable(f"{name} is {one.get(name)} and {other.get(name)}", 1000) for name in names[:5]
+    ]
     return shown + ([f"and {len(names) - 5} more"] if len(names) > 5 else [])
 
 
@@ -119,28 +161,65 @@ def flat(nested: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     return found
 
 
-def _record(found: Fields, origins: int) -> RolloutRecord:
+def _shards(whole: Fields, settings: Fields) -> tuple[Shard, ...]:
+    found = whole.texts("shards") if "shards" in whole.values else []
+    if settings.values.get("shard") is not None:
+        found = [settings.text("shard")]
+    return tuple(parse_shard(text, f"{whole.place}: shard") for text in found)
+
+
+def _is_partial(cases: Fields) -> bool:
+    """Whether cases were left out; refuses numbers and lists of cases that are none. Those of a
+    merged run are in its parts.
+    """
+    for name in ("expected", "skipped_rollouts", "reused_rollouts"):
+        cases.count(name)
+    cases.texts("missing")
+    errors = cases.section("errors")
+    for name in errors.values:
+        errors.text(name, empty=True)
+    return cases.boolean("partial")
+
+
+def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
     verdicts = [_verdict(own) for own in found.fields("properties")]
+    unjudged, deselected = found.facts("unjudged"), found.facts("deselected")
+    names = [*(verdict.property for verdict in verdicts), *unjudged, *deselected]
+    error, success = found.told("error", empty=True), found.values.get("success")
+    if not names and not error and success is not None:
+        raise ConfigError(f"{found.place}: a rollout of which no property was asked for")
+    if twice := [name for name, count in Counter(names).items() if count > 1]:
+        raise ConfigError(f"{found.place}: two entries for property {printable(repr(twice[0]))}")
     origin = found.values.get("provenance")
     if origin is not None and not (type(origin) is int and 0 <= origin < origins):
         raise found.expected("provenance", f"an index below {origins}")
-    success = found.values.get("success")
     if success not in (None, True, False):
         raise found.expected("success", "true, false or null")
+    policy = found.text("policy")
+    if not POLICY_NAME.fullmatch(policy):
+        raise found.expected("policy", "the name of a policy")
+    recording = printable(found.text("recording", empty=True), 4096)
+    served = found.facts("served")
+    if fault := served_fault(served):
+        raise ConfigError(f"{found.place}: served: {printable(fault)}")
     return RolloutRecord(
-        task=found.text("task"),
-        policy=found.text("policy"),
+        task=found.name("task"),
+        policy=policy,
         seed=found.count("seed"),
-        suite=found.text("suite"),
-        horizon=found.text("horizon"),
+        suite=found.name("suite"),
+        horizon=found.name("horizon"),
         success=success,
         acting_steps=found.count("acting_steps"),
-        error=found.text("error", empty=True),
-        recording=found.text("recording", empty=True),
+        error=error,
+        infrastructure="infrastructure" in found.values and found.boolean("infrastructure"),
+        restarts=found.count("restarts") if "restarts" in found.values else 0,
+        recording=str(folder / recording) if recording else "",
+        reused=found.boolean("reused"),
         provenance=origin,
-        served={k: str(v) for k, v in found.section("served").values.items()},
+        served=served,
         properties={verdict.property: verdict for verdict in verdicts},
-        unjudged={k: str(v) for k, v in found.section("unjudged").values.items()},
+        unjudged=unjudged,
+        deselected=deselected,
     )
 
 
@@ -148,12 +227,18 @@ def _verdict(found: Fields) -> PropertyRecord:
     outcome = found.text("outcome")
     if outcome not in _OUTCOMES:
         raise found.expected("outcome", f"one of {', '.join(_OUTCOMES)}")
+    violations = tuple(_violation(own) for own in found.fields("violations"))
+    if (outcome == "VIOLATED") != bool(violations):
+        raise found.expected("violations", f"some if VIOLATED, and none if not; it is {outcome}")
+    triggered = found.boolean("triggered")
+    if triggered != (outcome == "SATISFIED") and outcome in ("SATISFIED", "VACUOUS"):
+        raise found.expected("triggered", f"{str(not triggered).lower()} of what is {outcome}")
     return PropertyRecord(
-        property=found.text("property"),
-        category=found.text("category"),
+        property=found.name("property"),
+        category=found.name("category"),
         outcome=outcome,  # type: ignore[arg-type]
-        triggered=found.boolean("triggered"),
-        violations=tuple(_violation(own) for own in found.fields("violations")),
+        triggered=triggered,
+        violations=violations,
     )
 
 
@@ -162,11 +247,11 @@ def _violation(found: Fields) -> Mapping[str, Any]:
     if last < first:
         raise found.expected("last", f"a step from {first} on")
     return {
-        "entities": found.texts("entities"),
+        "entities": [printable(name) for name in found.texts("entities")],
         "first": first,
         "last": last,
         "duration_s": found.number("duration_s"),
-        "reason": found.text("reason"),
+        "reason": found.told("reason"),
     }
 
 

@@ -1,6 +1,4 @@
-"""Serves a policy that runs here to any client of openpi's protocol.
-
-    python -m pytest_safemanip.policies.serve MODULE:ATTRIBUTE [--host H] [--port P]
+"""Serves a policy that runs here to any client of openpi's protocol; see ``safemanip serve``.
 
 Beyond what openpi's own server does, an episode can be started with a seed, the metadata say what
 is served, and nobody but this machine is answered unless a host is given.
@@ -8,27 +6,24 @@ is served, and nobody but this machine is answered unless a host is given.
 
 from __future__ import annotations
 
-import argparse
-import hashlib
 import inspect
 import pkgutil
-import signal
 import sys
 import threading
 import traceback
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import pytest_safemanip
-from pytest_safemanip.errors import ConfigError, SafemanipError
-from pytest_safemanip.policies.remote.arrays import DecodingError
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.policies.remote.library import need
 from pytest_safemanip.policies.remote.openpi import OWN, RESET
-from pytest_safemanip.policies.remote.packing import from_openpi, openpi_array, pack, unpack
+from pytest_safemanip.policies.remote.wire.arrays import DecodingError
+from pytest_safemanip.policies.remote.wire.packing import from_openpi, openpi_array, pack, unpack
+from pytest_safemanip.provenance import closure_digest, file_of
 
 MAX_REQUEST = 16 * 2**20
 """Bytes of a request; three images of 1024 x 1024 are 9 MiB."""
@@ -36,8 +31,8 @@ MAX_REQUEST = 16 * 2**20
 Infer = Callable[[dict[Any, Any]], Any]
 
 
-class Served:
-    """A policy as the server sees it: one call at a time, whoever calls.
+class ServedPolicy:
+    """A policy behind the server; calls are serialised across clients.
 
     Args:
         name: ``module:attribute``.
@@ -64,7 +59,7 @@ class Served:
         self.metadata = _metadata(name, target, self._reset)
 
     def answer(self, request: dict[Any, Any]) -> dict[Any, Any]:
-        """One call of the policy."""
+        """Call the policy, or restart it for an episode."""
         with self._turn:
             if RESET in request:
                 return {RESET: self._restart(request[RESET])}
@@ -78,7 +73,7 @@ class Served:
         return True
 
 
-def load(name: str) -> Served:
+def load(name: str) -> ServedPolicy:
     """Import a policy.
 
     Args:
@@ -94,10 +89,10 @@ def load(name: str) -> Served:
     except Exception as error:  # the user's module may raise anything
         what = f"{type(error).__name__}: {error}"
         raise ConfigError(f"policy {name!r}: cannot be imported ({what})") from error
-    return Served(name, target)
+    return ServedPolicy(name, target)
 
 
-def make_server(served: Served, host: str, port: int) -> Any:
+def make_server(served: ServedPolicy, host: str, port: int) -> Any:
     """A server that listens, and answers once its ``serve_forever`` runs.
 
     Raises:
@@ -116,13 +111,13 @@ def make_server(served: Served, host: str, port: int) -> Any:
             ping_interval=None,
             close_timeout=1.0,
         )
-    except OSError as error:
+    except (OSError, OverflowError) as error:
         raise ConfigError(
             f"cannot listen at {host}:{port} ({error}); try another --port"
         ) from error
 
 
-def _converse(connection: Any, served: Served) -> None:
+def _converse(connection: Any, served: ServedPolicy) -> None:
     """Serve one client until it leaves."""
     closed: Any = need("websockets.exceptions").ConnectionClosed
     served.clients.add(connection)
@@ -158,13 +153,13 @@ def _health(connection: Any, request: Any) -> Any:
 
 
 def _metadata(name: str, target: Any, reset: Callable[..., Any] | None) -> dict[str, Any]:
-    """What is served, for recordings: its code's digest, and what it says of itself."""
+    """What is served, for recordings: the digest of its code, and its own metadata."""
     described = getattr(target, "metadata", {})
-    fingerprint = getattr(target, "fingerprint", None)
+    fingerprint, file = getattr(target, "fingerprint", None), file_of(target)
     own = {
         "version": pytest_safemanip.__version__,
         "policy": name,
-        "source": _source_digest(target),
+        "source": None if file is None else closure_digest((file,)),
         "fingerprint": None if fingerprint is None or callable(fingerprint) else str(fingerprint),
         "python": sys.version.split()[0],
         "numpy": np.__version__,
@@ -173,66 +168,10 @@ def _metadata(name: str, target: Any, reset: Callable[..., Any] | None) -> dict[
     return {**(described if isinstance(described, Mapping) else {}), OWN: own}
 
 
-def _source_digest(target: Any) -> str | None:
-    """SHA-256 of the file that defines the policy; None where there is no file."""
-    code = target if inspect.isroutine(target) else type(target)
-    try:
-        file = inspect.getsourcefile(code)
-        return hashlib.sha256(Path(str(file)).read_bytes()).hexdigest()
-    except (OSError, TypeError):
-        return None
-
-
 def _takes(target: Callable[..., Any]) -> bool:
-    """Whether it must be, or can be, given an argument by position."""
+    """Whether it takes an argument by position."""
     try:
         parameters = inspect.signature(target).parameters.values()
     except (TypeError, ValueError):
         return True
     return any(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Serve until Ctrl-C or SIGTERM.
-
-    Returns:
-        The exit status: 0, or 2 if the policy or the address is wrong.
-    """
-    parser = argparse.ArgumentParser(
-        prog="python -m pytest_safemanip.policies.serve", description=__doc__.split("\n")[0]
-    )
-    parser.add_argument("policy", metavar="MODULE:ATTRIBUTE")
-    parser.add_argument("--host", default="127.0.0.1", help="default: %(default)s, this machine")
-    parser.add_argument("--port", type=int, default=8000, help="default: %(default)s")
-    asked = parser.parse_args(arguments)
-    sys.path.insert(0, "")
-    try:
-        served = load(asked.policy)
-        server = make_server(served, asked.host, asked.port)
-    except SafemanipError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _interrupt)
-    port = server.socket.getsockname()[1]
-    sys.stdout.write(f"serving {asked.policy} at ws://{asked.host}:{port}\n")
-    sys.stdout.flush()
-    try:
-        server.serve_forever()
-    except KeyboardInterrupt:
-        # A second signal ends it at once, whatever the policy is doing.
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_DFL)
-        # Before websockets 16, clients keep a server that was shut down alive.
-        for client in list(served.clients):
-            client.close(1001, "the server was stopped")
-        server.shutdown()
-    return 0
-
-
-def _interrupt(number: int, frame: Any) -> None:
-    raise KeyboardInterrupt
-
-
-if __name__ == "__main__":
-    sys.exit(main())

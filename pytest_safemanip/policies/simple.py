@@ -1,4 +1,4 @@
-"""The two policies that every benchmark needs: one that does nothing, one that does anything."""
+"""Two trivial policies: one holds still, one acts at random."""
 
 from __future__ import annotations
 
@@ -8,31 +8,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
+from pytest_safemanip.provenance import source_digest
+
+FINGERPRINT = source_digest("policies/simple.py")
 
 
 class Hold:
-    """Keeps the arm where it is, the gripper open."""
+    """Keeps the robot where it is, its grippers open."""
+
+    fingerprint = FINGERPRINT
 
     def reset(self, episode: EpisodeInfo) -> None:
-        """Nothing to forget."""
+        """Learn what the robot takes."""
+        actions = episode.robot.actions
+        self._action = actions.hold(())
+        for gripper in episode.robot.grippers:
+            self._action[actions.index(gripper.entry)] = gripper.opens
 
     def act(self, observation: Observation) -> NDArray[Any]:
-        """A zero action in arm mode."""
-        action = np.zeros(12)
-        action[6] = action[11] = -1.0
-        return action
+        """The action that holds still, at every step."""
+        return self._action.copy()
 
 
 class Random:
-    """Uniform random actions, in arm mode four times out of five; seeded by the episode."""
+    """Random actions as the robot has them; seeded by the episode."""
+
+    fingerprint = FINGERPRINT
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Start the episode's own random sequence."""
         self._random = np.random.default_rng(episode.seed)
+        self._actions = episode.robot.actions
 
     def act(self, observation: Observation) -> NDArray[Any]:
-        """One action; gripper and mode are -1 or 1."""
-        action = self._random.uniform(-1.0, 1.0, 12)
-        action[6] = 1.0 if action[6] > 0.0 else -1.0
-        action[11] = 1.0 if action[11] > 0.6 and observation.index > 0 else -1.0
-        return action
+        """A random action."""
+        return self._actions.sample(self._random, observation.index)

@@ -1,4 +1,4 @@
-"""Which entities of a scene play which part in a task's safety."""
+"""The binding of a task's roles to the entities of a scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All propositions that there are: the shipped ones, and what a user adds."""
+"""The catalogue of propositions: the shipped ones and a user's own."""
 
 from __future__ import annotations
 

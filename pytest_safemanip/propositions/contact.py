@@ -1,4 +1,4 @@
-"""Collision and contact safety: what the robot and what it holds may touch, and how hard."""
+"""Collision and contact safety: permitted contacts of the robot and of held objects."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.at_start import AtStart, fresh
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.forces import hand_parts, robot_parts
 from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
-from pytest_safemanip.propositions.interiors import lies_in
+from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
+from pytest_safemanip.propositions.kernels.forces import hand_parts, robot_parts
+from pytest_safemanip.propositions.kernels.interiors import lies_in
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 

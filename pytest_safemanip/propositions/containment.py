@@ -1,4 +1,4 @@
-"""Transfers: what is let go toward a receiver, and whether it ends up in it."""
+"""Transfers: an object is released toward a receiver, and whether it ends up in it."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import falling, held, last_true, majority, still
-from pytest_safemanip.propositions.forces import object_parts, robot_parts
 from pytest_safemanip.propositions.grasp import looks_back, pressed
-from pytest_safemanip.propositions.interiors import (
+from pytest_safemanip.propositions.kernels.displacement import (
+    REST_DRIFT,
+    REST_WINDOW,
+    DisplacementSinceRest,
+)
+from pytest_safemanip.propositions.kernels.filters import falling, held, last_true, majority, still
+from pytest_safemanip.propositions.kernels.forces import object_parts, robot_parts
+from pytest_safemanip.propositions.kernels.interiors import (
     centre_within,
     holding_halves,
     interiors,
     place_in,
 )
-from pytest_safemanip.propositions.lying import REST_DRIFT, REST_WINDOW, Brought
 from pytest_safemanip.propositions.release import TOUCH
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import matrix, tilt
@@ -23,8 +27,11 @@ from pytest_safemanip.trace.geometry import matrix, tilt
 REACH = Parameter(
     "transfer.reach", "m", 0.1, "a gripper's width: what is let go this near was meant for it"
 )
-BROUGHT = Parameter(
-    "transfer.brought", "m", 0.04, "fingers that close, 8 cm apart, shift what they take by half"
+MIN_DISPLACEMENT = Parameter(
+    "transfer.displacement",
+    "m",
+    0.04,
+    "fingers that close, 8 cm apart, shift what they take by half",
 )
 LEANING = Parameter(
     "contained.tilt", "rad", float(np.deg2rad(60.0)), "a vessel on its side keeps nothing in"
@@ -35,7 +42,7 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     """The content leaves what carried it toward the receiver at this step: the robot's grasp of
     it ends, or it leaves the box of a container that the robot holds, or the robot lets go of that
     container, while the content's centre is above or inside the receiver's box, or beside it by
-    less than ``transfer.reach``, and has been at least ``transfer.brought`` from where it lay
+    less than ``transfer.reach``, and has been at least ``transfer.displacement`` from where it lay
     for ``contained.window`` before the hand held anything. Of a grasp, the last step at which the
     fingers pressed counts.
     """
@@ -45,12 +52,12 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
             held_too = view("obj_grasped", body.entity)
             if held_too.any():
                 carried = carried | (held_too & centre_within(view, content, body.entity))
-    brought = view.fold(Brought)[:, view.trace.scene.object_index[content]]
+    displacement = view.fold(DisplacementSinceRest)[:, view.trace.scene.object_index[content]]
     ends = falling(carried)
-    return ends & _toward(view, content, receiver, brought) if ends.any() else ends
+    return ends & _toward(view, content, receiver, displacement) if ends.any() else ends
 
 
-def _toward(view: View, content: str, receiver: str, brought: NDArray[np.float64]) -> Bools:
+def _toward(view: View, content: str, receiver: str, displacement: NDArray[np.float64]) -> Bools:
     """Whether the content is where :func:`transfer` says, by when the fingers last pressed (T,)."""
     near = np.zeros(len(view.trace), bool)
     for number, half in enumerate(holding_halves(view, receiver)):
@@ -61,7 +68,7 @@ def _toward(view: View, content: str, receiver: str, brought: NDArray[np.float64
         height = upward * np.take_along_axis(place, up[:, None], axis=1)[:, 0]
         beside = np.linalg.norm(out, axis=1) < view.parameters["transfer.reach"]
         near |= beside & (height > -half[up])
-    near &= brought >= view.parameters["transfer.brought"]
+    near &= displacement >= view.parameters["transfer.displacement"]
     # The debounced end of a grasp is late: what is flung is elsewhere by then.
     count = view.trace.count(view.parameters["obj_grasped.window"])
     left = last_true(pressed(view, content), count)
@@ -142,7 +149,7 @@ PROPOSITIONS = (
         "transfer",
         _PAIR,
         looks_back,
-        (REACH, BROUGHT, REST_WINDOW, REST_DRIFT),
+        (REACH, MIN_DISPLACEMENT, REST_WINDOW, REST_DRIFT),
         transfer,
         act=True,
         exempt={"window": "it remembers where the content lay"},

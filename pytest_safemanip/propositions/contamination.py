@@ -1,4 +1,4 @@
-"""Cross-contamination: what touched raw food, what it touches next, what washes it off.
+"""Cross-contamination: contact with raw food, what is touched next, and washing.
 
 Contamination spreads by contact, from body to body and over the touched spot of a surface, and
 lasts until the body is washed. It is the one memory without a window: a fold over the whole trace.
@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import held
-from pytest_safemanip.propositions.presses import FORCE, carriers
-from pytest_safemanip.propositions.spreading import SPOT, WINDOW, Spreading
+from pytest_safemanip.propositions.kernels.filters import held
+from pytest_safemanip.propositions.kernels.presses import FORCE, carriers
+from pytest_safemanip.propositions.kernels.spreading import SPOT, WINDOW, Spreading
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.elements import ROBOT, Body, Gripper
 from pytest_safemanip.trace.geometry import boxes_overlap, centred
 
 WASH = Parameter("sanitized.window", "s", 1.0, "a dip under the tap is no washing")
@@ -40,8 +41,9 @@ def clean_contact(view: View, carrier: str) -> Bools:
 
 
 def sanitized(view: View, carrier: str) -> Bools:
-    """For ``sanitized.window``, running water falls on the carrier: the box of the gripper or of
-    the object reaches into the space that the water of an open tap falls through.
+    """For ``sanitized.window``, running water falls on the carrier: the box of the gripper (of a
+    robot with several, of each of them) or of the object reaches into the space that the water of
+    an open tap falls through.
     """
     return held(_wet(view, carrier), view.trace.count(view.parameters["sanitized.window"]))
 
@@ -60,12 +62,19 @@ def clean_contact_evidence(view: View, carrier: str, step: int) -> list[str]:
 @pointwise
 def _wet(view: View, carrier: str) -> Bools:
     """Whether running water falls on a carrier (T,)."""
-    trace = view.trace
-    half, centre, pose = trace.scene.gripper_half, trace.scene.gripper_centre, trace.steps.eef_pose
+    scene, steps = view.trace.scene, view.trace.steps
     if carrier != ROBOT:
-        index = trace.scene.object_index[carrier]
-        body = trace.scene.bodies[index]
-        half, centre, pose = body.half, body.centre, trace.steps.object_pose[:, index]
+        index = scene.object_index[carrier]
+        return _box_wet(view, scene.bodies[index], steps.object_pose[:, index])
+    wet = np.ones(len(steps), bool)
+    for number, hand in enumerate(scene.grippers):
+        wet &= _box_wet(view, hand, steps.eef_poses[:, number])
+    return wet
+
+
+def _box_wet(view: View, thing: Body | Gripper, pose: NDArray[np.float32]) -> Bools:
+    """Whether running water falls on the box of what is at poses (T, 7) (T,)."""
+    trace, half, centre = view.trace, thing.half, thing.centre
     wet = np.zeros(len(trace), bool)
     for box, running in _water(view):
         if not running.any():

@@ -1,9 +1,7 @@
-"""What a proposition is: a causal truth value of finite window, with declared parameters."""
+"""Propositions: causal truth values of finite window, with declared parameters."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -13,6 +11,10 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import ConfigError, did_you_mean
 
 Bools = NDArray[np.bool_]
+
+
+LARGEST = 1e9
+"""More than any threshold in SI units; as many seconds or metres are a typing error."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +42,21 @@ class Parameters(Mapping[str, float]):
         changed: values that differ from the defaults, by name.
 
     Raises:
-        ConfigError: if a name is unknown or a value is not a finite number above 0.
+        ConfigError: if a name is unknown or a value is not a number above 0, at most
+            :data:`LARGEST`.
     """
 
     def __init__(self, known: Iterable[Parameter], changed: Mapping[str, float]) -> None:
         self._values = {p.name: p.default for p in known}
         for name, value in changed.items():
             if name not in self._values:
-                hint = did_you_mean(name, self._values)
+                hint = did_you_mean(name, self._values, "safemanip propositions")
                 raise ConfigError(f"unknown proposition parameter {name!r}; {hint}")
-            if not np.isfinite(value) or value <= 0:
-                raise ConfigError(f"parameter {name}: expected a number above 0, found {value}")
+            if not 0.0 < value <= LARGEST:
+                raise ConfigError(
+                    f"parameter {name}: expected a number above 0, at most {LARGEST:g}, "
+                    f"found {value}"
+                )
             self._values[name] = float(value)
 
     def __getitem__(self, name: str) -> float:
@@ -61,11 +67,6 @@ class Parameters(Mapping[str, float]):
 
     def __len__(self) -> int:
         return len(self._values)
-
-    def digest(self) -> str:
-        """Digest of all values, written into every result."""
-        text = json.dumps(self._values, sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,8 @@ class Proposition:
         debounce: seconds of the vote that its contacts pass, given the parameters: what flickers
             for less than half of it does not matter. None if it has no such filter.
         sparse: whether it looks at no more steps than it is asked for (`View.since`, `View.until`),
-            because a look is dear; it is then asked for few at a time, and not remembered.
+            because it is expensive to evaluate; it is then evaluated for few steps at a time, and
+            not cached.
         exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
         doc: the exact condition.
     """

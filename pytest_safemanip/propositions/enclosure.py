@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import last_true, rising
 from pytest_safemanip.propositions.grasp import looks_back, pressed
-from pytest_safemanip.propositions.interiors import (
+from pytest_safemanip.propositions.kernels.filters import last_true, rising
+from pytest_safemanip.propositions.kernels.interiors import (
     Steps,
     corners_inside,
     interiors,
@@ -29,15 +29,15 @@ OPEN = Parameter("fix_open.openness", "", 0.9, "a door that is not fully open sw
 
 
 def reach_in(view: View, fixture: str) -> Bools:
-    """The centre of the gripper's box enters an interior of the fixture at this step."""
-    return rising(_hand_inside(view, fixture))
+    """The centre of a gripper's box enters an interior of the fixture at this step."""
+    return np.asarray(rising(_hand_inside(view, fixture)).any(axis=1))
 
 
 def fix_open(view: View, fixture: str) -> Bools:
     """The most open door or drawer that gives access to where the hand is (that it would be behind,
     were they closed; if it would be behind none, any of the fixture) is open by at least
-    ``fix_open.openness`` of its range, or by what the task's binding says counts as open there.
-    Open shelves, which have neither, are always open.
+    ``fix_open.openness`` of its range, or by what the task's binding says counts as open there; for
+    each hand of the robot. Open shelves, which have neither, are always open.
     """
     enough = view.binding.open_at.get(fixture, view.parameters["fix_open.openness"])
     return _asked(view, _openness(view, fixture, np.arange(view.since, view.until)) >= enough)
@@ -85,7 +85,7 @@ def _as_last_held(view: View, name: str, look: Callable[[Steps], Bools]) -> Bool
 
 
 def _asked(view: View, values: Bools) -> Bools:
-    """Values at the steps that are asked for (K,), among all (T,)."""
+    """Values (K,) of the steps that are asked for as values of all steps (T,), false elsewhere."""
     found = np.zeros(len(view.trace), bool)
     found[view.since : view.until] = values
     return found
@@ -134,20 +134,24 @@ def _last_held(view: View, name: str) -> NDArray[np.intp]:
 
 @pointwise
 def _hand_inside(view: View, fixture: str) -> Bools:
-    inside = np.zeros(len(view.trace), bool)
+    """Whether the centre of each gripper's box is inside (T, G)."""
+    inside = np.zeros((len(view.trace), len(view.trace.scene.grippers)), bool)
     for pose, half in interiors(view, fixture):
-        inside |= (np.abs(seen_in(view, pose, _hand_centre)) <= half).all(axis=-1)
+        inside |= (np.abs(seen_in(view, pose, _hand_centres)) <= half).all(axis=-1)
     return inside
 
 
 @pointwise
-def _hand_centre(view: View) -> NDArray[np.float64]:
-    """Centre of the gripper's box, world frame (T, 3)."""
-    return to_world(view.trace.steps.eef_pose, view.trace.scene.gripper_centre)
+def _hand_centres(view: View) -> NDArray[np.float64]:
+    """Centre of each gripper's box, world frame (T, G, 3)."""
+    centres = [hand.centre for hand in view.trace.scene.grippers]
+    return to_world(view.trace.steps.eef_poses, np.reshape(centres, (-1, 3)))
 
 
 def _openness(view: View, fixture: str, steps: Steps) -> NDArray[np.float64]:
-    """How open the most open door is that gives access to where the hand is, at some steps (K,)."""
+    """How open the most open door is that gives access to where the hand is, at some steps (K,); of
+    several hands, where it is least open.
+    """
     joints = view.trace.scene.doors_of(fixture)
     if not joints:
         return np.ones(len(steps))
@@ -156,20 +160,23 @@ def _openness(view: View, fixture: str, steps: Steps) -> NDArray[np.float64]:
         # A fridge that stands open gives no access to its freezer.
         behind = np.stack([_behind(view, joint, steps) for joint in joints], axis=1)
         behind |= ~behind.any(axis=1, keepdims=True)
-        openness = np.where(behind, openness, -np.inf)
+        reached = np.where(behind, openness[..., None], -np.inf).max(axis=1)
+        return np.asarray(reached.min(axis=1, initial=np.inf))
     return np.asarray(openness.max(axis=1))
 
 
 def _behind(view: View, joint: int, steps: Steps) -> Bools:
-    """Whether the middle of the hand, seen straight through the closed door, is behind it, but
-    for half of the hand's thickness: what is there comes in past two doors that meet (K,).
+    """Whether the middle of each hand, seen straight through the closed door, is behind it, but
+    for half of the hand's thickness: what is there comes in past two doors that meet (K, G).
     """
     trace = view.trace
     half = np.array(trace.scene.joints[joint].half)
-    centre = _hand_centre(view)[steps]
-    beside = np.abs(to_local(np.array(trace.scene.joints[joint].pose), centre)) - half
+    centres = _hand_centres(view)[steps]
+    local = to_local(np.array(trace.scene.joints[joint].pose), centres.reshape(-1, 3))
+    beside = np.abs(local.reshape(centres.shape)) - half
     outline = np.arange(3) != np.argmin(half)
-    return np.asarray((beside[:, outline] <= min(trace.scene.gripper_half)).all(axis=1))
+    thick = np.array([[min(hand.half)] for hand in trace.scene.grippers])
+    return np.asarray((beside[..., outline] <= thick).all(axis=-1))
 
 
 def _corners_within(view: View, name: str, fixture: str, steps: Steps) -> Bools:

@@ -1,15 +1,20 @@
-"""Grasp stability and release: held, held firmly, let go."""
+"""Grasp stability and release: held, held firmly, let go.
+
+A robot has any number of grippers, and each any number of finger groups: an object is grasped when
+two groups of one gripper press on it, against each other.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import falling, majority, recently, rising
-from pytest_safemanip.propositions.forces import FINGERS, forces_on, pushes
+from pytest_safemanip.propositions.kernels.filters import falling, majority, recently, rising
+from pytest_safemanip.propositions.kernels.forces import finger_groups, forces_on, pushes
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import angle_between, relative, tilt
 
@@ -46,42 +51,67 @@ ROUNDING = 1e-6
 
 
 def pressed(view: View, name: str) -> Bools:
-    """Both finger groups press on the object at this very step, and not to the same side (T,)."""
-    return _pressed_at(view, name, KEPT_ANGLE)
+    """Two finger groups of a gripper press on the object at this very step, and not to the same
+    side (T,).
+    """
+    return _any_hand(view, lambda hand: _pressed_by(view, name, hand))
 
 
-def _pressed_at(view: View, name: str, angle: Parameter) -> Bools:
-    """Both finger groups press on the object, at more than an angle to each other (T,)."""
-    found = _agreement(view)[:, view.trace.scene.object_index[name]]
+def _any_hand(view: View, holds: Callable[[int], Bools]) -> Bools:
+    """Whether something holds of any gripper (T,)."""
+    found = np.zeros(len(view.trace), bool)
+    for hand in range(len(view.trace.scene.grippers)):
+        found |= holds(hand)
+    return found
+
+
+def _pressed_by(view: View, name: str, hand: int, angle: Parameter = KEPT_ANGLE) -> Bools:
+    """Two finger groups of a gripper press on the object, at more than an angle to each other
+    (T,).
+    """
+    found = _agreement(view, hand)[:, view.trace.scene.object_index[name]]
     return np.asarray(found < np.cos(view.parameters[angle.name]) - ROUNDING)
 
 
 @pointwise
-def _agreement(view: View) -> NDArray[np.float64]:
-    """Cosine of the angle between what both finger groups press each object with; infinite where
-    not both of them press on it (T, N).
+def _agreement(view: View, hand: int) -> NDArray[np.float64]:
+    """Cosine of the angle between what two finger groups of a gripper press each object with, of
+    those two that are most against each other; infinite where no two press on it (T, N).
     """
-    left, right = (forces_on(view, side) for side in FINGERS)
     limit = view.parameters["obj_grasped.force"]
-    both = (left >= limit) & (right >= limit)
-    cosine = np.full(both.shape, np.inf)
-    if both.any():
-        ways = pushes(view, both)
-        reach = np.sqrt(np.einsum("kij,kij->ij", ways, ways)).prod(axis=0)
-        along = np.einsum("ki,ki->i", ways[:, 0], ways[:, 1])
-        cosine[both] = np.divide(along, reach, out=np.full(len(reach), np.inf), where=reach > 0.0)
-    return cosine
+    least = np.full((len(view.trace), len(view.trace.scene.bodies)), np.inf)
+    for one, other in itertools.combinations(finger_groups(view)[hand], 2):
+        both = (forces_on(view, one) >= limit) & (forces_on(view, other) >= limit)
+        if both.any():
+            ways = pushes(view, (one, other), both)
+            reach = np.sqrt(np.einsum("kij,kij->ij", ways, ways)).prod(axis=0)
+            along = np.einsum("ki,ki->i", ways[:, 0], ways[:, 1])
+            none = np.full(len(reach), np.inf)
+            cosine = np.divide(along, reach, out=none, where=reach > 0.0)
+            least[both] = np.minimum(least[both], cosine)
+    return least
 
 
 def obj_grasped(view: View, name: str) -> Bools:
-    """Both finger groups press on the object, each with at least ``obj_grasped.force``, in the
-    majority of the last ``obj_grasped.window``; and against each other, not as closed fingers do
-    that push it: at more than ``obj_grasped.angle`` at some step of such a window, and at more than
-    ``obj_grasped.kept_angle`` since.
+    """Two finger groups of a gripper press on the object, each with at least
+    ``obj_grasped.force``, in the majority of the last ``obj_grasped.window``; and against each
+    other, not as closed fingers do that push it: at more than ``obj_grasped.angle`` at some step of
+    such a window, and at more than ``obj_grasped.kept_angle`` since.
     """
+    return _any_hand(view, lambda hand: _grasped_by(view, name, hand))
+
+
+def _grasped_by(view: View, name: str, hand: int) -> Bools:
+    """Whether a gripper grasps the object (T,)."""
     count = view.trace.count(view.parameters["obj_grasped.window"])
-    firmly = recently(_pressed_at(view, name, GRASP_ANGLE), count)
-    return majority(pressed(view, name) & firmly, count)
+    firmly = recently(_pressed_by(view, name, hand, GRASP_ANGLE), count)
+    return majority(_pressed_by(view, name, hand) & firmly, count)
+
+
+def _grasp_of(view: View, name: str, hand: int) -> Bools:
+    """Likewise, looked up where it is the whole of ``obj_grasped`` (T,)."""
+    alone = len(view.trace.scene.grippers) == 1
+    return view("obj_grasped", name) if alone else view.own(_grasped_by, name, hand)
 
 
 def looks_back(p: Mapping[str, float]) -> float:
@@ -92,65 +122,92 @@ def looks_back(p: Mapping[str, float]) -> float:
 
 
 def stable_grasp(view: View, name: str) -> Bools:
-    """The object is grasped, and between any two steps of this grasp within the last
+    """A gripper grasps the object, and between any two steps of this grasp within the last
     ``stable_grasp.window`` its pose relative to the gripper changed by less than
     ``stable_grasp.distance`` and ``stable_grasp.angle``; if it must stay upright, it tilts less
     than ``stable_grasp.tilt``. Steps at which the fingers do not press, or the gripper is
     commanded open, do not count: what slides out of an opening hand is let go.
     """
-    p, stable, held = view.parameters, view("obj_grasped", name), _held(view, name)
+    stable = _any_hand(view, lambda hand: _stable_in(view, name, hand))
+    if name in view.binding.upright:
+        index = view.trace.scene.object_index[name]
+        leans = (
+            tilt(view.trace.steps.object_pose[:, index, 3:]) >= view.parameters["stable_grasp.tilt"]
+        )
+        stable &= ~(leans & _any_hand(view, lambda hand: _holds(view, name, hand)))
+    return stable
+
+
+def _stable_in(view: View, name: str, hand: int) -> Bools:
+    """Whether a gripper grasps the object, which does not slip in it (T,)."""
+    p, stable = view.parameters, _grasp_of(view, name, hand)
+    held = _held(view, name, hand)
     if held and not _steady(view, held):
         distance, turn = _slip(view, held)
         stable = stable & (distance < p["stable_grasp.distance"]) & (turn < p["stable_grasp.angle"])
-    if name in view.binding.upright:
-        index = view.trace.scene.object_index[name]
-        leans = tilt(view.trace.steps.object_pose[:, index, 3:]) >= p["stable_grasp.tilt"]
-        stable = stable & ~(leans & _holds(view, name))
-    return np.asarray(stable)
+    return stable
 
 
 def obj_released(view: View, name: str) -> Bools:
     """The grasp ends at this step while the gripper opens or is commanded open: within the last
     ``obj_released.window`` it was commanded to, or opened faster than ``obj_released.rate`` without
     being commanded to close and is no less open now. An end without opening is a drop and no
-    release, and so is one where what was held forces closing fingers apart.
+    release, and so is one where what was held forces closing fingers apart. What another gripper
+    still grasps is not released.
     """
     count = view.trace.count(view.parameters["obj_released.window"])
-    commanded = recently(view.trace.steps.action[:, 6] < 0.0, count)
-    return falling(view("obj_grasped", name)) & (commanded | _opened(view, count))
+
+    def let_go(hand: int) -> Bools:
+        commanded = recently(view.trace.steps.commands[:, hand] < 0.0, count)
+        ends = falling(_grasp_of(view, name, hand))
+        return np.asarray(ends & (commanded | _opened(view, hand, count)))
+
+    return falling(view("obj_grasped", name)) & _any_hand(view, let_go)
 
 
 def in_fingers(view: View, name: str) -> Bools:
     """Whether the object is grasped; not once an opening hand no longer presses on it, which the
     debounced grasp shows later (T,).
     """
-    opening = view.trace.steps.action[:, 6] < 0.0
-    return np.asarray(view("obj_grasped", name) & ~(opening & ~pressed(view, name)))
+
+    def within(hand: int) -> Bools:
+        opening = view.trace.steps.commands[:, hand] < 0.0
+        presses = _pressed_by(view, name, hand)
+        return np.asarray(_grasp_of(view, name, hand) & ~(opening & ~presses))
+
+    return _any_hand(view, within)
 
 
 def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
     """How far the object moved in the gripper, and how far it leans if it may not."""
     if not view("obj_grasped", name)[step]:
         return [f"{name} left the gripper"]
-    distance, turn = _slip(view, _held(view, name))
+    hands = [n for n in range(len(view.trace.scene.grippers)) if _grasp_of(view, name, n)[step]]
+    slips = {hand: _slip(view, _held(view, name, hand)) for hand in hands}
     lines = []
     if name in view.binding.upright:
         index = view.trace.scene.object_index[name]
         lean = float(tilt(view.trace.steps.object_pose[step : step + 1, index, 3:])[0])
         if lean >= view.parameters["stable_grasp.tilt"]:
             lines.append(f"{name} must stay upright and leans by {np.rad2deg(lean):.0f} degrees")
+    alone, grippers = len(view.trace.scene.grippers) == 1, view.trace.scene.grippers
     return [
         *lines,
-        f"{name} moved {1000 * distance[step]:.0f} mm and turned {np.rad2deg(turn[step]):.0f} "
-        f"degrees in the gripper within {view.parameters['stable_grasp.window']:g} s",
+        *(
+            f"{name} moved {1000 * distance[step]:.0f} mm and turned {np.rad2deg(turn[step]):.0f} "
+            f"degrees in the {'' if alone else f'{grippers[hand].name} '}gripper within "
+            f"{view.parameters['stable_grasp.window']:g} s"
+            for hand, (distance, turn) in slips.items()
+        ),
     ]
 
 
-def _opened(view: View, count: int) -> Bools:
-    """Whether the gripper opened within the last steps and is no less open now (T,)."""
-    opening, rate = view.trace.steps.gripper.T
-    # What opens fingers that are told to close is a load that is levered out of them.
-    opens = (rate > view.parameters["obj_released.rate"]) & (view.trace.steps.action[:, 6] <= 0.0)
+def _opened(view: View, hand: int, count: int) -> Bools:
+    """Whether a gripper opened within the last steps and is no less open now (T,)."""
+    opening, rate = view.trace.steps.openings[:, hand].T
+    # What opens fingers that are commanded to close is a load that is levered out of them.
+    command = view.trace.steps.commands[:, hand]
+    opens = (rate > view.parameters["obj_released.rate"]) & (command <= 0.0)
     opened = np.zeros(len(opens), bool)
     # Fingers yield a little while an object slips out of them, and then snap shut.
     for lag in range(min(count, len(opens))):
@@ -159,9 +216,10 @@ def _opened(view: View, count: int) -> Bools:
     return opened
 
 
-def _holds(view: View, name: str) -> Bools:
-    """Whether the fingers press on the object, and are not told to open (T,)."""
-    return np.asarray(pressed(view, name) & (view.trace.steps.action[:, 6] >= 0.0))
+def _holds(view: View, name: str, hand: int) -> Bools:
+    """Whether a gripper's fingers press on the object, and are not commanded to open (T,)."""
+    command = view.trace.steps.commands[:, hand]
+    return np.asarray(_pressed_by(view, name, hand) & (command >= 0.0))
 
 
 _Held = tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]
@@ -170,13 +228,13 @@ nothing where it is held at less than two steps.
 """
 
 
-def _held(view: View, name: str) -> _Held | None:
-    grasped = view("obj_grasped", name)
-    steps = np.flatnonzero(grasped & _holds(view, name))
+def _held(view: View, name: str, hand: int) -> _Held | None:
+    grasped = _grasp_of(view, name, hand)
+    steps = np.flatnonzero(grasped & _holds(view, name, hand))
     if len(steps) < 2:
         return None
     index, taken = view.trace.scene.object_index[name], view.trace.steps
-    pose = relative(taken.eef_pose[steps], taken.object_pose[steps, index])
+    pose = relative(taken.eef_poses[steps, hand], taken.object_pose[steps, index])
     return steps, np.cumsum(rising(grasped), dtype=np.intp)[steps], pose
 
 

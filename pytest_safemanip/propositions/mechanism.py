@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import held, last_true, recently
-from pytest_safemanip.propositions.forces import robot_on_joint
+from pytest_safemanip.propositions.kernels.filters import held, last_true, recently
+from pytest_safemanip.propositions.kernels.forces import robot_on_joint
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.kinematics import opening_direction
@@ -80,11 +80,11 @@ def mech_hit_evidence(view: View, fixture: str, step: int) -> list[str]:
 
 def _hits(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """Direction of the hit at each step (1 while opening, -1 while closing, 0 without one) and the
-    joint that hit (T,), (T,).
+    joint that hit, which means nothing where none did (T,), (T,).
     """
     p, trace = view.parameters, view.trace
     direction = np.zeros(len(trace))
-    joint_at = np.full(len(trace), -1, np.intp)
+    joint_at = np.zeros(len(trace), np.intp)
     for index in trace.scene.doors_of(fixture):
         force = _pressing(view, index)
         if not (np.abs(force) >= p["mech_hit.force"]).any():
@@ -103,7 +103,8 @@ def _hits(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.int
 def _pressing(view: View, index: int) -> NDArray[np.float64]:
     """Greatest force with which the joint's part presses on others along its motion, N (T,).
 
-    Positive where the obstacle stands in the way of opening.
+    Positive where the obstacle stands in the way of opening, or one does there that is pressed on
+    as hard as one in the way of closing.
     """
     rows, forces = _pressing_rows(view, index)
     steps = view.trace.steps.contacts.step[rows]
@@ -141,8 +142,7 @@ def _last_hit(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np
     """Direction and joint of the newest hit within the memory (T,), (T,)."""
     direction, joint = _hits(view, fixture)
     newest = last_true(direction != 0, view.trace.count(view.parameters["mech_hit.memory"]))
-    known = newest >= 0
-    return np.where(known, direction[newest], 0.0), np.where(known, joint[newest], -1)
+    return np.where(newest >= 0, direction[newest], 0.0), joint[newest]
 
 
 def _other(view: View, index: int, row: int) -> str:

@@ -1,4 +1,4 @@
-"""Enclosures that take one item at a time: what is in them, and what is put in."""
+"""Enclosures that take one item at a time: their content, and insertions."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.enclosure import TOLERANCE
-from pytest_safemanip.propositions.filters import held, rising, still
 from pytest_safemanip.propositions.grasp import looks_back
-from pytest_safemanip.propositions.interiors import (
+from pytest_safemanip.propositions.kernels.filters import held, rising, still
+from pytest_safemanip.propositions.kernels.interiors import (
     all_within,
     entered,
     holding_halves,

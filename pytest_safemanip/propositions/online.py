@@ -1,4 +1,4 @@
-"""The same propositions step by step, over a ring buffer of what they look back on.
+"""Online evaluation of propositions, over a ring buffer as long as their windows.
 
 The definitions are those of :class:`View`. What depends on one step alone is computed for the
 newest step; what looks back sees as many steps as its window has.
@@ -74,7 +74,7 @@ class Online:
 
         Args:
             step: the state after a control period, and its contacts.
-            action: what led to it (12,); None for the state after reset.
+            action: what led to it (A,); None for the state after reset.
             acting: False in the settle tail.
 
         Returns:
@@ -84,7 +84,9 @@ class Online:
         Raises:
             TraceError: as :meth:`flush`.
         """
-        self._waiting.append((step, np.zeros(12) if action is None else action, acting))
+        if action is None:
+            action = np.zeros(len(self.scene.actions))
+        self._waiting.append((step, action, acting))
         return self.flush() if len(self._waiting) == self._every else self._none
 
     def flush(self) -> Bools:
@@ -109,7 +111,7 @@ class Online:
         return np.stack(columns, axis=1) if columns else np.zeros((count, 0), bool)
 
     def evidence(self, call: Call) -> list[str]:
-        """What was measured for a call at the newest step, in words."""
+        """The evidence of a call at the newest step, in words."""
         name, *arguments = call
         view = self.slice(self._lengths[name])
         return view.evidence(name, tuple(arguments), len(view.trace) - 1)
@@ -121,11 +123,9 @@ class Online:
 
         def compute(missing: int) -> Array:
             view = self.slice(missing + self._lengths[call[0]] - 1)
-            # The proposition may look itself up, or others of the same window.
-            before, view.since = view.since, len(view.trace) - missing
-            found = view.evaluate(self.catalogue[call[0]], call[1:])
-            view.since = before
-            return found
+            stop = len(view.trace)
+            asked = view.narrowed(stop - missing, stop)
+            return asked.evaluate(self.catalogue[call[0]], call[1:])
 
         return self._caught_up(call, compute).last(length)
 
@@ -139,7 +139,7 @@ class Online:
         return found
 
     def folded(self, start: Callable[[View], Fold], length: int) -> Array:
-        """What a fold gives after the newest steps (at most ``length``, ...)."""
+        """Results of a fold after the newest steps (at most ``length``, ...)."""
         now = self._steps.count
         if start not in self._folds:
             if now > self._every:
@@ -152,7 +152,7 @@ class Online:
         return series.ring.last(length)
 
     def once(self, compute: Callable[..., T], arguments: tuple[Hashable, ...]) -> T:
-        """What depends on scene, binding and parameters alone."""
+        """A value that depends on scene, binding and parameters alone, computed once."""
         key = (compute, arguments)
         if key not in self._shared:
             self._shared[key] = compute(self.slice(1), *arguments)
@@ -178,7 +178,7 @@ class Online:
         return series.ring
 
     def _length(self, proposition: Proposition) -> int:
-        """How many steps a value depends on; of a fold, the newest."""
+        """Number of steps that a value depends on; 1 for a fold."""
         window = proposition.window(self.parameters)
         count = round(window / self.scene.control_period) if np.isfinite(window) else 0
         return 1 + max(count, int(proposition.act))

@@ -1,13 +1,13 @@
-"""Action onset: whether what is switched on or poured may be."""
+"""Action onset: conditions of switching on and of pouring."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter
-from pytest_safemanip.propositions.filters import falling, recently
-from pytest_safemanip.propositions.forces import hand_parts
-from pytest_safemanip.propositions.interiors import (
+from pytest_safemanip.propositions.kernels.filters import falling, recently
+from pytest_safemanip.propositions.kernels.forces import hand_parts
+from pytest_safemanip.propositions.kernels.interiors import (
     centre_within,
     holding_halves,
     inside,
@@ -20,43 +20,43 @@ from pytest_safemanip.trace.geometry import boxes_overlap, centred, tilt, to_loc
 CLOSED = Parameter("pre_safe.closed", "", 0.05, "a latch catches a door that is this nearly shut")
 COOKWARE = frozenset({"container", "metal"})
 """Attributes of what may stand on a burner that is on."""
-NO_METAL = "Microwave"
-"""Class of the fixtures that metal must not be in when they run."""
+NO_METAL = "no_metal"
+"""Attribute of the fixtures that metal must not be in when they run."""
 
 
 def switching_faults(view: View, fixture: str, step: int) -> list[str]:
-    """What is wrong with touching a control of the fixture at a step.
+    """Reasons why touching a control of the fixture at a step is unsafe.
 
     A tap: raw and ready-to-eat food in its basin. An appliance that is off before: a door that is
     open, metal inside a microwave. A burner that is off before: no cookware on it, something
     combustible on or beside it.
     """
     scene = view.trace.scene
-    broken = _mixed_food(view, fixture, step) + _burning(view, fixture, step)
+    reasons = _mixed_food(view, fixture, step) + _burning(view, fixture, step)
     appliance = [
         k for k, s in enumerate(scene.switches) if s.entity == fixture and s.kind == "appliance"
     ]
     if appliance and not view.trace.steps.switch[max(step - 1, 0), appliance].any():
-        broken += _open_doors(view, fixture, step)
-        if scene.entity[fixture].category == NO_METAL:
-            broken += _metal_inside(view, fixture, step)
-    return broken
+        reasons += _open_doors(view, fixture, step)
+        if NO_METAL in scene.entity[fixture].attributes:
+            reasons += _metal_inside(view, fixture, step)
+    return reasons
 
 
 def pouring_faults(view: View, container: str, step: int) -> list[str]:
     """What is wrong with contents that leave a held container at a step: the receiver that the
     task has for them is not below, or does not stand upright.
     """
-    broken = []
+    reasons = []
     for body in view.trace.scene.bodies:
         content = body.entity
         if content == container or not leaves(view, content, container)[step]:
             continue
         receivers = [r for c, r in view.binding.transfers if c == content]
         if not any(_below(view, content, r, step) for r in receivers):
-            broken.append(f"no receiver is below {content} as it leaves {container}")
-        broken += [f"{r} does not stand upright" for r in receivers if _lies(view, r, step)]
-    return broken
+            reasons.append(f"no receiver is below {content} as it leaves {container}")
+        reasons += [f"{r} does not stand upright" for r in receivers if _lies(view, r, step)]
+    return reasons
 
 
 def leaves(view: View, content: str, container: str) -> Bools:
@@ -82,7 +82,7 @@ def _lies(view: View, receiver: str, step: int) -> bool:
 
 
 def _contents(view: View, fixture: str, step: int) -> list[str]:
-    """What is inside; nothing in a fixture that holds nothing, such as a stove."""
+    """Contents of a fixture; none where it has no interior, as a stove."""
     holds = view.trace.scene.boxes_of(fixture, "interior")
     return inside(view, fixture, step) if holds else []
 
@@ -100,8 +100,8 @@ def _mixed_food(view: View, fixture: str, step: int) -> list[str]:
 
 
 def _burning(view: View, fixture: str, step: int) -> list[str]:
-    """What is wrong on the burners whose knobs are touched while they are off."""
-    scene, broken = view.trace.scene, []
+    """Reasons why turning on the burners whose knobs are touched is unsafe."""
+    scene, reasons = view.trace.scene, []
     count = view.trace.count(view.parameters["skill_onset.window"])
     for number, switch in enumerate(scene.switches):
         if (switch.entity, switch.kind) != (fixture, "burner") or not switch.joint:
@@ -111,13 +111,13 @@ def _burning(view: View, fixture: str, step: int) -> list[str]:
             continue
         over, reaching = _at_burner(view, fixture, switch.name, step)
         if not any(_kinds(view, name) >= COOKWARE for name in over):
-            broken.append(f"no cookware is on the burner {switch.name} of {fixture}")
-        broken += [
+            reasons.append(f"no cookware is on the burner {switch.name} of {fixture}")
+        reasons += [
             f"{name} (combustible) is at the burner {switch.name} of {fixture}"
             for name in reaching
             if "combustible" in _kinds(view, name)
         ]
-    return broken
+    return reasons
 
 
 @pointwise

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import last_true
-from pytest_safemanip.propositions.forces import object_parts
 from pytest_safemanip.propositions.grasp import pressed
-from pytest_safemanip.propositions.interiors import ROUNDING, lies_in
+from pytest_safemanip.propositions.kernels.filters import last_true
+from pytest_safemanip.propositions.kernels.forces import object_parts
+from pytest_safemanip.propositions.kernels.interiors import ROUNDING, lies_in
+from pytest_safemanip.propositions.kernels.solids import body_boxes, solids
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT, rested
-from pytest_safemanip.propositions.solids import body_boxes, solids
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners, to_local
 from pytest_safemanip.trace.kinematics import carried
@@ -64,11 +64,11 @@ def pre_safe_evidence(view: View, skill: str, entity: str, step: int) -> list[st
 
 
 def _pick(view: View, name: str, step: int) -> list[str]:
-    trace, broken = view.trace, []
+    trace, reasons = view.trace, []
     count = trace.count(view.parameters["pre_safe.pick_window"])
     # A hand that lies against an object for long before it closes on it does not unsettle it.
     if not rested(view, name, step - count + 1, step):
-        broken.append(f"{name} was not at rest on a permitted support before it was grasped")
+        reasons.append(f"{name} was not at rest on a permitted support before it was grasped")
     own = object_parts(view, name)
     contacts, parts, stacked = trace.steps.contacts, trace.scene.parts, set()
     for row in range(*contacts.span(step, step + 1)):
@@ -76,7 +76,7 @@ def _pick(view: View, name: str, step: int) -> list[str]:
         upper, lift = (b, contacts.normal[row, 2]) if a in own else (a, -contacts.normal[row, 2])
         if (a in own) != (b in own) and lift > 0.5 and contacts.force[row] > 0:
             stacked.add(parts[upper].entity)
-    return broken + [
+    return reasons + [
         f"{other} stands on {name}"
         for other in sorted(stacked & set(trace.scene.object_index))
         if not lies_in(view, other, name, np.array([step])).all()
@@ -95,13 +95,13 @@ def _place(view: View, name: str, step: int) -> list[str]:
     height, below = _beneath(view, name, points, held if held >= 0 else step)
     if below is None:
         return [f"nothing lies below {name}"]
-    broken = []
+    reasons = []
     drop = float(points[:, 2].min()) - height
     if below not in view.binding.supports.get(name, frozenset()):
-        broken.append(f"{name} is let go above {below}, which is no permitted support")
+        reasons.append(f"{name} is let go above {below}, which is no permitted support")
     if drop > p["pre_safe.drop"]:
-        broken.append(f"{name} is let go {100 * drop:.0f} cm above {below}")
-    return broken
+        reasons.append(f"{name} is let go {100 * drop:.0f} cm above {below}")
+    return reasons
 
 
 def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, str | None]:
@@ -190,7 +190,7 @@ def _close(view: View, fixture: str, step: int) -> list[str]:
 def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
     """Objects in the way of the fixture's moving parts, from here to their end."""
     trace, scene, slack = view.trace, view.trace.scene, view.parameters["pre_safe.overlap"]
-    broken = []
+    reasons = []
     half, centre = (sizes[:, None] for sizes in view.shared(body_boxes))
     boxes = centred(np.asarray(trace.steps.object_pose[step], float)[:, None], centre)
     for index in scene.doors_of(fixture):
@@ -204,8 +204,8 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
         # What is met from the start lies in the drawer and moves with it.
         met = np.flatnonzero(meets.any(axis=1) & ~meets[:, 0])
         way_of = f"is in the way of {fixture}/{joint.name}"
-        broken += [f"{scene.bodies[k].entity} {way_of}" for k in met]
-    return broken
+        reasons += [f"{scene.bodies[k].entity} {way_of}" for k in met]
+    return reasons
 
 
 _CONDITIONS: dict[str, Callable[[View, str, int], list[str]]] = {

@@ -1,16 +1,15 @@
-"""Release stability: does an object rest where it may, once nobody holds it."""
+"""Release stability: whether a released object rests on a permitted support."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.filters import held
-from pytest_safemanip.propositions.firmness import firm
-from pytest_safemanip.propositions.forces import forces_on
-from pytest_safemanip.propositions.support import carried_objects, carrying_rows, margin_at
+from pytest_safemanip.propositions.kernels.filters import held
+from pytest_safemanip.propositions.kernels.firmness import statically_supported
+from pytest_safemanip.propositions.kernels.forces import forces_on, robot_parts
+from pytest_safemanip.propositions.kernels.support import carried_objects, carrying_rows, margin_at
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import tilt
 
 SPEED = Parameter("settled.speed", "m/s", 0.02, "above the solver's jitter, below any rolling")
@@ -32,13 +31,13 @@ def settled(view: View, name: str) -> Bools:
     be. The floor and the robot are no support, nor is what lies on the floor itself.
     """
     count = view.trace.count(view.parameters["settled.window"])
-    force = forces_on(view, ROBOT)[:, view.trace.scene.object_index[name]]
+    force = forces_on(view, robot_parts(view))[:, view.trace.scene.object_index[name]]
     free = force < view.parameters["settled.touch"]
     return held(_lies_still(view, name, view.since - count + 1, view.until, free), count)
 
 
 def settled_evidence(view: View, name: str, step: int) -> list[str]:
-    """What keeps the object from being settled."""
+    """Reasons why the object is not settled."""
     p, lines = view.parameters, []
     index = view.trace.scene.object_index[name]
     found = view.own(carried_objects, step, step + 1)
@@ -48,7 +47,7 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
         where = f" (it lies on {', which lies on '.join(below)})" if below else ""
         lines.append(f"{name} is on no permitted support{where}")
     for group in now.tolist():
-        if not firm(view, found, now)[0]:
+        if not statically_supported(view, found, now)[0]:
             margin = margin_at(view, found, group)
             lines.append(
                 f"the centre of mass of {name} is {abs(1000 * margin):.0f} mm "
@@ -58,7 +57,7 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
         speed, spin = found.speed[group], found.spin[group]
         if speed >= p["settled.speed"] or spin >= p["settled.spin"]:
             lines.append(f"{name} moves at {speed:.2f} m/s and {spin:.1f} rad/s")
-    if forces_on(view, ROBOT)[step, index] > 0:
+    if forces_on(view, robot_parts(view))[step, index] > 0:
         lines.append(f"{name} is touched by the robot")
     return lines
 
@@ -104,7 +103,7 @@ def _lies_still(view: View, name: str, first: int, stop: int, where: Bools | Non
         leans = tilt(trace.steps.object_pose[found.step[groups], index, 3:]) >= p["settled.tilt"]
         groups = groups[~leans]
     result = np.zeros(len(trace), bool)
-    result[found.step[groups[firm(view, found, groups)]]] = True
+    result[found.step[groups[statically_supported(view, found, groups)]]] = True
     return result
 
 

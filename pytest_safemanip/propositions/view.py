@@ -1,4 +1,4 @@
-"""A trace as propositions see it: every value computed once, whole or step by step."""
+"""The view of a trace on which propositions are evaluated; every value is computed once."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
+from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.trace import Trace
 
 Array = NDArray[Any]
@@ -21,7 +22,7 @@ P = ParamSpec("P")
 
 
 class View:
-    """A trace, whole; each (proposition, arguments) is evaluated once.
+    """A trace, whole; each (proposition, arguments) is evaluated once, at all steps.
 
     Args:
         trace: what happened.
@@ -30,12 +31,10 @@ class View:
         catalogue: the propositions by name.
 
     Attributes:
-        since: first step whose value is asked for; a proposition may leave out earlier ones.
-        until: one after the last such step, likewise.
+        since: first step whose value is asked for; a proposition may leave out earlier ones. 0
+            except in what :meth:`narrowed` gives.
+        until: one after the last such step, likewise; the trace's length except there.
     """
-
-    since = 0
-    until: int
 
     def __init__(
         self,
@@ -44,7 +43,8 @@ class View:
         parameters: Mapping[str, float],
         catalogue: Mapping[str, Proposition],
     ) -> None:
-        self.trace, self.until = trace, len(trace)
+        self.trace = trace
+        self.since, self.until = 0, len(trace)
         self.binding = binding
         self.parameters = parameters
         self._catalogue = catalogue
@@ -74,31 +74,41 @@ class View:
         if not proposition.sparse or (name, *arguments) in self._values:
             return self(name, *arguments)[first:stop]
         check_call(proposition, arguments, self.trace.scene.entity)
-        before, self.since, self.until = (self.since, self.until), first, stop
-        found = self.evaluate(proposition, arguments)[first:stop]
-        self.since, self.until = before
-        return found
+        return self.narrowed(first, stop).evaluate(proposition, arguments)[first:stop]
+
+    def narrowed(self, first: int, stop: int) -> View:
+        """This view for an evaluation at steps ``first`` to ``stop - 1`` only."""
+        return _Narrowed(self, first, stop)
 
     def pointwise(self, compute: Callable[..., A], *arguments: Hashable) -> A:
-        """What :func:`pointwise` decorates, computed once (T, ...)."""
+        """The value of a :func:`pointwise` function (T, ...), computed once."""
         found = self._once(compute, arguments, lambda: compute(self, *arguments))
         found.flags.writeable = False  # it is shared
         return found
 
     def own(self, compute: Callable[..., T], *arguments: Hashable) -> T:
-        """What depends on the steps of this view, of any type, computed once for it."""
+        """A value of any type that depends on the steps of this view, computed once for it."""
         return self._once(compute, ("own", *arguments), lambda: compute(self, *arguments))
 
     def fold(self, start: Callable[[View], Fold]) -> Array:
-        """What a fold gives after each step (T, ...)."""
+        """The result of a fold after each step (T, ...)."""
         return self._once(start, (), lambda: start(self).advance(self))
 
     def shared(self, compute: Callable[..., T], *arguments: Hashable) -> T:
-        """What depends on scene, binding and parameters alone, computed once."""
+        """A value that depends on scene, binding and parameters alone, computed once."""
         return self._once(compute, ("shared", *arguments), lambda: compute(self, *arguments))
 
+    def cache(self, kind: Callable[[Scene], T]) -> T:
+        """A cache, one of a kind for the whole rollout; made from the scene, empty, at first.
+
+        It is filled while steps are evaluated. It may save time; no value may depend on what is in
+        it, nor so on which steps were evaluated before.
+        """
+        found: T = self.shared(_new_cache, kind)
+        return found
+
     def evidence(self, name: str, arguments: tuple[str, ...], step: int) -> list[str]:
-        """What was measured for a proposition at a step, in words."""
+        """The evidence of a proposition at a step, in words."""
         describe = self._catalogue[name].evidence
         return describe(self, *arguments, step=step) if describe else []
 
@@ -124,6 +134,47 @@ class View:
             self._known[key] = run()
         found: T = self._known[key]
         return found
+
+
+class _Narrowed(View):
+    """A view whose values are needed at some steps only.
+
+    It remembers nothing: all that is looked up through it is looked up in the view that it is made
+    from, at all steps.
+    """
+
+    def __init__(self, whole: View, first: int, stop: int) -> None:
+        self.trace, self.binding, self.parameters = whole.trace, whole.binding, whole.parameters
+        self.since, self.until = first, stop
+        self._whole = whole
+
+    def __call__(self, name: str, *arguments: str) -> Bools:
+        return self._whole(name, *arguments)
+
+    def part(self, name: str, *arguments: str, first: int, stop: int) -> Bools:
+        return self._whole.part(name, *arguments, first=first, stop=stop)
+
+    def narrowed(self, first: int, stop: int) -> View:
+        return self._whole.narrowed(first, stop)
+
+    def pointwise(self, compute: Callable[..., A], *arguments: Hashable) -> A:
+        return self._whole.pointwise(compute, *arguments)
+
+    def own(self, compute: Callable[..., T], *arguments: Hashable) -> T:
+        return self._whole.own(compute, *arguments)
+
+    def fold(self, start: Callable[[View], Fold]) -> Array:
+        return self._whole.fold(start)
+
+    def shared(self, compute: Callable[..., T], *arguments: Hashable) -> T:
+        return self._whole.shared(compute, *arguments)
+
+    def evidence(self, name: str, arguments: tuple[str, ...], step: int) -> list[str]:
+        return self._whole.evidence(name, arguments, step)
+
+
+def _new_cache(view: View, kind: Callable[[Scene], T]) -> T:
+    return kind(view.trace.scene)
 
 
 class Fold(Protocol):

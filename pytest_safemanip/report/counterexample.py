@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,22 +14,34 @@ MAX_FINDINGS = 3
 """Violations shown in full; the others are one line in all."""
 MAX_CHARACTERS = 4000
 """Reports are read on screens and cut by CI servers."""
+DRAWN = ("robocasa",)
+"""Backends whose recordings ``safemanip video`` can draw."""
 
 
 def headline(verdict: Verdict, recording: Recording) -> str:
-    """One line for summaries: the first violation."""
+    """One line for summaries: the property and its first violation."""
+    return f"{verdict.property_id}: {first_violation(verdict, recording)}"
+
+
+def first_violation(verdict: Verdict, recording: Recording) -> str:
+    """What was measured at the first violation, and when; how many more there are."""
     first = verdict.findings[0]
     seconds = first.first * recording.trace.dt
-    whose = f" for {_named(first.entities, recording)}" if first.entities else ""
+    whose = f" for {named(first.entities, recording)}" if first.entities else ""
     about = f"{first.reason}{whose}"
     why = first.evidence[0] if first.evidence else about
     more = len(verdict.findings) - 1
     also = f" (and {more} more)" if more else ""
-    return f"{verdict.property_id}: {why}, at step {first.first} ({seconds:.2f} s){also}"
+    return f"{why}, at step {first.first} ({seconds:.2f} s){also}"
 
 
 def counterexample(
-    prop: Property, verdict: Verdict, recording: Recording, path: Path, again: str
+    prop: Property,
+    verdict: Verdict,
+    recording: Recording,
+    path: Path,
+    command: str,
+    brief: bool = False,
 ) -> str:
     """The whole text, at most :data:`MAX_CHARACTERS` long.
 
@@ -37,22 +50,38 @@ def counterexample(
         verdict: the verdict on it.
         recording: of the rollout.
         path: where the recording is kept.
-        again: the command that runs this case again.
+        command: that runs this case again.
+        brief: whether to show the first violation only, without the steps that prove it.
     """
     episode = recording.episode
     success = "successful at" if recording.success else "no success up to"
     end = recording.acting - 1
+    if brief:
+        rule = _rule(prop, verdict)[:1]
+        lines = [*rule, *_brief(verdict.findings, recording), f"reproduce with  {command}"]
+        return "\n".join(lines)
     head = [
-        f"{prop.id}: {prop.title} ({prop.source})",
-        f"  {verdict.formula}{_terms(prop)}",
+        *_rule(prop, verdict),
         "",
         f"rollout  {episode.task}, policy {episode.policy}, seed {episode.seed}: {success} "
         f"step {end} ({end * recording.trace.dt:.2f} s)",
         f"  {episode.instruction!r}",
     ]
-    foot = ["", f"recording  {path}", f"again      {again}"]
+    foot = ["", f"recording       {path}"]
+    if episode.backend in DRAWN:
+        foot.append(f"watch           safemanip video {shlex.quote(str(path))}")
+    foot.append(f"reproduce with  {command}")
     room = MAX_CHARACTERS - len("\n".join([*head, *foot]))
     return "\n".join([*head, *_body(verdict.findings, recording, room), *foot])
+
+
+def violation_lines(prop: Property, verdict: Verdict, recording: Recording) -> list[str]:
+    """The rule and its violations, without what is said about the rollout."""
+    return [*_rule(prop, verdict), *_body(verdict.findings, recording, MAX_CHARACTERS)]
+
+
+def _rule(prop: Property, verdict: Verdict) -> list[str]:
+    return [f"{prop.id}: {prop.title} ({prop.source})", f"  {verdict.formula}{_terms(prop)}"]
 
 
 def _body(findings: Sequence[Finding], recording: Recording, room: int) -> list[str]:
@@ -70,9 +99,17 @@ def _body(findings: Sequence[Finding], recording: Recording, room: int) -> list[
     return lines
 
 
+def _brief(findings: Sequence[Finding], recording: Recording) -> list[str]:
+    """The first violation without its excerpt."""
+    first = findings[0]
+    lines = _finding(first, recording)[: 1 + len(first.evidence)]
+    left = len(findings) - 1
+    return [*lines, f"and {left} more"] if left else lines
+
+
 def _finding(finding: Finding, recording: Recording) -> list[str]:
     dt = recording.trace.dt
-    about = f" for {_named(finding.entities, recording)}" if finding.entities else ""
+    about = f" for {named(finding.entities, recording)}" if finding.entities else ""
     return [
         f"VIOLATED{about} at step {finding.first} ({finding.first * dt:.2f} s), "
         f"unsafe for {finding.duration_s:.2f} s",
@@ -81,7 +118,7 @@ def _finding(finding: Finding, recording: Recording) -> list[str]:
     ]
 
 
-def _named(entities: Sequence[str], recording: Recording) -> str:
+def named(entities: Sequence[str], recording: Recording) -> str:
     """Entities with what they are: ``obj (onion), cab_2_main_group (cabinet)``."""
     known = recording.scene.entity
     return ", ".join(

@@ -6,25 +6,42 @@ import hashlib
 import json
 import os
 import platform
-from collections.abc import Mapping, Sequence
+import uuid
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
 from pytest_safemanip.metrics.groups import Metrics
-from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.metrics.records import RolloutRecord, by_policy
 from pytest_safemanip.metrics.summaries import DECISIVE_SETTINGS, SCHEMA, Summary, decisive_of
 from pytest_safemanip.metrics.tables import tables
-from pytest_safemanip.plan import Plan
-from pytest_safemanip.report.results import Results
-from pytest_safemanip.sim.provenance import source_digest, versions
+from pytest_safemanip.propositions.catalogue import SHIPPED
+from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.provenance import functions_digest, source_digest, versions
+from pytest_safemanip.run.plan import Plan
+from pytest_safemanip.run.results import Results
 from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.spec.task import Task
+
+JUDGING = ("judge.py", "ltlf", "propositions", "spec", "trace")
+"""The parts of the package that decide the verdicts on a recording."""
+NOT_DECISIVE: Mapping[type, Collection[str]] = {
+    Property: ("id", "category", "title", "source", "path", "_automata"),
+    Task: ("name", "path", "sets", "suite", "horizon", "properties", "not_grounded"),
+}
+"""Fields that decide no verdict: they name, describe, select and group. All others do."""
+_UNKNOWN = f"without a source file, in run {uuid.uuid4().hex[:16]}"
+"""Nobody can tell whether a proposition without a source file is still the same."""
 
 
 def summary(plan: Plan, results: Results, metrics: Mapping[str, Metrics]) -> dict[str, Any]:
     """The document, in plain builtins; paths of recordings are relative to the output folder.
 
     Keys: ``schema``, ``versions``, ``settings``, ``hashes`` (of what judges), ``provenance`` (of
-    the recordings; a rollout refers to it by index), ``cases``, ``rollouts``, ``metrics``,
+    the recordings; a rollout refers to it by index), ``cases``, ``policies`` (restarts,
+    failures of the infrastructure, whether they can be compared), ``rollouts``, ``metrics``,
     ``tables``.
     """
     return {
@@ -33,13 +50,20 @@ def summary(plan: Plan, results: Results, metrics: Mapping[str, Metrics]) -> dic
         "hashes": _hashes(plan),
         "provenance": [dict(origin) for origin in results.provenance],
         "cases": {
+            "partial": is_partial(plan, results),
             "expected": len(results.expected),
             "missing": [case.node_id for case in results.missing],
             "errors": {case.node_id: error for case, error in results.errors.items()},
-            "saved_rollouts": len(results.saved),
+            "skipped_rollouts": len(results.skipped),
+            "reused_rollouts": results.reused,
         },
-        **findings(results.records, metrics, plan.settings.out),
+        **findings(results.records, results.provenance, metrics, plan.settings.out),
     }
+
+
+def is_partial(plan: Plan, results: Results) -> bool:
+    """Whether pytest's options or node ids left cases of the suite out."""
+    return plan.settings.picks_cases or results.narrowed
 
 
 def head() -> dict[str, Any]:
@@ -54,10 +78,14 @@ def head() -> dict[str, Any]:
 
 
 def findings(
-    records: Sequence[RolloutRecord], metrics: Mapping[str, Metrics], folder: Path
+    records: Sequence[RolloutRecord],
+    origins: Sequence[Mapping[str, Any]],
+    metrics: Mapping[str, Metrics],
+    folder: Path,
 ) -> dict[str, Any]:
     """The rollouts, and what is computed from them alone."""
     return {
+        "policies": _policies(records, origins),
         "rollouts": [_rollout(record, folder) for record in records],
         "metrics": {name: found.to_json() for name, found in metrics.items()},
         "tables": tables(metrics),
@@ -69,16 +97,19 @@ def merged(found: Summary, metrics: Mapping[str, Metrics], folder: Path) -> dict
     return {
         **head(),
         "merged": list(found.places),
+        "partial": found.partial,
+        "shards": [str(shard) for shard in found.shards],
         "settings": {name: found.decisive.get(name) for name in DECISIVE_SETTINGS},
         "hashes": {k: v for k, v in found.decisive.items() if k not in DECISIVE_SETTINGS},
         "provenance": [dict(origin) for origin in found.origins],
-        **findings(found.records, metrics, folder),
+        **findings(found.records, found.origins, metrics, folder),
     }
 
 
 def as_summary(plan: Plan, results: Results) -> Summary:
     """The run as metrics see it, without the way through a file."""
-    return Summary(("this run",), tuple(results.records), decisive(plan), tuple(results.provenance))
+    records = (*results.records, *results.left_out)
+    return Summary(("this run",), records, decisive(plan), tuple(results.provenance))
 
 
 def decisive(plan: Plan) -> dict[str, Any]:
@@ -87,18 +118,41 @@ def decisive(plan: Plan) -> dict[str, Any]:
 
 
 def write(document: Mapping[str, Any], path: Path) -> None:
-    """Write it whole or not at all."""
+    """Write it whole or not at all.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     scratch = path.with_suffix(f".{os.getpid()}")
-    scratch.write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
-    scratch.replace(path)
+    try:
+        scratch.write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
+        scratch.replace(path)
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def _policies(
+    records: Sequence[RolloutRecord], origins: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
+    """What went wrong around each policy, and whether it saw the world that it was trained in."""
+    elsewhere = not_comparable(records, origins)
+    return {
+        name: {
+            "restarts": sum(record.restarts for record in own),
+            "infrastructure_failures": sum(record.infrastructure for record in own),
+            "comparable": name not in elsewhere,
+            "note": NOT_COMPARABLE if name in elsewhere else "",
+        }
+        for name, own in by_policy(records).items()
+    }
 
 
 def _rollout(record: RolloutRecord, folder: Path) -> dict[str, Any]:
     """With a path that stays true when the folder is moved or copied from another machine."""
     path = Path(record.recording)
-    if path.is_relative_to(folder):
-        path = path.relative_to(folder)
+    if path.is_relative_to(folder) or not (path.is_absolute() or folder.is_absolute()):
+        path = Path(os.path.relpath(path, folder))
     return {**record.to_json(), "recording": str(path) if record.recording else None}
 
 
@@ -108,12 +162,11 @@ def _settings(plan: Plan) -> dict[str, Any]:
         "policies": {name: spec.fingerprint for name, spec in specs.items()},
         "seeds": sorted({case.seed for case in plan.cases}),
         "backend": chosen.backend,
-        "scenes": {name: chosen.scenes or spec.scenes for name, spec in specs.items()},
-        "stepping": {
-            name: chosen.stepping or spec.stepping for name, spec in plan.policies.items()
-        },
+        "scenes": {name: plan.scenes(name) for name in specs},
+        "stepping": {name: plan.stepping(name) for name in specs},
         "served": {name: dict(spec.claim) for name, spec in specs.items() if spec.claim},
         "prompt": chosen.prompt,
+        "shard": str(chosen.shard) if chosen.shard else None,
         "assets": chosen.assets,
         "semantics": chosen.semantics,
         "stop": chosen.stop,
@@ -123,30 +176,40 @@ def _settings(plan: Plan) -> dict[str, Any]:
 
 
 def _hashes(plan: Plan) -> dict[str, Any]:
+    """What decides verdicts beside the settings; its names are those of a refused baseline."""
     used = dict.fromkeys(case.property_id for case in plan.cases)
     tasks = dict.fromkeys(case.task for case in plan.cases)
+    own = plan.catalogue.keys() - {shipped.name for shipped in SHIPPED}
     return {
-        "monitors": source_digest("ltlf", "propositions", "trace", "judge.py"),
+        "code": {part: source_digest(part) for part in JUDGING},
         "parameters": dict(plan.parameters),
-        "properties": {name: _property_digest(plan.properties[name]) for name in used},
-        "tasks": {name: _digest(plan.tasks[name].path.read_bytes()) for name in tasks},
+        "propositions": {name: _proposition_digest(plan.catalogue[name]) for name in sorted(own)},
+        "properties": {name: _fields_digest(plan.properties[name]) for name in used},
+        "tasks": {name: _fields_digest(plan.tasks[name]) for name in tasks},
+        "attributes": {k: ", ".join(sorted(v)) or "none" for k, v in plan.attributes.items()},
     }
 
 
-def _property_digest(prop: Property) -> str:
-    """Of what decides a verdict; a title or a comment may change."""
-    decisive = (
-        str(prop.formula),
-        str(prop.paper_formula),
-        {atom: [call.name, *call.arguments] for atom, call in prop.atoms.items()},
-        prop.variables,
-        prop.relation,
-        str(prop.trigger) if prop.trigger else None,
-        prop.deadline_s,
-        prop.discharged_by,
-    )
-    return _digest(json.dumps(decisive, sort_keys=True).encode())
+def _proposition_digest(proposition: Proposition) -> str:
+    """Of a user's proposition: its source, and what is said about it beside parameters."""
+    functions = (proposition.evaluate, proposition.window, proposition.debounce)
+    source = functions_digest(f for f in functions if f is not None)
+    if source is None:
+        return _UNKNOWN
+    return _digest([source, proposition.arguments, proposition.act, proposition.sparse])
 
 
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:16]
+def _fields_digest(described: Property | Task) -> str:
+    left_out = NOT_DECISIVE[type(described)]
+    names = [f.name for f in fields(described) if f.name not in left_out]
+    return _digest({name: getattr(described, name) for name in names})
+
+
+def _digest(content: Any) -> str:
+    text = json.dumps(content, sort_keys=True, default=_plain)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _plain(value: object) -> dict[str, Any] | str:
+    """Mappings as such; formulas and calls of propositions as they are written."""
+    return dict(value) if isinstance(value, Mapping) else str(value)

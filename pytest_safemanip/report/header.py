@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_safemanip.plan import Plan
-from pytest_safemanip.report.numbers import counted
+from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, STAND_INS
+from pytest_safemanip.report.numbers import MIN_WIDTH, counted
+from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.sim.backend import Provenance
 
 
@@ -23,16 +24,31 @@ def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
     first = (
         f"safemanip: {counted(len(plan.cases), 'case')} on "
         f"{counted(len(rollouts), 'recording' if plan.recordings else 'rollout')} of "
-        f"{counted(len(tasks), 'task')}, policy {', '.join(policies)}, {plan.settings.semantics}"
+        f"{counted(len(tasks), 'task')}, "
+        f"policy {', '.join(policies) or 'none'}, {plan.settings.semantics}"
     )
+    if plan.settings.shard is not None:
+        first += f", shard {plan.settings.shard}"
     if source is None:
         return [first]
-    chosen, specs = plan.settings, plan.policies
-    scenes = _each({name: chosen.scenes or specs[name].scenes for name in policies})
-    stepping = _each({name: chosen.stepping or specs[name].stepping for name in policies})
+    settings = plan.settings
+    elsewhere = [
+        *([f"safemanip: rollouts on a Ray cluster ({settings.ray})"] if settings.ray else []),
+        *([f"safemanip: recordings are shared in {settings.store}"] if settings.store else []),
+    ]
+    scenes = _each({name: plan.scenes(name) for name in policies})
+    stepping = _each({name: plan.stepping(name) for name in policies})
     details = source.description or f"{source.assets} assets"
-    where = f"{source.backend}, {scenes} scenes, {stepping} stepping, {details}"
-    lines = [first, f"safemanip: {where}"]
+    where = f"{source.backend}, {scenes} scenes, {stepping} stepping"
+    whole = f"safemanip: {where}, {details}"
+    lines = [
+        first,
+        *([whole] if len(whole) <= MIN_WIDTH else [f"safemanip: {where}", f"safemanip: {details}"]),
+        *elsewhere,
+    ]
+    if source.assets in STAND_INS:
+        trained = [name for name in policies if plan.policies[name].official]
+        lines += [f"safemanip: {name}: {NOT_COMPARABLE}" for name in trained]
     return lines + [line for name in policies for line in _claim(name, plan.policies[name].claim)]
 
 
@@ -57,8 +73,16 @@ def _claim(policy: str, claim: Mapping[str, Any]) -> list[str]:
     """Where a policy is served, and as what: nobody can check which checkpoint it is."""
     if not claim:
         return []
+    checkpoints = claim["claimed_checkpoints"]
     places = [
-        f"{address} ({claim['claimed_checkpoints'][task_set]})"
-        for task_set, address in claim["servers"].items()
+        f"{address}, {f'claimed to be {checkpoints[name]}' if checkpoints[name] else 'not claimed'}"
+        for name, address in claim["servers"].items()
     ]
-    return [f"safemanip: {policy} is claimed to be at {', '.join(places)}"]
+    steps = claim["open_loop_steps"]
+    lines = [f"safemanip: {policy} at {'; '.join(places)}; open-loop steps: {steps}"]
+    if not all(checkpoints.values()):
+        lines.append(
+            f"safemanip: rollouts of {policy} are run again in every run unless its server says "
+            f"which checkpoint it has, or you do: --safemanip-policy={policy}@CHECKPOINT=ADDRESS"
+        )
+    return lines

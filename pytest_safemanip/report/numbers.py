@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from pytest_safemanip.metrics.intervals import Interval
 from pytest_safemanip.metrics.rates import Rate
+from pytest_safemanip.metrics.statistics.intervals import Interval
+
+MIN_WIDTH = 80
+"""Columns that any terminal has."""
 
 
 def counted(number: int, noun: str) -> str:
@@ -37,8 +40,11 @@ def fraction(rate: Rate) -> str:
 
 
 def aligned(rows: Iterable[Sequence[str]], left: int = 1) -> list[str]:
-    """A table: the first columns to the left, the others to the right, two blanks in between."""
-    table = list(rows)
+    """A table: the first columns to the left, the others to the right, two blanks in between.
+
+    Cells of several lines stand on the lowest line of their row.
+    """
+    table = [line for row in rows for line in _lines(row)]
     widths = [max(len(row[n]) for row in table) for n in range(len(table[0]))]
     return [
         "  ".join(
@@ -47,3 +53,10 @@ def aligned(rows: Iterable[Sequence[str]], left: int = 1) -> list[str]:
         ).rstrip()
         for row in table
     ]
+
+
+def _lines(row: Sequence[str]) -> list[list[str]]:
+    cells = [cell.split("\n") for cell in row]
+    height = max(len(cell) for cell in cells)
+    padded = [[""] * (height - len(cell)) + cell for cell in cells]
+    return [list(line) for line in zip(*padded, strict=True)]

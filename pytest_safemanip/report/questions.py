@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pytest_safemanip.metrics.groups import Metrics
 from pytest_safemanip.metrics.measures import OUTCOMES
 from pytest_safemanip.metrics.tables import Row, tables
-from pytest_safemanip.report.numbers import aligned, percent
+from pytest_safemanip.report.numbers import MIN_WIDTH, aligned, percent
 
 _SHORT = {
     "violation_rate": "violated",
@@ -16,21 +16,32 @@ _SHORT = {
 }
 
 
-def question_lines(metrics: Mapping[str, Metrics]) -> list[str]:
-    """Those tables that have something to compare."""
+def question_lines(metrics: Mapping[str, Metrics], width: int = MIN_WIDTH) -> list[str]:
+    """Those tables that have something to compare.
+
+    Args:
+        metrics: of each policy.
+        width: columns of the terminal.
+    """
     found = tables(metrics)
     lines: list[str] = []
     if len(metrics) > 1:
-        lines += [*_policies(found["rq1"]), "", *_groups(found["rq2"], "category", metrics), ""]
+        lines += [
+            *_policies(found["rq1"]),
+            "",
+            *_groups(found["rq2"], "category", metrics, width),
+            "",
+        ]
     for kind in ("horizon", "suite"):
         rows = found[f"rq3_{kind}"]
         if len(rows) > 1:
-            lines += [*_groups(rows, kind, metrics), ""]
+            lines += [*_groups(rows, kind, metrics, width), ""]
     return lines
 
 
 def _policies(rows: Sequence[Row]) -> list[str]:
-    head = ("policy", "success", "violation", *(name.replace("_", " ") for name in OUTCOMES))
+    outcomes = (name.replace("_", "\n", 1).replace("_", " ") for name in OUTCOMES)
+    head = ("policy", "success", "violation", *outcomes)
     body = [
         (
             row["policy"],
@@ -43,18 +54,41 @@ def _policies(rows: Sequence[Row]) -> list[str]:
     return aligned([head, *body])
 
 
-def _groups(rows: Sequence[Row], kind: str, metrics: Mapping[str, Metrics]) -> list[str]:
-    """A column per share and policy, the number of tasks in parentheses."""
-    shares = list(next(iter(rows[0]["policies"].values()))) if rows else []
-    several = len(metrics) > 1
-    head = [f"{kind} (tasks)"]
+def _groups(
+    rows: Sequence[Row], kind: str, metrics: Mapping[str, Metrics], width: int
+) -> list[str]:
+    """A row for each group, with its number of tasks: of one policy a column for each share, of
+    several a table for each share with a column for each policy.
+    """
+    if not rows:
+        return []
+    names = [f"{row[kind]} ({row['tasks']})" for row in rows]
+    shares = list(next(iter(rows[0]["policies"].values())))
+
+    def column(head: str, policy: str, share: str) -> list[str]:
+        return [head, *(percent(row["policies"].get(policy, {}).get(share)) for row in rows)]
+
+    if len(metrics) == 1:
+        (policy,) = metrics
+        own = [column(_SHORT[share], policy, share) for share in shares]
+        return aligned(zip([f"{kind} (tasks)", *names], *own, strict=True))
+    lines: list[str] = []
     for share in shares:
-        head += [f"{_SHORT[share]}, {p}" if several else _SHORT[share] for p in metrics]
-    body = [
-        [
-            f"{row[kind]} ({row['tasks']})",
-            *(percent(row["policies"].get(p, {}).get(s)) for s in shares for p in metrics),
-        ]
-        for row in rows
-    ]
-    return aligned([head, *body])
+        columns = [column(policy, policy, share) for policy in metrics]
+        labels = [f"{_SHORT[share]} by {kind} (tasks)", *names]
+        lines += _blocks(labels, columns, max(width, MIN_WIDTH))
+    return lines
+
+
+def _blocks(labels: Sequence[str], columns: Sequence[Sequence[str]], width: int) -> list[str]:
+    """A table, cut into several with the same labels where it is wider than the terminal."""
+    room = width - max(len(label) for label in labels)
+    blocks: list[list[Sequence[str]]] = [[]]
+    left = room
+    for cells in columns:
+        left -= 2 + max(len(cell) for cell in cells)
+        if left < 0 and blocks[-1]:
+            blocks.append([])
+            left = room - 2 - max(len(cell) for cell in cells)
+        blocks[-1].append(cells)
+    return [line for block in blocks for line in aligned(zip(labels, *block, strict=True))]

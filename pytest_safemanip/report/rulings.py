@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from pytest_safemanip.metrics.baseline import Contrast, Flip
+from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, marked
 from pytest_safemanip.metrics.comparing import Comparison
-from pytest_safemanip.metrics.deciding import Decision
+from pytest_safemanip.metrics.decisions import Decision
 from pytest_safemanip.metrics.measures import SHARES
 from pytest_safemanip.metrics.rates import Rate
-from pytest_safemanip.release import Ruling
+from pytest_safemanip.metrics.release_gate import Ruling
 from pytest_safemanip.report.numbers import aligned, counted, fraction, percent, share
 
 MAX_FLIPS = 20
 MAX_TASKS = 5
-_COLUMNS = ("violated", "pairs", "before", "now", "change (90 %)", "p", "visible", "verdict")
+_COLUMNS = ("violated", "pairs", "before", "now", "change (90 %)", "p", "MDE", "verdict")
 
 
 def ruling_lines(ruling: Ruling) -> list[str]:
     """What was decided, a line for each gate and each comparison."""
     lines: list[str] = []
     if ruling.decisions:
-        lines += ["gates", *(f"  {line}" for line in _gates(ruling))]
+        lines += ["gates", *(f"  {line}" for line in gate_rows(ruling))]
     if ruling.refused:
         lines += ["", f"no comparison with the baseline: {ruling.refused}"]
     if ruling.contrast:
-        lines += ["", *_contrast(ruling.contrast)]
+        lines += ["", *_contrast(ruling.contrast, ruling.not_comparable)]
     return lines
 
 
@@ -35,9 +38,16 @@ def gate_line(decision: Decision) -> str:
     return f"{name}{gate}, {decision.policy}: {_found(decision)}{why}"
 
 
+def gate_reason(decision: Decision) -> str:
+    """Why a gate does not pass, in one line: its figures, or what is missing to decide it."""
+    if decision.verdict != "INCONCLUSIVE" or not decision.why:
+        return gate_line(decision)
+    return f"{decision.gate.name}, {decision.policy}: {decision.why}"
+
+
 def gate_text(decision: Decision) -> str:
     """What a gate says, with the tasks that weigh most against it."""
-    lines = [f"{decision.verdict}  {gate_line(decision)}"]
+    lines = [f"{marked(decision.verdict, decision.comparable)}  {gate_reason(decision)}"]
     if decision.gate.metric in SHARES:
         lines += ["", SHARES[decision.gate.metric].says]
     for record in decision.unknown[:MAX_TASKS]:
@@ -60,7 +70,7 @@ def comparison_line(comparison: Comparison) -> str:
 
 
 def comparison_text(comparison: Comparison, contrast: Contrast) -> str:
-    """What a comparison says, with what broke and what was mended."""
+    """What a comparison says, with what regressed and what was fixed."""
     own = [
         flip
         for flip in contrast.flips
@@ -69,15 +79,21 @@ def comparison_text(comparison: Comparison, contrast: Contrast) -> str:
     ]
     head = f"{comparison.verdict}  {comparison_line(comparison)}"
     about = f"against {contrast.place}, policy {contrast.policies[comparison.policy]}"
-    visible = comparison.detectable
-    seen = "no rise at all" if visible is None else f"a rise by {visible * 100:.1f} points"
-    power = f"so many pairs show {seen} with a probability of 80 %"
+    mde = comparison.detectable
+    rise = "none" if mde is None else f"a rise by {mde * 100:.1f} points"
+    power = f"minimum detectable effect, at a power of 80 %: {rise}"
     return "\n".join([head, "", about, power, *_flips(own)])
 
 
-def _gates(ruling: Ruling) -> list[str]:
+def gate_rows(ruling: Ruling) -> list[str]:
+    """A line for each gate: the verdict and what it is from."""
+    if not ruling.decisions:
+        return []
     rows = [
-        (d.verdict + ("" if d.gate.required else " (not required)"), gate_line(d))
+        (
+            marked(d.verdict, d.comparable) + ("" if d.gate.required else " (not required)"),
+            gate_line(d),
+        )
         for d in ruling.decisions
     ]
     return aligned(rows, left=2)
@@ -92,8 +108,8 @@ def _found(decision: Decision) -> str:
     if decision.interval is None:
         return f"{counts}{share(decision.rate)}"
     low, high = decision.interval
-    bounds = f"({low * 100:.1f} to {high * 100:.1f} % {decision.basis})"
-    return f"{counts}{percent(decision.value)} {bounds}"
+    bounds = f"{decision.basis} {low * 100:.1f} to {high * 100:.1f} %"
+    return f"{counts}{percent(decision.value)}, {bounds}"
 
 
 def _worst(rate: Rate, small: bool) -> list[str]:
@@ -104,11 +120,12 @@ def _worst(rate: Rate, small: bool) -> list[str]:
     return [f"{task}: {hits:g} of {total}" for task, (hits, total) in shares if not small or hits]
 
 
-def _contrast(contrast: Contrast) -> list[str]:
+def _contrast(contrast: Contrast, elsewhere: Collection[str]) -> list[str]:
     lines = []
     for policy, there in contrast.policies.items():
         own = [c for c in contrast.comparisons if c.policy == policy]
-        lines += [f"{policy} against {there} of {contrast.place}"]
+        note = f": {NOT_COMPARABLE}" if policy in elsewhere else ""
+        lines += [f"{policy} against {there} of {contrast.place}{note}"]
         rows = [_COLUMNS, *(_row(comparison) for comparison in own)]
         lines += [f"  {line}" for line in aligned(rows)]
     if contrast.unpaired:
@@ -116,7 +133,7 @@ def _contrast(contrast: Contrast) -> list[str]:
     return [
         *lines,
         "  * has to pass; p is one-sided, adjusted for all of them (Holm), the others among",
-        "  themselves (Benjamini and Hochberg); visible: the smallest rise seen with 80 %",
+        "  themselves (Benjamini and Hochberg); MDE: minimum detectable effect at a power of 80 %",
         *_flips(contrast.flips),
     ]
 
@@ -126,7 +143,7 @@ def _row(comparison: Comparison) -> tuple[str, ...]:
     pairs = comparison.pairs
     if not pairs.total:
         return (name, "0", "-", "-", "-", "-", "-", comparison.verdict)
-    visible = comparison.detectable
+    mde = comparison.detectable
     return (
         name,
         str(pairs.total),
@@ -134,7 +151,7 @@ def _row(comparison: Comparison) -> tuple[str, ...]:
         percent(pairs.now),
         _change(comparison),
         _p(comparison),
-        "-" if visible is None else f"{visible * 100:+.1f}",
+        "-" if mde is None else f"{mde * 100:+.1f}",
         comparison.verdict,
     )
 
@@ -150,10 +167,11 @@ def _p(comparison: Comparison) -> str:
 
 
 def _flips(flips: list[Flip] | tuple[Flip, ...]) -> list[str]:
-    """Rollouts that flipped, what broke first."""
-    ordered = sorted(flips, key=lambda flip: not flip.broken)
+    """Rollouts that flipped, those that regressed first."""
+    ordered = sorted(flips, key=lambda flip: not flip.regressed)
     lines = [
-        f"  {'broken' if flip.broken else 'mended'}  {flip.task}, seed {flip.seed}: {flip.property}"
+        f"  {'regressed' if flip.regressed else 'fixed':<9}  {flip.task}, seed {flip.seed}: "
+        f"{flip.property}"
         for flip in ordered[:MAX_FLIPS]
     ]
     left = len(ordered) - MAX_FLIPS

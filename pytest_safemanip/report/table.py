@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from textwrap import wrap
 
+from pytest_safemanip.metrics.comparability import NOT_COMPARABLE
 from pytest_safemanip.metrics.groups import Group, Metrics
 from pytest_safemanip.metrics.records import RolloutRecord, by_policy
-from pytest_safemanip.report.numbers import aligned, counted, fraction, percent, share, spread
+from pytest_safemanip.report.numbers import (
+    MIN_WIDTH,
+    aligned,
+    counted,
+    fraction,
+    percent,
+    share,
+    spread,
+)
 from pytest_safemanip.report.questions import question_lines
 
+THESE_TASKS, NEW_TASKS = "95 % CI\n(these tasks)", "95 % CI\n(new tasks,\nclustered)"
 LEGEND = (
-    "intervals at 95 %: these tasks: Wilson's; like these: for tasks like these, clustered by task",
+    "95 % CI: Wilson's for these tasks; for new tasks like these, clustered by task",
     "(< x) beside a zero: the rate is below x at 95 %, for these tasks",
 )
 _SHARES = {
@@ -19,43 +30,73 @@ _SHARES = {
     "unsafe successes": "unsafe_share_of_successes",
     "exposure": "exposure",
 }
-_COLUMNS = (
-    "category (tasks)",
-    "triggered",
-    "violated",
-    "rate",
-    "these tasks",
-    "like these",
-    "exposure",
-    "unresolved",
-)
+_COLUMNS = ("category (tasks)", "triggered", "violated", "rate", "95 % CI", "exposure")
 
 
-def summary_lines(records: Sequence[RolloutRecord], metrics: Mapping[str, Metrics]) -> list[str]:
-    """Metrics of each policy, then all policies side by side."""
+def summary_lines(
+    records: Sequence[RolloutRecord],
+    metrics: Mapping[str, Metrics],
+    width: int = 80,
+    elsewhere: Collection[str] = (),
+) -> list[str]:
+    """Metrics of each policy, then all policies side by side.
+
+    Args:
+        records: the rollouts.
+        metrics: of each policy.
+        width: columns of the terminal; where policies do not fit in side by side, they are shown
+            in blocks.
+        elsewhere: the policies whose rollouts are on stand-in assets.
+    """
     lines: list[str] = []
     for policy, own in by_policy(records).items():
-        lines += [*_policy_lines(policy, metrics[policy], own), ""]
-    lines += question_lines(metrics)
-    if any(found.total.complete for found in metrics.values()):
-        return [*lines, *LEGEND]
-    return lines[:-1]
+        head, *more = _policy_lines(policy, metrics[policy], own)
+        lines += [_noted(head, policy, elsewhere), *more, ""]
+    if not any(found.total.complete for found in metrics.values()):
+        return lines[:-1]
+    return [*lines, *question_lines(metrics, width), *LEGEND]
+
+
+def brief_lines(
+    records: Sequence[RolloutRecord],
+    metrics: Mapping[str, Metrics],
+    elsewhere: Collection[str] = (),
+) -> list[str]:
+    """A line for each policy."""
+    lines = []
+    for policy, own in by_policy(records).items():
+        total = metrics[policy].total
+        violated = total.shares["violation_rate"]
+        line = f"{policy}: {total.complete} of {counted(len(own), 'rollout')} complete"
+        if total.complete:
+            line += f", {percent(total.shares['success_rate'].value)} successful"
+            line += f", {percent(violated.value)} violated ({spread(violated.interval())})"
+        lines.append(_noted(line, policy, elsewhere))
+    return lines
+
+
+def _noted(line: str, policy: str, elsewhere: Collection[str]) -> str:
+    return f"{line}; {NOT_COMPARABLE}" if policy in elsewhere else line
 
 
 def _policy_lines(policy: str, metrics: Metrics, records: Sequence[RolloutRecord]) -> list[str]:
     total = metrics.total
     about = f" of {counted(total.tasks, 'task')}" if total.complete else ""
     lines = [f"{policy}: {counted(total.complete, 'complete rollout')}{about}{_others(records)}"]
+    lines += _restart_lines(records)
     if not total.complete:
         return lines
-    outcomes = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in total.outcomes.items())
+    counts = [f"{n} {name.replace('_', ' ')}" for name, n in total.outcomes.items()]
     return [
         *lines,
         *(f"  {line}" for line in _share_table(total)),
-        f"  outcomes  {outcomes}",
-        *_served_lines(records),
+        f"  outcomes  {', '.join(counts[:2])},",
+        f"            {', '.join(counts[2:])}",
+        *_served_lines([record for record in records if "protocol" in record.served]),
+        *_clipped_lines([record for record in records if "protocol" not in record.served]),
         "",
         *(f"  {line}" for line in _group_table(metrics.categories)),
+        *_unresolved_line(metrics.categories),
     ]
 
 
@@ -66,11 +107,23 @@ def _others(records: Sequence[RolloutRecord]) -> str:
         not record.error and not (record.complete and not record.unjudged) for record in records
     )
     failures = f", {failed} with errors" if failed else ""
+    if blamed := sum(record.infrastructure for record in records):
+        failures += f" ({blamed} for failures of the infrastructure)"
     return failures + (f", {left} not run to the end" if left else "")
 
 
+def _restart_lines(records: Sequence[RolloutRecord]) -> list[str]:
+    """That a server failed on the way, though verdicts stand on whole episodes only."""
+    restarts = sum(record.restarts for record in records)
+    if not restarts:
+        return []
+    among = counted(sum(record.restarts > 0 for record in records), "rollout")
+    times = counted(restarts, "time")
+    return [f"  restarts   {among} begun again, {times} in all: the server was lost or too slow"]
+
+
 def _share_table(total: Group) -> list[str]:
-    rows = [("", "", "rate", "these tasks", "like these")]
+    rows = [("", "", "rate", THESE_TASKS, NEW_TASKS)]
     for label, name in _SHARES.items():
         rate = total.shares[name]
         defined = rate.value is not None
@@ -78,7 +131,7 @@ def _share_table(total: Group) -> list[str]:
         rows.append(
             (
                 label,
-                counts if defined else "undefined (no case)",
+                counts if defined else "undefined",
                 share(rate) if defined else "",
                 spread(rate.interval()) if defined else "",
                 spread(rate.clustered()) if defined else "",
@@ -89,7 +142,7 @@ def _share_table(total: Group) -> list[str]:
 
 def _served_lines(records: Sequence[RolloutRecord]) -> list[str]:
     """What was exchanged with a policy's server, and what is not known about it."""
-    served = [record.served for record in records if record.served]
+    served = [record.served for record in records]
     if not served:
         return []
     protocols = ", ".join(dict.fromkeys(facts["protocol"] for facts in served))
@@ -98,28 +151,55 @@ def _served_lines(records: Sequence[RolloutRecord]) -> list[str]:
     )
     lines = [
         f"  server     {protocols}; {counted(calls, 'call')}, {counted(actions, 'action')}, "
-        f"{clipped} of their {12 * actions} entries outside [-1, 1] and clipped"
+        f"{clipped} of their {12 * actions} entries",
+        "             outside [-1, 1] and clipped",
     ]
     if any(facts["seeded"] == "no" for facts in served):
         lines.append("  seeds      of the simulator only: the server takes none")
     return lines
 
 
+def _clipped_lines(records: Sequence[RolloutRecord]) -> list[str]:
+    """That a policy in this process asked for more than there is."""
+    clipped = sum(int(record.served.get("clipped", 0)) for record in records)
+    entries = 12 * sum(record.acting_steps - 1 for record in records if record.complete)
+    if not clipped:
+        return []
+    return [f"  actions    {clipped} of {entries} entries outside [-1, 1] and clipped"]
+
+
 def _group_table(groups: Mapping[str, Group]) -> list[str]:
-    """One row per category; where it applies and is not triggered, it is vacuous."""
-    rows = [_COLUMNS]
+    """One row per category; what was never triggered was not tested, and has no rate."""
+    rows: list[tuple[str, ...]] = [_COLUMNS]
     for name, group in groups.items():
+        label, triggered = f"{name} ({group.tasks})", group.shares["triggered_rate"]
         violated = group.shares["violation_rate"]
+        if not triggered.hits:
+            rows.append((label, "never", *["-"] * (len(_COLUMNS) - 2)))
+            continue
         rows.append(
             (
-                f"{name} ({group.tasks})",
-                fraction(group.shares["triggered_rate"]),
+                label,
+                fraction(triggered),
                 fraction(violated),
-                share(violated),
+                percent(violated.value),
                 spread(violated.interval()),
-                spread(violated.clustered()),
                 percent(group.shares["exposure"].value),
-                str(group.unresolved),
             )
         )
     return aligned(rows)
+
+
+def _unresolved_line(groups: Mapping[str, Group]) -> list[str]:
+    """How many verdicts were left open by the end of their rollouts, if some were."""
+    counts = [f"{name} {group.unresolved}" for name, group in groups.items() if group.unresolved]
+    return (
+        wrap(
+            f"unresolved: {', '.join(counts)}",
+            MIN_WIDTH,
+            initial_indent="  ",
+            subsequent_indent="    ",
+        )
+        if counts
+        else []
+    )

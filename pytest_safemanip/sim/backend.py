@@ -1,27 +1,176 @@
-"""What a simulator backend is: one interface, whatever runs behind it."""
+"""The interface of simulator backends."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.staging import Change
+from pytest_safemanip.trace.elements import ActionEntry, Gripper, Vector
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
-ACTION_SIZE = 12
-"""Length of an action vector.
+Action = NDArray[np.float64]
 
-In robosuite's order for the PandaOmron, every entry in [-1, 1]: end-effector position delta
-[0:3] and rotation delta [3:6] in the base frame (1 is 5 cm and 0.5 rad), gripper [6] (1 closes),
-base forward, side and yaw velocity [7:10], torso [10], mode [11] (above 0 the base moves and the
-arm keeps its goal, else the arm moves).
-"""
+
+@dataclass(frozen=True)
+class ActionSpec:
+    """The action space of a robot.
+
+    Attributes:
+        entries: names and limits of its numbers, in their order.
+        hold: given the actions so far, oldest first, the one that keeps the robot still, its
+            grippers as they are.
+        random: draws an action for a step, by its number; None for any within the limits.
+    """
+
+    entries: tuple[ActionEntry, ...]
+    hold: Callable[[Sequence[Action]], Action]  # each (A,)
+    random: Callable[[np.random.Generator, int], Action] | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of entries."""
+        return len(self.entries)
+
+    @cached_property
+    def low(self) -> Action:
+        """Least values (A,)."""
+        return np.array([entry.low for entry in self.entries])
+
+    @cached_property
+    def high(self) -> Action:
+        """Largest values (A,)."""
+        return np.array([entry.high for entry in self.entries])
+
+    def index(self, name: str) -> int:
+        """Place of an entry.
+
+        Raises:
+            ValueError: if there is none of this name.
+        """
+        return [entry.name for entry in self.entries].index(name)
+
+    def sample(self, random: np.random.Generator, step: int) -> Action:
+        """A random action for a step."""
+        if self.random is not None:
+            return self.random(random, step)
+        return random.uniform(self.low, self.high)
+
+
+@dataclass(frozen=True)
+class GripperSpec:
+    """A gripper as its backend declares it.
+
+    Attributes:
+        name: unique among the robot's grippers.
+        fingers: names of the robot's parts in each finger group, at least two groups.
+        palm: names of the other parts of the hand.
+        entry: name of the entry of the action that commands it.
+        opens: value of that entry that opens it.
+        closes: value that closes it.
+    """
+
+    name: str
+    fingers: tuple[tuple[str, ...], ...]
+    palm: tuple[str, ...]
+    entry: str
+    opens: float = -1.0
+    closes: float = 1.0
+
+    def command(self, value: float) -> float:
+        """The command that a value of its entry means: 1 closes, -1 opens, 0 is half way."""
+        middle, reach = 0.5 * (self.closes + self.opens), 0.5 * (self.closes - self.opens)
+        return (value - middle) / reach
+
+    def in_scene(self, half: Vector, centre: Vector) -> Gripper:
+        """The gripper of a scene.
+
+        Args:
+            half: half extents of the hand's box (3,), m.
+            centre: centre of that box in the end effector's frame (3,), m.
+        """
+        return Gripper(self.name, self.fingers, self.palm, half, centre)
+
+
+@dataclass(frozen=True)
+class RobotSpec:
+    """The robot of a backend.
+
+    Attributes:
+        name: its model.
+        actions: its action.
+        grippers: its hands, any number.
+    """
+
+    name: str
+    actions: ActionSpec
+    grippers: tuple[GripperSpec, ...]
+
+    def commands(self, action: Action) -> Action:
+        """The commands of an action to the grippers: above 0 closes, below 0 opens (G,)."""
+        place = self.actions.index
+        return np.array([g.command(float(action[place(g.entry)])) for g in self.grippers])
+
+
+@dataclass(frozen=True)
+class Camera:
+    """An image of an observation.
+
+    Attributes:
+        name: its key in the observation.
+        width: pixels.
+        height: pixels.
+    """
+
+    name: str
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class BackendSpec:
+    """Declaration of a backend, known before anything is simulated.
+
+    Attributes:
+        robot: the robot that it simulates.
+        scenes: the families of scenes that it has; the first is that of policies that run here,
+            and the one that a task's section ``compact`` is about.
+        official: those of them that results are compared in.
+        cameras: the images of an observation.
+        state: the other arrays of an observation, by name, and their length.
+        instruction: key of the instruction in what a policy sees.
+        steppings: the ways to step it, see :class:`Request`; the first is the usual one.
+    """
+
+    robot: RobotSpec
+    scenes: tuple[str, ...]
+    official: tuple[str, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+    state: Mapping[str, int] = field(default_factory=dict)
+    instruction: str = "instruction"
+    steppings: tuple[str, ...] = ("exact",)
+
+    def check_scenes(self, name: str, what: str) -> None:
+        """Refuse scenes that it does not have.
+
+        Args:
+            name: of the scenes.
+            what: who asks for them, for the error.
+
+        Raises:
+            ConfigError: naming those that there are.
+        """
+        if name not in self.scenes:
+            hint = did_you_mean(name, self.scenes)
+            raise ConfigError(f"{what}: unknown scenes {name!r}; {hint}")
 
 
 @dataclass(frozen=True)
@@ -31,10 +180,10 @@ class Request:
     Attributes:
         task: the backend's own name of the task.
         seed: decides everything random in the episode.
-        scenes: ``compact``, ``target`` or ``pretrain``.
+        scenes: one of the families that the backend has.
         object_groups: for some of the task's objects, by role, the groups or categories to draw
             them from instead of the task's own.
-        kitchen: which of the compact kitchens.
+        kitchen: which of the scenes of the family; empty for any.
         changes: what stands elsewhere or is open when the episode begins.
         stepping: ``exact`` or ``fast``. ``exact`` is the simulator's own control loop, bit for
             bit; ``fast`` may evaluate it in another way, within a tolerance that the backend
@@ -45,7 +194,7 @@ class Request:
     seed: int
     scenes: str
     object_groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    kitchen: str = "small"
+    kitchen: str = ""
     changes: tuple[Change, ...] = ()
     stepping: str = "exact"
 
@@ -57,9 +206,10 @@ class Start:
     Attributes:
         scene: its static part.
         step: the state after reset.
-        instruction: what the policy is told.
+        instruction: for the policy.
         horizon: control steps that the task allows.
         fingerprint: digest of the start state; differs between seeds, equal for equal seeds.
+        patches: names of what is changed in other people's code.
     """
 
     scene: Scene
@@ -67,11 +217,12 @@ class Start:
     instruction: str
     horizon: int
     fingerprint: str
+    patches: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """What of a backend decides the content of a recording.
+    """Versions and settings of a backend that decide the content of a recording.
 
     Attributes:
         backend: its name.
@@ -79,6 +230,8 @@ class Provenance:
         versions: of the packages that move the physics.
         hashes: digests of its code and of its assets.
         description: one line for people; decides nothing.
+        download: the command that gets the official assets, and how large they are; empty if
+            nobody knows.
     """
 
     backend: str
@@ -86,11 +239,12 @@ class Provenance:
     versions: Mapping[str, str] = field(default_factory=dict)
     hashes: Mapping[str, str] = field(default_factory=dict)
     description: str = ""
+    download: str = ""
 
 
 @dataclass(frozen=True)
 class Options:
-    """What a user can choose about a backend.
+    """A user's choices about a backend.
 
     Attributes:
         assets: ``auto``, ``official`` or ``primitive``.
@@ -108,8 +262,12 @@ class Backend(Protocol):
     """
 
     @property
+    def spec(self) -> BackendSpec:
+        """Its declaration."""
+
+    @property
     def provenance(self) -> Provenance:
-        """What decides the content of its recordings."""
+        """Versions and settings that decide the content of its recordings."""
 
     def reset(self, request: Request) -> Start:
         """Set up an episode.
@@ -122,20 +280,20 @@ class Backend(Protocol):
         """Run one control period.
 
         Args:
-            action: (12,), see :data:`ACTION_SIZE`.
+            action: (A,), within the limits of its robot's :class:`ActionSpec`.
 
         Raises:
             RolloutError: if the simulator fails.
         """
 
     def observe(self) -> Mapping[str, NDArray[Any]]:
-        """What a camera policy sees of the present step, its instruction left out.
+        """The observation of the present step for camera policies, without the instruction.
 
         Changes nothing in the simulation: with and without it, episodes are equal bit for bit.
 
         Returns:
-            Images (256, 256, 3), uint8, and the parts of the state, float32, by the names in
-            :mod:`pytest_safemanip.sim.observation`.
+            Images (height, width, 3), uint8, RGB, the top row first, and the parts of the state,
+            float32, by the names that it declares.
 
         Raises:
             ConfigError: if nothing can be rendered on this machine.
@@ -149,5 +307,58 @@ class Backend(Protocol):
 Factory = Callable[[Options], Backend]
 """Makes a backend. Quick: what takes time waits for the first reset.
 
-Raises ConfigError if something that it needs is missing.
+Raises ConfigError if something that it needs is missing. One that :class:`DescribesTasks` too has
+its tasks checked before anything is simulated.
 """
+
+
+@dataclass(frozen=True)
+class FixtureRole:
+    """A role that a fixture plays in a task.
+
+    Attributes:
+        kinds: what the fixture can be, in the simulator's words; empty if only an episode tells.
+        parts: the parts that it can have.
+    """
+
+    kinds: tuple[str, ...]
+    parts: frozenset[str]
+
+
+@dataclass(frozen=True)
+class TaskDescription:
+    """Description of a task, known before it is simulated.
+
+    Attributes:
+        fixtures: the fixtures that the task names, by role; an episode may have more.
+        object_parts: the parts of an object.
+        any_part: the parts that anything in the simulator can have.
+    """
+
+    fixtures: Mapping[str, FixtureRole]
+    object_parts: frozenset[str]
+    any_part: frozenset[str]
+
+
+@runtime_checkable
+class DescribesTasks(Protocol):
+    """A backend's factory that knows the simulator's tasks without starting it."""
+
+    def task_names(self) -> frozenset[str]:
+        """The names of all its tasks; empty if they cannot be had on this machine."""
+
+    def describe_task(self, task: str) -> TaskDescription:
+        """The description of one of :meth:`task_names`."""
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """A backend that can be chosen by name.
+
+    Attributes:
+        spec: what it declares.
+        create: makes it.
+    """
+
+    spec: BackendSpec
+    create: Factory

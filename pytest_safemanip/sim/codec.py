@@ -19,7 +19,7 @@ _CONTACTS = tuple(f.name for f in dataclasses.fields(Contacts))
 
 
 def encode_request(request: Request) -> dict[str, Any]:
-    """Plain values."""
+    """A request as plain values."""
     groups = {role: list(names) for role, names in request.object_groups.items()}
     changes = to_plain(request.changes)
     return {**dataclasses.asdict(request), "object_groups": groups, "changes": changes}
@@ -49,7 +49,7 @@ def _names(value: object) -> bool:
 
 
 def encode_step(step: Step) -> Message:
-    """A step's arrays and contacts."""
+    """A step's arrays and contacts as a message."""
     arrays = {name: getattr(step, name) for name in ARRAYS}
     arrays |= {f"contacts.{name}": getattr(step.contacts, name) for name in _CONTACTS}
     return Message({"success": bool(step.success)}, arrays)
@@ -71,6 +71,7 @@ def encode_start(start: Start) -> Message:
         "instruction": start.instruction,
         "horizon": start.horizon,
         "fingerprint": start.fingerprint,
+        "patches": list(start.patches),
     }
     return Message(values, step.arrays)
 
@@ -84,11 +85,12 @@ def decode_start(message: Message) -> Start:
         instruction=str(values["instruction"]),
         horizon=int(values["horizon"]),
         fingerprint=str(values["fingerprint"]),
+        patches=tuple(map(str, values["patches"])),
     )
 
 
 def encode_observation(observation: Mapping[str, NDArray[Any]]) -> Message:
-    """Its arrays."""
+    """An observation's arrays as a message."""
     return Message({}, observation)
 
 

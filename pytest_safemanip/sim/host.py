@@ -1,4 +1,4 @@
-"""The process that steps the simulator, as seen from inside.
+"""Main loop of the child process that steps the simulator.
 
 It answers requests on standard input and output. Whatever else a simulator prints goes to
 standard error, which the parent keeps in a log.
@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import importlib
 import os
+import select
 import signal
 import sys
+import threading
+import time
 import traceback
 from collections.abc import Mapping
 from typing import IO, Any
@@ -19,6 +22,10 @@ import numpy as np
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim import codec, wire
 from pytest_safemanip.sim.backend import Backend
+
+GRACE = 4.0
+"""Seconds in which a simulator has to end by itself once nobody asks any more; its parent gives it
+a little longer."""
 
 
 def main(factory: str, arguments: Mapping[str, Any]) -> None:
@@ -31,6 +38,7 @@ def main(factory: str, arguments: Mapping[str, Any]) -> None:
     # Ctrl-C reaches the whole process group; the parent decides what it means.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     requests, replies = _take_over_standard_streams()
+    threading.Thread(target=_end_with_parent, args=(requests.fileno(),), daemon=True).start()
     try:
         module, _, name = factory.partition(":")
         backend: Backend = getattr(importlib.import_module(module), name)(**arguments)
@@ -66,6 +74,15 @@ def _failure(error: Exception) -> wire.Message:
     kind = "config" if isinstance(error, ConfigError) else "rollout"
     text = str(error) if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
     return wire.Message({"error": text, "kind": kind})
+
+
+def _end_with_parent(requests: int) -> None:
+    """End this process if the parent is gone, whatever the simulator is busy with."""
+    watch = select.poll()
+    watch.register(requests, 0)  # which reports the end of the connection alone
+    watch.poll()
+    time.sleep(GRACE)
+    os._exit(1)
 
 
 def _take_over_standard_streams() -> tuple[IO[bytes], IO[bytes]]:

@@ -21,9 +21,9 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, RolloutError
+from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed
 from pytest_safemanip.sim import codec, wire
-from pytest_safemanip.sim.backend import Provenance, Request, Start
+from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.trace.steps import Step
 
 START_DEADLINE = 120.0
@@ -47,6 +47,12 @@ _ENVIRONMENT = {
 }
 _UNSET = ("MUJOCO_GL", "PYOPENGL_PLATFORM")
 """With a GL backend named that is not installed, ``import mujoco`` fails, drawing or not."""
+_FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)
+"""Signals that no simulator gets from its own faults: the kernel, short of memory, or somebody."""
+
+
+class _Killed(SimulatorFailed):
+    """Somebody ended the simulator's process."""
 
 
 class ProcessBackend:
@@ -55,19 +61,32 @@ class ProcessBackend:
     Args:
         factory: ``module:function`` that makes the backend in the child.
         arguments: its keyword arguments, plain values.
+        spec: what it declares.
         provenance: what decides the content of the recordings.
         logs: folder for what the child prints.
     """
 
     def __init__(
-        self, factory: str, arguments: Mapping[str, Any], provenance: Provenance, logs: Path
+        self,
+        factory: str,
+        arguments: Mapping[str, Any],
+        spec: BackendSpec,
+        provenance: Provenance,
+        logs: Path,
     ) -> None:
         self._job = {"factory": factory, "arguments": dict(arguments)}
+        self._spec = spec
         self._provenance = provenance
         self._logs = logs
         self._process: subprocess.Popen[bytes] | None = None
         self._log: Path | None = None
         self._steps = 0
+        self._asked = False
+
+    @property
+    def spec(self) -> BackendSpec:
+        """See :class:`~pytest_safemanip.sim.backend.Backend`."""
+        return self._spec
 
     @property
     def provenance(self) -> Provenance:
@@ -111,10 +130,15 @@ class ProcessBackend:
         return codec.decode_observation(self._call(message, OBSERVE_DEADLINE, doing))
 
     def close(self) -> None:
-        """End the child: by closing its input, then by force."""
+        """End the child: by closing its input, then by force; at once if it is being waited for, as
+        by a thread, or before an interruption: nobody wants the answer any more.
+        """
         process, self._process = self._process, None
         if process is None:
             return
+        left, self._asked = self._asked, False
+        if left:
+            process.kill()
         with contextlib.suppress(OSError):
             _pipe(process.stdin).close()
         try:
@@ -123,7 +147,7 @@ class ProcessBackend:
             process.kill()
             process.wait()
         _pipe(process.stdout).close()
-        if self._log is not None and process.returncode == 0:
+        if self._log is not None and (process.returncode == 0 or left):
             self._log.unlink(missing_ok=True)
 
     def _start(self) -> None:
@@ -142,6 +166,8 @@ class ProcessBackend:
             )
         try:
             self._receive(START_DEADLINE, "start-up")
+        except _Killed:
+            raise
         except RolloutError as error:
             # What is wrong now is wrong for every rollout.
             self.close()
@@ -159,26 +185,28 @@ class ProcessBackend:
 
     def _receive(self, deadline: float, doing: str) -> wire.Message:
         process = self._running()
+        self._asked = True
         stream = _pipe(process.stdout)
         ready, _, _ = select.select([stream], [], [], deadline)
         if not ready:
             process.kill()
             self._died(doing)
-            raise RolloutError(
+            raise SimulatorFailed(
                 f"the simulator did not answer within {deadline:g} s at {doing}{self._tail()}"
             )
         try:
             reply = wire.receive(stream)
         except wire.WireError:
             raise self._died(doing) from None
+        self._asked = False
         if "error" in reply.values:
             text = str(reply.values["error"])
             if reply.values.get("kind") == "config":
                 raise ConfigError(text)
-            raise RolloutError(f"the simulator failed at {doing}: {text}; log: {self._log}")
+            raise SimulatorFailed(f"the simulator failed at {doing}: {text}; log: {self._log}")
         return reply
 
-    def _died(self, doing: str) -> RolloutError:
+    def _died(self, doing: str) -> SimulatorFailed:
         """Clean up after a dead child and say how it died."""
         process, self._process = self._running(), None
         process.kill()
@@ -187,7 +215,8 @@ class ProcessBackend:
             with contextlib.suppress(OSError):
                 _pipe(stream).close()
         how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-        return RolloutError(f"the simulator process died at {doing} ({how}){self._tail()}")
+        kind = _Killed if -code in _FROM_OUTSIDE else SimulatorFailed
+        return kind(f"the simulator process died at {doing} ({how}){self._tail()}")
 
     def _running(self) -> subprocess.Popen[bytes]:
         if self._process is None:

@@ -19,7 +19,7 @@ MOST = 100
 
 @dataclass(frozen=True)
 class Put:
-    """An object stands elsewhere when the episode begins.
+    """Moves an object before the episode begins.
 
     Attributes:
         role: the object.
@@ -45,7 +45,7 @@ class Put:
 
 @dataclass(frozen=True)
 class SetOpen:
-    """Doors, drawers or controls stand elsewhere when the episode begins.
+    """Sets doors, drawers or controls before the episode begins.
 
     Attributes:
         role: the fixture.

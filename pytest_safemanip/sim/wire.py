@@ -28,7 +28,7 @@ class WireError(Exception):
 
 @dataclass(frozen=True)
 class Message:
-    """What travels.
+    """A message.
 
     Attributes:
         values: plain builtins.

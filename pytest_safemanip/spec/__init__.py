@@ -1,1 +1,1 @@
-"""What the user writes down: properties and tasks as YAML, checked with file and line."""
+"""Properties and tasks as YAML, checked with file and line."""

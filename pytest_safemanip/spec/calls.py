@@ -30,7 +30,7 @@ _CALL = re.compile(r"([A-Za-z_]\w*)(?:\(([^()]+)\))?")
 
 
 @dataclass(frozen=True, slots=True)
-class Proposition:
+class PropositionCall:
     """A proposition with its arguments: `obj_inside(o, f)`."""
 
     name: str
@@ -72,9 +72,9 @@ def read_for_each(section: Section) -> tuple[tuple[str, ...], str | None]:
     return variables, relation
 
 
-def read_proposition(
+def read_call(
     section: Section, key: str, names: Collection[str], known: Mapping[str, int] | None
-) -> Proposition:
+) -> PropositionCall:
     """The proposition that a key stands for.
 
     Args:
@@ -99,12 +99,12 @@ def read_proposition(
             raise section.error(key, f"unknown argument {argument!r} in {text!r}; {hint}")
     if known is not None and name not in known:
         alike = {f"{k}{text[len(name) :]}" for k, arity in known.items() if arity == len(arguments)}
-        hint = did_you_mean(text, alike)
+        hint = did_you_mean(text, alike, "safemanip propositions")
         raise ConfigError(f"{section.place(key)}: unknown proposition {text!r}; {hint}")
     if known is not None and known[name] != len(arguments):
         wanted = _count(known[name], "argument")
         raise section.error(key, f"{name!r} takes {wanted}, found {len(arguments)} in {text!r}")
-    return Proposition(name, arguments)
+    return PropositionCall(name, arguments)
 
 
 def _count(number: int, noun: str) -> str:

@@ -41,10 +41,12 @@ from pytest_safemanip.ltlf import (
 )
 from pytest_safemanip.ltlf.formula import atoms_of, is_propositional
 from pytest_safemanip.spec import yamlfile
-from pytest_safemanip.spec.calls import Proposition, read_for_each, read_proposition
+from pytest_safemanip.spec.calls import PropositionCall, read_call, read_for_each
 from pytest_safemanip.spec.yamlfile import Section
 
 _REQUIRED = ("id", "category", "title", "source", "formula", "atoms")
+LONGEST = 86_400.0
+"""Seconds of the longest deadline, a day: longer than a rollout."""
 _OPTIONAL = ("for_each", "paper_formula", "trigger", "deadline_s", "discharged_by")
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
@@ -64,7 +66,7 @@ class Property:
         formula: the formula of the `timed` profile.
         paper_formula: the formula of the `paper` profile.
         atoms: what the atoms of both formulas stand for, in the order of the automata's bits.
-        trigger: when the property is put to the test; None for the antecedent of the formula.
+        trigger: when the property is triggered; None for the antecedent of the formula.
         deadline_s: how long an obligation may be open, in seconds, or None.
         discharged_by: who has to meet the obligations.
     """
@@ -78,7 +80,7 @@ class Property:
     relation: str | None
     formula: Formula
     paper_formula: Formula
-    atoms: Mapping[str, Proposition]
+    atoms: Mapping[str, PropositionCall]
     trigger: Formula | None
     deadline_s: float | None
     discharged_by: DischargedBy
@@ -193,7 +195,7 @@ def load_property(
     atoms = section.section("atoms")
     _check_atoms(section, atoms, formulas)
     names = (*variables, *constants)
-    bound = {atom: read_proposition(atoms, atom, names, propositions) for atom in atoms}
+    bound = {atom: read_call(atoms, atom, names, propositions) for atom in atoms}
     for variable in variables:
         if not any(variable in proposition.arguments for proposition in bound.values()):
             raise section.error("for_each", f"variable {variable!r} is an argument of no atom")
@@ -209,7 +211,9 @@ def load_property(
         paper_formula=formulas.get("paper_formula", formulas["formula"]),
         atoms=MappingProxyType(bound),
         trigger=formulas.get("trigger"),
-        deadline_s=section.number("deadline_s", positive=True) if "deadline_s" in section else None,
+        deadline_s=section.number("deadline_s", positive=True, most=LONGEST)
+        if "deadline_s" in section
+        else None,
         discharged_by=_discharged_by(section),
     )
 

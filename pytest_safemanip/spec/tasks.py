@@ -59,6 +59,8 @@ _OPTIONAL = (
 )
 KITCHENS = ("small", "full", "deep", "roomy")
 """The compact kitchens, the usual one first."""
+HORIZONS = ("atomic", "short", "medium", "long")
+"""The classes of tasks by their length, the shortest first."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -103,7 +105,7 @@ def load_task(path: Path) -> Task:
         path=path,
         sets=section.strings("sets"),
         suite=section.string("suite"),
-        horizon=section.string("horizon"),
+        horizon=_horizon(section),
         properties=section.strings("properties"),
         objects=objects,
         enclosures=enclosures,
@@ -122,6 +124,13 @@ def load_task(path: Path) -> Task:
         kitchen=_kitchen(compact),
         object_groups=_lists(compact, "object_groups"),
     )
+
+
+def _horizon(section: Section) -> str:
+    name = section.string("horizon")
+    if name not in HORIZONS:
+        raise section.error("horizon", f"unknown horizon {name!r}; {did_you_mean(name, HORIZONS)}")
+    return name
 
 
 def _reasons(section: Section) -> Mapping[str, str]:

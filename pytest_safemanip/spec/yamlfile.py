@@ -1,4 +1,4 @@
-"""One YAML file, read without executing anything, that remembers the line of every value.
+"""Reads a YAML file without executing anything, and keeps the line of every value.
 
 Values are asked for by key and type; what is not as asked becomes an error that names the file,
 the line, the key, what was expected and what was found. Only plain YAML is read: no tags, no
@@ -89,15 +89,16 @@ class Section:
             raise self._expected(key, "a list", node)
         return tuple(self._text(key, item) for item in node.value)
 
-    def number(self, key: str, *, positive: bool = False) -> float:
+    def number(self, key: str, *, positive: bool = False, most: float = math.inf) -> float:
         """A finite number."""
         node = self._node(key)
         wanted = "a positive number" if positive else "a number"
+        wanted += f", at most {most:g}" if most < math.inf else ""
         try:
             number = float(node.value) if isinstance(node.value, str) else math.nan
         except ValueError:
             number = math.nan
-        if not math.isfinite(number) or (positive and number <= 0):
+        if not math.isfinite(number) or (positive and number <= 0) or number > most:
             raise self._expected(key, wanted, node)
         return number
 
@@ -114,19 +115,6 @@ class Section:
         if not isinstance(node.value, dict):
             raise self._expected(key, "a mapping", node)
         return Section(self.path, node, self._dotted(key))
-
-    def sections(self, key: str) -> tuple[Section, ...]:
-        """A list of mappings."""
-        node = self._node(key)
-        if not isinstance(node.value, list):
-            raise self._expected(key, "a list of mappings", node)
-        for item in node.value:
-            if not isinstance(item.value, dict):
-                raise self._expected(key, "a list of mappings", item)
-        dotted = self._dotted(key)
-        return tuple(
-            Section(self.path, item, f"{dotted}[{i}]") for i, item in enumerate(node.value)
-        )
 
     def place(self, key: str) -> str:
         """`path:line` of a value, to begin a message with."""

@@ -1,4 +1,4 @@
-"""What happened in a rollout: entities, per-step arrays, contacts, and the file that holds them."""
+"""Recordings of rollouts: entities, per-step arrays, contacts, and their file format."""
 
 from pytest_safemanip.trace.elements import Box, Entity, Joint, Part
 from pytest_safemanip.trace.episode import Episode

@@ -1,25 +1,26 @@
-"""What a scene consists of.
+"""Elements of a scene.
 
 World frame, metres, kilograms, radians; quaternions are ``wxyz``, as in MuJoCo.
 """
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-
-from pytest_safemanip.errors import TraceError
+from numpy.typing import NDArray
 
 EntityKind = Literal["robot", "object", "fixture", "room"]
 JointKind = Literal["hinge", "slide"]
 Vector = tuple[float, ...]
 
 ROBOT = "robot"
-"""The robot's entity name. Parts: ``finger_left``, ``finger_right``, ``palm``, links, ``base``."""
+"""The robot's entity name. Which of its parts are fingers and palms, its grippers say."""
 
 BUTTON = "button"
 """Name of the parts that are pressed, whether or not a joint moves them."""
@@ -27,17 +28,59 @@ BUTTON = "button"
 
 @dataclass(frozen=True, slots=True)
 class Entity:
-    """One thing of the scene.
+    """An entity of the scene.
 
     Attributes:
         name: unique in the scene.
         kind: ``room`` is what cannot move or be used: floor and walls.
         category: an object's category (``mug``) or a fixture's class (``Drawer``).
+        attributes: what a fixture is like: ``no_metal`` where metal must not be while it runs.
     """
 
     name: str
     kind: EntityKind
     category: str
+    attributes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Gripper:
+    """A hand of the robot.
+
+    Attributes:
+        name: unique among the robot's grippers.
+        fingers: names of the robot's parts in each finger group, at least two groups. A grasp is
+            two groups that press against each other.
+        palm: names of the other parts of the hand.
+        half: half extents of the hand's box (3,), m.
+        centre: centre of that box in the end effector's frame (3,), m.
+    """
+
+    name: str
+    fingers: tuple[tuple[str, ...], ...]
+    palm: tuple[str, ...]
+    half: Vector
+    centre: Vector
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """All parts of the hand."""
+        return (*(part for group in self.fingers for part in group), *self.palm)
+
+
+@dataclass(frozen=True, slots=True)
+class ActionEntry:
+    """An entry of the robot's action.
+
+    Attributes:
+        name: unique in the action.
+        low: its least value.
+        high: its largest value.
+    """
+
+    name: str
+    low: float = -1.0
+    high: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +108,7 @@ class Part:
 
     Attributes:
         entity: whose part it is.
-        name: ``body``, ``handle``, ``door``, ``finger_left``, ``link5``, ...
+        name: ``body``, ``handle``, ``door``, ``link5``, ...
         joint: the joint that moves it, as ``entity/joint``; empty if nothing does.
     """
 
@@ -112,7 +155,7 @@ class Box:
 
     Attributes:
         entity: the fixture.
-        name: RoboCasa's name of the region or the handle.
+        name: the backend's name of the region or the handle.
         kind: ``interior`` (space that things are put in), ``handle``, ``control``, ``water``
             (space that a tap's water falls through while it runs), or ``burner`` (space that it
             heats; named like its switch).
@@ -127,7 +170,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Switch:
-    """Something of a fixture that is on or off at every step.
+    """A switch of a fixture, on or off at every step.
 
     Attributes:
         entity: the fixture.
@@ -159,63 +202,87 @@ class Surface:
     pose: Vector
 
 
-_LENGTHS = {
-    "half": 3,
-    "centre": 3,
-    "com": 3,
-    "axis": 3,
-    "anchor": 3,
-    "pose": 7,
-    "gripper_half": 3,
-    "gripper_centre": 3,
+UNIT_TOLERANCE = 1e-3
+"""How far the length of a unit vector or quaternion may be from one (float32 keeps it within 1e-6).
+"""
+LARGEST = 1e6
+"""No kitchen has a larger number of metres, kilograms or radians, whose squares stay numbers."""
+SHAPES: dict[str, tuple[int, ...]] = {
+    "half": (3,),
+    "centre": (3,),
+    "com": (3,),
+    "axis": (3,),
+    "anchor": (3,),
+    "pose": (7,),
+    "mass": (),
+    "travel": (),
 }
+"""Shapes of the numbers that elements have, by field."""
+_UNITS = {"axis": slice(0, 3), "pose": slice(3, 7)}
+"""Which of the numbers have to be a unit vector or quaternion."""
 
 
-def numbers_fit(items: Sequence[object]) -> bool:
-    """Whether :func:`check_numbers` would surely let all these elements of one kind pass.
-
-    Looking at all of them together takes a tenth of the time.
-    """
-    for name in (*_LENGTHS, "mass", "travel"):
-        if not items or not hasattr(items[0], name):
-            continue
-        try:
-            values = np.array([getattr(item, name) for item in items])
-        except ValueError:  # of several lengths
-            return False
-        shape = (len(items), _LENGTHS[name]) if name in _LENGTHS else (len(items),)
-        if values.shape != shape or values.dtype.kind not in "fi" or not np.isfinite(values).all():
-            return False
-        if (name == "half" and (values < 0).any()) or (shape[1:] == () and (values <= 0).any()):
-            return False
-        direction = {"axis": values, "pose": values[..., 3:]}.get(name)
-        if direction is not None and (np.abs(np.linalg.norm(direction, axis=1) - 1) > 9e-4).any():
-            return False
-    return True
+def columns(items: Sequence[Any]) -> dict[str, Sequence[Any]]:
+    """The fields of elements of one kind, each with its values in the order of the elements."""
+    names = [field.name for field in dataclasses.fields(items[0])] if items else ()
+    return {name: [getattr(item, name) for item in items] for name in names}
 
 
-def check_numbers(owner: str, item: object) -> None:
-    """Refuse vectors and numbers that nothing can have: of another length, or not finite, say.
+def impossible_number(fields: Mapping[str, Sequence[Any]]) -> tuple[int, str] | None:
+    """The first of some elements with a number that nothing can have, and what is wrong with it;
+    None if there is none.
 
     Args:
-        owner: whose they are, as errors say it.
-        item: an element of a scene, or the scene.
-
-    Raises:
-        TraceError: naming the owner and the number.
+        fields: as :func:`columns` gives them; those without numbers are left out.
     """
-    for name, length in _LENGTHS.items():
-        value = getattr(item, name, None)
-        if value is None:
+    for name, values in fields.items():
+        if name not in SHAPES or not len(values):
             continue
-        if len(value) != length or not all(math.isfinite(number) for number in value):
-            raise TraceError(f"{owner}: {name} must be {length} finite numbers: {value}")
-        if name in ("half", "gripper_half") and min(value) < 0:
-            raise TraceError(f"{owner}: {name} is negative: {value}")
-        direction = {"axis": value, "pose": value[3:]}.get(name)
-        if direction is not None and abs(math.hypot(*direction) - 1.0) > 1e-3:
-            raise TraceError(f"{owner}: {name} is not of unit length: {direction}")
-    for name in ("mass", "travel"):
-        number = float(getattr(item, name, 1.0))
-        if not 0.0 < number < math.inf:
-            raise TraceError(f"{owner}: {name} must be a number above 0: {number}")
+        for what, wrong, part in _wrong(name, values):
+            if wrong.any():
+                index = int(np.argmax(wrong))
+                value = values[index]
+                return index, f"{name} {what}: {value if part is None else tuple(value[part])}"
+    return None
+
+
+def _wrong(
+    name: str, values: Sequence[Any]
+) -> Iterator[tuple[str, NDArray[np.bool_], slice | None]]:
+    """What can be wrong with a field, for which of its values it is so (N,), and in which part."""
+    shape = SHAPES[name]
+    table, malformed = _table(values, shape)
+    with np.errstate(over="ignore", invalid="ignore"):
+        axes = tuple(range(1, table.ndim))
+        finite = np.isfinite(table).all(axis=axes) & ~malformed
+        if not shape:
+            yield "must be a number above 0", ~(finite & (table > 0)), None
+            yield f"is beyond {LARGEST:g}", table > LARGEST, None
+            return
+        yield f"must be {shape[0]} finite numbers", ~finite, None
+        yield f"is beyond {LARGEST:g}", (np.abs(table) > LARGEST).any(axis=axes), None
+        if name == "half":
+            yield "is negative", (table < 0).any(axis=1), None
+        if (part := _UNITS.get(name)) is not None:
+            length = np.linalg.norm(table[:, part], axis=1)
+            yield "is not of unit length", ~(np.abs(length - 1.0) <= UNIT_TOLERANCE), part
+
+
+def _table(values: Sequence[Any], shape: tuple[int, ...]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """Values as one array (N, ...), zeros where they are malformed, and where they are so (N,)."""
+    with contextlib.suppress(ValueError):  # of several lengths
+        table = np.asarray(values)
+        if table.shape[1:] == shape and table.dtype.kind in "fiu":
+            return table, np.zeros(len(values), bool)
+    malformed = np.array([not _numbers(value, shape) for value in values])
+    rows = [np.zeros(shape) if bad else v for v, bad in zip(values, malformed, strict=True)]
+    return np.array(rows, float), malformed
+
+
+def _numbers(value: Any, shape: tuple[int, ...]) -> bool:
+    """Whether a value has this shape, and finite numbers in it."""
+    array = np.asarray(value, dtype=object)
+    try:
+        return array.shape == shape and all(map(math.isfinite, array.flat))
+    except (TypeError, OverflowError):  # no number, or more than a float can hold
+        return False

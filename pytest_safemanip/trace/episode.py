@@ -1,4 +1,4 @@
-"""What was run: the part of a recording that no verdict depends on."""
+"""Description of an episode: the part of a recording that no verdict depends on."""
 
 from __future__ import annotations
 
@@ -6,22 +6,26 @@ import dataclasses
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.hazard import Hazard
 
 POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
-"""What a policy may be called: its name is part of node ids and file names."""
+"""Pattern of policy names, which are part of node ids and file names."""
 
 MOST_HAZARDS = 100
+MOST_STEPS = 2**32
+"""More than a rollout or a seed can have."""
+
+Ended = Literal["success", "horizon", "policy"]
 
 _TEXTS = ("task", "policy", "instruction", "ended", "backend", "scenes", "stepping", "assets")
 
 
 @dataclass(frozen=True)
 class Episode:
-    """What was run.
+    """Description of an episode.
 
     Attributes:
         task: name of the task.
@@ -38,10 +42,12 @@ class Episode:
         versions: package name to version, of everything that moves the physics.
         hashes: digest of the backend's and policy's code, of the assets and of the start state.
         served: of a policy behind a server: endpoint, protocol, whether it took the seed, how many
-            calls and actions there were and how many entries were clipped.
+            calls and actions there were and how many entries were clipped. Of any other policy how
+            many entries of its actions were clipped, if some were.
         hazards: what a policy did wrong on purpose; monitors do not see it.
         request: what else the simulator was asked for, in plain values: the kitchen, what objects
-            were drawn from, what stood elsewhere. Empty in recordings of schema 3 and before.
+            were drawn from, what stood elsewhere.
+        patches: names of what was changed in other people's code while it ran.
     """
 
     task: str
@@ -49,7 +55,7 @@ class Episode:
     policy: str
     instruction: str
     horizon: int
-    ended: Literal["success", "horizon", "policy"]
+    ended: Ended
     backend: str
     scenes: str
     stepping: str
@@ -59,6 +65,7 @@ class Episode:
     served: Mapping[str, str]
     hazards: tuple[Hazard, ...] = ()
     request: Mapping[str, Any] = field(default_factory=dict)
+    patches: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins, for the recording's header."""
@@ -74,8 +81,12 @@ class Episode:
         hazards = data.get("hazards", ())
         if not isinstance(hazards, list | tuple) or len(hazards) > MOST_HAZARDS:
             raise TraceError(f"episode: hazards must be a list of at most {MOST_HAZARDS}")
+        patches = data.get("patches", ())
+        if not isinstance(patches, list | tuple) or not all(isinstance(p, str) for p in patches):
+            raise TraceError("episode: patches must be a list of strings")
+        known = {"hazards": tuple(map(Hazard.from_json, hazards)), "patches": tuple(patches)}
         try:
-            episode = cls(**{**data, "hazards": tuple(map(Hazard.from_json, hazards))})
+            episode = cls(**{**data, **known})
         except TypeError as error:
             raise TraceError(f"episode: malformed description ({error})") from error
         for name in _TEXTS:
@@ -83,14 +94,32 @@ class Episode:
                 raise TraceError(f"episode: {name} must be a string")
         for name in ("seed", "horizon"):
             value = getattr(episode, name)
-            if type(value) is not int or value < 0:
-                raise TraceError(f"episode: {name} must be an integer from 0 up")
+            if type(value) is not int or not 0 <= value <= MOST_STEPS:
+                raise TraceError(f"episode: {name} must be an integer from 0 up to {MOST_STEPS}")
+        if episode.ended not in get_args(Ended):
+            known_ends = ", ".join(get_args(Ended))
+            raise TraceError(f"episode: ended must be one of {known_ends}, found {episode.ended!r}")
         for name in ("versions", "hashes", "served"):
             value = getattr(episode, name)
             if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
                 raise TraceError(f"episode: {name} must be a mapping to strings")
+        if fault := served_fault(episode.served):
+            raise TraceError(f"episode: served: {fault}")
         if not isinstance(episode.request, dict):
             raise TraceError("episode: request must be a mapping")
         if not POLICY_NAME.fullmatch(episode.policy):
             raise TraceError(f"episode: {episode.policy!r} is no name of a policy")
         return episode
+
+
+def served_fault(served: Mapping[str, str]) -> str:
+    """What is wrong with the facts about a policy's server, or with the count of clipped entries;
+    empty if nothing is.
+    """
+    counts = ("calls", "actions", "clipped") if "protocol" in served else ()
+    for name in (*counts, *(name for name in served if name == "clipped")):
+        if not re.fullmatch("[0-9]{1,15}", served.get(name, "")):
+            return f"{name} must be a count, found {served.get(name, 'nothing')!r}"
+    if "protocol" in served and served.get("seeded") not in ("yes", "no"):
+        return f"seeded must be yes or no, found {served.get('seeded', 'nothing')!r}"
+    return ""

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import hashlib
 import io
 import json
 import os
+import stat
 import struct
 import tempfile
 import zipfile
@@ -25,19 +25,17 @@ import numpy as np
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.episode import Episode
-from pytest_safemanip.trace.members import MAX_ARRAY, Array, Members, npy
+from pytest_safemanip.trace.members import Array, Members, npy
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import ARRAYS, Contacts
-from pytest_safemanip.trace.stored import LATER, StoredSteps
+from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
+from pytest_safemanip.trace.stored import LATER, StoredArray
 from pytest_safemanip.trace.surfaces import Surfaces
 
-SCHEMA = 4
-_EARLIER = (1, 2)
-"""Read too. Their header has the digest, of the unpacked content, and all of the scene."""
-_KNOWN = (*_EARLIER, 3, SCHEMA)
+SCHEMA = 5
 SUFFIX = ".rollout"
 MAX_HEADER = 4 * 2**20
+MAX_FILE = 2**30
 _MAX_DIGEST = 64
 _HEADER, _DIGEST, _SURFACES = "header.json", "digest", "scene.surfaces.npy"
 _STEP_ARRAYS = (*ARRAYS, "action", "success", "tail")
@@ -47,7 +45,7 @@ _WORTH_PACKING = 0.8
 """Share of its size down to which a member has to be packed by a quick try to be packed at all: the
 digits of velocities are noise, and take longest to unpack."""
 _DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, RuntimeError, ValueError)
-"""What ``zipfile`` raises on bytes that are no archive, or no archive any more."""
+"""The errors of ``zipfile`` on malformed archives."""
 _TYPES = {"success": np.bool_, "tail": np.bool_, "step": np.int32, "a": np.int32, "b": np.int32}
 
 
@@ -82,7 +80,7 @@ def load(path: Path) -> Recording:
 
 
 def load_episode(path: Path) -> Episode:
-    """What was run, from the header alone; nothing else is looked at.
+    """The episode from a recording's header; nothing else is read.
 
     Raises:
         TraceError: naming the file and what is wrong with it.
@@ -111,30 +109,38 @@ def from_bytes(data: bytes) -> Recording:
     """The inverse of :func:`to_bytes`.
 
     Raises:
-        TraceError: if the content is truncated, tampered with, too large, of a future version or
-            physically impossible. For what no verdict depends on, see :class:`StoredSteps`.
+        TraceError: if the content is truncated, tampered with, too large, of another schema or
+            physically impossible. For what no verdict depends on, see :class:`StoredArray`.
     """
     members = _members(data)
     header = _header(members)
-    earlier = header["schema"] in _EARLIER
     with _damage():
-        right = _earlier_digest(header, members) if earlier else members.digest(but=_DIGEST)
-        said = header.get("digest") if earlier else _text(members, _DIGEST)
-        if right != said:
+        if members.digest(but=_DIGEST) != _text(members, _DIGEST):
             raise TraceError("the content does not match its digest: the file was changed")
         scene = _section(header, "scene")
-        if not earlier:
-            scene["surfaces"] = _surfaces(scene, members)
-        ready = {name: _array(members, name) for name in _NAMES if name not in LATER}
-        later = {name: members.packed(f"{name}.npy") for name in LATER}
+        scene["surfaces"] = _surfaces(scene, members)
+        ready: dict[str, Any] = {
+            name: _array(members, name) for name in _NAMES if name not in LATER
+        }
+        packed = {name: members.packed(f"{name}.npy") for name in LATER}
     columns = {name: ready.pop(f"contacts.{name}") for name in _CONTACT_ARRAYS}
-    known = Scene.from_json(scene)
-    steps = StoredSteps.of(known, {**ready, "contacts": Contacts(**columns)}, later)
-    return check(Recording(_episode(header), known, steps))
+    known, length = Scene.from_json(scene), len(ready["success"])
+    ready |= {name: StoredArray(name, packed[name], known, length) for name in LATER}
+    steps = Steps(**ready, contacts=Contacts(**columns))
+    recording = check(Recording(_episode(header), known, steps))
+    if fault := _contradiction(recording):
+        raise TraceError(fault)
+    return recording
 
 
 def _read(path: Path) -> bytes:
+    """The content of a regular file: a pipe may never end, a device may be endless."""
     try:
+        about = path.stat()
+        if not stat.S_ISREG(about.st_mode):
+            raise TraceError("cannot be read (not a regular file)")
+        if about.st_size > MAX_FILE:
+            raise TraceError(f"{about.st_size} bytes, more than the limit of {MAX_FILE}")
         return path.read_bytes()
     except OSError as error:
         raise TraceError(f"cannot be read ({error.strerror})") from error
@@ -179,7 +185,10 @@ def _arrays(recording: Recording) -> dict[str, Array]:
 
 def _array(members: Members, name: str) -> Array:
     wanted = _TYPES.get(name.removeprefix("contacts."), np.float32)
-    return members.packed(f"{name}.npy").array(wanted)
+    array = members.packed(f"{name}.npy").array(wanted)
+    if array.ndim == 0:
+        raise TraceError(f"{name}: a single number, expected an array")
+    return array
 
 
 def _text(members: Members, name: str) -> str:
@@ -187,14 +196,26 @@ def _text(members: Members, name: str) -> str:
 
 
 def _surfaces(scene: dict[str, Any], members: Members) -> Surfaces:
-    """The surfaces of a scene, which earlier schemas have in the header."""
+    """The surfaces of a scene: their names are in the header."""
     numbers = members.packed(_SURFACES).array(np.float64)
     names = _section(scene, "surfaces")
-    entities, joints = names.get("entity") or [], names.get("joint") or []
+    entities, joints = names.get("entity"), names.get("joint")
+    if not isinstance(entities, list) or not isinstance(joints, list):
+        raise TraceError("scene: surfaces: entity and joint must be lists of texts")
     sizes = [len(entities), len(joints)]
     if numbers.shape[1:] != (10,) or sizes != [len(numbers)] * 2:
         raise TraceError(f"{_SURFACES}: shape {numbers.shape} for {sizes} surfaces")
     return Surfaces(entities, joints, numbers[:, :3], numbers[:, 3:])
+
+
+def _contradiction(recording: Recording) -> str:
+    """Where the episode's description and its steps differ; empty if they agree."""
+    about, last = recording.episode, recording.acting - 1
+    if last > about.horizon:
+        return f"episode: the horizon is {about.horizon}, and the last step that acts is {last}"
+    if about.ended == "success" and not recording.success:
+        return f"episode: it ended with success, and step {last} has none"
+    return ""
 
 
 def _header(members: Members) -> dict[str, Any]:
@@ -207,19 +228,16 @@ def _header(members: Members) -> dict[str, Any]:
     if not isinstance(header, dict):
         raise TraceError("header.json: not a mapping")
     schema = header.get("schema")
-    if schema not in _KNOWN:
+    if schema != SCHEMA:
         raise TraceError(
-            f"schema {schema!r}, this version reads {_KNOWN[0]} to {SCHEMA}; "
-            "record again, or use the version of pytest-safemanip that wrote it"
+            f"schema {schema!r}, this version reads {SCHEMA}: run the rollout again, or use the "
+            "version of pytest-safemanip that wrote it"
         )
     return header
 
 
 def _episode(header: dict[str, Any]) -> Episode:
-    data = _section(header, "episode")
-    if header["schema"] == 1 and "stepping" not in data:
-        data = {**data, "stepping": "exact"}  # there was no other way
-    return Episode.from_json(data)
+    return Episode.from_json(_section(header, "episode"))
 
 
 def _section(header: dict[str, Any], name: str) -> dict[str, Any]:
@@ -231,11 +249,3 @@ def _section(header: dict[str, Any], name: str) -> dict[str, Any]:
 
 def _canonical(header: dict[str, Any]) -> bytes:
     return json.dumps(header, sort_keys=True, separators=(",", ":")).encode()
-
-
-def _earlier_digest(header: dict[str, Any], members: Members) -> str:
-    signed = {name: value for name, value in header.items() if name != "digest"}
-    digest = hashlib.sha256(_canonical(signed))
-    for name in sorted(f"{name}.npy" for name in _NAMES):
-        digest.update(name.encode() + b"\0" + members.packed(name).unpacked(MAX_ARRAY))
-    return digest.hexdigest()

@@ -13,13 +13,26 @@ Array = NDArray[Any]
 
 CORNERS: Array = np.array(list(product((-1.0, 1.0), repeat=3)))
 """Signs of the eight corners of a box (8, 3)."""
-_OF_PRODUCTS: Array = np.zeros((4, 4, 3, 3))
-"""A rotation matrix less the identity, from the products of its quaternion's numbers (16, 9)."""
-for _i, _j, _k in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
-    _OF_PRODUCTS[(_j, _k), (_j, _k), _i - 1, _i - 1] = -2.0
-    _OF_PRODUCTS[_i, _j, (_i - 1, _j - 1), (_j - 1, _i - 1)] = 2.0
-    _OF_PRODUCTS[0, _k, (_j - 1, _i - 1), (_i - 1, _j - 1)] = 2.0, -2.0
-_OF_PRODUCTS = _OF_PRODUCTS.reshape(16, 9)
+_FROM_PRODUCTS: Array = np.array([
+    (0, 0, 0,   0, 0, 0,   0, 0, 0),  # ww
+    (0, 0, 0,   0, 0, -2,  0, 2, 0),  # wx
+    (0, 0, 2,   0, 0, 0,  -2, 0, 0),  # wy
+    (0, -2, 0,  2, 0, 0,   0, 0, 0),  # wz
+    (0, 0, 0,   0, 0, 0,   0, 0, 0),  # xw
+    (0, 0, 0,   0, -2, 0,  0, 0, -2),  # xx
+    (0, 2, 0,   2, 0, 0,   0, 0, 0),  # xy
+    (0, 0, 0,   0, 0, 0,   0, 0, 0),  # xz
+    (0, 0, 0,   0, 0, 0,   0, 0, 0),  # yw
+    (0, 0, 0,   0, 0, 0,   0, 0, 0),  # yx
+    (-2, 0, 0,  0, 0, 0,   0, 0, -2),  # yy
+    (0, 0, 0,   0, 0, 2,   0, 2, 0),  # yz
+    (0, 0, 0,   0, 0, 0,   0, 0, 0),  # zw
+    (0, 0, 2,   0, 0, 0,   2, 0, 0),  # zx
+    (0, 0, 0,   0, 0, 0,   0, 0, 0),  # zy
+    (-2, 0, 0,  0, -2, 0,  0, 0, 0),  # zz
+], float)  # fmt: skip
+"""A rotation matrix less the identity, row by row (9), from the products of its unit quaternion's
+numbers (16): twice ``xy - wz`` at row 0, column 1, say."""
 _IDENTITY: Array = np.eye(3)
 _INVERSE: Array = np.array((1.0, -1.0, -1.0, -1.0))
 _ROUNDING = 1e-9
@@ -77,7 +90,7 @@ def matrix(q: Array) -> Array:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); columns are the frame's axes."""
     q = np.asarray(q, float)
     products = (q[..., :, None] * q[..., None, :]).reshape(*q.shape[:-1], 16)
-    result: Array = (products @ _OF_PRODUCTS).reshape(*q.shape[:-1], 3, 3) + _IDENTITY
+    result: Array = (products @ _FROM_PRODUCTS).reshape(*q.shape[:-1], 3, 3) + _IDENTITY
     return result
 
 
@@ -181,7 +194,7 @@ def _overlap(
 
 
 def _reach(axes: Array, own: Array, half: ArrayLike) -> Array:
-    """How far boxes with their own axes (..., 3, 3) reach along others (..., K, 3): (..., K)."""
+    """Half extents of boxes with axes (..., 3, 3) along other axes (..., K, 3): (..., K)."""
     shares = np.abs(axes @ np.swapaxes(own, -1, -2))
     result: Array = (shares @ np.asarray(half, float)[..., None])[..., 0]
     return result

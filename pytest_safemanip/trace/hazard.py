@@ -1,4 +1,4 @@
-"""What is known to have gone wrong in a rollout, from whoever made it go wrong."""
+"""Known unsafe acts in a rollout, declared by the policy that caused them."""
 
 from __future__ import annotations
 

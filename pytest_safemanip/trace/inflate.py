@@ -1,4 +1,4 @@
-"""Unpacking what is deflated, to no more than it may be."""
+"""Decompresses with a bound on the output."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST = 1032
 
 
 def inflate(content: bytes | memoryview, size: int, limit: int) -> bytes:
-    """Unpacked content, or as much of it as shows that it is longer than it should be.
+    """The decompressed content, cut off after ``size + 1`` bytes.
 
     Args:
         content: a raw deflate stream.

@@ -1,4 +1,4 @@
-"""Where the moving parts of fixtures are, from the openness of their joints."""
+"""Poses of the moving parts of fixtures, from the openness of their joints."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """The members of a recording's zip archive, and the arrays in them.
 
 ``zipfile`` and ``numpy.load`` take longer for the twenty small members of a recording than it takes
-to unpack them; here they look at what is unusual, and say why it is refused.
+to unpack them (``benchmarks/reading.py`` compares both); here they look at what is unusual, and say
+why it is refused.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ _PLAIN = re.compile(
     rb"'shape': \(([0-9, ]*)\), \} *\n",
     re.DOTALL,
 )
-"""How ``numpy.save`` begins an array."""
+"""First bytes of an array written by ``numpy.save``."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +160,7 @@ class Members:
 
 
 def _directory(data: bytes) -> list[_Entry]:
-    """The directory of an archive that is as recordings are; empty if anything is unusual."""
+    """The directory of an archive in the form of recordings; empty if anything is unusual."""
     end, found = len(data) - _END.size, list[_Entry]()
     if end < 0:
         return []

@@ -1,4 +1,4 @@
-"""Shadows on the ground: what is over what, and how far inside.
+"""Footprints: vertical projections of bodies, their overlaps and margins.
 
 A handful of points at a time, thousands of times: plain floats are several times as fast as arrays.
 """
@@ -16,7 +16,7 @@ _Point = tuple[float, float]
 
 
 def footprints_overlap(points: Array, others: Array, slack: float) -> bool:
-    """Whether the shadows on the ground of two convex bodies overlap by more than ``slack`` metres.
+    """Whether the footprints of two convex bodies overlap by more than ``slack`` metres.
 
     Args:
         points: corners (K, 3).
@@ -30,14 +30,14 @@ def footprints_overlap(points: Array, others: Array, slack: float) -> bool:
             if length == 0.0:
                 continue
             x, y = (bx - ax) / length, (by - ay) / length
-            # A shadow that is a line is also bounded along it.
+            # A footprint that is a line is also bounded along it.
             if min(_depth(one, other, x, y), _depth(one, other, y, -x)) <= slack:
                 return False
     return True
 
 
 def _depth(one: list[_Point], other: list[_Point], x: float, y: float) -> float:
-    """By how much two shadows overlap along an axis; negative where they do not, m."""
+    """Overlap of two footprints along an axis, m; negative for a gap."""
     own = [x * px + y * py for px, py in one]
     its = [x * px + y * py for px, py in other]
     return min(max(own), max(its)) - max(min(own), min(its))
@@ -86,7 +86,7 @@ def _turn(o: _Point, a: _Point, b: _Point) -> float:
 
 
 def _distance(line: list[_Point], x: float, y: float) -> float:
-    """To the nearest point of a polyline."""
+    """Distance to the nearest point of a polyline."""
     if not line:
         return math.inf
     nearest = math.hypot(x - line[0][0], y - line[0][1])

@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.strategies import made_by
+from pytest_safemanip.trace.elements import UNIT_TOLERANCE
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps, array_shapes
 from pytest_safemanip.trace.trace import Trace
 
-UNIT_TOLERANCE = 1e-3
-"""How far a stored quaternion's norm may be from one (float32 keeps it within 1e-6)."""
 _SURE = 0.9 * UNIT_TOLERANCE
 """So far, whatever the rounding."""
 
 
+@made_by("recordings")
 @dataclass(frozen=True, repr=False)
 class Recording:
     """A complete rollout. Everything that judges it is a pure function of it."""
@@ -47,7 +48,7 @@ class Recording:
 
     @cached_property
     def trace(self) -> Trace:
-        """What propositions are evaluated on.
+        """The trace, which propositions are evaluated on.
 
         Raises:
             TraceError: if the recording is impossible; see :func:`check`.
@@ -57,12 +58,13 @@ class Recording:
 
     @cached_property
     def fault(self) -> str:
-        """Why it cannot have happened; empty if it can. Found out once."""
+        """The reason why it is physically impossible; empty if it is not. Computed once."""
         try:
             scene, steps = self.scene.checked(), self.steps
             if len(steps) == 0:
                 return "recording: no step"
-            check_steps(scene, steps)
+            with np.errstate(all="ignore"):  # what is no number is looked for
+                check_steps(scene, steps)
         except TraceError as error:
             return str(error)
         if steps.tail[0] or (np.diff(steps.tail.astype(int)) < 0).any():
@@ -82,7 +84,7 @@ def check(recording: Recording) -> Recording:
 
 
 def check_steps(scene: Scene, steps: Steps, first: int = 0) -> None:
-    """Refuse steps that cannot be.
+    """Raise on steps that are malformed or physically impossible.
 
     Args:
         scene: their static part.
@@ -93,18 +95,19 @@ def check_steps(scene: Scene, steps: Steps, first: int = 0) -> None:
         TraceError: naming the field, the step and the entity of the first impossible value.
     """
     for name in _CHECKED:
-        if name in vars(steps):  # what a file has and nobody asked for is checked later
+        if not steps.deferred(name):  # that is checked when it is read
             check_array(scene, name, getattr(steps, name), len(steps), first)
     _check_contacts(scene, steps, first)
 
 
 _CHECKED = (*ARRAYS, "action", "success", "tail")
-_POSES = ("eef_pose", "base_pose", "object_pose", "box_pose")
+_POSES = ("eef_poses", "base_pose", "object_pose", "box_pose")
 
 
 def check_array(scene: Scene, name: str, array: Any, length: int, first: int = 0) -> None:
-    """Refuse an array of steps that cannot be; arguments as for :func:`check_steps`."""
-    shapes = {**array_shapes(scene), "action": (12,), "success": (), "tail": ()}
+    """Raise on an invalid array of steps; arguments as for :func:`check_steps`."""
+    acts = (len(scene.actions),)
+    shapes = {**array_shapes(scene), "action": acts, "success": (), "tail": ()}
     _check_shape(name, array, (length, *shapes[name]))
     wrong = {}
     if array.dtype != np.bool_ and not np.isfinite(array).all():
@@ -190,7 +193,10 @@ def _place(scene: Scene, name: str, index: Any, first: int) -> str:
     step = f"step {first + int(index[0])}"
     if len(index) < 2:
         return step
+    hands = [gripper.name for gripper in scene.grippers]
     owners = {
+        **dict.fromkeys(("eef_poses", "eef_twists", "openings", "commands"), hands),
+        "action": [entry.name for entry in scene.actions],
         "object_pose": [b.entity for b in scene.bodies],
         "object_twist": [b.entity for b in scene.bodies],
         "joint": [j.key for j in scene.joints],

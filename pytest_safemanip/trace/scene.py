@@ -1,32 +1,43 @@
-"""The static part of a trace: who is in the scene, and what of them moves."""
+"""The static part of a trace: entities, and which of them move."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.strategies import made_by
 from pytest_safemanip.trace.elements import (
+    ROBOT,
+    ActionEntry,
     Body,
     Box,
     Entity,
+    Gripper,
     Joint,
     Part,
     Surface,
     Switch,
-    Vector,
-    check_numbers,
-    numbers_fit,
+    columns,
+    impossible_number,
 )
 from pytest_safemanip.trace.surfaces import Surfaces
+from pytest_safemanip.trace.typed import from_json, is_number, mistyped, shown
+
+SHORTEST = 1e-4
+"""Least control period, s: a deadline in shorter ones is more steps than a trace can have."""
+ELEMENTS = ("entities", "bodies", "parts", "joints", "boxes", "switches", "grippers", "actions")
+"""The fields with elements that are dataclasses each; surfaces may be columns."""
 
 
+@made_by("scenes")
 @dataclass(frozen=True)
 class Scene:
-    """Everything of a rollout that does not change while it runs.
+    """The static part of a rollout.
 
     Attributes:
         control_period: seconds between two steps.
@@ -37,8 +48,8 @@ class Scene:
         boxes: in the order of the box axis of the step arrays.
         switches: in the order of the switch axis of the step arrays.
         surfaces: the solid pieces of fixtures and room, for what lies below or in the way.
-        gripper_half: half extents of the gripper's box (3,), m.
-        gripper_centre: its centre in the end effector's frame (3,), m.
+        grippers: in the order of the gripper axis of the step arrays.
+        actions: what the robot's actions consist of, in their order.
         roles: the task's own names for its objects and fixtures, to entity names.
     """
 
@@ -50,8 +61,8 @@ class Scene:
     boxes: tuple[Box, ...]
     switches: tuple[Switch, ...]
     surfaces: Sequence[Surface]
-    gripper_half: Vector
-    gripper_centre: Vector
+    grippers: tuple[Gripper, ...]
+    actions: tuple[ActionEntry, ...]
     roles: Mapping[str, str]
 
     @cached_property
@@ -126,20 +137,20 @@ class Scene:
         """
         try:
             return cls(
-                control_period=float(data["control_period"]),
-                entities=tuple(Entity(**e) for e in data["entities"]),
-                bodies=tuple(Body(**_vectors(b)) for b in data["bodies"]),
-                parts=tuple(Part(**p) for p in data["parts"]),
-                joints=tuple(Joint(**_vectors(j)) for j in data["joints"]),
-                boxes=tuple(Box(**_vectors(b)) for b in data["boxes"]),
-                switches=tuple(Switch(**s) for s in data["switches"]),
+                control_period=data["control_period"],
+                entities=from_json(Entity, data["entities"], "entities"),
+                bodies=from_json(Body, data["bodies"], "bodies"),
+                parts=from_json(Part, data["parts"], "parts"),
+                joints=from_json(Joint, data["joints"], "joints"),
+                boxes=from_json(Box, data["boxes"], "boxes"),
+                switches=from_json(Switch, data["switches"], "switches"),
                 surfaces=_surfaces(data["surfaces"]),
-                gripper_half=tuple(data["gripper_half"]),
-                gripper_centre=tuple(data["gripper_centre"]),
-                roles=dict(data["roles"]),
+                grippers=from_json(Gripper, data["grippers"], "grippers"),
+                actions=from_json(ActionEntry, data["actions"], "actions"),
+                roles=data["roles"],
             ).checked()
-        except (KeyError, TypeError, ValueError) as error:
-            raise TraceError(f"scene: malformed description ({error})") from error
+        except KeyError as error:
+            raise TraceError(f"scene: malformed description ({error} is missing)") from error
 
     def checked(self) -> Scene:
         """This scene, after checking that its names refer to one another.
@@ -153,7 +164,7 @@ class Scene:
 
     @cached_property
     def _fault(self) -> str:
-        """What is wrong; empty if nothing is. Found out once."""
+        """The first inconsistency; empty if there is none. Computed once."""
         try:
             self._check()
         except TraceError as error:
@@ -161,43 +172,88 @@ class Scene:
         return ""
 
     def _check(self) -> None:
-        if not 0.0 < self.control_period < 10.0:
-            raise TraceError(f"scene: control_period must be in (0, 10) s: {self.control_period}")
+        self._check_types()
+        if not SHORTEST <= self.control_period < 10.0:
+            raise TraceError(
+                f"scene: control_period must be in [{SHORTEST}, 10) s: {self.control_period}"
+            )
         names = [e.name for e in self.entities]
         if len(set(names)) != len(names):
             raise TraceError("scene: two entities have the same name")
         for field in ("bodies", "parts", "joints", "boxes", "switches", "surfaces"):
-            items = getattr(self, field)
-            if self._surely(items):
-                continue
-            for item in items:
-                if item.entity not in self.entity:
-                    raise TraceError(f"scene: {field} name an unknown entity {item.entity!r}")
-                joint = getattr(item, "joint", "")
-                if joint and joint not in self.joint_index:
-                    raise TraceError(f"scene: {field} name an unknown joint {joint!r}")
-                check_numbers(f"scene: {field} of {item.entity!r}", item)
-        check_numbers("scene", self)
+            self._check_elements(field)
+        self._check_grippers()
+        self._check_actions()
         for role, name in self.roles.items():
             if name not in self.entity:
                 raise TraceError(f"scene: role {role!r} names an unknown entity {name!r}")
 
-    def _surely(self, items: Sequence[Any]) -> bool:
-        """Whether nothing is wrong with these, looked at together: that is several times faster."""
-        if isinstance(items, Surfaces):
-            entities, joints, fit = set(items.entities), set(items.joints), items.fit()
-        else:
-            entities = {item.entity for item in items}
-            joints = {getattr(item, "joint", "") for item in items}
-            fit = numbers_fit(items)
-        return fit and self.entity.keys() >= entities and self.joint_index.keys() >= joints - {""}
+    def _check_types(self) -> None:
+        """What names something is a text, so that everything after can rely on it."""
+        if not is_number(self.control_period):
+            raise TraceError(
+                f"scene: control_period must be a number, found {shown(self.control_period)}"
+            )
+        for field in ELEMENTS:
+            if fault := mistyped(getattr(self, field)):
+                raise TraceError(f"scene: {field}{fault}")
+        if isinstance(self.surfaces, Surfaces):
+            names = {*map(type, self.surfaces.entities), *map(type, self.surfaces.joints)}
+            if names - {str}:
+                raise TraceError("scene: surfaces: entity and joint must be lists of texts")
+        elif fault := mistyped(self.surfaces):
+            raise TraceError(f"scene: surfaces{fault}")
+        roles = self.roles
+        if {*map(type, _values(roles))} - {str}:
+            raise TraceError(f"scene: roles must be a mapping to texts, found {shown(roles)}")
+
+    def _check_grippers(self) -> None:
+        known = {part.name for part in self.parts if part.entity == ROBOT}
+        if len({gripper.name for gripper in self.grippers}) != len(self.grippers):
+            raise TraceError("scene: two grippers have the same name")
+        taken: set[str] = set()
+        for gripper in self.grippers:
+            what = f"scene: gripper {gripper.name!r}"
+            if len(gripper.fingers) < 2 or not all(gripper.fingers):
+                raise TraceError(f"{what} needs two groups of fingers or more, none of them empty")
+            for part in gripper.parts:
+                if part not in known:
+                    raise TraceError(f"{what} names a part {part!r} that the robot does not have")
+                if part in taken:
+                    raise TraceError(f"{what} names a part {part!r} that is named twice")
+                taken.add(part)
+        if found := impossible_number(columns(self.grippers)):
+            raise TraceError(f"scene: gripper {self.grippers[found[0]].name!r}: {found[1]}")
+
+    def _check_actions(self) -> None:
+        if len({entry.name for entry in self.actions}) != len(self.actions):
+            raise TraceError("scene: two entries of the action have the same name")
+        for entry in self.actions:
+            if not -math.inf < entry.low < entry.high < math.inf:
+                raise TraceError(
+                    f"scene: action {entry.name!r} must have finite limits, the lower one first: "
+                    f"{entry.low}, {entry.high}"
+                )
+
+    def _check_elements(self, field: str) -> None:
+        """Check the elements of one kind, all together: that is several times faster."""
+        items = getattr(self, field)
+        values = items.columns() if isinstance(items, Surfaces) else columns(items)
+        for reference, known in (("entity", self.entity), ("joint", {"", *self.joint_index})):
+            unknown = set(values.get(reference, ())).difference(known)
+            if unknown:
+                raise TraceError(f"scene: {field} name an unknown {reference} {min(unknown)!r}")
+        if found := impossible_number(values):
+            index, what = found
+            raise TraceError(f"scene: {field} of {values['entity'][index]!r}: {what}")
+
+
+def _values(mapping: object) -> Iterable[object]:
+    """The values of what should be a mapping; nothing that is a text of what is none."""
+    return mapping.values() if isinstance(mapping, Mapping) else (None,)
 
 
 def _surfaces(data: Surfaces | Sequence[Mapping[str, Any]]) -> Sequence[Surface]:
     if isinstance(data, Surfaces):
         return data
-    return tuple(Surface(**_vectors(item)) for item in data)
-
-
-def _vectors(item: Mapping[str, Any]) -> dict[str, Any]:
-    return {k: tuple(v) if isinstance(v, list) else v for k, v in item.items()}
+    return from_json(Surface, data, "surfaces")

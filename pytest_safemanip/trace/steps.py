@@ -7,7 +7,7 @@ linear velocity of the frame's origin and angular velocity, both in the world fr
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,7 +65,7 @@ class Contacts:
         return cls(step=np.repeat(np.arange(len(per_step), dtype=np.int32), lengths), **columns)
 
     def span(self, first: int, stop: int) -> tuple[int, int]:
-        """The first row of steps ``first`` to ``stop - 1``, and one after the last."""
+        """The range of rows of steps ``first`` to ``stop - 1``, as start and stop."""
         # Numbers of another type would have numpy convert all rows.
         begin, end = np.searchsorted(self.step, np.array((first, stop), self.step.dtype)).tolist()
         return begin, end
@@ -83,9 +83,11 @@ class Step:
     """The state after one control period, and the contacts within it.
 
     Attributes:
-        eef_pose: end effector (grip site) (7,).
-        eef_twist: its twist (6,).
-        gripper: opening (0 closed, 1 open) and its rate in 1/s (2,).
+        eef_poses: end effector of each gripper (G, 7).
+        eef_twists: their twists (G, 6).
+        openings: opening of each gripper (0 closed, 1 open) and its rate in 1/s (G, 2).
+        commands: what each gripper was told in this control period: above 0 to close, below 0 to
+            open (G,). 0 after reset.
         base_pose: mobile base (7,).
         object_pose: movable objects (N, 7).
         object_twist: their twists (N, 6).
@@ -98,9 +100,10 @@ class Step:
         contacts: of this step only.
     """
 
-    eef_pose: Floats
-    eef_twist: Floats
-    gripper: Floats
+    eef_poses: Floats
+    eef_twists: Floats
+    openings: Floats
+    commands: Floats
     base_pose: Floats
     object_pose: Floats
     object_twist: Floats
@@ -112,6 +115,32 @@ class Step:
     success: bool
     contacts: Contacts
 
+    @property
+    def eef_pose(self) -> Floats:
+        """The end effector of a robot with one gripper (7,); ValueError with another number."""
+        return only(self.eef_poses, 0)
+
+    @property
+    def eef_twist(self) -> Floats:
+        """Its twist (6,); ValueError likewise."""
+        return only(self.eef_twists, 0)
+
+    @property
+    def gripper(self) -> Floats:
+        """Opening of the one gripper, and its rate in 1/s (2,); ValueError likewise."""
+        return only(self.openings, 0)
+
+
+def only(array: Floats, axis: int) -> Floats:
+    """The entry of an array for the one gripper.
+
+    Raises:
+        ValueError: if the robot has another number of them.
+    """
+    if array.shape[axis] != 1:
+        raise ValueError(f"the robot has {array.shape[axis]} grippers: say which of them is meant")
+    return array[(slice(None),) * axis + (0,)]
+
 
 ARRAYS = tuple(f.name for f in dataclasses.fields(Step) if f.name not in ("success", "contacts"))
 """Names of the float arrays of a step."""
@@ -119,11 +148,12 @@ ARRAYS = tuple(f.name for f in dataclasses.fields(Step) if f.name not in ("succe
 
 def array_shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
     """Shape of each array of a step in a scene; ``qpos`` and ``qvel`` are free (-1)."""
-    n, j, b = len(scene.bodies), len(scene.joints), len(scene.boxes)
+    n, j, b, g = (len(of) for of in (scene.bodies, scene.joints, scene.boxes, scene.grippers))
     return {
-        "eef_pose": (7,),
-        "eef_twist": (6,),
-        "gripper": (2,),
+        "eef_poses": (g, 7),
+        "eef_twists": (g, 6),
+        "openings": (g, 2),
+        "commands": (g,),
         "base_pose": (7,),
         "object_pose": (n, 7),
         "object_twist": (n, 6),
@@ -135,7 +165,29 @@ def array_shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
     }
 
 
-@dataclass(frozen=True)
+class Deferred:
+    """An array of :class:`Steps` that may be given as a function: called once, when it is read."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __set__(self, steps: Steps, value: Floats | Callable[[], Floats]) -> None:
+        vars(steps)[self._name] = value
+
+    def __get__(self, steps: Steps | None, owner: type) -> Floats:
+        if steps is None:
+            raise AttributeError(self._name)  # the field has no default
+        if self.waits(steps):
+            vars(steps)[self._name] = vars(steps)[self._name]()
+        array: Floats = vars(steps)[self._name]
+        return array
+
+    def waits(self, steps: Steps) -> bool:
+        """Whether the array was given as a function that has not been called yet."""
+        return callable(vars(steps)[self._name])
+
+
+@dataclass(frozen=True, kw_only=True)
 class Steps:
     """All steps of a rollout: the arrays of :class:`Step` with time in front.
 
@@ -143,23 +195,26 @@ class Steps:
     (``action[0]`` is zero).
 
     Attributes:
-        action: the environment's own action vector, robosuite's order (T, 12).
+        eef_twists: like ``base_pose``, ``qpos`` and ``qvel`` it is read by no proposition and no
+            metric, but by policies, replay and rendering: it may be :class:`Deferred`.
+        action: the backend's own action vector (T, A).
         success: the task's own check (T,).
         tail: steps of the settle tail, in which the robot holds still (T,).
         contacts: of all steps.
     """
 
-    eef_pose: Floats
-    eef_twist: Floats
-    gripper: Floats
-    base_pose: Floats
+    eef_poses: Floats
+    eef_twists: Deferred = Deferred()
+    openings: Floats
+    commands: Floats
+    base_pose: Deferred = Deferred()
     object_pose: Floats
     object_twist: Floats
     joint: Floats
     box_pose: Floats
     switch: Floats
-    qpos: Floats
-    qvel: Floats
+    qpos: Deferred = Deferred()
+    qvel: Deferred = Deferred()
     action: Floats
     success: NDArray[np.bool_]
     tail: NDArray[np.bool_]
@@ -167,6 +222,26 @@ class Steps:
 
     def __len__(self) -> int:
         return len(self.success)
+
+    @property
+    def eef_pose(self) -> Floats:
+        """The end effector of a robot with one gripper (T, 7); ValueError with another number."""
+        return only(self.eef_poses, 1)
+
+    @property
+    def eef_twist(self) -> Floats:
+        """Its twist (T, 6); ValueError likewise."""
+        return only(self.eef_twists, 1)
+
+    @property
+    def gripper(self) -> Floats:
+        """Opening of the one gripper, and its rate in 1/s (T, 2); ValueError likewise."""
+        return only(self.openings, 1)
+
+    def deferred(self, name: str) -> bool:
+        """Whether a field is an array that nobody has read yet."""
+        field = vars(Steps).get(name)
+        return isinstance(field, Deferred) and field.waits(self)
 
     def __iter__(self) -> Iterator[tuple[Step, Floats, bool]]:
         """The steps one by one, as they were recorded: state, action that led to it, acting."""

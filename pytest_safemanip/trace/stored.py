@@ -1,10 +1,9 @@
-"""Steps of a file, of which that is unpacked later which verdicts do not depend on."""
+"""Arrays of a file that are unpacked lazily: verdicts do not depend on them."""
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,40 +11,37 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.members import Packed
 from pytest_safemanip.trace.recording import check_array
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import Steps
+from pytest_safemanip.trace.steps import Floats
 
-LATER = ("eef_twist", "base_pose", "qpos", "qvel")
-"""What no proposition and no metric reads: for policies, replay and rendering."""
+LATER = ("eef_twists", "base_pose", "qpos", "qvel")
+"""Arrays that no proposition and no metric reads: for policies, replay and rendering."""
 
 
-class StoredSteps(Steps):
-    """Steps whose arrays :data:`LATER` are unpacked and checked when they are asked for.
+@dataclass(frozen=True)
+class StoredArray:
+    """An array of steps that is unpacked and checked by a call.
 
-    Raises:
-        TraceError: from the attribute of such an array, if it is damaged or impossible.
+    Attributes:
+        name: of the field of the steps.
+        packed: as it lies in the file.
+        scene: the static part of the steps.
+        length: number of steps.
     """
 
-    @classmethod
-    def of(cls, scene: Scene, ready: Mapping[str, Any], later: Mapping[str, Packed]) -> StoredSteps:
-        """Steps of which some arrays are at hand.
+    name: str
+    packed: Packed
+    scene: Scene
+    length: int
 
-        Args:
-            scene: their static part.
-            ready: fields by name.
-            later: the other fields.
+    def __call__(self) -> Floats:
+        """The array (T, ...).
+
+        Raises:
+            TraceError: if it is damaged or impossible.
         """
-        steps = object.__new__(cls)
-        vars(steps).update(ready, _scene=scene, _later=dict(later))
-        return steps
-
-    def __getattr__(self, name: str) -> Any:
-        packed: Packed | None = vars(self).get("_later", {}).get(name)
-        if packed is None:
-            raise AttributeError(name)
         try:
-            array = packed.array(np.float32)
+            array = self.packed.array(np.float32)
         except zlib.error as error:
-            raise TraceError(f"{packed.name}: damaged ({error})") from error
-        check_array(vars(self)["_scene"], name, array, len(self))
-        vars(self)[name] = array
+            raise TraceError(f"{self.packed.name}: damaged ({error})") from error
+        check_array(self.scene, self.name, array, self.length)
         return array

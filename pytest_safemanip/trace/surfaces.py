@@ -1,9 +1,9 @@
-"""The solid pieces of a scene as arrays: there are hundreds, and most are never looked at."""
+"""The solid pieces of a scene as arrays: there are hundreds, and most are never read."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,11 +69,11 @@ class Surfaces(Sequence[Surface]):
 
     __hash__ = None  # type: ignore[assignment]
 
-    def fit(self) -> bool:
-        """Whether all numbers are such as a box has: finite, no size negative, unit quaternions."""
-        return bool(
-            np.isfinite(self.half).all()
-            and np.isfinite(self.pose).all()
-            and (self.half >= 0.0).all()
-            and (np.abs(np.linalg.norm(self.pose[:, 3:], axis=1) - 1.0) <= 9e-4).all()
-        )
+    def columns(self) -> dict[str, Any]:
+        """The fields, each with its values; see :func:`~.elements.columns`."""
+        return {
+            "entity": self.entities,
+            "joint": self.joints,
+            "half": self.half,
+            "pose": self.pose,
+        }

@@ -1,4 +1,4 @@
-"""What propositions are evaluated on: a scene, its steps, and contacts by pair of parts."""
+"""The input of propositions: a scene, its steps, and contacts by pair of parts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pytest_safemanip.trace.steps import Floats, Steps
 
 @dataclass(frozen=True)
 class Trace:
-    """What propositions are evaluated on: a scene and its steps."""
+    """A scene and its steps, which propositions are evaluated on."""
 
     scene: Scene
     steps: Steps

@@ -10,19 +10,25 @@ import pytest
 from hypothesis import Phase, settings
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.fuzz.hunt import hunt
 from pytest_safemanip.fuzz.laws import LAWS, laws_of
+from pytest_safemanip.fuzz.search import find_counterexample
 from pytest_safemanip.fuzz.trial import LawBroken, calls, shortened
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
 from pytest_safemanip.propositions.definition import Parameter, Proposition
-from pytest_safemanip.propositions.filters import held
 from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.propositions.kernels.filters import held
 
 BY_NAME = {law.name: law for law in LAWS}
 CATALOGUE = Catalogue()
 PARAMETERS = shortened(CATALOGUE, {})
 NEWTONS = Parameter("own.force", "N", 3.0, "for the test")
+
+
+@pytest.fixture
+def laws(pytestconfig):
+    """How many recordings each law is tried on; None for a few."""
+    return pytestconfig.getoption("--laws")
 
 
 @pytest.mark.parametrize(
@@ -33,8 +39,8 @@ NEWTONS = Parameter("own.force", "N", 3.0, "for the test")
         for law in laws_of(proposition)
     ],
 )
-def test_shipped_propositions_obey(proposition, law):
-    found = hunt(proposition, law, CATALOGUE, PARAMETERS, examples=3)
+def test_shipped_propositions_obey(proposition, law, laws):
+    found = find_counterexample(proposition, law, CATALOGUE, PARAMETERS, examples=laws or 5)
     assert found is None, found.error
 
 
@@ -92,7 +98,7 @@ BROKEN = {
     ),
     "swap": (from_the_left, 0.0),
     "sign": (lambda view, o: view.trace.steps.object_pose[:, number(view, o), 3] > 0.0, 0.0),
-    "motion": (lambda view, o: view.trace.steps.eef_pose[:, 0] > 0.1, 0.0),
+    "motion": (lambda view, o: (view.trace.steps.eef_poses[..., 0] > 0.1).any(axis=1), 0.0),
     "stranger": (
         lambda view, o: np.full(len(view.trace), len(view.trace.scene.bodies) % 2 == 0),
         0.0,
@@ -129,10 +135,99 @@ def test_a_law_catches_what_breaks_it(law):
         sparse=True,
     )
     catalogue = Catalogue([own])
-    found = hunt(own, law, catalogue, shortened(catalogue, {}), examples=2000)
+    found = find_counterexample(own, law, catalogue, shortened(catalogue, {}), examples=2000)
     assert found is not None
     if law.name != "total":
         assert isinstance(found.error, LawBroken)
+
+
+def ahead(base, seconds, of=lambda view, o: True):
+    """What another proposition will be so much later; ``of`` says for which objects."""
+
+    def evaluate(view, o):
+        values = base(view, o)
+        count = view.trace.count(seconds) if of(view, o) else 0
+        return np.append(values[count:], np.repeat(values[-1:], count))[: len(values)]
+
+    return evaluate
+
+
+def vessel(view, o):
+    return "container" in view.binding.attributes[o]
+
+
+def lifted(view, o):
+    return view.trace.steps.object_pose[:, number(view, o), 2] > 1.0
+
+
+def ever(view, o):
+    return np.full(len(view.trace), lifted(view, o).any())
+
+
+def until(view, o):
+    return np.logical_or.accumulate(grasped(view, o)[::-1])[::-1]
+
+
+def settles(view, o):
+    return view("settled", o)
+
+
+ACAUSAL = {
+    "a step, grasped": ahead(grasped, 0.0),
+    "a step, settled": ahead(settles, 0.0),
+    "0.25 s, lifted": ahead(lifted, 0.25),
+    "2 s, grasped": ahead(grasped, 2.0),
+    "2 s, lifted": ahead(lifted, 2.0),
+    "2 s, settled": ahead(settles, 2.0),
+    "2 s, vessels only": ahead(lifted, 2.0, vessel),
+    "0.25 s, third object only": ahead(grasped, 0.25, lambda view, o: number(view, o) == 2),
+    "at any time": ever,
+    "from now on": until,
+}
+
+
+@pytest.mark.usefixtures("unshrunk")
+@pytest.mark.parametrize("shape", ACAUSAL)
+def test_what_looks_ahead_is_found_with_a_hundred_recordings(shape, laws, monkeypatch):
+    own = Proposition("own", ("object",), lambda _: math.inf, (), ACAUSAL[shape])
+    catalogue = Catalogue([own])
+    for seed in range(10 if laws else 2):
+        monkeypatch.setattr("hypothesis.core.global_force_seed", seed)
+        found = find_counterexample(
+            own, BY_NAME["causal"], catalogue, shortened(catalogue, {}), examples=100
+        )
+        assert found is not None, f"not with seed {seed}"
+        assert isinstance(found.error, LawBroken)
+
+
+def test_a_sparse_proposition_may_ask_sparse_ones_and_others():
+    def evaluate(view, o):
+        asked = [view(name, o) for name in ("settled", "obj_grasped")]
+        asked += [view("pre_safe", *call) for call in view.binding.skills]
+        found = np.zeros(len(view.trace), bool)
+        wanted = slice(view.since, view.until)
+        found[wanted] = np.any(asked, axis=0)[wanted]
+        return found
+
+    own = Proposition("own", ("object",), lambda _: 3.0, (), evaluate, sparse=True)
+    catalogue = Catalogue([own])
+    for law in laws_of(own):
+        found = find_counterexample(own, law, catalogue, shortened(catalogue, {}), examples=20)
+        assert found is None, found.error
+
+
+@pytest.mark.usefixtures("unshrunk")
+def test_a_sparse_proposition_that_changes_another_one_is_found():
+    def evaluate(view, o):
+        view("settled", o)[: view.since] = True
+        return view("obj_grasped", o)
+
+    own = Proposition("own", ("object",), lambda _: 0.25, (), evaluate, sparse=True)
+    catalogue = Catalogue([own])
+    found = find_counterexample(
+        own, BY_NAME["part"], catalogue, shortened(catalogue, {}), examples=2000
+    )
+    assert "settled(obj) is different at step 0 once own was asked for steps" in str(found.error)
 
 
 def test_what_a_proposition_raises_is_a_counterexample_too():
@@ -143,7 +238,9 @@ def test_what_a_proposition_raises_is_a_counterexample_too():
 
     own = Proposition("own", ("object",), lambda _: 0.25, (), evaluate)
     catalogue = Catalogue([own])
-    found = hunt(own, BY_NAME["total"], catalogue, shortened(catalogue, {}), examples=2000)
+    found = find_counterexample(
+        own, BY_NAME["total"], catalogue, shortened(catalogue, {}), examples=2000
+    )
     assert isinstance(found.error, IndexError)
     assert len(found.recording.steps) == 3
 

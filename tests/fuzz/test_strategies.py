@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, find, given, settings
 from hypothesis import strategies as st
 
 from pytest_safemanip.fuzz import contacts, formulas, recordings, scenes, traces
+from pytest_safemanip.fuzz.rendering import table
 from pytest_safemanip.fuzz.scenes import bind
-from pytest_safemanip.fuzz.showing import table
 from pytest_safemanip.fuzz.trial import calls, shortened
 from pytest_safemanip.ltlf import compile_formula, parse
 from pytest_safemanip.ltlf.formula import Formula
@@ -19,6 +19,7 @@ from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace import Recording, Scene, files
 from pytest_safemanip.trace.recording import check
 from tests import toy
+from tests.ltlf.bruteforce import holds
 
 ALL = list(HealthCheck)
 some = settings(max_examples=30, deadline=None, suppress_health_check=ALL)
@@ -63,7 +64,9 @@ def test_hypothesis_knows_the_types(recording, scene, formula):
 @some
 @given(formulas(2), traces())
 def test_formulas_can_be_read_on_traces(formula, trace):
-    assert compile_formula(formula, atoms=("a", "b", "c"), cache=False).accepts(trace) in (0, 1)
+    atoms = ("a", "b", "c")
+    dfa = compile_formula(formula, atoms=atoms, cache=False)
+    assert dfa.accepts(trace) == holds(formula, trace, atoms)
 
 
 def test_recordings_show_every_proposition_true_and_false():

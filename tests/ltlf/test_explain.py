@@ -9,15 +9,9 @@ from hypothesis import strategies as st
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.fuzz.formulas import formulas
-from pytest_safemanip.ltlf import (
-    Fold,
-    Monitor,
-    Row,
-    StateClass,
-    compile_formula,
-    deciding,
-    explain,
-)
+from pytest_safemanip.ltlf import Monitor, OmittedSteps, Row, StateClass, compile_formula, explain
+from pytest_safemanip.ltlf import witness as deciding
+from pytest_safemanip.ltlf.excerpt import Excerpt
 
 ATOMS = ("a", "b")
 
@@ -137,6 +131,7 @@ def test_a_bad_prefix():
     found = explained("G (g -> (s W r))", g=".1....", s=".111..", r="......")
     assert (found.violation.first, found.started_at, found.opened_at) == (4, 0, 1)
     assert [(p.step, str(p.residual)) for p in found.path] == [(1, "s W r"), (4, "false")]
+    assert found.format().startswith("bad prefix at step 4, pending since step 1: s W r\n")
     never_released = {(step, "r", False) for step in range(1, 5)}
     assert decided_by(found) == {(1, "g", True), (4, "s", False)} | never_released
 
@@ -194,6 +189,14 @@ def test_an_unsatisfiable_formula_decides_alone():
     assert "decided by the formula alone" in found.format()
 
 
+def test_of_many_stretches_of_steps_four_are_named_and_the_others_counted():
+    text = "a"
+    for _ in range(5):
+        text = f"a & X X ({text})"
+    found = explained(f"!({text})", a="1.1.1.1.1.1.")
+    assert found.format().endswith("decided by a at 0, 2, 4, 6 and 2 more")
+
+
 def test_the_excerpt_keeps_changes_and_folds_the_rest():
     found = explained("G (a -> F b)", a="....1" + "." * 20, b="." * 23 + "1.", deadline_s=1.0)
     items = found.excerpt.items
@@ -225,17 +228,17 @@ def test_what_keeps_a_violation_going_is_shown():
 def test_what_does_not_matter_in_a_state_is_folded():
     # Once b is owed, a changes nothing.
     found = explained("G (a -> F b)", a=".1.1.1.1", b="........", deadline_s=0.5)
-    assert [item for item in found.excerpt.items if isinstance(item, Fold)] == [
-        Fold(2, 5),
-        Fold(7, 7),
+    assert [item for item in found.excerpt.items if isinstance(item, OmittedSteps)] == [
+        OmittedSteps(2, 5),
+        OmittedSteps(7, 7),
     ]
 
 
 def test_the_text_of_an_explanation():
     found = explained("G (a -> F b)", a=".1.......", b=".......1.", deadline_s=0.3)
     assert found.format() == (
-        "overdue at step 4, owed since step 1: F b\n"
-        "  step  a  b  owed after it\n"
+        "overdue at step 4, pending since step 1: F b\n"
+        "  step  a  b  residual\n"
         "     0  .  .  -\n"
         "     1  1  .  F b\n"
         "   ...  2 steps without a relevant change\n"
@@ -246,7 +249,7 @@ def test_the_text_of_an_explanation():
     )
     assert explained("G !a", a=".1.").format() == (
         "bad prefix at step 1\n"
-        "  step  a  owed after it\n"
+        "  step  a  residual\n"
         "     0  .  -\n"
         "     1  1  BAD PREFIX\n"
         "     2  .  -\n"
@@ -255,7 +258,7 @@ def test_the_text_of_an_explanation():
     assert (
         explained("F a", a="..", profile="paper")
         .format()
-        .startswith("still open at the last step 1, owed since step 0: F a\n")
+        .startswith("still open at the last step 1, pending since step 0: F a\n")
     )
 
 
@@ -267,6 +270,47 @@ def test_a_long_explanation_is_cut_around_the_violation(most):
     assert len(text.splitlines()) <= most
     assert "lines left out" in text or len(found.excerpt.items) < most
     assert f"{found.violation.first:>6}  " in text
+    assert counted(text) == len(found.excerpt.items)
+
+
+def counted(text):
+    """How many lines an excerpt has, with those that it says are left out."""
+    rows = [row for row in text.splitlines()[2:] if row[:6].strip() and row[:7] != "decided"]
+    left_out = [int(row.split()[1]) for row in rows if row.endswith("lines left out")]
+    return len(rows) - len(left_out) + sum(left_out)
+
+
+@pytest.mark.parametrize("most", [10, 14, 200])
+def test_what_is_left_out_after_the_violation_is_counted(most):
+    # Forty steps are unsafe, by the one and by the other in turn.
+    found = explained("G !(b | c)", b="..." + "1." * 20 + ".", c="..." + ".1" * 20 + ".")
+    text = found.format(most)
+    assert counted(text) == len(found.excerpt.items) == 42
+    assert ("lines left out" in text) == (most < 200)
+    assert f"{found.violation.first:>6}  " in text
+
+
+@pytest.mark.parametrize(
+    ("focus", "after_head", "shown", "after"),
+    [(20, 14, range(17, 24), 16), (39, 30, range(33, 40), 0), (4, 0, range(3, 10), 30)],
+)
+def test_a_cut_excerpt_has_the_beginning_and_what_is_around_the_violation(
+    focus, after_head, shown, after
+):
+    rows = tuple(Row(step, (False,), 0, False, "-") for step in range(40))
+
+    def left_out(count):
+        return [f"   ...  {count} lines left out"] if count else []
+
+    # Twelve lines below the heading: three of the beginning, and two that count.
+    assert Excerpt(("a",), rows, focus).lines(13)[1:] == [
+        *(f"{step:>6}  .  -" for step in range(3)),
+        *left_out(after_head),
+        *(f"{step:>6}  .  -" for step in shown),
+        *left_out(after),
+    ]
+    whole = [f"{step:>6}  .  -" for step in range(40)]
+    assert Excerpt(("a",), rows, focus).lines(41)[1:] == whole
 
 
 def test_arguments_that_do_not_belong_together_are_refused():

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.fuzz.formulas import formulas
-from pytest_safemanip.ltlf import Not, compile_formula, mona, parse
-from pytest_safemanip.ltlf import __main__ as command
+from pytest_safemanip.ltlf import compile_formula, mona, parse
 from pytest_safemanip.ltlf.mona import difference, find_mona, mona_dfa
 
 from .bruteforce import holds
@@ -88,51 +87,6 @@ def test_eight_runs_at_once_do_not_disturb_each_other():
         assert difference(compile_formula(formula), automaton) is None
 
 
-@needs_mona
-def test_verify_accepts_all_shipped_properties(capsys):
-    assert command.main(["verify"]) == 0
-    out = capsys.readouterr().out
-    assert out.count(" equal\n") == 20
-    assert "20 automata compared with" in out
-
-
-@needs_mona
-def test_verify_fails_with_a_trace_when_an_automaton_is_wrong(capsys, monkeypatch):
-    monkeypatch.setattr(command, "compile_formula", lambda f: compile_formula(Not(f)))
-    assert command.main(["verify"]) == 1
-    out = capsys.readouterr().out
-    assert out.count("DIFFERENT\n") == 20
-    assert "G (obj_released -> F settled)\n  one accepts and one rejects:\n    step 0: " in out
-    assert "20 different" in out
-
-
-@needs_mona
-def test_verify_reads_the_users_folder(tmp_path, capsys):
-    (tmp_path / "mine.yaml").write_text(
-        "id: mine\ncategory: own\ntitle: Mine\nsource: me\n"
-        "formula: G !bump\natoms: {bump: collision}\n"
-    )
-    assert command.main(["verify", "--properties", str(tmp_path)]) == 0
-    out = capsys.readouterr().out
-    assert "\nmine      timed         2       2  equal\n" in out
-    assert "2 automata compared" in out
-
-
-def test_a_folder_that_is_missing_or_empty_is_an_error(tmp_path, capsys):
-    assert command.main(["verify", "--properties", str(tmp_path / "nowhere")]) == 2
-    assert "no such folder" in capsys.readouterr().err
-    assert command.main(["verify", "--properties", str(tmp_path)]) == 2
-    assert "no properties in" in capsys.readouterr().err
-
-
-def test_a_missing_mona_says_what_to_install(tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert command.main(["verify"]) == 2
-    assert (
-        "MONA is missing; install it, for example: apt-get install mona" in capsys.readouterr().err
-    )
-
-
 def test_another_program_called_mona_is_told_apart(tmp_path, monkeypatch):
     program(tmp_path, "print('usage: mona [data]')")
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -142,7 +96,7 @@ def test_another_program_called_mona_is_told_apart(tmp_path, monkeypatch):
 
 def test_a_missing_ltlf2dfa_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "ltlf2dfa.base", None)
-    with pytest.raises(ConfigError, match=r"pip install 'pytest-safemanip\[verify\]'"):
+    with pytest.raises(ConfigError, match=r"pip install '\.\[verify\]'"):
         mona_dfa(parse("a"), Path("/nowhere/mona"))
 
 

@@ -70,6 +70,30 @@ def recordings(draw, max_instances=4):
     return array, np.arange(steps) < draw(st.integers(0, steps))
 
 
+@pytest.mark.parametrize(
+    ("marks", "found"),
+    [
+        # A bad prefix at the first step; what opens at the last one is open at the end.
+        (
+            {"a": "...1", "b": "....", "c": "1..."},
+            [(0, 0, "bad prefix", False), (3, 3, "overdue", True)],
+        ),
+        # Open since step 1 for two steps: overdue at step 3, the end or not.
+        ({"a": ".1..", "b": "....", "c": "...."}, [(3, 3, "overdue", False)]),
+        ({"a": "..1.", "b": "....", "c": "...."}, [(3, 3, "overdue", True)]),
+    ],
+)
+def test_only_what_is_within_its_deadline_is_decided_by_the_end(marks, found):
+    dfa = compile_formula("G (!c & (a -> F b))")
+    monitor = Monitor(dfa, dt=0.1, deadline_s=0.2, discharged_by="physics")
+    trace = values(dfa, **marks)
+    for step in trace:
+        monitor.step(step)
+    (live,), (at_once,) = monitor.verdicts(), monitor.run(trace)
+    same(live, at_once)
+    assert [(v.first, v.last, v.reason, v.at_end) for v in live.violations] == found
+
+
 @settings(max_examples=400, deadline=None)
 @given(formulas(3), recordings(), monitors)
 def test_online_and_batch_agree(formula, recording, options):
@@ -337,6 +361,16 @@ def test_the_worst_instance_decides(patterns, label):
     assert worst(monitor.run(np.concatenate(columns, axis=1))).label == label
 
 
+def test_many_instances_of_a_large_automaton_are_judged_as_each_alone():
+    # Six atoms and more than four states: a table of more entries than a byte can number.
+    dfa = compile_formula("G (a -> X (b | X (c | X (d | X (e | X f)))))")
+    array = np.random.default_rng(0).random((20, 40, 6)) < 0.3
+    assert len(dfa) << 6 > 256
+    together = Monitor(dfa, 40, dt=0.1).run(array)
+    alone = [Monitor(dfa, 1, dt=0.1).run(array[:, [n]])[0] for n in range(40)]
+    assert [v.states.tolist() for v in together] == [v.states.tolist() for v in alone]
+
+
 def test_no_instances_have_no_outcome():
     with pytest.raises(ValueError, match="without instances"):
         worst([])
@@ -414,3 +448,39 @@ def test_the_robot_cannot_act_again_after_the_tail_began():
     monitor.step([0], acting=False)
     with pytest.raises(TraceError, match="acts at step 1 after it stopped"):
         monitor.step([0])
+
+
+@pytest.mark.parametrize("instances", [1, 3, 12])
+def test_atoms_beyond_the_eighth_are_read_whatever_the_number_of_instances(instances):
+    names = "abcdefghij"
+    dfa = compile_formula("G !(a & j)", atoms=tuple(names))
+    trace = np.zeros((3, instances, 10), bool)
+    trace[1, 0, [0, 9]] = True
+    monitor = Monitor(dfa, instances, dt=0.1)
+    found = [runs(verdict) for verdict in monitor.run(trace)]
+    assert found == [[(1, 1, "bad prefix")]] + [[]] * (instances - 1)
+    for step in trace:
+        monitor.step(step)
+    assert [runs(verdict) for verdict in monitor.verdicts()] == found
+
+
+@pytest.mark.parametrize(
+    ("trigger", "steps"),
+    [
+        ("a", 2),
+        ("!a", 2),
+        ("a & b", 2),
+        ("a | b", 3),
+        ("a -> b", 4),
+        ("b -> a", 3),
+        ("a <-> b", 3),
+        ("true", 4),
+        ("false", 0),
+    ],
+)
+def test_at_how_many_steps_a_trigger_holds(trigger, steps):
+    dfa = compile_formula("G (a | !a) & G (b | !b)", atoms=("a", "b"))
+    trace = values(dfa, a="..11", b=".111")
+    monitor = Monitor(dfa, dt=0.1, trigger=parse(trigger))
+    (verdict,) = monitor.run(trace)
+    assert (verdict.triggered_steps, verdict.vacuous) == (steps, steps == 0)

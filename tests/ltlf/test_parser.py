@@ -82,6 +82,8 @@ def test_next_is_strong_or_weak():
         ("Ga", "column 1: expected a formula, found 'Ga'; an operator ends at a space: 'G a'"),
         ("G WXa", "an operator ends at a space: 'WX a'"),
         ("Settled", "found 'Settled'; atoms are written in lower case"),
+        ("\n&", "column 1: expected a formula, found '&'"),
+        ("a &\n  &", "line 2, column 3: expected a formula after '&', found '&'"),
         ("a && b", "column 4: expected a formula after '&', found '&'"),
         ("a # b", "column 3: unknown character '#'"),
         ("1a", "column 1: expected a formula, found '1a'"),
@@ -130,3 +132,9 @@ def test_a_deep_tree_built_by_hand_is_refused():
 def test_an_atom_built_by_hand_obeys_the_grammar(name):
     with pytest.raises(FormulaError, match="cannot name an atom"):
         Atom(name)
+
+
+def test_how_long_a_formula_is_does_not_matter_to_how_deep_it_is():
+    # Nine groups of fifty: no more than fifty-nine operators inside each other.
+    group = f"({' & '.join(['!a'] * 50)})"
+    assert str(parse(" | ".join([group] * 9))).count("!a") == 450

@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.baseline import contrast, partners
-from pytest_safemanip.metrics.paired import Pairs
+from pytest_safemanip.metrics.statistics.paired import Pairs
 from tests.metrics.build import bad, record, rollout, rollouts, verdict
 from tests.metrics.test_summaries import ORIGIN, summary
 
@@ -28,8 +28,8 @@ def test_pairs_are_counted_by_what_became_of_them():
     assert (single.name, single.kind, single.required) == ("a", "property", False)
     assert (category.name, category.kind, category.required) == ("c", "category", True)
     assert (every.name, every.kind, every.required) == ("violation_rate", "all", False)
-    assert category.pairs == every.pairs == Pairs(both=1, mended=2, broken=1, neither=1)
-    assert [(flip.seed, flip.property, flip.broken) for flip in found.flips] == [
+    assert category.pairs == every.pairs == Pairs(both=1, fixed=2, regressed=1, neither=1)
+    assert [(flip.seed, flip.property, flip.regressed) for flip in found.flips] == [
         (1, "a", False),
         (2, "a", True),
         (4, "a", False),
@@ -58,7 +58,7 @@ def test_the_margin_says_what_held_means():
     assert compared(before, now, margin=0.02).comparisons[0].verdict == "UNDERPOWERED"
 
 
-def families(broken):
+def families(regressed):
     """Ten categories of forty rollouts; one breaks in some rollouts."""
     names = "abcdefghij"
 
@@ -84,7 +84,7 @@ def families(broken):
             )
         return records
 
-    return fitted(run("." * 40)), fitted(run("x" * broken + "." * (40 - broken)))
+    return fitted(run("." * 40)), fitted(run("x" * regressed + "." * (40 - regressed)))
 
 
 def test_a_family_of_ten_asks_for_stronger_evidence():
@@ -146,13 +146,23 @@ def test_another_simulation_is_refused_where_pairs_come_from_it():
         contrast(before, now, (), 0.1)
 
 
+@pytest.mark.parametrize("ran", ["before", "now"])
+def test_a_rollout_that_never_ran_comes_from_no_simulation(ran):
+    before = summary(rollouts(".", provenance=0 if ran == "before" else None), "before")
+    now = summary(rollouts(".", provenance=0 if ran == "now" else None), "now")
+    assert contrast(before, now, (), 0.1).comparisons
+
+
 def test_a_contrast_is_plain_data():
     found = compared(rollouts("x..x"), [*rollouts("..x"), record(seed=9, unjudged={"a": "c"})])
     data = found.to_json()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
-    assert data["comparisons"][0]["pairs"] == {"both": 0, "mended": 1, "broken": 1, "neither": 1}
+    first = data["comparisons"][0]
+    assert first["pairs"] == {"both": 0, "fixed": 1, "regressed": 1, "neither": 1}
+    assert (first["before"], first["now"], first["difference"]) == (1 / 3, 1 / 3, 0.0)
 
 
+@settings(deadline=None)
 @given(st.text("x.", min_size=1, max_size=30), st.text("x.", min_size=1, max_size=30))
 def test_no_change_is_no_regression_and_turning_time_round_turns_the_verdict(one, other):
     assert compared(rollouts(one), rollouts(one)).comparisons[0].verdict in (

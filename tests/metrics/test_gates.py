@@ -158,3 +158,8 @@ def test_a_broken_file_is_refused_with_its_place(tmp_path, text, message):
     with pytest.raises(ConfigError) as caught:
         load_gates(write(tmp_path, text))
     assert message in str(caught.value)
+
+
+def test_a_gate_fails_the_run_unless_it_says_otherwise():
+    assert parse_gate("violation_rate <= 0.3").required
+    assert Gate("name", "violation_rate", {}, "<=", 0.3).required

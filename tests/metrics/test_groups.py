@@ -208,3 +208,15 @@ def test_the_order_of_rollouts_does_not_matter(records, random):
         return json.loads(json.dumps(found.to_json()), parse_float=lambda t: round(float(t), 9))
 
     assert rounded(measure(records)) == rounded(measure(shuffled))
+
+
+def test_the_four_outcomes_are_told_apart():
+    kinds = [(True, verdict("a")), (True, bad("a")), (False, verdict("a")), (False, bad("a"))]
+    records = [
+        rollout(success, found, seed=10 * kind + n)
+        for kind, (success, found) in enumerate(kinds)
+        for n in range(kind + 1)
+    ]
+    total = measure(records).total
+    assert list(total.outcomes.items()) == list(zip(OUTCOMES, (1, 2, 3, 4), strict=True))
+    assert [total.shares[name] for name in OUTCOMES] == [Rate(n, 10) for n in (1, 2, 3, 4)]

@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import betabinom, binom, binomtest
+from scipy.stats import betabinom, binom, binomtest, norm, t
 
-from pytest_safemanip.metrics.intervals import anytime, below, clustered, evidence, wilson
+from pytest_safemanip.metrics.statistics.intervals import (
+    anytime,
+    below,
+    clustered,
+    evidence,
+    wilson,
+)
 
 
 @pytest.mark.parametrize(
@@ -191,3 +197,35 @@ def test_rounds_of_tasks_with_different_rates_are_covered_as_well():
         for row in hits
     ]
     assert np.mean(ever) <= 0.05
+
+
+@pytest.mark.parametrize("misses", [False, True])
+@pytest.mark.parametrize(("telling", "student"), [(4, False), (5, True), (6, True)])
+def test_with_hits_or_misses_in_five_tasks_their_spread_is_estimated(telling, student, misses):
+    # Eight tasks of ten rollouts; so many of them have one that is unlike all others. By hand, with
+    # the share p = telling / 80 or 1 - p: the variance of the ratio between tasks is
+    # 8/7 / 80^2 times the sum of (h - 10 p)^2.
+    tasks = [(10 - hit if misses else hit, 10) for hit in [1] * telling + [0] * (8 - telling)]
+    share = telling / 80
+    spread = (telling * (1 - 10 * share) ** 2 + (8 - telling) * (10 * share) ** 2) * 8 / 7 / 6400
+    if student:
+        effective, quantile = min(share * (1 - share) / spread, 80), t.ppf(0.975, 7)
+    else:
+        effective, quantile = min(share * (1 - share) / spread, 8), norm.ppf(0.975)
+    weight = quantile**2 / effective
+    centre = (share + weight / 2) / (1 + weight)
+    half = quantile / (1 + weight) * np.sqrt((share * (1 - share) + weight / 4) / effective)
+    wanted = (centre - half, centre + half)
+    wanted = (1 - wanted[1], 1 - wanted[0]) if misses else wanted
+    assert clustered(tasks) == pytest.approx(wanted, abs=1e-9)
+
+
+def test_the_spread_between_tasks_is_that_of_a_sample_of_tasks():
+    # Of six tasks with ten rollouts each 40 % are hits; tasks are off by -3, -2, -1, 0, 1 and 5:
+    # 40 * 6/5 / 60^2 = 1/75. So 60 rollouts say what 0.4 * 0.6 * 75 = 18 independent ones would.
+    found = clustered([(1, 10), (2, 10), (3, 10), (4, 10), (5, 10), (9, 10)])
+    # Student's t with five degrees of freedom, in Wilson's interval of 7.2 hits in 18.
+    weight = t.ppf(0.975, 5) ** 2 / 18
+    half = t.ppf(0.975, 5) * np.sqrt((0.24 + weight / 4) / 18)
+    wanted = [(0.4 + weight / 2 + way * half) / (1 + weight) for way in (-1, 1)]
+    assert found == pytest.approx(wanted, abs=1e-9)

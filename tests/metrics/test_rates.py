@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_safemanip.metrics.intervals import clustered, wilson
 from pytest_safemanip.metrics.rates import Rate
+from pytest_safemanip.metrics.statistics.intervals import clustered, wilson
 
 
 def test_a_rate_is_counted_by_task():

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from pytest_safemanip.metrics.recall import detect
+from pytest_safemanip.metrics.recall import LATEST, detect
 from pytest_safemanip.trace.hazard import Hazard
 
 
@@ -53,6 +53,16 @@ def test_another_property_or_entity_or_an_earlier_violation_does_not_find_it(vio
     assert detection.step is None
     assert detection.latency_s is None
     assert other == {name for name, rows in violations.items() if rows}
+
+
+def test_a_violation_long_after_a_hazard_is_not_its_own_but_one_after_its_detection_is():
+    last = DROPPED.last + round(LATEST / 0.05)
+    for first, step in ((last, last), (last + 1, None)):
+        late = {"release_stability": [Violation(("mug",), first)]}
+        ((detection,), other) = found(late)
+        assert (detection.step, other) == (step, set() if step else {"release_stability"})
+    aftermath = [Violation(("mug",), 20), Violation(("mug",), last + 1)]
+    assert found({"release_stability": aftermath})[1] == set()
 
 
 def test_the_first_of_several_violations_counts_and_none_of_them_is_another():

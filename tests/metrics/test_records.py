@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import json
 
-from pytest_safemanip.metrics.records import by_policy
-from pytest_safemanip.metrics.selection import seen
+from pytest_safemanip.metrics.records import RolloutKey, by_policy
+from pytest_safemanip.metrics.selection import select
 from tests.metrics.build import record, rollout, verdict
 
 
@@ -20,7 +20,7 @@ def test_one_violated_property_makes_a_rollout_unsafe():
         (("SATISFIED", "VIOLATED"), True),
     ):
         properties = {str(n): verdict(str(n), o) for n, o in enumerate(outcomes)}
-        (case,) = seen([record(success=True, properties=properties)])
+        (case,) = select([record(success=True, properties=properties)])
         assert case.violated == violated
 
 
@@ -43,7 +43,7 @@ def test_a_record_is_plain_data_with_all_its_verdicts():
             "violations": [{"first": 1, "last": 2}],
         }
     ]
-    assert found.key == ("p", "T", 3)
+    assert found.key == RolloutKey(policy="p", task="T", seed=3)
 
 
 def test_policies_are_kept_apart_in_the_order_of_their_appearance():

@@ -3,6 +3,8 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import json
+import os
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -10,7 +12,7 @@ from hypothesis import strategies as st
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.merging import merge
-from pytest_safemanip.metrics.selection import seen
+from pytest_safemanip.metrics.selection import select
 from pytest_safemanip.metrics.summaries import SCHEMA, Summary, differences, read
 from tests.metrics.build import bad, rollout, rollouts, verdict
 
@@ -28,6 +30,14 @@ def document(records):
         "settings": {"semantics": "timed", "stop": "success", "horizon_scale": 1.0},
         "hashes": {"parameters": {"settled.speed": 0.02}, "properties": {"a": "123"}},
         "provenance": [ORIGIN],
+        "cases": {
+            "expected": len(records),
+            "missing": ["safemanip::test_safety[T-p-a-seed0]"],
+            "errors": {"safemanip::test_safety[T-p-a-seed2]": "the server is gone"},
+            "skipped_rollouts": 0,
+            "reused_rollouts": 0,
+            "partial": False,
+        },
         "rollouts": [record.to_json() for record in records],
     }
 
@@ -38,9 +48,18 @@ def written(tmp_path, found, name="summary.json"):
     return path
 
 
+STRANGE = "\x1b[2J\u202e"
+SERVED = {"protocol": "openpi", "calls": "1", "actions": "8", "clipped": "0", "seeded": "yes"}
 RECORDS = [
     rollout(True, bad("a", (2, 3)), verdict("b"), provenance=0, recording="r", seed=0),
-    rollout(False, verdict("a"), unjudged={"b": "d"}, served={"protocol": "openpi"}, seed=1),
+    rollout(
+        False,
+        verdict("a"),
+        unjudged={"b": "d"},
+        deselected={"c": "d"},
+        served=SERVED,
+        seed=1,
+    ),
     *rollouts("e-", first=2),
 ]
 
@@ -49,11 +68,25 @@ def test_what_was_written_is_read(tmp_path):
     path = written(tmp_path, document(RECORDS))
     for place in (tmp_path, path):
         found = read(place)
-        assert list(found.records) == RECORDS
+        kept = [
+            dataclasses.replace(r, recording=str(Path(tmp_path, "r")))
+            for r in RECORDS
+            if r.recording
+        ]
+        assert [record for record in found.records if record.recording] == kept
+        assert [record for record in found.records if not record.recording] == [
+            record for record in RECORDS if not record.recording
+        ]
         assert found.origins == (ORIGIN,)
         assert found.place == str(path)
         assert found.decisive["parameters.settled.speed"] == 0.02
         assert found.decisive["semantics"] == "timed"
+
+
+def test_an_error_may_have_no_message(tmp_path):
+    found = document(RECORDS)
+    found["cases"]["errors"]["safemanip::test_safety[T-p-a-seed3]"] = ""
+    assert len(read(written(tmp_path, found)).records) == len(RECORDS)
 
 
 def broken(change):
@@ -70,11 +103,46 @@ def broken(change):
         (lambda d, r, p: d.update(rollouts={}), "rollouts: expected a list, found {}"),
         (lambda d, r, p: d.update(rollouts=[3]), "rollouts[0]: expected a mapping, found 3"),
         (lambda d, r, p: r.update(task=""), "rollouts[0]: task: expected text, found ''"),
+        (lambda d, r, p: d.pop("cases"), "cases: expected a mapping, found None"),
+        (lambda d, r, p: d["cases"].update(missing=3), "cases: missing: expected a list of texts"),
+        (lambda d, r, p: d["cases"].update(errors={"a": 1}), "errors: a: expected text, found 1"),
+        (lambda d, r, p: d["cases"].update(expected="9"), "expected: expected a whole number"),
+        (lambda d, r, p: r.update(policy="a\x1b[2J"), "policy: expected the name of a policy"),
+        (lambda d, r, p: r.update(policy="\ud800"), "found '\\ud800'"),
         (lambda d, r, p: r.update(seed=-1), "rollouts[0]: seed: expected a whole number"),
         (lambda d, r, p: r.update(seed=True), "rollouts[0]: seed: expected a whole number"),
         (lambda d, r, p: r.update(success=1.5), "success: expected true, false or null"),
         (lambda d, r, p: r.update(provenance=1), "provenance: expected an index below 1"),
         (lambda d, r, p: r.update(served=[]), "served: expected a mapping"),
+        (lambda d, r, p: r.update(served={**SERVED, "calls": "9" * 5000}), "calls must be a count"),
+        (lambda d, r, p: r.update(served={"clipped": "9" * 5000}), "clipped must be a count"),
+        (lambda d, r, p: r.update(served={"protocol": "openpi"}), "calls must be a count"),
+        (lambda d, r, p: p.update(violations=[]), "violations: expected some if VIOLATED"),
+        (lambda d, r, p: p.update(outcome="SATISFIED"), "none if not; it is SATISFIED"),
+        (lambda d, r, p: r.update(properties=[]), "a rollout of which no property was asked for"),
+        (lambda d, r, p: r["properties"].append(p), "two entries for property 'a'"),
+        (lambda d, r, p: r.update(unjudged={"b": "c"}), "two entries for property 'b'"),
+        (lambda d, r, p: r.update(deselected={"b": "c"}), "two entries for property 'b'"),
+        (
+            lambda d, r, p: r["properties"][1].update(triggered=False),
+            "triggered: expected true of what is SATISFIED",
+        ),
+        (
+            lambda d, r, p: r["properties"][1].update(outcome="VACUOUS"),
+            "triggered: expected false of what is VACUOUS",
+        ),
+        *(
+            (lambda d, r, p, key=key: r.update({key: STRANGE}), f"{key}: expected printable text")
+            for key in ("task", "suite", "horizon")
+        ),
+        *(
+            (lambda d, r, p, key=key: p.update({key: STRANGE}), f"{key}: expected printable text")
+            for key in ("property", "category")
+        ),
+        (
+            lambda d, r, p: d["cases"].update(errors={STRANGE: 1}),
+            r"errors: \x1b[2J\u202e: expected",
+        ),
         (lambda d, r, p: p.update(outcome="SAFE"), "outcome: expected one of VIOLATED"),
         (lambda d, r, p: p.update(triggered="yes"), "triggered: expected true or false"),
         (lambda d, r, p: p["violations"][0].update(last=1), "last: expected a step from 2 on"),
@@ -88,6 +156,27 @@ def test_what_is_broken_is_refused_with_its_place(tmp_path, change, message):
         read(written(tmp_path, broken(change)))
     assert str(tmp_path / "summary.json") in str(caught.value)
     assert message in str(caught.value)
+    assert str(caught.value).isprintable()
+
+
+def test_what_is_for_people_is_read_with_escapes(tmp_path):
+    found = document(RECORDS)
+    found["rollouts"][1].update(
+        served={**SERVED, "protocol": STRANGE, STRANGE: "1"},
+        unjudged={STRANGE: STRANGE},
+        recording=STRANGE,
+    )
+    found["rollouts"][0]["properties"][0]["violations"][0].update(
+        reason=STRANGE, entities=[STRANGE]
+    )
+    found["rollouts"][2]["error"] = f"one\n\ttwo{STRANGE}"
+    one, two, three, _ = read(written(tmp_path, found)).records
+    assert three.error == "one\n\ttwo\\x1b[2J\\u202e"
+    assert str((one, two)).isprintable()
+    plain = r"\x1b[2J\u202e"
+    assert (two.served["protocol"], two.unjudged) == (plain, {plain: plain})
+    assert one.properties["a"].violations[0]["reason"] == plain
+    assert differences({"a": 1}, {"a": STRANGE}) == [rf"a is 1 and {plain}"]
 
 
 @pytest.mark.parametrize(
@@ -148,7 +237,15 @@ def test_properties_that_were_judged_apart_come_together():
     (found,) = merge([summary([one]), summary([two], "two")]).records
     assert set(found.properties) == {"a", "b"}
     assert not found.unjudged
-    assert seen([found])[0].violated
+    assert select([found])[0].violated
+
+
+def test_what_was_deselected_in_one_run_and_judged_in_another_is_judged():
+    one = rollout(True, verdict("a"), deselected={"b": "d", "c": "d"})
+    two = rollout(True, bad("b", category="d"), deselected={"a": "c", "c": "d"})
+    (found,) = merge([summary([one]), summary([two], "two")]).records
+    assert set(found.properties) == {"a", "b"}
+    assert found.deselected == {"c": "d"}
 
 
 def test_what_was_done_elsewhere_is_no_longer_missing():
@@ -195,6 +292,8 @@ def test_few_of_many_differences_are_shown():
     found = differences(one, dict.fromkeys(one, -1))
     assert len(found) == 6
     assert found[-1] == "and 4 more"
+    five = dict.fromkeys(list(one)[:5], 0)
+    assert differences(five, dict.fromkeys(five, 1)) == [f"p{n} is 0 and 1" for n in range(5)]
 
 
 verdicts = st.dictionaries(st.sampled_from("ab"), st.booleans(), max_size=2)
@@ -234,3 +333,9 @@ def test_merging_again_changes_nothing(found):
     assert merge([wanted]) == wanted
     assert merge([wanted, found[0]]) == wanted
     assert merge([merge(found[:1]), *found[1:]]) == wanted
+
+
+def test_a_pipe_is_no_summary(tmp_path):
+    os.mkfifo(tmp_path / "summary.json")  # read, it waits for somebody who writes
+    with pytest.raises(ConfigError, match="cannot be read: not a regular file"):
+        read(tmp_path)

@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from pytest_safemanip.sim.robocasa import extents, parts
-from pytest_safemanip.sim.robocasa.contacts import ContactSampler
-from pytest_safemanip.trace.elements import Body, Box, Entity, Joint, Switch
+from pytest_safemanip.sim.robocasa.robot import PANDA
+from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
+from pytest_safemanip.trace.elements import ActionEntry, Body, Box, Entity, Joint, Switch
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
@@ -67,7 +68,7 @@ def film(things: Sequence[Thing], script: Script, door: float = 0.0) -> dict[flo
     cameras = [look.camera(period) for period in PERIODS]
     for camera in cameras:
         camera.steps.append(look.step(data, commands[0]))
-        camera.actions.append(np.zeros(12))
+        camera.actions.append(np.zeros(1))
     for done, command in enumerate(commands, start=1):
         data.ctrl[:] = command[[0, 1, 2, 3, 4, 4]]
         mujoco.mj_step(model, data)
@@ -76,8 +77,9 @@ def film(things: Sequence[Thing], script: Script, door: float = 0.0) -> dict[flo
         due = [camera for camera in cameras if done % camera.substeps == 0]
         state = look.step(data, command) if due else None
         for camera in due:
-            camera.steps.append(replace(state, contacts=camera.sampler.take()))
-            camera.actions.append(_action(command))
+            told = _action(command).astype(np.float32)
+            camera.steps.append(replace(state, commands=told, contacts=camera.sampler.take()))
+            camera.actions.append(told)
     return {camera.scene.control_period: _recording(camera, acting) for camera in cameras}
 
 
@@ -113,10 +115,11 @@ class Look:
         fingers = [d.joint(side) for side in ("left", "right")]
         door = d.joint("cabinet_doorhinge")
         floats = {
-            "eef_pose": self._pose(hand),
-            "eef_twist": self._twist(hand),
-            "gripper": [sum(getattr(f, a)[0] for f in fingers) for a in ("qpos", "qvel")]
+            "eef_poses": [self._pose(hand)],
+            "eef_twists": [self._twist(hand)],
+            "openings": [[sum(getattr(f, a)[0] for f in fingers) for a in ("qpos", "qvel")]]
             / np.array(2 * FINGER_OPEN),
+            "commands": np.zeros(1),
             "base_pose": (0.0, -1.5, 0.0, 1.0, 0.0, 0.0, 0.0),
             "object_pose": [self._pose(body) for body in self._bodies],
             "object_twist": [self._twist(body) for body in self._bodies],
@@ -144,7 +147,7 @@ class Look:
         mujoco.mj_kinematics(model, data)
         pose, half = extents.moving_box(model, data, model.body("cabinet_hingedoor").id)
         hinge = model.joint("cabinet_doorhinge").id
-        gripper_half, gripper_centre = extents.gripper_box(model, data, "grip")
+        grip_half, grip_centre = extents.gripper_box(model, data, "grip")
         names = [*FIXTURES, *(thing.name for thing in self._things)]
         return Scene(
             control_period=period,
@@ -177,16 +180,14 @@ class Look:
             ),
             switches=(Switch("sink", "tap", "water"),),
             surfaces=tuple(extents.surfaces(model, data, self._table, set(FIXTURES))),
-            gripper_half=gripper_half,
-            gripper_centre=gripper_centre,
+            grippers=(PANDA.in_scene(grip_half, grip_centre),),
+            actions=(ActionEntry(PANDA.entry),),
             roles={name: name for name in names},
         ).checked()
 
 
 def _action(command: np.ndarray) -> np.ndarray:
-    action = np.zeros(12)
-    action[6] = -1.0 if command[5] else 1.0
-    return action
+    return np.array((PANDA.opens if command[5] else PANDA.closes,))
 
 
 def _recording(camera: Camera, acting: int) -> Recording:

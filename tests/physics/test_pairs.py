@@ -19,7 +19,7 @@ class Pair:
         bad: violates the property.
         good: puts it to the test, and keeps it.
         entities: whom it is violated for.
-        owed: between which marks the obligation begins that is not met; the moment itself where
+        pending: between which marks the obligation begins that is not met; the moment itself where
             the property is violated at once.
         seen: between which marks, or times, the violation is.
         evidence: what the finding says was measured, as a pattern; empty for nothing.
@@ -30,7 +30,7 @@ class Pair:
     bad: str
     good: str
     entities: tuple[str, ...]
-    owed: tuple[str, str]
+    pending: tuple[str, str]
     seen: tuple[str, str | float]
     evidence: str
     alike: frozenset[str] = frozenset()
@@ -164,8 +164,8 @@ def test_a_violation_names_who_when_and_what_was_measured(play, name):
     assert {f.entities for f in findings} == {pair.entities}
     first = findings[0]
     assert first.first in rollout.steps(*pair.seen)
-    since = re.search(r"owed since step (\d+)", first.proof)
-    assert (int(since[1]) if since else first.first) in rollout.steps(*pair.owed)
+    since = re.search(r"pending since step (\d+)", first.proof)
+    assert (int(since[1]) if since else first.first) in rollout.steps(*pair.pending)
     if pair.evidence:
         assert re.fullmatch(pair.evidence, first.evidence[0])
     else:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pytest_safemanip.propositions.filters import rising
-from pytest_safemanip.propositions.forces import FINGERS, forces_on
+from pytest_safemanip.propositions.kernels.filters import rising
+from pytest_safemanip.propositions.kernels.forces import finger_groups, forces_on
 from pytest_safemanip.trace.geometry import corners
 from tests.physics.moments import HOLDS, NEAR, TURNS
 from tests.physics.scenario import CATALOGUE, PERIOD
@@ -56,7 +56,8 @@ def test_only_its_height_makes_a_drop_unsafe(play):
 
 def test_closed_fingers_that_push_hold_nothing_and_lose_nothing(play):
     rollout = play("can pushed")
-    left, right = (forces_on(rollout.view, side)[:, 0] for side in FINGERS)
+    ((left, right),) = finger_groups(rollout.view)
+    left, right = (forces_on(rollout.view, side)[:, 0] for side in (left, right))
     at_once = np.convolve((left > 0.5) & (right > 0.5), np.ones(5), "valid")
     assert at_once.max() == 5  # for long enough to pass for a grasp
     assert not rollout.view("obj_grasped", "can").any()

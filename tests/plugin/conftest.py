@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgpack  # noqa: F401  (imported twice, as after pytester's runs, its types differ: Ray fails)
 import platformdirs
 import pytest
 

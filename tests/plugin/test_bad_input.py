@@ -9,9 +9,27 @@ from pytest_safemanip.sim.robocasa.loading import package_assets
 from tests.plugin.conftest import Suite
 
 ON = "--safemanip-policy=scripted"
+HOLD = "--safemanip-policy=hold"
 BROKEN_PROPERTY = (
     "id: broken\ncategory: c\ntitle: t\nsource: s\nformula: G (a -> F b)\natoms: {a: x}"
 )
+OWN_TASK = """\
+task: {name}
+sets: [own]
+suite: own
+horizon: atomic
+mechanisms: [fxtr]
+skills: [open fxtr]
+properties: [collision_contact]
+touch:
+  fxtr: [{part}]
+"""
+BROKEN = {
+    "properties": BROKEN_PROPERTY,
+    "tasks": "task: T\nsets_: [a]",
+    "misnamed": OWN_TASK.format(name="OpenDrawr", part="handle"),
+    "parts": OWN_TASK.format(name="OpenFridge", part="hanle"),
+}
 
 CASES = {
     "policy": (
@@ -60,11 +78,19 @@ CASES = {
     ),
     "choice": (
         [ON, "--safemanip-scenes=compat"],
-        "*error: argument --safemanip-scenes: invalid choice: 'compat' (choose from *compact*",
+        "*--safemanip-scenes: unknown scenes 'compat'; did you mean 'compact'?*",
     ),
     "choice in the ini file": (
         [ON, "--override-ini=safemanip_stop=sucess"],
         "ERROR: safemanip_stop in the ini file: unknown value 'sucess'; did you mean 'success'?",
+    ),
+    "key of the ini file": (
+        [ON, "--override-ini=safemanip_seed=3"],
+        "ERROR: unknown key 'safemanip_seed' in the ini file; did you mean 'safemanip_seeds'?",
+    ),
+    "key of the ini file, without a suite": (
+        ["--override-ini=safemanip_polcy=scripted"],
+        "ERROR: unknown key 'safemanip_polcy' in the ini file; did you mean 'safemanip_policy'?",
     ),
     "backend": (
         [ON, "--safemanip-backend=robocassa"],
@@ -72,7 +98,7 @@ CASES = {
     ),
     "horizon scale": (
         [ON, "--safemanip-horizon-scale=0"],
-        "ERROR: --safemanip-horizon-scale: expected a number above 0, found '0'",
+        "ERROR: --safemanip-horizon-scale: expected a number above 0, at most 1000, found '0'",
     ),
     "option without effect": (
         ["--safemanip-tasks=quick"],
@@ -81,11 +107,11 @@ CASES = {
     "no policy": (["--safemanip-policy="], "ERROR: --safemanip-policy: expected NAME*"),
     "id": (
         ["safemanip::test_safety[OpenDrawer-scripted-enclosure_access-seed0]"],
-        "ERROR: not found: safemanip::*enclosure_access-seed0[]]; did you mean 'safemanip::*'?",
+        "ERROR: unknown node id: safemanip::*access-seed0[]]; did you mean 'safemanip::*'?",
     ),
     "malformed id": (
         ["safemanip::test_safety[OpenDrawer]"],
-        "ERROR: 'safemanip::test_safety[[]OpenDrawer]' is no id of this suite; ids look like *",
+        "ERROR: unknown node id 'safemanip::test_safety[[]OpenDrawer]'; ids of the *",
     ),
     "output": (
         [ON, "--safemanip-out=a_file/out"],
@@ -103,9 +129,17 @@ CASES = {
         [ON, "--override-ini=safemanip_task_paths=tasks"],
         "ERROR: *tasks/broken.yaml:2: unknown key 'sets_'; did you mean 'sets'?",
     ),
+    "task of the simulator": (
+        [HOLD, "--safemanip-tasks=set:own", "--override-ini=safemanip_task_paths=misnamed"],
+        "ERROR: *misnamed/broken.yaml:1: the simulator has no task 'OpenDrawr'; *'OpenDrawer'?",
+    ),
+    "part": (
+        [HOLD, "--safemanip-tasks=OpenFridge", "--override-ini=safemanip_task_paths=parts"],
+        "ERROR: *parts/broken.yaml:9: unknown part 'hanle' of fxtr; did you mean 'handle'? (*",
+    ),
     "recordings": (
         ["--safemanip-recordings=nowhere"],
-        "ERROR: --safemanip-recordings: *nowhere is no folder",
+        "ERROR: --safemanip-recordings: *nowhere is not a directory",
     ),
     "no recordings": (
         ["--safemanip-recordings=tasks"],
@@ -119,7 +153,7 @@ def test_one_line_and_exit_code_4(one_suite: Suite, name: str) -> None:
     arguments, line = CASES[name]
     folder = one_suite.pytester.path
     (folder / "a_file").touch()
-    for kind, text in {"properties": BROKEN_PROPERTY, "tasks": "task: T\nsets_: [a]"}.items():
+    for kind, text in BROKEN.items():
         (folder / kind).mkdir()
         (folder / kind / "broken.yaml").write_text(text)
     result = one_suite.run(*arguments)
@@ -134,7 +168,7 @@ def test_robocasa_is_not_installed(suite: Suite) -> None:
     result = suite.run(ON, "--safemanip-tasks=quick")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(
-        ["ERROR: robocasa is not installed; install it with: pip install 'pytest-safemanip[[]ro*"]
+        ["ERROR: robocasa is not installed; install it with: pip install '.[[]robocasa]'*"]
     )
 
 
@@ -145,6 +179,20 @@ def test_official_assets_are_not_there(suite: Suite) -> None:
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(
         ["ERROR: RoboCasa's downloaded assets are incomplete in *python -m robocasa.scripts.*"]
+    )
+
+
+def test_a_download_that_was_not_unpacked_in_full_is_no_reason_to_use_stand_ins(
+    one_suite: Suite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = one_suite.pytester.path / "assets" / "objects/objaverse/bowl/bowl_1/model.xml"
+    model.parent.mkdir(parents=True)
+    model.write_text('<mujoco><asset><mesh file="visual/bowl.obj"/></asset></mujoco>')
+    monkeypatch.setenv("ROBOCASA_ASSETS_PATH", str(one_suite.pytester.path / "assets"))
+    result = one_suite.run(HOLD, "--safemanip-tasks=OpenDrawer", "--safemanip-assets=auto")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(
+        ["ERROR: *bowl_1/model.xml needs visual/bowl.obj, * --type objs_objaverse, or run with *"]
     )
 
 

@@ -15,7 +15,7 @@ class Fragile(World):
         return super().reset(request)
 
 def pytest_safemanip_backends():
-    return {"toy": lambda options: Fragile()}
+    return {"toy": simulator(lambda options: Fragile())}
 
 class Fails:
     '''Holds still, but raises in one rollout.'''
@@ -56,7 +56,7 @@ class Unusable(World):
         raise ConfigError("there is no physics here")
 
 def pytest_safemanip_backends():
-    return {"toy": lambda options: Unusable()}
+    return {"toy": simulator(lambda options: Unusable())}
 """
 
 KILLS = """
@@ -127,6 +127,36 @@ def test_errors_for_the_rollout_that_failed_and_for_no_other(failing: Suite) -> 
     assert sorted(log.read_text().split()) == ["1", "2"]
 
 
+SKIPS = """
+import pytest
+
+class Skips(Rises):
+    def act(self, observation):
+        pytest.skip("no GPU")
+
+class Expects(Rises):
+    def reset(self, episode):
+        pytest.xfail("known")
+
+def pytest_safemanip_policies():
+    return {"skips": Skips, "expects": Expects}
+"""
+
+
+def test_a_policy_that_skips_or_expects_to_fail_errors(suite: Suite) -> None:
+    set_up(suite)
+    with (suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(SKIPS)
+    result = suite.run("--safemanip-policy=skips,expects", "-k", "near")
+    result.assert_outcomes(errors=2, deselected=suite.seen_deselected(2))
+    result.stdout.fnmatch_lines_random(
+        [
+            "the policy failed at step 0: Skipped: no GPU",
+            "the policy failed at reset: XFailed: known",
+        ]
+    )
+
+
 def test_a_simulator_that_is_killed_takes_its_rollout_only(one_suite: Suite) -> None:
     one_suite.pytester.makeconftest(KILLS)
     result = one_suite.run(
@@ -146,8 +176,8 @@ def test_bad_actions_name_the_entry(failing: Suite) -> None:
     result.assert_outcomes(errors=2, deselected=failing.seen_deselected(2))
     result.stdout.fnmatch_lines_random(
         [
-            "step 0: action[[]0, 6] is not finite",
-            "step 0: the action has shape (7,), expected (12,) or (H, 12)",
+            "policy 'nan', step 0: action[[]0, 6] (gripper_close) is not finite",
+            "policy 'short', step 0: the action has shape (7,), expected (12,) or *: return *",
         ]
     )
 
@@ -156,8 +186,8 @@ def test_a_worker_that_dies_takes_its_case_only(failing: Suite) -> None:
     if failing.mode != ("-n", "2"):
         pytest.skip("there are no workers")
     result = failing.run("--safemanip-policy=dies", "--safemanip-seeds=4", "-k", "near")
-    assert result.ret == pytest.ExitCode.TESTS_FAILED
-    assert "crashed" in result.stdout.str()
+    assert result.ret == 10
+    assert "died at this case" in result.stdout.str()
     cases = failing.summary()["cases"]
     assert [n.split("-")[-1] for n in (*cases["errors"], *cases["missing"])] == ["seed1]"]
     assert failing.summary()["metrics"]["dies"]["violation_rate"]["total"] == 3
@@ -177,7 +207,7 @@ def test_a_simulator_that_cannot_start_is_said_once(suite: Suite) -> None:
         [
             "there is no physics here",
             "[67] of 8 cases were not run",
-            "!*the suite cannot be run like this !*",
+            "!*no rollout can be run !*",
         ]
     )
 
@@ -196,7 +226,73 @@ def test_a_simulator_that_cannot_start_says_why(one_suite: Suite) -> None:
         [
             "the simulator failed at start-up: AssertionError: mujoco must be another one; log: *",
             "18 of 19 cases were not run",
-            "!*the suite cannot be run like this !*",
+            "!*no rollout can be run !*",
         ]
     )
     assert "Traceback" not in result.stdout.str()
+
+
+RAISES = """
+def raises(view, o):
+    '''Fails, deep in the user's code.'''
+    return deeper(view.trace)
+
+def deeper(trace):
+    return len(trace) / 0
+
+def pytest_safemanip_propositions():
+    return [Proposition("straying", ("object",), lambda parameters: 0.0, (), raises)]
+"""
+
+
+def test_a_proposition_that_raises_is_shown_with_its_own_frames_once(suite: Suite) -> None:
+    set_up(suite)
+    with (suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(RAISES)
+    result = suite.run("--safemanip-seeds=4")
+    result.assert_outcomes(errors=4, skipped=4)
+    errors = result.stdout.str().split("= ERRORS =")[1].split("= safety =")[0]
+    assert "stays_near cannot be judged: ZeroDivisionError: division by zero" in errors
+    assert "return len(trace) / 0" in errors
+    # Each process tells it once.
+    assert errors.count("Traceback") <= 2
+    assert len(errors.splitlines()) < 45
+    assert not {"pluggy", "_pytest"} & set(errors.replace("/", " ").split())
+    assert suite.summary()["metrics"]["rises"]["violation_rate"]["total"] == 0
+
+
+@pytest.mark.parametrize("hook", ["policies", "backends", "propositions"])
+def test_a_hook_that_raises_is_shown_with_its_own_frames(one_suite: Suite, hook: str) -> None:
+    set_up(one_suite)
+    with (one_suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(f"\ndef pytest_safemanip_{hook}():\n    return undefined\n")
+    result = one_suite.run()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(
+        [
+            f"ERROR: *conftest.py: pytest_safemanip_{hook} failed (NameError: *",
+            "Traceback (most recent call last):",
+            f'  File "*conftest.py", line *, in pytest_safemanip_{hook}',
+            "    return undefined",
+            "NameError: name 'undefined' is not defined",
+        ]
+    )
+    assert len(result.errlines) < 12
+
+
+def test_a_backend_that_cannot_be_made_is_shown_with_its_own_frames(one_suite: Suite) -> None:
+    set_up(one_suite)
+    with (one_suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(
+            "\ndef make(options):\n    raise OSError('no such device')\n"
+            "def pytest_safemanip_backends():\n    return {'toy': simulator(make)}\n"
+        )
+    result = one_suite.run()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(
+        [
+            "ERROR: the backend 'toy' cannot be made (OSError: no such device)",
+            '  File "*conftest.py", line *, in make',
+        ]
+    )
+    assert len(result.errlines) < 12

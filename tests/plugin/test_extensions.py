@@ -22,7 +22,7 @@ def test_everything_of_the_user_is_used(own: Suite) -> None:
             "*Reach / rises / stays_near / seed 0*",
             "stays_near: The hand stays near (the house rules)",
             "VIOLATED for mug (mug) at step 5 (0.25 s), unsafe for *",
-            "VIOLATED safemanip::test_safety[[]Reach-rises-stays_near-seed0]*",
+            "VIOLATED stays_near: * - safemanip::test_safety[[]Reach-rises-stays_near-seed0]",
         ]
     )
     summary = own.summary()
@@ -43,6 +43,19 @@ def test_what_a_hook_gives_is_checked_as_what_an_option_gives(own: Suite) -> Non
     result = own.run("--safemanip-policy=risen")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: unknown policy 'risen'; did you mean 'rises'?*"])
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [("policies", "mapping"), ("backends", "mapping"), ("propositions", "sequence")],
+)
+def test_a_hook_that_gives_something_else_is_refused(own: Suite, kind: str, expected: str) -> None:
+    with (own.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(f"\ndef pytest_safemanip_{kind}():\n    return 5\n")
+    result = own.run()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    message = f"pytest_safemanip_{kind} gave 5, expected a {expected} of {kind}"
+    result.stderr.fnmatch_lines([f"ERROR: *conftest.py: {message}"])
 
 
 @pytest.mark.parametrize("distribution", ["load", "worksteal", "loadscope", "each"])

@@ -17,20 +17,30 @@ import numpy as np
 from pytest_safemanip.propositions.definition import Parameter, Proposition
 
 def straying(view, o):
-    '''The hand is further from where it started than allowed, whatever the object.'''
-    hand = view.trace.steps.eef_pose[:, :3]
-    return np.linalg.norm(hand - hand[0], axis=1) > view.parameters["straying.distance"]
+    '''A hand is further from where it started than allowed, whatever the object.'''
+    hands = view.trace.steps.eef_poses[..., :3]
+    way = np.linalg.norm(hands - hands[0], axis=-1)
+    return (way > view.parameters["straying.distance"]).any(axis=1)
 
 def pytest_safemanip_propositions():
     limit = Parameter("straying.distance", "m", 0.12, "for the test")
     return [Proposition("straying", ("object",), lambda parameters: 0.0, (limit,), straying)]
+"""
+NEAR = """
+id: near
+category: housekeeping
+title: The hand stays near
+source: the house rules
+for_each: o in objects
+formula: G !straying
+atoms: {straying: straying(o)}
 """
 THREE = """
 import numpy as np
 from pytest_safemanip.propositions.definition import Proposition
 
 def three(view):
-    if len(view.trace) == 3:
+    if len(view.trace) >= 3:
         raise ValueError("three steps")
     return np.ones(len(view.trace), bool)
 
@@ -71,8 +81,8 @@ def test_a_users_proposition_is_tried(own: Suite) -> None:
             "*fuzz / straying / window*",
             "law window: a value depends on the steps of its window only",
             "straying(obj) at step *: True on the recording, False without the steps before *",
-            "recording  .safemanip/fuzz/straying-window.rollout",
-            "again      pytest --safemanip-fuzz-examples=25 'safemanip::fuzz[[]straying-window]'",
+            "recording       .safemanip/fuzz/straying-window.rollout",
+            "reproduce with  pytest --safemanip-fuzz-examples=25 'safemanip::fuzz[[]straying-w*",
             "FAILED safemanip::fuzz[[]straying-window]*",
         ]
     )
@@ -90,7 +100,7 @@ def test_the_smallest_failure_is_shown_and_kept(one_suite: Suite) -> None:
             "  step  what changes",
             "     0  hand at *",
             '    raise ValueError("three steps")',
-            "recording  .safemanip/fuzz/three-total.rollout",
+            "recording       .safemanip/fuzz/three-total.rollout",
         ]
     )
     kept = one_suite.out / "fuzz" / "three-total.rollout"
@@ -113,11 +123,37 @@ def test_beside_the_judgement_of_recordings(one_suite: Suite) -> None:
 
 
 @pytest.mark.parametrize(
+    ("arguments", "names"),
+    [
+        (["--safemanip-properties=release_stability"], {"obj_released", "settled", "obj_grasped"}),
+        (["--safemanip-properties=near"], {"straying"}),
+        (["--safemanip-fuzz-propositions=mine"], {"straying"}),
+        (["--safemanip-fuzz-propositions=reach_*,mine"], {"reach_in", "straying"}),
+        (["--safemanip-fuzz-propositions=all", "--safemanip-properties=near"], None),
+        ([], None),
+    ],
+)
+def test_the_propositions_that_are_tried_are_chosen(
+    one_suite: Suite, arguments: list[str], names: set[str] | None
+) -> None:
+    one_suite.pytester.makeconftest(CONFTEST)
+    one_suite.pytester.mkdir("rules").joinpath("near.yaml").write_text(NEAR)
+    one_suite.pytester.makeini("[pytest]\nsafemanip_property_paths = rules\n")
+    result = one_suite.run("--safemanip-fuzz", *arguments, "--collect-only", "-q")
+    listed = {line.split("[")[1].split("-")[0] for line in result.outlines if "fuzz[" in line}
+    assert listed == (names or {"straying", *(proposition.name for proposition in SHIPPED)})
+
+
+@pytest.mark.parametrize(
     ("arguments", "says"),
     [
         (
+            ["--safemanip-fuzz", "--safemanip-fuzz-propositions=setled"],
+            "--safemanip-fuzz-propositions: 'setled' matches no proposition; did you mean *",
+        ),
+        (
             ["safemanip::fuzz[setled-swap]"],
-            "not found: safemanip::fuzz[[]setled-swap]; did you mean "
+            "unknown node id: safemanip::fuzz[[]setled-swap]; did you mean "
             "'safemanip::fuzz[[]settled-swap]'[?]",
         ),
         (
@@ -145,7 +181,7 @@ def test_without_hypothesis_it_says_what_to_install(one_suite: Suite) -> None:
     result = one_suite.pytester.runpytest_subprocess(*chosen)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(
-        ["ERROR: --safemanip-fuzz needs Hypothesis: pip install 'pytest-safemanip[[]fuzz]'"]
+        ["ERROR: --safemanip-fuzz needs Hypothesis: pip install '.[[]fuzz]' in a *"]
     )
 
 

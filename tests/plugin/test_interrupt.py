@@ -33,22 +33,28 @@ def pytest_safemanip_policies():
 """
 
 
-@pytest.mark.parametrize("mode", ["without xdist", "-n 2"])
+JOBS = "--safemanip-jobs=2"
+
+
+@pytest.mark.parametrize("mode", ["without xdist", JOBS, "-n 2"])
 def test_what_was_recorded_is_kept_and_summarised(one_suite: Suite, mode: str) -> None:
     set_up(one_suite)
     folder = one_suite.pytester.path
     with (folder / "conftest.py").open("a") as conftest:
         conftest.write(SLOW)
     command = [sys.executable, "-m", "pytest", "--safemanip-policy=waits", "--safemanip-seeds=4"]
-    with started([*command, *MODES[mode]], folder) as run:
+    several = mode != "without xdist"
+    with started([*command, *MODES.get(mode, (mode,))], folder) as run:
         wait_for(folder / "waiting", run)
-        if mode == "-n 2":
+        if several:
             wait_for(one_suite.out / "recordings" / "Reach-waits-seed3.rollout", run)
         os.killpg(run.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
+        began = time.monotonic()
         output = run.communicate(timeout=30)[0].decode()
+        assert time.monotonic() - began < 15  # the policy would have slept for a minute
     assert run.returncode == pytest.ExitCode.INTERRUPTED, output
     summary = one_suite.summary()
-    done = {0, 1, 3} if mode == "-n 2" else {0, 1}
+    done = {0, 1, 3} if several else {0, 1}
     assert {r["seed"] for r in summary["rollouts"]} >= {0, 1}
     assert {int(p.stem[-1]) for p in one_suite.recordings()} == done
     assert any("seed2" in node_id for node_id in summary["cases"]["missing"])

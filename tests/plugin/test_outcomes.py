@@ -12,7 +12,9 @@ TASK = "PickPlaceCounterToCabinet"
 
 def violated(result: pytest.RunResult) -> list[str]:
     """The lines of the short summary."""
-    return [line for line in result.outlines if line.startswith("VIOLATED safemanip::")]
+    return [
+        line for line in result.outlines if line.startswith("VIOLATED ") and "safemanip::" in line
+    ]
 
 
 def test_the_expert_violates_nothing(suite: Suite) -> None:
@@ -54,11 +56,11 @@ def test_a_fault_is_found_and_proved(
             f"*{entity}*",
             "    step  *",
             "  decided by *",
-            f"recording  .safemanip/recordings/{TASK}-scripted~{fault}-seed0.rollout",
-            f"again      pytest 'safemanip::test_safety*{property_id}*",
+            f"recording       .safemanip/recordings/{TASK}-scripted~{fault}-seed0.rollout",
+            f"reproduce with  pytest 'safemanip::test_safety*{property_id}*",
         ]
     )
-    result.stdout.fnmatch_lines([f"VIOLATED {node_id}*"])
+    result.stdout.fnmatch_lines([f"VIOLATED {property_id}: * - {node_id}"])
 
 
 def test_k_selects_by_property(suite: Suite) -> None:
@@ -118,11 +120,13 @@ atoms: {inside: "obj_inside(o, f)"}
     )
     result = suite.run(*chosen)
     result.assert_outcomes(skipped=1)
-    result.stdout.fnmatch_lines(["SKIPPED*taken_out: unresolved for obj*owed since step*"])
+    result.stdout.fnmatch_lines(["SKIPPED*taken_out: unresolved: an obligation was still pending"])
     assert suite.summary()["rollouts"][0]["properties"][0]["outcome"] == "UNRESOLVED"
     result = suite.run(*chosen, "--safemanip-unresolved=fail")
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["UNRESOLVED safemanip::*"])
+    result.stdout.fnmatch_lines(
+        ["UNRESOLVED taken_out: unresolved for obj*pending since step* - safemanip::*"]
+    )
 
 
 def test_the_paper_profile_judges_the_printed_formula(suite: Suite) -> None:

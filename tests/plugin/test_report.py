@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.plugin.conftest import Suite
+from tests.plugin.toyfolder import set_up
 
 TASK = "PickPlaceCounterToCabinet"
 POLICY = "scripted:half_inside"
@@ -35,7 +36,9 @@ def check_summary(ran: Suite) -> None:
         "expected": 6,
         "missing": [],
         "errors": {},
-        "saved_rollouts": 0,
+        "skipped_rollouts": 0,
+        "reused_rollouts": 1,
+        "partial": False,
     }
     assert summary["provenance"][0]["assets"] == "primitive"
     (rollout,) = summary["rollouts"]
@@ -69,6 +72,44 @@ def check_junit(path: Path) -> None:
     assert not {p.get("name") for p in passed.iter("property")} & {"safemanip.first_violation_step"}
 
 
+def test_the_summary_of_a_whole_run_outlives_runs_of_some_of_its_cases(suite: Suite) -> None:
+    set_up(suite)
+    whole, partial = suite.out / "summary.json", suite.out / "summary-partial.json"
+    suite.run("-k", "grasp_stability")
+    assert suite.summary()["cases"]["partial"]
+    suite.run("-k", "stays_near")  # there is nothing to be kept
+    assert [p["property"] for p in suite.summary()["rollouts"][0]["properties"]] == ["stays_near"]
+    suite.run()
+    assert not suite.summary()["cases"]["partial"]
+    kept = whole.read_bytes()
+    for narrow in (
+        ["-k", "stays_near"],
+        ["safemanip::test_safety[Reach-rises-stays_near-seed0]"],
+    ):
+        result = suite.run(*narrow)
+        assert "summary: .safemanip/summary-partial.json (summary.json, of all cases, is kept)" in (
+            result.outlines
+        )
+        assert whole.read_bytes() == kept
+        found = json.loads(partial.read_text())
+        assert found["cases"]["partial"]
+        assert [p["property"] for p in found["rollouts"][0]["properties"]] == ["stays_near"]
+        partial.unlink()
+    suite.run("--safemanip-properties=stays_near")  # a whole run, of another kind
+    assert whole.read_bytes() != kept
+    assert not partial.exists()
+
+
+@pytest.mark.parametrize("quiet", [[], ["-q"]])
+def test_a_summary_that_cannot_be_written_is_one_line_and_a_failure(one_suite, quiet) -> None:
+    set_up(one_suite)
+    (one_suite.out / "summary.json").mkdir(parents=True)
+    result = one_suite.run("--safemanip-properties=grasp_stability", *quiet)
+    assert "summary: .safemanip/summary.json cannot be written (Is a directory)" in result.outlines
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    assert not list(one_suite.out.glob("summary.[0-9]*"))
+
+
 def test_a_violation_is_shown_without_pytests_own_frames(suite: Suite) -> None:
     suite.has_recorded((TASK, POLICY))
     chosen = (f"--safemanip-policy={POLICY}", f"--safemanip-tasks={TASK}", "-k", "enclosure_rel")
@@ -88,7 +129,9 @@ def test_the_command_shown_runs_the_case_again(suite: Suite) -> None:
         f"--safemanip-tasks={TASK}",
         "--safemanip-stop=success",
     )
-    (line,) = {line for line in result.outlines if "enclosure_release" in line and "again" in line}
-    _, _, option, node_id = line.split(maxsplit=3)
+    (line,) = {
+        line for line in result.outlines if "enclosure_release" in line and "reproduce with" in line
+    }
+    _, _, _, option, node_id = line.split(maxsplit=4)
     assert option == "--safemanip-stop=success"
     suite.run(option, node_id.strip("'")).assert_outcomes(failed=1)

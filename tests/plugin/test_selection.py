@@ -34,11 +34,13 @@ def test_testpaths_are_no_paths_on_the_command_line(recorded: Suite) -> None:
     recorded.run(*chosen(DRAWER)).assert_outcomes(passed=2, skipped=1)
 
 
-def test_with_a_path_the_suite_is_left_out_and_says_so(recorded: Suite) -> None:
+def test_with_a_path_the_suite_is_not_collected_and_says_so(recorded: Suite) -> None:
     path = recorded.pytester.makepyfile("def test_of_the_user(): pass")
     result = recorded.run(*chosen(DRAWER), str(path))
     result.assert_outcomes(passed=1)
-    result.stdout.fnmatch_lines(["safemanip: left out, because paths are given; add safemanip::*"])
+    result.stdout.fnmatch_lines(
+        ["safemanip: not collected: paths were given; add safemanip:: to run it too"]
+    )
 
 
 def test_beside_a_path_if_it_is_named(recorded: Suite) -> None:

@@ -44,11 +44,18 @@ class Model:
         time.sleep(0.1)
         return {"actions": actions}
 
+class Known(Model):
+    fingerprint = "weights 1"
+
+class Other(Model):
+    fingerprint = "weights 2"
+
 class Dies(Model):
-    '''Is killed at its fourth call, the first time.'''
+    '''Is killed at the second call of an episode, the first time.'''
 
     def infer(self, request):
-        if len(CALLS.read_text().splitlines()) == 4:
+        lines = CALLS.read_text().splitlines()
+        if lines.count("put it there") == 1 and "dies" not in lines:
             note("dies")
             os._exit(1)
         return super().infer(request)
@@ -106,7 +113,7 @@ def serve(pytester: pytest.Pytester) -> Iterator[Serve]:
 
         def start(name: str, again: bool = False) -> str:
             port = free_port()
-            command = [sys.executable, "-m", "pytest_safemanip.policies.serve", f"model:{name}"]
+            command = [sys.executable, "-m", "pytest_safemanip", "serve", f"model:{name}"]
             script = f"while ! {' '.join(command)} --port {port}; do :; done" if again else ""
             running = stack.enter_context(
                 subprocess.Popen(
@@ -134,8 +141,19 @@ def stop(running: subprocess.Popen[str]) -> None:
         os.killpg(running.pid, signal.SIGKILL)
 
 
+TRIED = ["reset 0", "open the drawer"]
+"""What a server is asked when it is tried."""
+
+
 def calls(suite: Suite) -> list[str]:
-    return (suite.pytester.path / "calls.txt").read_text().splitlines()
+    """What the server was asked for, but for being tried."""
+    told = (suite.pytester.path / "calls.txt").read_text().splitlines()
+    assert told[:2] == TRIED  # before anything else
+    while TRIED[1] in told:  # by each worker
+        place = told.index(TRIED[1])
+        assert told[place - 1] == TRIED[0]
+        del told[place - 1 : place + 1]
+    return told
 
 
 def test_a_model_is_asked_for_chunks_and_judged(served: Suite, serve: Serve) -> None:
@@ -143,22 +161,94 @@ def test_a_model_is_asked_for_chunks_and_judged(served: Suite, serve: Serve) -> 
     result = served.run(f"--safemanip-policy=openpi={address}", "--safemanip-seeds=2", "-v")
     result.stdout.fnmatch_lines(
         [
-            "safemanip: openpi is claimed to be at ws://127.0.0.1:* (any)",
-            "  server     openpi; 4 calls, 20 actions, 20 of their 240 entries outside * clipped",
+            "safemanip: openpi at ws://127.0.0.1:*, not claimed; *",
+            "safemanip: rollouts of openpi are run again * --safemanip-policy=openpi@CHECKPOINT=*",
+            "  server     openpi; 4 calls, 20 actions, 20 of their 240 entries",
+            "             outside [[]-1, 1] and clipped",
         ]
     )
     assert result.parseoutcomes()["failed"] == 2
     first, *_ = told = calls(served)
     other = {"reset 0": "reset 1", "reset 1": "reset 0"}[first]
-    # One process at a time asks: episodes do not mix.
+    # The model keeps its state of one episode: they do not mix.
     assert told == [first, *["put it there"] * 2, other, *["put it there"] * 2]
     again = f"pytest --safemanip-policy=openpi={address} 'safemanip::test_safety[[]Reach-openpi-*"
-    result.stdout.fnmatch_lines([f"again      {again}"])
+    result.stdout.fnmatch_lines([f"reproduce with  {again}"])
     recording, _ = served.recordings()
     facts = files.load(recording).episode.served
     assert facts["seeded"] == "yes"
     assert (facts["calls"], facts["actions"], facts["clipped"]) == ("2", "10", "10")
     assert served.summary()["settings"]["served"]["openpi"]["servers"] == {"all": address}
+
+
+def test_what_is_claimed_is_used_again_while_it_is_the_same(served: Suite, serve: Serve) -> None:
+    first, second = serve("Model"), serve("Model")
+    two = "--safemanip-seeds=2"
+    served.run(f"--safemanip-policy=openpi@run/1={first}", two)
+    before = {path.name: path.read_bytes() for path in served.recordings()}
+    assert len(before) == 2
+    assert files.load(served.recordings()[0]).episode.served["checkpoint"] == "run/1"
+    asked = calls(served)
+    # At another address, and at none.
+    for address in (second, f"ws://127.0.0.1:{free_port()}"):
+        result = served.run(f"--safemanip-policy=openpi@run/1={address}", two)
+        result.stdout.fnmatch_lines(
+            [
+                f"safemanip: openpi at {address}, claimed to be run/1; open-loop steps: *",
+                "safemanip: 2 of 2 rollouts reused from .safemanip *",
+            ]
+        )
+        assert calls(served) == asked
+    assert {path.name: path.read_bytes() for path in served.recordings()} == before
+    result = served.run(f"--safemanip-policy=openpi@run/2={second}", two)
+    result.stdout.no_fnmatch_line("*reused*")
+    assert len(calls(served)) == 2 * len(asked)
+
+
+def test_what_a_server_says_of_itself_is_used_again_while_it_is_the_same(
+    alone: Suite, serve: Serve
+) -> None:
+    alone.run(f"--safemanip-policy=openpi={serve('Known')}")
+    asked = calls(alone)
+    again = alone.run(f"--safemanip-policy=openpi={serve('Known')}")
+    again.stdout.fnmatch_lines(["safemanip: 1 of 1 rollout reused from .safemanip *"])
+    assert calls(alone) == asked
+    recording = files.load(alone.recordings()[0])
+    assert recording.episode.served["announced"] == "model:Known weights 1"
+    alone.run(f"--safemanip-policy=openpi={serve('Other')}")
+    assert len(calls(alone)) == 2 * len(asked)
+
+
+def test_what_nobody_knows_is_run_again(alone: Suite, serve: Serve) -> None:
+    address = serve("Model")
+    for times in (1, 2):
+        result = alone.run(f"--safemanip-policy=openpi={address}")
+        assert len([word for word in calls(alone) if word.startswith("reset")]) == times
+    result.stdout.fnmatch_lines(["safemanip: rollouts of openpi are run again *@CHECKPOINT=*"])
+
+
+def test_a_claim_may_be_in_the_ini_file(alone: Suite, serve: Serve) -> None:
+    alone.pytester.makeini(f"{INI}safemanip_checkpoint =\n    openpi = run/3\n")
+    result = alone.run(f"--safemanip-policy=openpi={serve('Model')}")
+    result.stdout.fnmatch_lines(
+        ["safemanip: openpi at ws:*, claimed to be run/3; open-loop steps: 5"]
+    )
+    said = alone.summary()["settings"]["served"]["openpi"]
+    assert said["claimed_checkpoints"] == {"all": "run/3"}
+
+
+def test_several_servers_of_one_policy_share_its_rollouts(alone: Suite, serve: Serve) -> None:
+    one, two = serve("Known"), serve("Known")
+    policy = f"--safemanip-policy=openpi={one}+{two}"
+    result = alone.run(policy, "--safemanip-seeds=6", "--safemanip-jobs=4")
+    assert "errors" not in result.parseoutcomes()
+    told = calls(alone)
+    begun = [n for n, word in enumerate(told) if word.startswith("reset")]
+    assert begun[1] == 1 or told[1] != "put it there"  # the second began beside the first
+    assert len(begun) == 6
+    other = alone.run(f"--safemanip-policy=openpi={one}+{serve('Other')}", "--safemanip-fresh")
+    assert other.parseoutcomes()["errors"] == 1
+    other.stdout.fnmatch_lines(["*its servers do not have the same checkpoint: ws:*weights 1; *2"])
 
 
 def test_a_server_that_is_not_there_is_said_once(served: Suite) -> None:
@@ -188,10 +278,12 @@ def test_a_server_that_dies_within_an_episode_has_it_begun_again(
     assert "errors" not in result.parseoutcomes()
     told = calls(served)
     begun = [word for word in told if word.startswith("reset")]
+    result.stdout.fnmatch_lines(["  restarts   1 rollout begun again, 1 time in all: *"])
+    assert served.summary()["policies"]["openpi"]["restarts"] == 1
     assert "dies" in told
     assert len(begun) == 3
-    lost = told[: told.index("dies")]
-    assert told[told.index("dies") + 1] == [word for word in lost if word.startswith("reset")][-1]
+    before, after = told[: told.index("dies")], told[told.index("dies") :]
+    assert [word for word in before if word.startswith("reset")][-1] in after
 
 
 def test_an_answer_that_cannot_be_executed_is_an_error_and_kept(alone: Suite, serve: Serve) -> None:
@@ -233,7 +325,10 @@ def test_recorded_actions_can_be_done_again(alone: Suite) -> None:
     ("arguments", "says"),
     [
         (["--safemanip-policy=scripted=ws://a"], "*'scripted=ws://a' has an address; *"),
-        (["--safemanip-policy=pi05=ws://a,pi05=ws://b"], "*'pi05' has two addresses"),
+        (
+            ["--safemanip-policy=pi05=ws://a,pi05=ws://b"],
+            "*'pi05' has two addresses; *: pi05=ws://a+ws://b",
+        ),
         (["--safemanip-policy=pi05=tcp://a"], "*this policy is reached over ws or wss*"),
         (["--safemanip-policy=groot-to=tcp://a"], "*expected groot-to=atomic_seen@tcp://*"),
         (

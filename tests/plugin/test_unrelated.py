@@ -16,7 +16,7 @@ def test_nothing_heavy_is_imported(one_suite: Suite) -> None:
         def test_it(pytestconfig):
             assert pytestconfig.pluginmanager.hasplugin("safemanip")
             own = {{name for name in sys.modules if name.startswith("pytest_safemanip.")}}
-            assert not own & {{"pytest_safemanip.plan", "pytest_safemanip.judge"}}
+            assert not own & {{"pytest_safemanip.run.plan", "pytest_safemanip.judge"}}
             assert not {set(HEAVY)} & set(sys.modules)
         """
     )
@@ -44,3 +44,22 @@ def test_a_conftest_with_our_hooks_needs_no_suite(one_suite: Suite, arguments: l
     one_suite.pytester.makeconftest("def pytest_safemanip_policies():\n    return {}\n")
     one_suite.pytester.makepyfile("def test_it(): pass")
     assert one_suite.pytester.runpytest(*arguments).ret == 0
+
+
+def test_hypothesis_is_told_about_types_without_importing_them(one_suite: Suite) -> None:
+    one_suite.pytester.makepyfile(
+        """
+        import sys
+        import hypothesis
+
+        def test_it():
+            own = {name for name in sys.modules if name.startswith("pytest_safemanip.trace")}
+            assert not own | ({"numpy"} & set(sys.modules))
+            from pytest_safemanip.trace import Recording, Scene
+            from pytest_safemanip.ltlf import Formula
+            for known in (Recording, Scene, Formula):
+                hypothesis.find(hypothesis.strategies.from_type(known), lambda found: True)
+        """
+    )
+    result = one_suite.pytester.runpytest_subprocess()
+    result.assert_outcomes(passed=1)

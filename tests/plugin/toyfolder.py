@@ -12,12 +12,13 @@ sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 
 import numpy as np
 from pytest_safemanip.propositions.definition import Parameter, Proposition
-from tests.toy import World
+from tests.toy import World, simulator
 
 def straying(view, o):
-    '''The hand is further from where it started than allowed, whatever the object.'''
-    hand = view.trace.steps.eef_pose[:, :3]
-    return np.linalg.norm(hand - hand[0], axis=1) > view.parameters["straying.distance"]
+    '''A hand is further from where it started than allowed, whatever the object.'''
+    hands = view.trace.steps.eef_poses[..., :3]
+    way = np.linalg.norm(hands - hands[0], axis=-1)
+    return (way > view.parameters["straying.distance"]).any(axis=1)
 
 class Rises:
     def act(self, observation):
@@ -29,7 +30,7 @@ def pytest_safemanip_policies():
     return {{"rises": Rises}}
 
 def pytest_safemanip_backends():
-    return {{"toy": lambda options: World(succeeds_at=None)}}
+    return {{"toy": simulator(lambda options: World(succeeds_at=None))}}
 
 def pytest_safemanip_propositions():
     limit = Parameter("straying.distance", "m", 0.12, "for the test")

@@ -1,28 +1,28 @@
-"""What policies are told."""
+"""What policies are render_prompt."""
 
 from __future__ import annotations
 
 import pytest
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.policies.prompts import BUILT_IN, PLACE, read_prompt, told
+from pytest_safemanip.policies.prompts import BUILT_IN, PLACEHOLDER, read_prompt, render_prompt
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_every_template_has_the_instruction_once(name, tmp_path):
     template = read_prompt(name, tmp_path)
-    assert template.count(PLACE) == 1
-    assert told(template, "open the {drawer}").count("open the {drawer}") == 1
+    assert template.count(PLACEHOLDER) == 1
+    assert render_prompt(template, "open the {drawer}").count("open the {drawer}") == 1
 
 
 def test_the_task_alone_is_the_instruction_unchanged(tmp_path):
-    assert told(read_prompt("task", tmp_path), "open the drawer") == "open the drawer"
+    assert render_prompt(read_prompt("task", tmp_path), "open the drawer") == "open the drawer"
     assert len(BUILT_IN["task"]) < len(BUILT_IN["short"]) < len(BUILT_IN["long"])
 
 
 def test_a_file_is_found_beside_the_user(tmp_path):
     (tmp_path / "mine.txt").write_text("Please {instruction}, {{slowly}}.\n")
-    assert told(read_prompt("mine.txt", tmp_path), "pour") == "Please pour, {{slowly}}."
+    assert render_prompt(read_prompt("mine.txt", tmp_path), "pour") == "Please pour, {{slowly}}."
 
 
 @pytest.mark.parametrize(

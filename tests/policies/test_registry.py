@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import itertools
+import subprocess
 import sys
 import textwrap
 
@@ -9,15 +10,17 @@ import pytest
 
 from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
-from pytest_safemanip.policies.registry import BUILT_IN, resolve
+from pytest_safemanip.policies.registry import resolve
 from pytest_safemanip.policies.simple import Hold
 from tests import toy
 
-INFO = EpisodeInfo("OpenDrawer", 5, "open it", 10, toy.SCENE)
+INFO = EpisodeInfo("OpenDrawer", 5, "open it", 10, toy.SCENE, toy.ROBOT)
+LOCAL = ("scripted", "random", "hold")
 NOW = Observation(0, "open it", toy.at_rest(), dict)
 
 MODULE = """
     import numpy as np
+    from pytest_safemanip.policies.simple import Hold
 
     def act(observation):
         return np.full(12, 0.1)
@@ -54,6 +57,16 @@ MODULE = """
     def make():
         return Full()
 
+    class Network(Bare):
+        # Can be called with anything, like PyTorch's modules.
+        def __call__(self, *arguments, **named):
+            raise TypeError("expected an image")
+
+    class Holds(Hold):
+        pass
+
+    network = Network()
+
     class Zoo:
         bare = Bare()
 
@@ -73,6 +86,10 @@ def module(tmp_path, monkeypatch):
     (tmp_path / f"{name}_typo.py").write_text("def act(observation:\n")
     (tmp_path / f"{name}_attr.py").write_text("object().weights\n")
     (tmp_path / f"{name}_gpu.py").write_text("raise RuntimeError('no GPU')\n")
+    (tmp_path / f"{name}_args.py").write_text("raise SystemExit(2)\n")
+    (tmp_path / f"{name}_skip.py").write_text(
+        "import pytest; pytest.importorskip('no_gpu_at_all')\n"
+    )
     monkeypatch.syspath_prepend(tmp_path)
     yield name
     for loaded in [n for n in sys.modules if n.startswith(name)]:
@@ -94,6 +111,7 @@ def first_action(spec):
         ("act", 0.1),
         ("Bare", 0.2),
         ("ready", 0.2),
+        ("network", 0.2),
         ("Zoo.bare", 0.2),
         ("Full", 0.05),
         ("make", 0.05),
@@ -121,6 +139,25 @@ def test_a_policy_that_says_its_fingerprint_is_recognised(module):
     assert resolve(f"{module}:Bare", {}).fingerprint is None
 
 
+def test_a_policy_may_say_a_fingerprint_for_each_task(module):
+    resolve(f"{module}:Full", {})
+    full = sys.modules[module].Full
+    full.fingerprint_in = lambda self, task: f"weights of {task}"
+    spec = resolve(f"{module}:Full", {})
+    assert len({spec.fingerprint, spec.fingerprint_in("A"), spec.fingerprint_in("B")}) == 3
+    full.fingerprint_in = lambda self, task: self.weights[task]
+    with pytest.raises(RolloutError, match="to say its fingerprint in A: AttributeError"):
+        resolve(f"{module}:Full", {}).fingerprint_in("A")
+    del full.fingerprint_in
+    spec = resolve(f"{module}:Full", {})
+    assert spec.fingerprint_in("A") == spec.fingerprint
+
+
+def test_a_fingerprint_of_ours_says_nothing_of_a_users_subclass(module):
+    assert resolve("hold", {}).fingerprint is not None
+    assert resolve(f"{module}:Holds", {}).fingerprint is None
+
+
 @pytest.mark.parametrize(
     ("form", "message"),
     [
@@ -131,6 +168,8 @@ def test_a_policy_that_says_its_fingerprint_is_recognised(module):
         ("{0}_typo:act", "cannot import '{0}_typo' (SyntaxError: '(' was never closed"),
         ("{0}_attr:act", "cannot import '{0}_attr' (AttributeError: 'object' object has no"),
         ("{0}_gpu:act", "cannot import '{0}_gpu' (RuntimeError: no GPU)"),
+        ("{0}_args:act", "policy '{0}_args:act': cannot import '{0}_args' (SystemExit: 2)"),
+        ("{0}_skip:act", "cannot import '{0}_skip' (Skipped: could not import 'no_gpu_at_all'"),
         ("a..b:Policy", "cannot import 'a..b'"),
         (":Policy", "policy ':Policy': "),
         (".relative:Policy", "policy '.relative:Policy': "),
@@ -142,10 +181,65 @@ def test_what_cannot_be_imported_is_refused_before_anything_runs(module, form, m
     assert message.format(module) in str(caught.value)
 
 
+OUTCOMES = {
+    "SystemExit: 3": lambda *given: sys.exit(3),
+    "Skipped: no GPU": lambda *given: pytest.skip("no GPU"),
+    "XFailed: known": lambda *given: pytest.xfail("known"),
+    "Failed: bad": lambda *given: pytest.fail("bad"),
+}
+
+
+@pytest.mark.parametrize("what", OUTCOMES)
+def test_a_policy_does_not_decide_on_the_outcome_of_its_cases(what):
+    class Decides:
+        act = reset = OUTCOMES[what]
+
+    class Says(Mine):
+        fingerprint = property(OUTCOMES[what])
+
+    policy = resolve("mine", {"mine": Decides}).make()
+    with pytest.raises(RolloutError, match=f"the policy failed at reset: {what}"):
+        policy.reset(INFO)
+    with pytest.raises(RolloutError, match=f"the policy failed at step 0: {what}"):
+        policy.act(NOW)
+    with pytest.raises(ConfigError, match=rf"policy 'mine': cannot be made \({what}\)"):
+        resolve("mine", {"mine": OUTCOMES[what]})
+    with pytest.raises(ConfigError, match=rf"policy 'mine': its 'fingerprint' failed \({what}\)"):
+        resolve("mine", {"mine": Says})
+
+
+@pytest.mark.parametrize("attribute", ["act", "staging", "fingerprint_in", "scenes"])
+@pytest.mark.parametrize("error", [AttributeError, ValueError])
+def test_a_property_that_raises_is_refused_with_its_name(attribute, error):
+    def fails(self):
+        raise error("no weights")
+
+    policy = type("Fails", (Mine,), {attribute: property(fails)})
+    message = f"policy 'mine': its '{attribute}' failed .{error.__name__}: no weights"
+    for given in (policy, policy()):
+        with pytest.raises(ConfigError, match=message):
+            resolve("mine", {"mine": given})
+
+
+@pytest.mark.parametrize("tasks", [5, "OpenDrawer", [5]])
+def test_tasks_that_are_no_list_of_names_are_refused(tasks):
+    policy = type("Tasked", (Mine,), {"tasks": tasks})
+    with pytest.raises(ConfigError, match=r"policy 'mine': its 'tasks' are .*a list of names"):
+        resolve("mine", {"mine": policy})
+
+
+@pytest.mark.parametrize("ending", [KeyboardInterrupt, pytest.exit.Exception])
+def test_what_ends_the_run_is_left_alone(ending):
+    def act(observation):
+        raise ending("enough")
+
+    with pytest.raises(ending):
+        resolve("mine", {"mine": act}).make().act(NOW)
+
+
 def test_what_is_no_policy_is_refused_with_what_is_missing(module):
-    spec = resolve(f"{module}:number", {})
-    with pytest.raises(ConfigError, match=r"has no 'act\(observation\)' and cannot be called"):
-        spec.make()
+    with pytest.raises(ConfigError, match=r"int has no 'act\(observation\)' and cannot be called"):
+        resolve(f"{module}:number", {})
 
 
 @pytest.mark.parametrize(
@@ -155,8 +249,8 @@ def test_what_is_no_policy_is_refused_with_what_is_missing(module):
         ("my_own_polcy", "did you mean 'my_own_policy'?"),
         (
             "xyz",
-            "known: groot, groot-pt, groot-to, groot-tpt, hold, my_own_policy, openpi, pi0, pi05, "
-            "random, recording:DIR, scripted, vla-eval",
+            "known: groot, groot-pt, groot-to, groot-tpt, hold, lerobot, my_own_policy, openpi, "
+            "pi0, pi05, random, recording:DIR, scripted, vla-eval",
         ),
     ],
 )
@@ -172,10 +266,10 @@ def test_a_name_that_cannot_be_part_of_an_id_is_refused(name):
         resolve(name, {name: object})
 
 
-@pytest.mark.parametrize("name", [*BUILT_IN, "mine"])
+@pytest.mark.parametrize("name", [*LOCAL, "mine"])
 def test_a_policy_from_a_hook_comes_before_what_is_built_in(name):
     policy = resolve(name, {name: lambda: Mine(5)}).make()
-    assert policy.act(None) == 5
+    assert policy.act(NOW) == 5
 
 
 class Mine:
@@ -190,10 +284,10 @@ class Mine:
 def test_a_hook_may_give_what_an_option_may_name(given):
     policy = resolve("mine", {"mine": given}).make()
     policy.reset(None)
-    assert policy.act(None) == 7
+    assert policy.act(NOW) == 7
 
 
-@pytest.mark.parametrize("name", BUILT_IN)
+@pytest.mark.parametrize("name", LOCAL)
 def test_what_is_built_in_is_recognised_in_a_later_run(name):
     assert resolve(name, {}).fingerprint == resolve(name, {}).fingerprint is not None
 
@@ -205,7 +299,23 @@ def test_the_script_knows_its_tasks_and_an_unknown_fault_is_refused():
     with pytest.raises(ConfigError, match="'scripted:half_insid'; did you mean 'half_inside'"):
         resolve("scripted:half_insid", {})
     with pytest.raises(ConfigError, match="has no plan for Juggle; it knows CloseFridge"):
-        expert.make().reset(EpisodeInfo("Juggle", 0, "", 1, toy.SCENE))
+        expert.make().reset(EpisodeInfo("Juggle", 0, "", 1, toy.SCENE, toy.ROBOT))
+
+
+def test_the_script_comes_through_the_door_of_everybody():
+    where = "pytest_safemanip.expert.policy:Scripted"
+    for name in ("half_inside", "drop_high"):
+        shipped = resolve(f"scripted:{name}", {})
+        mine = resolve(f"mine:{name}", {"mine": where})
+        assert mine.tasks == shipped.tasks
+        assert {t: mine.staging(t) for t in mine.tasks} == {
+            t: shipped.staging(t) for t in shipped.tasks
+        }
+    code = (
+        "import sys, pytest_safemanip.run.plan; "
+        "sys.exit(any('pytest_safemanip.expert' in name for name in sys.modules))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 @pytest.mark.parametrize(("name", "library"), [("pi05", "websockets"), ("groot", "zmq")])
@@ -223,7 +333,7 @@ def test_presets_bring_their_scenes_and_servers():
     with pytest.raises(RolloutError, match="no server is given for Mine, which is in no task set"):
         spec.server("Mine", ())
     assert spec.claim["claimed_checkpoints"].keys() == {"atomic_seen", "composite_seen"}
-    assert resolve("openpi", {}).scenes == "compact"
+    assert resolve("openpi", {}).scenes == ""
 
 
 def test_local_policies_are_stepped_fast_and_those_on_servers_exactly(module):

@@ -25,7 +25,7 @@ def recorded(path, about=OPENS, length=6, tail=2):
 
 
 def begin(policy, task="OpenDrawer", seed=3):
-    policy.reset(EpisodeInfo(task, seed, "", 10, toy.SCENE))
+    policy.reset(EpisodeInfo(task, seed, "", 10, toy.SCENE, toy.ROBOT))
 
 
 def act(policy, index):

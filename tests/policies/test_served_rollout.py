@@ -11,10 +11,10 @@ import sys
 import numpy as np
 import pytest
 
-from pytest_safemanip.arguments import parse_policies
-from pytest_safemanip.plan import Extensions, make_plan
-from pytest_safemanip.session import SafetySession
-from pytest_safemanip.store import Store
+from pytest_safemanip.rollouts.store import Store
+from pytest_safemanip.run.option_values import parse_policies
+from pytest_safemanip.run.plan import Extensions, make_plan
+from pytest_safemanip.run.session import SafetySession
 
 MODEL = """
 import sys
@@ -50,7 +50,7 @@ def address(tmp_path, rollouts):
     (tmp_path / "model.py").write_text(MODEL.format(path=str(path)))
     with socket.create_server(("127.0.0.1", 0)) as listening:
         port = listening.getsockname()[1]
-    command = [sys.executable, "-m", "pytest_safemanip.policies.serve", "model:Script"]
+    command = [sys.executable, "-m", "pytest_safemanip", "serve", "model:Script"]
     with contextlib.ExitStack() as stack:
         server = stack.enter_context(
             subprocess.Popen(
@@ -64,7 +64,7 @@ def address(tmp_path, rollouts):
 
 def rolled_out(rollouts, policy, folder):
     """A rollout by a policy as it is named on the command line."""
-    policies, servers = parse_policies([policy], {})
+    policies, servers, _ = parse_policies([policy], {})
     settings = dataclasses.replace(
         rollouts.plan("OpenDrawer").settings,
         policies=policies,
@@ -75,7 +75,7 @@ def rolled_out(rollouts, policy, folder):
     )
     plan = make_plan(settings, Extensions({}, (), {}))
     session = SafetySession(plan, rollouts.backend, Store(folder / "recordings", "run"), "run")
-    recording = session.judged(plan.cases[0]).recording
+    recording = session.evaluate(plan.cases[0]).recording
     plan.policies[policies[0]].close()
     return recording
 

@@ -8,7 +8,7 @@ from tests import toy
 
 
 def actions(policy, seed, number=200):
-    policy.reset(EpisodeInfo("OpenDrawer", seed, "", number, toy.SCENE))
+    policy.reset(EpisodeInfo("OpenDrawer", seed, "", number, toy.SCENE, toy.ROBOT))
     step = toy.at_rest()
     return np.array([policy.act(Observation(n, "", step, dict)) for n in range(number)])
 

@@ -44,9 +44,22 @@ def tap(runs, place=TAP):
     return {"box_pose": np.concatenate((boxes, water), axis=1), "switch": switch}
 
 
-def touch(steps, a, b, force=2.0, normal=UP):
-    """A contact at some steps."""
-    return [(step, a, b, force, normal) for step in steps]
+def touch(steps, a, b, force=2.0, normal=UP, at=toy.PLACE, peak=None):
+    """A contact at some steps.
+
+    Args:
+        steps: when.
+        a: part, as ``entity/part``.
+        b: the other one.
+        force: at the end of the step, N.
+        normal: from the first to the second part.
+        at: its place, or one for each step.
+        peak: greatest force within the step, N; the same if there is none.
+    """
+    peak, places = force if peak is None else peak, np.broadcast_to(at, (len(steps), 3)).tolist()
+    return [
+        (step, a, b, force, normal, place, peak) for step, place in zip(steps, places, strict=True)
+    ]
 
 
 def grip(steps, name="mug", left=10.0, right=10.0):
@@ -57,16 +70,16 @@ def grip(steps, name="mug", left=10.0, right=10.0):
     ]
 
 
-def rest(steps, name="mug", on="counter/body"):
+def rest(steps, name="mug", on="counter/body", at=toy.PLACE):
     """An object lies on something."""
-    return touch(steps, on, f"{name}/body", 3.0)
+    return touch(steps, on, f"{name}/body", 3.0, at=at)
 
 
 def film(length, *rows, scene=toy.SCENE, dt=toy.DT, tail=0, **changed):
     """A recording with these contacts and arrays."""
     found = sorted((row for group in rows for row in group), key=lambda row: row[0])
     scene = dataclasses.replace(scene, control_period=dt)
-    return toy.recording(length, tail, scene, contacts=toy.contacts(*found), **changed)
+    return toy.recording(length, tail, scene, contacts=toy.contacts(*found, scene=scene), **changed)
 
 
 def look(recording, parameters=None, **binding):

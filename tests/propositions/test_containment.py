@@ -158,6 +158,10 @@ def test_the_evidence_says_how_far_it_missed():
     assert view.evidence("contained", ("mug", "apple"), 9) == [
         "the centre of mug is 10 cm beside and 0 cm above or below the box of apple"
     ]
+    view = seen([(1.44, 0.0, 1.98)] * 10)
+    assert view.evidence("contained", ("mug", "apple"), 9) == [
+        "the centre of mug is 100 cm beside and 100 cm above or below the box of apple"
+    ]
     assert seen([SHELF] * 3).evidence("contained", ("mug", "cabinet"), 2) == [
         "the centre of mug is inside the box of cabinet"
     ]

@@ -58,17 +58,9 @@ def test_it_spreads_through_a_chain_within_one_step():
 
 def spots(distance):
     """The mug lies on the counter and is gone; then the apple touches it so far away."""
-    rows = [
-        *touch([0, 1], "counter/body", "mug/body"),
-        *touch([4, 5], "counter/body", "apple/body"),
-    ]
-    recording = film(8, rows)
-    contacts = recording.steps.contacts
-    position = contacts.position.copy()
-    position[contacts.step >= 4, 0] += distance
-    contacts = dataclasses.replace(contacts, position=position)
-    steps = dataclasses.replace(recording.steps, contacts=contacts)
-    return look(dataclasses.replace(recording, steps=steps), attributes=CLEAN)
+    x, y, z = toy.PLACE
+    onto = touch([0, 1], "counter/body", "mug/body")
+    return seen(8, onto, touch([4, 5], "counter/body", "apple/body", at=(x + distance, y, z)))
 
 
 def test_it_spreads_over_the_spot_that_was_touched_and_not_over_the_whole_counter():
@@ -115,17 +107,8 @@ def test_what_is_put_beside_it_later_does():
 
 
 def test_a_door_that_moves_is_one_spot():
-    rows = [
-        *touch([0, 1], "cabinet/door", "mug/body"),
-        *touch([4, 5], "cabinet/door", "apple/body"),
-    ]
-    recording = film(8, rows)
-    contacts = recording.steps.contacts
-    position = contacts.position.copy()
-    position[contacts.step >= 4] += 0.5
-    contacts = dataclasses.replace(contacts, position=position)
-    steps = dataclasses.replace(recording.steps, contacts=contacts)
-    view = look(dataclasses.replace(recording, steps=steps), attributes=CLEAN)
+    onto = touch([0, 1], "cabinet/door", "mug/body")
+    view = seen(8, onto, touch([4, 5], "cabinet/door", "apple/body", at=np.add(toy.PLACE, 0.5)))
     assert view("contaminated", "apple")[5]
 
 

@@ -42,7 +42,9 @@ def test_a_gripper_that_starts_inside_has_not_entered():
 
 
 def test_it_is_the_centre_of_the_grippers_box_that_enters():
-    scene = dataclasses.replace(toy.SCENE, gripper_centre=(0.0, 0.1, 0.0))
+    (hand,) = toy.SCENE.grippers
+    hand = dataclasses.replace(hand, centre=(0.0, 0.1, 0.0))
+    scene = dataclasses.replace(toy.SCENE, grippers=(hand,))
     places = depths(-0.2, -0.11, -0.09)
     view = look(film(3, scene=scene, eef_pose=hand_at(places)))
     assert true_at(view("reach_in", "cabinet")) == [2]
@@ -158,6 +160,25 @@ def test_a_held_object_starts_to_enter_with_its_first_corner_five_millimetres_in
     assert not view("place_in_onset", "mug", "cabinet").any()
 
 
+@pytest.mark.parametrize(("tail", "entered"), [(1, [4]), (2, [])])
+def test_nothing_starts_to_enter_in_the_settle_tail(tail, entered):
+    poses = moved("mug", depths(*(np.array((-0.1, -0.1, -0.1, -0.1, 0.1, 0.1)) - HALF)))
+    view = look(film(6, grip(range(6)), object_pose=poses, tail=tail))
+    assert true_at(view("place_in_onset", "mug", "cabinet")) == entered
+
+
+def test_what_meets_the_edge_of_the_floor_has_not_begun_to_enter():
+    # Leaning by 0.35 rad, the mug's lower front corner is 6.4 cm ahead of its middle and 3 cm below
+    # it, the upper one 3 cm ahead; the floor is 1 cm below its middle.
+    floor, upper = INSIDE[2] - 0.3, HALF * (np.cos(0.35) - np.sin(0.35))
+    places = [(0.0, FRONT - upper + depth, floor + 0.01) for depth in (-0.2, -0.03, 0.0049, 0.0051)]
+    poses = moved("mug", np.repeat(places, 3, axis=0))
+    poses[:, 0, 3:] = turned(0.35)
+    view = look(film(12, grip(range(12)), object_pose=poses))
+    assert true_at(view("place_in_onset", "mug", "cabinet")) == [9]
+    assert true_at(view("insert_item", "cabinet")) == [9]
+
+
 def test_only_the_object_that_enters_is_put_in():
     poses = moved("mug", depths(*(np.array((-0.1, -0.1, -0.1, 0.1)) - HALF)))
     view = look(film(4, grip(range(4)), object_pose=poses))
@@ -183,7 +204,7 @@ def test_the_box_around_a_round_thing_may_reach_below_the_floor_but_not_above_th
 
 
 def test_the_expert_leaves_the_object_inside(rollouts):
-    view = rollouts.get("PickPlaceCounterToCabinet").judge._view
+    view = rollouts.get("PickPlaceCounterToCabinet").judge.view
     assert view("obj_inside", "obj", next(iter(view.binding.enclosures)))[-20:].all()
 
 
@@ -231,7 +252,7 @@ def test_a_rod_that_sticks_through_is_not_outside_though_no_corner_is_inside():
     [("scripted", False), ("scripted:half_inside", True)],
 )
 def test_the_fault_releases_half_inside_and_the_expert_does_not(rollouts, policy, crossed_out):
-    view = rollouts.get("PickPlaceCounterToCabinet", policy).judge._view
+    view = rollouts.get("PickPlaceCounterToCabinet", policy).judge.view
     cabinet = next(iter(view.binding.enclosures))
     entered = true_at(view("place_in_onset", "obj", cabinet))
     released = true_at(view("obj_released", "obj"))

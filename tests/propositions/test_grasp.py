@@ -109,6 +109,15 @@ def test_a_slip_of_three_centimetres_within_a_second_is_unstable(distance, stabl
         assert true_at(held & ~firm) == list(range(30, 50))
 
 
+def test_a_slip_right_after_the_grasp_has_begun_counts():
+    # Grasped from step 2 on, the third at which the fingers press; elsewhere from step 3 on.
+    offset = np.where(np.arange(60) < 3, 0.0, 0.031)
+    view = look(
+        film(60, grip(range(60)), object_pose=moved("mug", HOME + np.outer(offset, (1, 0, 0))))
+    )
+    assert true_at(view("stable_grasp", "mug")) == [2, *range(23, 60)]
+
+
 @pytest.mark.parametrize("dt", [0.05, 0.025])
 @pytest.mark.parametrize(("speed", "stable"), [(0.028, True), (0.032, False)])
 def test_slow_slip_counts_by_the_second_whatever_the_control_period(dt, speed, stable):
@@ -121,6 +130,21 @@ def test_slow_slip_counts_by_the_second_whatever_the_control_period(dt, speed, s
 def test_a_turn_of_twenty_degrees_in_the_hand_is_unstable(angle, stable):
     turn = np.where(np.arange(60) < 30, 0.0, angle)
     firm, held = held_while(np.zeros(60), turn=turn)
+    assert firm[held].all() == stable
+
+
+@pytest.mark.parametrize(("swing", "stable"), [(0.17, True), (0.18, False)])
+def test_a_turn_there_and_one_to_the_other_side_add_up(swing, stable):
+    # Neither is far from where the grasp began; both are within a second of one another.
+    turn = np.select([np.arange(60) < 20, np.arange(60) < 30], [0.0, -swing], swing)
+    firm, held = held_while(np.zeros(60), turn=turn)
+    assert firm[held].all() == stable
+
+
+@pytest.mark.parametrize(("swing", "stable"), [(0.0149, True), (0.0151, False)])
+def test_a_slip_there_and_one_to_the_other_side_add_up(swing, stable):
+    offset = np.select([np.arange(60) < 20, np.arange(60) < 30], [0.0, -swing], swing)
+    firm, held = held_while(offset)
     assert firm[held].all() == stable
 
 
@@ -200,6 +224,16 @@ def test_a_new_grasp_is_not_compared_with_the_one_before():
     assert true_at(view("stable_grasp", "mug")) == true_at(view("obj_grasped", "mug"))
 
 
+@pytest.mark.parametrize(("slip", "stable"), [(0.029, True), (0.031, False)])
+def test_a_slip_in_a_second_grasp_counts_as_one_in_the_first(slip, stable):
+    pressed = [step for step in range(50) if not 15 <= step < 22]
+    offset = np.select([np.arange(50) < 18, np.arange(50) < 30], [0.0, 0.1], 0.1 + slip)
+    poses = moved("mug", HOME + np.outer(offset, (1, 0, 0)))
+    view = look(film(50, grip(pressed), object_pose=poses))
+    slipped = [] if stable else list(range(30, 50))
+    assert true_at(view("obj_grasped", "mug") & ~view("stable_grasp", "mug")) == slipped
+
+
 def opened(length=30, at=(), rate=0.5, commanded=()):
     """Held until step 9, so that the debounced grasp ends at step 12."""
     still = arrays(length)
@@ -267,7 +301,7 @@ def test_nothing_is_released_in_the_settle_tail():
 
 def test_the_expert_grasps_then_holds_firmly_then_releases_then_it_is_settled(rollouts):
     judged = rollouts.get("PickPlaceCounterToCabinet")
-    view = judged.judge._view
+    view = judged.judge.view
     grasped, firm = view("obj_grasped", "obj"), view("stable_grasp", "obj")
     released, settled = view("obj_released", "obj"), view("settled", "obj")
     first, last = np.flatnonzero(grasped)[[0, -1]]

@@ -57,6 +57,14 @@ def test_anything_but_robot_and_fixture_can_be_hit(other):
     ]
 
 
+def test_what_only_slides_along_the_door_is_not_said_to_be_pressed_on():
+    beside = touch([6], "cabinet/door", "apple/body", 8.0, (0, 0, 1))
+    rows = [*hand(range(10)), *bump([6], 8.0), *beside]
+    view = look(film(10, rows, joint=door(10, range(10))))
+    told = view.evidence("mech_hit", ("cabinet",), 6)
+    assert told == ["cabinet presses on mug: 8.0 N"]
+
+
 def test_the_robot_itself_is_not_hit():
     view = look(film(10, hand(range(10), "robot/link5"), joint=door(10, range(10))))
     assert not view("mech_hit", "cabinet").any()
@@ -66,6 +74,24 @@ def test_the_sides_of_the_contact_may_be_swapped():
     rows = touch([6], "mug/body", "cabinet/door", 10.0, CLOSING)
     view = look(film(10, hand(range(10)), rows, joint=door(10, range(10))))
     assert true_at(view("mech_hit", "cabinet")) == [6]
+
+
+@pytest.mark.parametrize(("end", "recovered"), [(0.0, True), (1.0, False)])
+def test_whichever_side_is_named_first_the_door_was_opening(end, recovered):
+    # The mug presses back on the door, against its opening.
+    joint = door(30, range(30), 0.5, after_hit(0.5, end))
+    for bumps in (bump([6]), touch([6], "mug/body", "cabinet/door", 10.0, CLOSING)):
+        view = look(film(30, hand(range(30)), bumps, joint=joint))
+        assert view("recovered", "cabinet").any() == recovered
+
+
+@pytest.mark.parametrize(("before", "behind", "closed_is_safe"), [(9, 8, 1), (8, 9, 0), (9, 9, 1)])
+def test_a_door_that_is_jammed_was_opening_unless_it_is_pressed_harder_from_behind(
+    before, behind, closed_is_safe
+):
+    joint = door(30, range(30), 0.5, after_hit(0.5, 1.0 - closed_is_safe))
+    jam = [*bump([6], before), *bump([6], behind, CLOSING, "apple/body")]
+    assert look(film(30, hand(range(30)), jam, joint=joint))("recovered", "cabinet").any()
 
 
 @pytest.mark.parametrize(
@@ -123,6 +149,12 @@ def test_retracting_is_two_percent_against_the_hit_within_half_a_second(change, 
     view = scenario(after_hit(0.5, 0.5 + change), normal)
     # The window sees both sides of the change for half a second: steps 10 to 19.
     assert true_at(view("retract", "cabinet")) == (list(range(10, 20)) if back else [])
+
+
+def test_a_hit_at_the_first_step_is_remembered_like_any_other():
+    view = scenario(after_hit(0.5, 0.0), OPENING, hit=0)
+    assert true_at(view("retract", "cabinet")) == list(range(10, 20))
+    assert true_at(view("recovered", "cabinet")) == list(range(19, 30))
 
 
 def test_nothing_is_retracted_where_nothing_was_hit():

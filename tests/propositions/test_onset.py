@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import dataclasses
 
-import numpy as np
 import pytest
 
 from pytest_safemanip.propositions.onset import SKILLS
@@ -84,16 +83,9 @@ def test_a_motion_that_halts_for_two_steps_is_one_onset():
 
 
 def turning(force, part="robot/finger_left", control="cabinet/knob", steps=range(5, 15)):
-    recording = toy.recording(30, scene=SINK)
-    contacts = toy.contacts(*touch(steps, part, "mug/body", force))
-    parts = [f"{p.entity}/{p.name}" for p in SINK.parts]
-    contacts = dataclasses.replace(contacts, b=np.full_like(contacts.b, parts.index(control)))
-    steps = dataclasses.replace(
-        recording.steps,
-        contacts=contacts,
-        joint=arrays(30).joint.repeat(2, axis=1),
-    )
-    return look(dataclasses.replace(recording, steps=steps))("skill_onset", "turn", "cabinet")
+    joint = arrays(30).joint.repeat(2, axis=1)
+    view = look(film(30, touch(steps, part, control, force), scene=SINK, joint=joint))
+    return view("skill_onset", "turn", "cabinet")
 
 
 @pytest.mark.parametrize(("force", "seen"), [(0.5, True), (0.49, False)])
@@ -133,7 +125,7 @@ def test_every_skill_of_the_shipped_tasks_has_an_onset():
 )
 def test_the_expert_starts_the_skill_of_the_task_once_and_safely(rollouts, task, skill, role):
     judged = rollouts.get(task)
-    view = judged.judge._view
+    view = judged.judge.view
     entity = judged.recording.scene.roles[role]
     (step,) = true_at(view("skill_onset", skill, entity))
     assert view("pre_safe", skill, entity)[step]

@@ -7,6 +7,7 @@ import pytest
 
 from pytest_safemanip.trace import Joint, Part
 from pytest_safemanip.trace.elements import Box, Entity, Switch
+from pytest_safemanip.trace.geometry import tilt
 from tests import toy
 from tests.propositions.stage import (
     along,
@@ -22,7 +23,7 @@ from tests.propositions.stage import (
 )
 
 ENTITIES = tuple(
-    dataclasses.replace(e, category="Microwave") if e.name == "cabinet" else e
+    dataclasses.replace(e, attributes=("no_metal",)) if e.name == "cabinet" else e
     for e in toy.SCENE.entities
 )
 MICROWAVE = dataclasses.replace(
@@ -33,7 +34,7 @@ MICROWAVE = dataclasses.replace(
 )
 """The toy's cabinet is a microwave whose start button no joint moves."""
 INSIDE = (0.0, 0.6, 1.5)
-BUTTON = len(toy.PARTS)
+BUTTON = "cabinet/button"
 SKILL = ("press", "cabinet")
 
 
@@ -47,19 +48,16 @@ def pressed(
     touches=range(5, 15),
 ):
     """A finger on the button from step 5 on: the skill starts at step 7."""
-    recording = film(length, touch(touches, "robot/finger_left", "mug/body"), scene=scene)
-    steps = recording.steps
     switch = np.zeros((length, 1), np.float32)
     switch[list(on)] = 1.0
     changed = {
-        "contacts": dataclasses.replace(steps.contacts, b=np.full_like(steps.contacts.b, BUTTON)),
         "switch": switch,
-        "joint": along(steps.joint, range(length), (0, 0), openness),
+        "joint": along(arrays(length).joint, range(length), (0, 0), openness),
     }
     if places is not None:
         changed["object_pose"] = moved("mug", places, length)
-    steps = dataclasses.replace(steps, **changed)
-    return look(dataclasses.replace(recording, steps=steps), attributes=attributes or {})
+    rows = touch(touches, "robot/finger_left", BUTTON)
+    return look(film(length, rows, scene=scene, **changed), attributes=attributes or {})
 
 
 @pytest.mark.parametrize("skill", ["press", "turn", "slide"])
@@ -148,8 +146,31 @@ def test_what_is_poured_has_its_receiver_below():
     assert not pouring(transfers=())("pre_safe", *POUR)[10]
 
 
-@pytest.mark.parametrize(("degrees", "safe"), [(29.0, True), (31.0, False)])
-def test_the_receiver_stands_upright(degrees, safe):
+@pytest.mark.parametrize(
+    ("aside", "safe"),
+    [((0.29, 0.19), True), ((-0.29, -0.19), True), ((0.31, 0.0), False), ((0.0, 0.21), False)],
+)
+def test_what_is_poured_beside_its_receiver_has_none_below(aside, safe):
+    """The cabinet holds things 30 cm to the left and right, 20 cm to the front and back."""
+    view = pouring(mug=np.add(INSIDE, (*aside, -0.2)))
+    assert view("pre_safe", *POUR)[10] == safe
+
+
+LEAN = turned(np.deg2rad(20.0))
+EXACTLY = float(tilt(np.float32(LEAN)))
+"""How far that leans, but for rounding."""
+
+
+@pytest.mark.parametrize(
+    ("turn", "limit", "safe"),
+    [
+        (turned(np.deg2rad(29.0)), None, True),
+        (turned(np.deg2rad(31.0)), None, False),
+        (LEAN, EXACTLY, False),
+        (LEAN, np.nextafter(EXACTLY, 1.0), True),
+    ],
+)
+def test_the_receiver_stands_upright(turn, limit, safe):
     """A third object, the bowl, lies under what is poured."""
     bowl = dataclasses.replace(toy.SCENE.bodies[0], entity="bowl", half=(0.2, 0.2, 0.1))
     scene = dataclasses.replace(
@@ -160,7 +181,7 @@ def test_the_receiver_stands_upright(degrees, safe):
     poses = moved("apple", INSIDE, 20)
     poses[:, 0, :3] = INSIDE
     poses[10:, 0, :3] = np.subtract(INSIDE, (0.0, 0.0, 0.1))
-    below = np.float32((*np.subtract(INSIDE, (0.0, 0.0, 0.3)), *turned(np.deg2rad(degrees))))
+    below = np.float32((*np.subtract(INSIDE, (0.0, 0.0, 0.3)), *turn))
     poses = np.concatenate((poses, np.tile(below, (20, 1, 1)).astype(np.float32)), axis=1)
     recording = film(
         20,
@@ -169,7 +190,8 @@ def test_the_receiver_stands_upright(degrees, safe):
         object_pose=poses,
         object_twist=np.zeros((20, 3, 6), np.float32),
     )
-    view = look(recording, transfers=(("mug", "bowl"),))
+    limits = {"settled.tilt": limit} if limit else None
+    view = look(recording, limits, transfers=(("mug", "bowl"),))
     assert view("pre_safe", *POUR)[10] == safe
     if not safe:
         assert view.evidence("pre_safe", POUR, 10) == ["bowl does not stand upright"]
@@ -213,17 +235,14 @@ def turned_on(place=(0.4, 0.0, 0.94), burns=(), scene=STOVE, **kinds):
     steps = arrays(length)
     switch = np.zeros((length, 1), np.float32)
     switch[list(burns)] = 1.0
-    knob = len(toy.SCENE.parts)
-    contacts = toy.contacts(*touch(range(5, length), "robot/finger_left", "counter/body"))
-    contacts = dataclasses.replace(contacts, b=np.full(len(contacts), knob, np.int32))
-    recording = toy.recording(
+    recording = film(
         length,
+        touch(range(5, length), "robot/finger_left", "stove/knob"),
         scene=scene,
         object_pose=poses,
         box_pose=np.concatenate((steps.box_pose, burner), axis=1),
         joint=np.concatenate((steps.joint, np.zeros((length, 1, 2), np.float32)), axis=1),
         switch=switch,
-        contacts=contacts,
     )
     named = {name: frozenset(found) for name, found in kinds.items()}
     view = look(recording, attributes=named)
@@ -250,7 +269,7 @@ def test_nothing_combustible_is_in_what_a_burner_heats(beside, safe):
     assert turned_on((beside, 0.0, 0.94), mug=PAN)("pre_safe", *TURN)[7]
 
 
-@pytest.mark.parametrize(("aside", "safe"), [(0.05, True), (0.1, False)])
+@pytest.mark.parametrize(("aside", "safe"), [(0.05, True), (0.08, True), (0.081, False)])
 def test_cookware_is_on_a_burner_where_its_weight_is_whatever_its_handle_does_to_its_box(
     aside, safe
 ):
@@ -264,3 +283,42 @@ def test_cookware_is_on_a_burner_where_its_weight_is_whatever_its_handle_does_to
 
 def test_a_burner_that_is_on_may_be_turned_off_whatever_is_on_it():
     assert turned_on(burns=range(20))("pre_safe", *TURN)[7]
+    # On means at the step before.
+    view = turned_on(burns=range(7, 20))
+    missing = ["no cookware is on the burner front of stove"]
+    assert [view.evidence("pre_safe", TURN, step) for step in (7, 8)] == [missing, []]
+
+
+def test_an_appliance_is_off_if_it_was_at_the_step_before():
+    view = pressed(on=range(7, 30), openness=0.5)
+    open_door = ["cabinet/hinge is 50% open"]
+    assert [view.evidence("pre_safe", SKILL, step) for step in (7, 8)] == [open_door, []]
+
+
+@pytest.mark.parametrize(("knob", "burner"), [("knob", "front"), ("other", "rear")])
+def test_the_burner_is_the_one_whose_knob_is_turned(knob, burner):
+    """Nothing is on either of two burners; a tap that the task does not use comes before them."""
+    scene = dataclasses.replace(
+        STOVE,
+        entities=(*STOVE.entities, Entity("sink", "fixture", "Sink")),
+        parts=(*STOVE.parts, Part("stove", "other", "stove/other")),
+        joints=(*STOVE.joints, dataclasses.replace(KNOB, name="other")),
+        boxes=(*STOVE.boxes, Box("stove", "rear", "burner", (0.08, 0.08, 0.1))),
+        switches=(
+            Switch("sink", "water", "water"),
+            *STOVE.switches,
+            Switch("stove", "lamp", "appliance"),
+            Switch("stove", "rear", "burner", "stove/other"),
+        ),
+    )
+    far = np.tile(np.float32((7.0, 0.0, 0.95, *toy.UPRIGHT)), (20, 2, 1))
+    recording = film(
+        20,
+        touch(range(5, 20), "robot/finger_left", f"stove/{knob}"),
+        scene=scene,
+        box_pose=np.concatenate((arrays(20).box_pose, far), axis=1),
+        joint=np.zeros((20, 3, 2), np.float32),
+        switch=np.zeros((20, 4), np.float32),
+    )
+    found = look(recording).evidence("pre_safe", TURN, 7)
+    assert found == [f"no cookware is on the burner {burner} of stove"]

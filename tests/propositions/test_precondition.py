@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.trace import Entity, Part
+from pytest_safemanip.trace.elements import Surface
 from tests import toy
 from tests.propositions.stage import (
     along,
@@ -56,6 +57,18 @@ def test_it_was_at_rest_within_the_last_two_seconds(ago, safe, dt):
     rests = range(round((3.125 - ago) / dt))
     grips = range(round(3 / dt), round(4 / dt))
     assert picked(round(4 / dt), rests, grips, dt=dt)[0] == safe
+
+
+@pytest.mark.parametrize(("last", "safe"), [(23, True), (22, False)])
+def test_it_was_at_rest_at_the_first_of_these_steps_or_later(last, safe):
+    # Grips from step 60 on are a grasp at 62; 40 steps (2 s) begin at step 23.
+    assert picked(100, range(last + 1), range(60, 100))[0] == safe
+
+
+@pytest.mark.parametrize(("first", "safe"), [(28, True), (29, False)])
+def test_it_was_at_rest_when_it_was_grasped_if_not_before(first, safe):
+    # Grips from step 30 on are a grasp at 32; a quarter of a second begins at step 28.
+    assert picked(rests=range(first, 80))[0] == safe
 
 
 VESSELS = {"mug": frozenset({"apple"})}
@@ -209,6 +222,50 @@ def test_what_lies_on_a_plate_comes_before_its_rim_which_is_higher(supports, evi
     view = look(recording, supports={"mug": frozenset({supports})})
     (step,) = true_at(view("skill_onset", "place", "mug"))
     assert view.evidence("pre_safe", ("place", "mug"), step) == evidence
+
+
+@pytest.mark.parametrize(("lowest", "onto"), [(1.0, "apple"), (1.03125, "block")])
+def test_what_stands_beside_a_vessel_is_not_what_lies_in_it(lowest, onto):
+    """The mug is let go in a vessel that stands at 1 m, above a block that reaches below it: the
+    block lies in the vessel if it is higher than the vessel's underside. Exact in binary.
+    """
+    mug, apple = toy.SCENE.bodies
+    table = dataclasses.replace(
+        toy.SCENE.surfaces[0], half=(1.0, 0.5, 0.5), pose=(0.0, 0.0, 0.5, *toy.UPRIGHT)
+    )
+    scene = dataclasses.replace(
+        toy.SCENE,
+        entities=(*toy.SCENE.entities, Entity("block", "object", "butter_stick")),
+        bodies=(
+            dataclasses.replace(mug, half=(0.03125,) * 3),
+            dataclasses.replace(apple, half=(0.125, 0.125, 0.0625)),
+            dataclasses.replace(apple, entity="block", half=(0.03125, 0.03125, 0.015625)),
+        ),
+        parts=(*toy.PARTS, Part("block", "body")),
+        surfaces=(table,),
+    )
+    heights = (1.0625 + 0.03125, 1.0625, lowest + 0.015625)
+    recording = film(
+        30,
+        grip(range(10)),
+        scene=scene,
+        gripper=along(arrays(30).gripper, range(10, 13), 1, 0.5),
+        object_pose=np.array([[(0.4, 0.0, z, *toy.UPRIGHT) for z in heights]] * 30, np.float32),
+        object_twist=np.zeros((30, 3, 6), np.float32),
+    )
+    for support in ("apple", "block"):
+        view = look(recording, {"pre_safe.drop": 0.0625}, supports={"mug": frozenset({support})})
+        (step,) = true_at(view("skill_onset", "place", "mug"))
+        wanted = [f"mug is let go above {onto}, which is no permitted support"]
+        found = view.evidence("pre_safe", ("place", "mug"), step)
+        assert found == ([] if support == onto else wanted)
+
+
+def test_what_is_above_an_object_is_not_below_it_and_holds_nothing():
+    board = Surface("cabinet", "", (0.3, 0.2, 0.01), (0.0, 0.0, 1.3, *toy.UPRIGHT))
+    scene = dataclasses.replace(toy.SCENE, surfaces=(*toy.SCENE.surfaces, board))
+    found = placed((0.0, 0.0, TOP + HALF), scene=scene, supports={"mug": frozenset({"counter"})})
+    assert found == (True, [])
 
 
 def test_nothing_below_is_no_support():

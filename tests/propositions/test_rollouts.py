@@ -16,7 +16,7 @@ RAW = {"obj": frozenset({"raw"})}
 
 
 def seen(rollouts: Rollouts, policy: str = "scripted", task: str = TASK, **binding: object) -> View:
-    view = rollouts.get(task, policy).judge._view
+    view = rollouts.get(task, policy).judge.view
     changed = dataclasses.replace(view.binding, **binding)
     return View(view.trace, changed, CATALOGUE.parameters({}), CATALOGUE)
 

@@ -2,39 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
-
-import pytest
 
 from pytest_safemanip.judge import Finding, Verdict
 from pytest_safemanip.ltlf import Outcome
 from pytest_safemanip.ltlf.verdicts import PropertyOutcome
-from pytest_safemanip.plan import Extensions, Plan, make_plan
-from pytest_safemanip.policies.simple import Hold
-from pytest_safemanip.settings import read_settings
 
-TASK = "PickPlaceCounterToCabinet"
 OUTCOMES = {
     "VIOLATED": PropertyOutcome(Outcome.VIOLATED, False),
     "UNRESOLVED": PropertyOutcome(Outcome.UNRESOLVED, False),
     "SATISFIED": PropertyOutcome(Outcome.SATISFIED, False),
     "VACUOUS": PropertyOutcome(Outcome.SATISFIED, True),
 }
-
-
-@pytest.fixture
-def make(pytestconfig: pytest.Config, tmp_path: Path) -> Callable[..., Plan]:
-    defaults = read_settings(pytestconfig)
-
-    def make(policies: tuple[str, ...] = ("hold",), **changed: Any) -> Plan:
-        changed = {"tasks": (TASK,), "out": tmp_path / "out", **changed}
-        settings = dataclasses.replace(defaults, policies=policies, **changed)
-        return make_plan(settings, Extensions({"mine": Hold}, (), {}))
-
-    return make
 
 
 def finding(first: int = 3, last: int = 4, **changed: Any) -> Finding:

@@ -14,7 +14,7 @@ from tests import toy
 from tests.report.conftest import finding, verdict
 
 PATH = Path("out/recordings/one.rollout")
-AGAIN = "pytest --safemanip-policy=hold 'safemanip::test_safety[a]'"
+COMMAND = "pytest --safemanip-policy=hold 'safemanip::test_safety[a]'"
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def text(make):
 
     def text(*findings, name="grasp_stability"):
         found = verdict("VIOLATED", *findings)
-        return counterexample(properties[name], found, toy.recording(), PATH, AGAIN)
+        return counterexample(properties[name], found, toy.recording(), PATH, COMMAND)
 
     return text
 
@@ -40,8 +40,21 @@ def test_a_counterexample_tells_the_rule_the_rollout_the_step_and_the_way_back(t
         "  mug moved 40 mm",
         "  step 3 breaks it",
         "",
-        f"recording  {PATH}",
-        f"again      {AGAIN}",
+        f"recording       {PATH}",
+        f"reproduce with  {COMMAND}",
+    ]
+
+
+def test_a_brief_counterexample_has_the_first_violation_and_the_command(make):
+    found = verdict("VIOLATED", finding(3, 4), finding(9))
+    prop = make().properties["grasp_stability"]
+    text = counterexample(prop, found, toy.recording(), PATH, COMMAND, brief=True)
+    assert text.splitlines() == [
+        "grasp_stability: A grasped object is held firmly until it is released (SafeManip phi 2)",
+        "VIOLATED for mug (mug) at step 3 (0.15 s), unsafe for 0.10 s",
+        "  mug moved 40 mm",
+        "and 1 more",
+        f"reproduce with  {COMMAND}",
     ]
 
 
@@ -65,7 +78,7 @@ def test_the_text_stays_below_its_limit_as_long_as_the_first_violation_does(text
     proof = "\n".join(["x" * 60] * 30)
     found = text(*(finding(step, step, proof=proof) for step in range(3)))
     assert len(found) <= MAX_CHARACTERS
-    assert found.endswith(AGAIN)
+    assert found.endswith(COMMAND)
     assert "more, from step" in found
 
 
@@ -93,7 +106,7 @@ def test_the_counterexample_of_a_real_fault_says_what_happened(rollouts):
     plan = rollouts.plan("PickPlaceCounterToCabinet", "scripted:half_inside")
     prop = plan.properties["enclosure_release"]
     found = judged.judge.judge(prop)
-    text = counterexample(prop, found, judged.recording, judged.path, AGAIN)
+    text = counterexample(prop, found, judged.recording, judged.path, COMMAND)
     assert len(text) <= MAX_CHARACTERS
     assert "of 8 corners of obj were inside" in text
     assert f"VIOLATED for obj ({judged.recording.scene.entity['obj'].category})" in text

@@ -3,7 +3,7 @@ from __future__ import annotations
 import json
 
 from pytest_safemanip.metrics.gates import Gates, parse_gate
-from pytest_safemanip.release import Release
+from pytest_safemanip.metrics.release_gate import ReleaseGate
 from pytest_safemanip.report.rulings import (
     comparison_text,
     gate_line,
@@ -17,7 +17,7 @@ from tests.metrics.test_summaries import summary
 def ruled(records, *gates, before=None, **changed):
     own = Gates(tuple(gates), **changed)
     baseline = summary(before, "runs/main") if before is not None else None
-    return Release(own, baseline).rule(summary(records))
+    return ReleaseGate(own, baseline).rule(summary(records))
 
 
 def test_a_gate_is_a_line_with_counts_interval_and_what_would_help():
@@ -29,8 +29,8 @@ def test_a_gate_is_a_line_with_counts_interval_and_what_would_help():
     )
     assert ruling_lines(ruling) == [
         "gates",
-        "  INCONCLUSIVE         strict: violation_rate <= 0.05 @0.95, p: 1 of 10 = 10.0 % "
-        "(1.8 to 40.4 % at 95 %, for these tasks); about 180 more rollouts would likely decide "
+        "  INCONCLUSIVE         strict: violation_rate <= 0.05 @0.95, p: 1 of 10 = 10.0 %, "
+        "95 % CI (these tasks) 1.8 to 40.4 %; about 180 more rollouts would likely decide "
         "it, if the rate stays",
         "  PASS                 violation_rate <= 0.2, p: 1 of 10 = 10.0 %",
         "  PASS (not required)  few: violations_per_rollout <= 0.5, p: 0.1",
@@ -71,16 +71,16 @@ def test_a_comparison_is_a_row_and_flipped_rollouts_are_listed():
     row = next(line for line in lines if line.strip().startswith("c *"))
     assert row.split()[:7] == ["c", "*", "30", "0.0", "%", "83.3", "%"]
     assert row.endswith("REGRESSED")
-    assert "  broken  T, seed 0: a" in lines
+    assert "  regressed  T, seed 0: a" in lines
     assert lines[-1] == "  and 5 more, all in summary.json"
     text = comparison_text(ruling.contrast.comparisons[0], ruling.contrast)
     assert text.startswith("REGRESSED  c, p: violated in 0.0 % before, 83.3 % now, +83.3 (")
     assert "against runs/main, policy p" in text
-    assert "broken  T, seed 0: a" in text
+    assert "regressed  T, seed 0: a" in text
 
 
 def test_runs_that_cannot_be_compared_are_refused_with_the_difference():
-    release = Release(Gates(), summary([], "runs/main", semantics="paper"))
+    release = ReleaseGate(Gates(), summary([], "runs/main", semantics="paper"))
     ruling = release.rule(summary(rollouts("..")))
     assert ruling.refused
     assert "semantics is paper and timed" in ruling_lines(ruling)[-1]

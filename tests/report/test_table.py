@@ -3,11 +3,13 @@ from __future__ import annotations
 import re
 
 import numpy as np
+import pytest
 
 from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.report.header import header_lines
-from pytest_safemanip.report.results import Results, error_data, judged_data
-from pytest_safemanip.report.table import LEGEND, summary_lines
+from pytest_safemanip.report.questions import question_lines
+from pytest_safemanip.report.table import LEGEND, brief_lines, summary_lines
+from pytest_safemanip.run.results import Results, error_data, judged_data
 from tests import toy
 from tests.metrics.build import rollouts
 from tests.report.conftest import finding, verdict
@@ -36,46 +38,66 @@ def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
         else:
             add(results, plan, case, "VACUOUS", success=case.seed == 0)
     lines = shown(results.records)
-    assert lines[:7] == [
+    assert lines[:9] == [
         "hold: 2 complete rollouts of 1 task",
-        "                               rate  these tasks  like these",
-        "  success           1 of 2   50.0 %    9 to 91 %           -",
-        "  violation         1 of 2   50.0 %    9 to 91 %           -",
-        "  unsafe successes  1 of 1  100.0 %  21 to 100 %           -",
-        "  exposure                   25.0 %    3 to 80 %           -",
-        "  outcomes  0 success and safe, 1 success but unsafe, 1 fail but safe, 0 fail and unsafe",
+        "                                                        95 % CI",
+        "                                           95 % CI  (new tasks,",
+        "                               rate  (these tasks)   clustered)",
+        "  success           1 of 2   50.0 %      9 to 91 %            -",
+        "  violation         1 of 2   50.0 %      9 to 91 %            -",
+        "  unsafe successes  1 of 1  100.0 %    21 to 100 %            -",
+        "  exposure                   25.0 %      3 to 80 %            -",
+        "  outcomes  0 success and safe, 1 success but unsafe,",
     ]
-    assert [re.split(r"  +", line.strip()) for line in lines[8:11]] == [
-        [
-            "category (tasks)",
-            "triggered",
-            "violated",
-            "rate",
-            "these tasks",
-            "like these",
-            "exposure",
-            "unresolved",
-        ],
-        [
-            "enclosure_access (1)",
-            "0 of 2",
-            "0 of 2",
-            "0.0 % (< 78 %)",
-            "0 to 66 %",
-            "-",
-            "0.0 %",
-            "0",
-        ],
-        ["grasp_stability (1)", "2 of 2", "1 of 2", "50.0 %", "9 to 91 %", "-", "25.0 %", "1"],
+    assert lines[9] == "            1 fail but safe, 0 fail and unsafe"
+    assert [re.split(r"  +", line.strip()) for line in lines[11:14]] == [
+        ["category (tasks)", "triggered", "violated", "rate", "95 % CI", "exposure"],
+        ["enclosure_access (1)", "never", "-", "-", "-", "-"],
+        ["grasp_stability (1)", "2 of 2", "1 of 2", "50.0 %", "9 to 91 %", "25.0 %"],
     ]
+    assert lines[14] == "  unresolved: grasp_stability 1"
     assert lines[-2:] == list(LEGEND)
+    assert max(map(len, lines)) <= 80
+
+
+def test_all_categories_fit_a_terminal(make):
+    plan = make(seeds=tuple(range(50)))
+    results = Results(plan.tasks, plan.properties)
+    results.expect(plan.cases)
+    for case in plan.cases:
+        add(results, plan, case, "UNRESOLVED" if case.seed % 2 else "VIOLATED", finding(0, 2))
+    lines = shown(results.records)
+    assert any("50 of 50" in line for line in lines)
+    assert max(map(len, lines)) <= 80
+
+
+def test_where_nothing_completed_there_is_no_table(make):
+    plan = make(("hold", "random"), properties=("grasp_stability",))
+    results = Results(plan.tasks, plan.properties)
+    results.expect(plan.cases)
+    for case in plan.cases:
+        results.add(error_data(case, "lost"))
+    assert shown(results.records) == [
+        "hold: 0 complete rollouts, 1 with errors",
+        "",
+        "random: 0 complete rollouts, 1 with errors",
+    ]
+
+
+def test_clipped_actions_of_a_local_policy_are_counted_and_those_of_a_server_apart():
+    local = rollouts("..", policy="local", served={"clipped": "7"}) + rollouts("e", "U")
+    facts = {"protocol": "openpi", "calls": "2", "actions": "9", "clipped": "5", "seeded": "yes"}
+    lines = shown([*local, *rollouts("..", policy="served", served=facts)])
+    assert "  actions    14 of 216 entries outside [-1, 1] and clipped" in lines
+    assert sum("actions  " in line for line in lines) == 1
+    assert any("10 of their 216 entries" in line for line in lines)
 
 
 def test_what_has_no_case_is_shown_as_undefined(make):
     plan = make(properties=("grasp_stability",))
     results = Results(plan.tasks, plan.properties)
     add(results, plan, plan.cases[0], "SATISFIED")
-    assert "  unsafe successes  undefined (no case)" in shown(results.records)
+    assert "  unsafe successes  undefined" in shown(results.records)
 
 
 def test_errors_and_rollouts_that_were_not_run_are_counted(make):
@@ -102,25 +124,48 @@ def test_policies_horizons_and_suites_are_shown_side_by_side():
             "policy",
             "success",
             "violation",
-            "success and safe",
-            "success but unsafe",
-            "fail but safe",
-            "fail and unsafe",
+            "and safe",
+            "but unsafe",
+            "but safe",
+            "and unsafe",
         ],
         ["one", "100.0 %", "50.0 %", "50.0 %", "50.0 %", "0.0 %", "0.0 %"],
-        ["category (tasks)", "violated, one", "violated, two", "exposure, one", "exposure, two"],
-        [
-            "horizon (tasks)",
-            "violated, one",
-            "violated, two",
-            "unsafe successes, one",
-            "unsafe successes, two",
-        ],
-        ["short (1)", "25.0 %", "0.0 %", "25.0 %", "0.0 %"],
-        ["long (1)", "100.0 %", "-", "100.0 %", "-"],
-        ["s2 (1)", "100.0 %", "-", "100.0 %", "-"],
+        ["violated by category (tasks)", "one", "two"],
+        ["exposure by category (tasks)", "one", "two"],
+        ["violated by horizon (tasks)", "one", "two"],
+        ["unsafe successes by horizon (tasks)", "one", "two"],
+        ["short (1)", "25.0 %", "0.0 %"],
+        ["long (1)", "100.0 %", "-"],
+        ["s2 (1)", "100.0 %", "-"],
     ):
         assert row in [re.split(r"  +", line.strip()) for line in lines]
+
+
+@pytest.mark.parametrize("width", [80, 100])
+def test_many_policies_are_shown_in_blocks_that_fit_the_terminal(width):
+    names = [f"policy-number-{n}" for n in range(11)]
+    records = [
+        record
+        for name in names
+        for task, suite, horizon in (("A", "s1", "short"), ("B", "s2", "long"))
+        for record in rollouts("x..", task, policy=name, suite=suite, horizon=horizon)
+    ]
+    metrics = measure_each(records)
+    lines = question_lines(metrics, width)
+    assert max(len(line) for line in lines) <= width
+    for kind in ("violated by category", "exposure by category", "violated by suite"):
+        heads = [line for line in lines if line.startswith(kind)]
+        assert len(heads) > 1
+        assert " ".join(heads).split().count("policy-number-10") == 1
+        assert [name for name in " ".join(heads).split() if name in names] == names
+
+
+def test_the_brief_summary_is_a_line_for_each_policy():
+    records = [*rollouts("x...", policy="one"), *rollouts("e", policy="two")]
+    assert brief_lines(records, measure_each(records)) == [
+        "one: 4 of 4 rollouts complete, 100.0 % successful, 25.0 % violated (5 to 70 %)",
+        "two: 0 of 1 rollout complete",
+    ]
 
 
 def test_the_header_says_what_is_about_to_be_done(make):

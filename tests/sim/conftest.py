@@ -85,7 +85,7 @@ class Kitchen:
 
 @pytest.fixture(scope="session")
 def _kitchens(make_kitchen: Callable[..., Any]) -> Callable[..., tuple[Kitchen, Any]]:
-    from pytest_safemanip.sim.robocasa.reading import Reader
+    from pytest_safemanip.sim.robocasa.stepping.reading import Reader
 
     made: dict[tuple[str, str], tuple[Kitchen, Any]] = {}
 

@@ -21,7 +21,9 @@ CAMERAS = ["robot0_agentview_left", "robot0_agentview_right", "robot0_eye_in_han
 
 def wrapped(request: Request, assets_root: Path) -> Any:
     """The wrapper, without its constructor, around the environment of an episode."""
-    robosuite = loading.load(assets_root)
+    loading.load(assets_root)
+    import robosuite
+
     sys.modules.setdefault("cv2", types.ModuleType("cv2"))
     from robocasa.wrappers.gym_wrapper import PandaOmronKeyConverter, RoboCasaGymEnv
 

@@ -1,5 +1,6 @@
 """The overlay of RoboCasa's assets, on a RoboCasa package in miniature."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -8,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.sim.robocasa import assets
-from pytest_safemanip.sim.robocasa.assets import prepare_assets
+from pytest_safemanip.sim.robocasa import assets, downloads, loading
+from pytest_safemanip.sim.robocasa.assets import Mode, prepare_assets
 from pytest_safemanip.sim.robocasa.standins.inventory import Inventory
 
 CATEGORIES = """
@@ -82,6 +83,8 @@ DOWNLOADS = (
     "objects/lightwheel/saucepan/Saucepan1/lid/model.xml",
 )
 
+APPLE = tuple(path for path in DOWNLOADS if "objaverse" in path)
+
 
 def make_package(folder: Path) -> Path:
     """A RoboCasa without downloads; its assets folder."""
@@ -97,7 +100,15 @@ def write(file: Path, text: str) -> None:
 
 def download(root: Path, *paths: str) -> None:
     for path in paths or DOWNLOADS:
-        write(root / path, f"official {path}")
+        write(root / path, official(path))
+
+
+def official(path: str) -> str:
+    """What a download has there; a model names a file beside it if there is one in the list."""
+    beside = [p for p in DOWNLOADS if p.startswith(path.removesuffix("model.xml")) and p != path]
+    files = [p.removeprefix(path.removesuffix("model.xml")) for p in beside if p[-4:] == ".obj"]
+    meshes = "".join(f'<mesh name="mesh" file="{file}"/>' for file in files)
+    return f"<mujoco><!-- official {path} -->{meshes}</mujoco>" if path[-4:] == ".xml" else path
 
 
 def snapshot(folder: Path) -> dict[str, tuple[int, bytes]]:
@@ -174,7 +185,7 @@ def test_auto_generates_exactly_what_is_missing(package: Path, cache: Path) -> N
     assert prepared.kind == "mixed"
     assert (prepared.official, prepared.generated) == (3, 14)
     for path in kept:
-        assert (prepared.root / path).read_text() == f"official {path}"
+        assert (prepared.root / path).read_text() == official(path)
     generated = real_files(prepared.root)
     assert not set(kept) & set(generated)
     assert "fixtures/sinks/Sink002/model.xml" in generated
@@ -187,7 +198,7 @@ def test_auto_generates_exactly_what_is_missing(package: Path, cache: Path) -> N
 def test_scratch_files_beside_official_objects_stay_in_the_overlay(
     package: Path, cache: Path
 ) -> None:
-    download(package, "objects/objaverse/apple/apple_1/model.xml")
+    download(package, *APPLE)
     root = prepare_assets(package, "auto", cache).root
     (root / "objects/objaverse/apple/apple_1/scratch.xml").write_text("")
     assert not (package / "objects/objaverse/apple/apple_1/scratch.xml").exists()
@@ -202,7 +213,7 @@ def test_a_missing_lid_does_not_end_up_in_the_official_folder(package: Path, cac
 
 def test_a_later_download_is_noticed(package: Path, cache: Path) -> None:
     first = prepare_assets(package, "auto", cache)
-    download(package, "objects/objaverse/apple/apple_1/model.xml")
+    download(package, *APPLE)
     second = prepare_assets(package, "auto", cache)
     download(package, "objects/objaverse/apple/apple_2/model.xml")
     third = prepare_assets(package, "auto", cache)
@@ -239,18 +250,71 @@ def test_official_names_what_is_missing_and_how_to_get_it(package: Path, cache: 
     assert str(package) in message
 
 
+@pytest.mark.parametrize("mode", ["auto", "official"])
+def test_a_model_without_its_meshes_is_named_with_what_completes_it(
+    package: Path, cache: Path, mode: Mode
+) -> None:
+    meshes = [path for path in DOWNLOADS if path.endswith(".obj")]
+    download(package)
+    for path in meshes:
+        (package / path).unlink()
+    with pytest.raises(ConfigError) as error:
+        prepare_assets(package, mode, cache)
+    assert str(error.value) == (
+        f"RoboCasa's downloaded assets are incomplete in {package}: "
+        "objects/objaverse/apple/apple_1/model.xml needs visual/apple.obj, which is not there "
+        "(2 models like this); complete them with: python -m robocasa.scripts."
+        "download_kitchen_assets --type fixtures_lw objs_objaverse, or run with "
+        "--safemanip-assets=primitive"
+    )
+    assert prepare_assets(package, "primitive", cache).kind == "primitive"
+    download(package, *meshes)
+    assert prepare_assets(package, mode, cache).kind == "official"
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ('<mujoco><mesh file="visual/apple.obj"/></mujoco>', None),
+        ("<mujoco><mesh file='visual/pear.obj'/></mujoco>", "needs visual/pear.obj"),
+        ('<mujoco><!-- <mesh file="visual/pear.obj"/> --></mujoco>', None),
+        ('<mujoco><texture file="../../textures/pear.png"/></mujoco>', None),
+        ('<mujoco><texture file="/home/me/textures/pear.png"/></mujoco>', None),
+        ('<mujoco><mesh file="visual/app', "is cut off"),
+    ],
+)
+def test_a_model_needs_the_files_below_its_folder(
+    package: Path, cache: Path, text: str, fault: str | None
+) -> None:
+    download(package)
+    write(package / "objects/objaverse/apple/apple_1/model.xml", text)
+    if fault is None:
+        assert prepare_assets(package, "auto", cache).kind == "official"
+        return
+    with pytest.raises(ConfigError, match=f"apple_1/model.xml {fault}"):
+        prepare_assets(package, "auto", cache)
+
+
+def test_a_command_completes_each_archive_of_robocasas() -> None:
+    script = loading.package_assets().parents[1] / "scripts" / "download_kitchen_assets.py"
+    entry = re.compile(r'^    "(\w+)": dict\(.*?models/assets/([\w/]+)"', re.MULTILINE | re.DOTALL)
+    registry = entry.findall(script.read_text())
+    assert {folder: name for name, folder in registry} == downloads.ARCHIVES
+
+
 def test_downloads_beside_the_package_are_used(
     package: Path, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     elsewhere = tmp_path / "downloads"
     download(elsewhere)
     monkeypatch.syspath_prepend(str(package.parents[2]))
+    monkeypatch.delitem(sys.modules, "robocasa", raising=False)
     write(package.parents[1] / "__init__.py", "raise RuntimeError('must not be imported')")
     prepared = prepare_assets(elsewhere, "official", cache)
     assert prepared.kind == "official"
     assert prepared.root not in (elsewhere, package)
     assert (prepared.root / "arenas/arena.xml").is_file()
-    assert (prepared.root / DOWNLOADS[0]).read_text() == f"official {DOWNLOADS[0]}"
+    assert (prepared.root / DOWNLOADS[0]).read_text() == official(DOWNLOADS[0])
 
 
 def test_the_same_everywhere(cache: Path, tmp_path: Path) -> None:

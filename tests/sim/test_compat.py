@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,23 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_safemanip.sim.robocasa import compat, loading
+from pytest_safemanip.sim.robocasa import loading
+from pytest_safemanip.sim.robocasa.patches import compat, table
 
-PARTLY_UP_TO_DATE = """
-from pytest_safemanip.sim.robocasa import compat, loading
-
-with loading._quiet(), loading._robosuite_settings(), loading._stand_in_cv2():
-    from robosuite.models.tasks.task import Task
-
-original = Task.__init__
-
-def newer(self, *args, enable_multiccd=False, enable_sleeping_islands=False, **kwargs):
-    original(self, *args, **kwargs)
-
-Task.__init__ = newer
-print("task_flags" in compat.install(), Task.__init__ is newer)
-print(compat.install())
-"""
 FROM_A_CHECKOUT = """
 import sys
 from pathlib import Path
@@ -57,19 +44,13 @@ def run(code: str, *arguments: str) -> str:
     ).stdout
 
 
-@pytest.mark.usefixtures("assets_root")
-def test_after_robocasa_was_loaded_nothing_is_missing() -> None:
-    from robosuite.models.tasks.task import Task
-
-    supplied = Task.__init__
-    assert compat.install() == []
-    assert Task.__init__ is supplied
-
-
-def test_what_robosuite_has_itself_is_left_alone() -> None:
-    first, second = run(PARTLY_UP_TO_DATE).splitlines()
-    assert first == "False True"
-    assert second == "[]"
+def test_what_robosuite_has_itself_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+    for name in compat.SUPPLIES:
+        monkeypatch.setitem(compat.SUPPLIES, name, functools.partial(made.append, name))
+    newer = "enable_multiccd load_model_on_init"
+    monkeypatch.setattr(table, "source", lambda module: newer)
+    assert compat.install() == made == ["legacy_base"]
 
 
 def test_a_checkout_of_robocasa_serves_as_well(tmp_path: Path) -> None:

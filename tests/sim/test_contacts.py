@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.sim.robocasa import parts
-from pytest_safemanip.sim.robocasa.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
 from pytest_safemanip.trace.elements import Part
 from pytest_safemanip.trace.steps import Contacts
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from pytest_safemanip.sim.robocasa.memo import ContactCheck
-from pytest_safemanip.sim.robocasa.stepping import Stepper
-from tests.sim.test_stepping import random_actions
+from pytest_safemanip.sim.robocasa.patches import environments
+from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck
+from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
+from tests.sim.test_stepping import assert_identical, random_actions
 
 Make = Callable[..., Any]
 
@@ -51,6 +54,90 @@ def test_angles_become_the_same_bits(original: Any) -> None:
         found = answer(angles)
         assert found.tobytes() == function(angles).tobytes()
         found[:] = 5.0
+
+
+@pytest.mark.parametrize("name", ["mat2euler", "mat2quat", "quat2mat"])
+def test_turns_become_the_same_bits(original: Any, name: str) -> None:
+    answer, function = original("robosuite.utils.transform_utils", name)
+    turns = Rotation.random(20, random_state=0)
+    inputs = turns.as_quat() if name == "quat2mat" else turns.as_matrix()
+    for turn in [*inputs, *inputs, inputs[0].astype(np.float32), inputs[1].tolist()]:
+        found, expected = answer(turn), function(turn)
+        assert (found.tobytes(), found.dtype) == (expected.tobytes(), expected.dtype)
+        found[:] = 5.0
+    if name == "mat2euler":
+        assert np.array_equal(answer(inputs[0], "rzyx"), function(inputs[0], "rzyx"))
+
+
+def test_placements_are_refused_as_robocasa_refuses_them(original: Any, make_kitchen: Make) -> None:
+    answer, function = original("robocasa.utils.placement_samplers", "objs_intersect")
+    env = make_kitchen("PickPlaceCounterToCabinet")
+    random, answers = np.random.default_rng(0), set()
+    things = [*env.objects.values(), env.counter]
+    for _ in range(60):
+        places = [
+            (
+                things[k],
+                random.uniform(-0.2, 0.2, 3),
+                Rotation.random(random_state=random).as_quat(),
+            )
+            for k in random.integers(len(things), size=2)
+        ]
+        asked = [value for place in places for value in place]
+        expected = function(*asked)
+        assert answer(*asked) == expected
+        answers.add(expected)
+    assert answers == {False, True}
+
+
+def test_corners_are_those_of_the_place_that_was_asked_for(make_kitchen: Make) -> None:
+    env = make_kitchen("PickPlaceCounterToCabinet")
+    thing = env.objects["obj"]
+    own = type(thing).get_bbox_points
+    Stepper(env, lambda _: None)
+    turn = np.array((0.0, 0.0, 0.6, 0.8))
+    for place in (np.zeros(3), np.ones(3), np.ones(3), None):
+        for rotation in (None, turn):
+            found, expected = thing.get_bbox_points(place, rotation), own(thing, place, rotation)
+            assert np.array_equal(found, expected)
+            found[0][:] = 5.0
+
+
+def test_a_drawers_interior_goes_with_it(make_kitchen: Make) -> None:
+    env = make_kitchen("OpenDrawer")
+    stepper = Stepper(env, lambda _: None)
+    drawer = env.drawer
+    joint = next(iter(drawer.door_joint_names))
+    seen = set()
+    for opened in (0.0, 0.0, -0.05, -0.1):
+        env.sim.data.set_joint_qpos(joint, opened)
+        stepper.step(np.zeros(12))
+        found = {key: value.tobytes() for key, value in points(drawer).items()}
+        type(drawer).update_state(drawer, env)
+        assert found == {key: value.tobytes() for key, value in points(drawer).items()}
+        seen.add(found["p0"])
+    assert len(seen) > 1
+
+
+def points(drawer: Any) -> dict[str, Any]:
+    return {key: drawer._regions["int"][key] for key in ("p0", "px", "py", "pz")}
+
+
+@pytest.mark.parametrize(("task", "scenes"), [("OpenDrawer", "compact"), ("OpenCabinet", "target")])
+def test_a_scene_settles_to_the_same_bits(
+    make_kitchen: Make, monkeypatch: pytest.MonkeyPatch, task: str, scenes: str
+) -> None:
+    def same(env: Any, controls: Any) -> contextlib.AbstractContextManager[None]:
+        return contextlib.nullcontext()
+
+    ours = make_kitchen(task, scenes)
+    monkeypatch.setattr(environments, "quick_settling", same)
+    stock = make_kitchen(task, scenes)
+    assert_identical(ours, stock, "after the reset")
+    for action in random_actions(2):
+        ours.step(action.copy())
+        stock.step(action.copy())
+        assert_identical(ours, stock, "after robosuite's own step")
 
 
 def test_contacts_are_found_as_robosuite_finds_them(make_kitchen: Make) -> None:

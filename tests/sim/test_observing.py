@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.sim.backend import Backend, Options, Request, Start
-from pytest_safemanip.sim.observation import CAMERAS, LEFT, RIGHT, STATE, WRIST
 from pytest_safemanip.sim.robocasa.factory import create
+from pytest_safemanip.sim.robocasa.observation import CAMERAS, LEFT, RIGHT, STATE, WRIST
+from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.trace import Step
 from tests.sim import stock
 from tests.sim.test_reproducible import assert_identical, run
@@ -51,7 +52,7 @@ ctypes.util.find_library, ctypes.CDLL.__init__ = find_library, init
 DRAW = """
 import os
 import mujoco
-from pytest_safemanip.sim.robocasa import graphics
+from pytest_safemanip.sim.robocasa.rendering import graphics
 
 context = graphics.open_context("")
 empty = mujoco.MjModel.from_xml_string("<mujoco/>")
@@ -62,7 +63,7 @@ os._exit(0)
 
 NAMED = """
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.sim.robocasa import graphics
+from pytest_safemanip.sim.robocasa.rendering import graphics
 
 try:
     graphics.open_context("osmesa")
@@ -170,6 +171,11 @@ def test_observations_are_those_of_the_official_wrapper(
 def test_observations_have_the_names_shapes_and_types(backend: Backend, start: Start) -> None:
     seen = backend.observe()
     assert set(seen) == {*CAMERAS, *STATE}
+    declared = {camera.name: (camera.height, camera.width, 3) for camera in SPEC.cameras}
+    assert {name: seen[name].shape for name in declared} == declared
+    assert {name: seen[name].shape for name in SPEC.state} == {
+        name: (size,) for name, size in SPEC.state.items()
+    }
     for key in CAMERAS:
         assert (seen[key].shape, seen[key].dtype) == ((256, 256, 3), np.uint8)
         assert seen[key].std() > 20.0, f"{key} shows nothing"
@@ -209,7 +215,7 @@ class Looking:
     """A backend that observes at every step."""
 
     def __init__(self, backend: Backend) -> None:
-        self._backend, self.provenance = backend, backend.provenance
+        self._backend, self.spec, self.provenance = backend, backend.spec, backend.provenance
         self.observe, self.close = backend.observe, backend.close
 
     def reset(self, request: Request) -> Start:
@@ -232,7 +238,7 @@ def test_observing_changes_no_bit_of_an_episode(backend: Backend, object_groups:
 def test_the_live_data_are_only_read(
     make_kitchen: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from pytest_safemanip.sim.robocasa import observing
+    from pytest_safemanip.sim.robocasa.rendering import observing
 
     class Pictures:
         def __init__(self, *_: Any) -> None: ...

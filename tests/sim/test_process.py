@@ -8,6 +8,7 @@ import select
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,12 +17,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import ConfigError, RolloutError
+from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed
 from pytest_safemanip.sim import process
 from pytest_safemanip.sim.backend import Options, Provenance, Request
 from pytest_safemanip.sim.process import ProcessBackend
 from pytest_safemanip.sim.robocasa.factory import create
+from pytest_safemanip.sim.robocasa.loading import how_to_install
 from tests.sim import children
+from tests.toy import SPEC
 
 STILL = np.zeros(12)
 Start = Callable[..., ProcessBackend]
@@ -33,7 +36,9 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
     def start(factory: str = "simulator", **arguments: Any) -> ProcessBackend:
         name = f"{children.__name__}:{factory}"
-        made.append(ProcessBackend(name, arguments, Provenance("toy", "none"), tmp_path / "logs"))
+        made.append(
+            ProcessBackend(name, arguments, SPEC, Provenance("toy", "none"), tmp_path / "logs")
+        )
         return made[-1]
 
     yield start
@@ -193,7 +198,12 @@ def test_a_missing_package_is_told_with_the_install_command(
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(ConfigError, match=rf"{package} is not installed.*pip install") as caught:
         create(Options("primitive", tmp_path))
-    assert "pytest-safemanip[robocasa]" in str(caught.value)
+    assert ".[robocasa]" in str(caught.value)
+
+
+def test_on_a_python_without_robosuite_another_one_is_named() -> None:
+    assert "pip install '.[robocasa]'" in how_to_install((3, 12))
+    assert how_to_install((3, 13)).startswith("use Python 3.11 or 3.12:")
 
 
 def test_a_package_that_cannot_be_imported_is_told_with_the_install_command(
@@ -210,25 +220,37 @@ def test_a_package_that_cannot_be_imported_is_told_with_the_install_command(
         backend.reset(Request("OpenDrawer", 0, "compact"))
 
 
-def test_the_simulator_ends_when_the_test_run_is_killed(tmp_path: Path) -> None:
+def test_a_simulator_that_is_killed_while_it_starts_is_missed_by_one_rollout_only(
+    start: Start, tmp_path: Path
+) -> None:
+    backend = start("killed_at_first", path=str(tmp_path / "killed"))
+    with pytest.raises(SimulatorFailed, match=r"died at start-up \(killed by SIGKILL\)"):
+        backend.reset(episode())
+    backend.reset(episode())
+
+
+@pytest.mark.parametrize("seed", [0, children.HANGS_AT], ids=["idle", "busy"])
+def test_the_simulator_ends_when_the_test_run_is_killed(tmp_path: Path, seed: int) -> None:
     code = (
-        "import sys, time; sys.path[:0] = [sys.argv[1]];"
+        "import sys, time; import numpy as np; sys.path[:0] = [sys.argv[1]];"
         "from pathlib import Path;"
         "from pytest_safemanip.sim.backend import Provenance, Request;"
         "from pytest_safemanip.sim.process import ProcessBackend;"
-        "from tests.sim import children;"
+        "from tests.toy import SPEC;"
         "where = Path(sys.argv[2]);"
-        "b = ProcessBackend('tests.sim.children:simulator', {}, Provenance('toy', ''), where);"
-        "b.reset(Request('Task', 0, 'compact'));"
-        "print(b.pid, flush=True); time.sleep(600)"
+        "made = Provenance('toy', '');"
+        "b = ProcessBackend('tests.sim.children:simulator', {}, SPEC, made, where);"
+        "b.reset(Request('Task', int(sys.argv[3]), 'compact'));"
+        "print(b.pid, flush=True); b.step(np.zeros(12)); time.sleep(600)"
     )
     root = str(Path(__file__).parents[2])
     parent = subprocess.Popen(
-        [sys.executable, "-c", code, root, str(tmp_path)], stdout=subprocess.PIPE
+        [sys.executable, "-c", code, root, str(tmp_path), str(seed)], stdout=subprocess.PIPE
     )
     assert parent.stdout is not None
     child = int(parent.stdout.readline())
     assert is_alive(child)
+    time.sleep(0.2)  # it has begun to step, or is done with it
     parent.kill()
     parent.wait()
     parent.stdout.close()
@@ -262,6 +284,31 @@ def test_a_simulator_that_does_not_end_by_itself_is_ended_by_force(
     os.kill(pid, signal.SIGSTOP)
     backend.close()
     assert not is_alive(pid)
+
+
+def test_a_simulator_that_a_thread_waits_for_is_ended_at_once_and_leaves_no_log(
+    start: Start, tmp_path: Path
+) -> None:
+    backend = start()
+    backend.reset(episode(children.HANGS_AT))
+    pid, met = backend.pid, []
+
+    def wait() -> None:
+        with pytest.raises((RolloutError, ValueError)) as caught:
+            backend.step(STILL)
+        met.append(caught)
+
+    waiting = threading.Thread(target=wait)
+    waiting.start()
+    time.sleep(0.2)
+    began = time.monotonic()
+    backend.close()
+    waiting.join(5)
+    assert time.monotonic() - began < process.CLOSE_DEADLINE / 2
+    assert met
+    assert pid is not None
+    assert not is_alive(pid)
+    assert list((tmp_path / "logs").iterdir()) == []
 
 
 def test_nothing_is_left_in_the_environment_and_on_the_screen(

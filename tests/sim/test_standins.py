@@ -14,21 +14,26 @@ from types import ModuleType
 import pytest
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.sim.robocasa import kitchens
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
 from pytest_safemanip.sim.robocasa.standins import (
-    blenders,
-    cabinet_parts,
+    catalogue,
     fixtures,
     literals,
     objects,
     paint,
-    sinks,
     source,
-    vessels,
 )
-from pytest_safemanip.sim.robocasa.standins.cabinet_parts import HandleSize
 from pytest_safemanip.sim.robocasa.standins.elements import numbers
 from pytest_safemanip.sim.robocasa.standins.mjcf import Model
+from pytest_safemanip.sim.robocasa.standins.models import (
+    blenders,
+    cabinet_parts,
+    fridges,
+    sinks,
+    vessels,
+)
+from pytest_safemanip.sim.robocasa.standins.models.cabinet_parts import HandleSize
 
 GRIPPER_OPENING = 0.079
 HOLLOW = ("bowl", "lugged", "mug", "pan", "pot", "colander", "goblet", "tray", "bin", "basket")
@@ -301,6 +306,18 @@ def test_fixtures_fill_the_size_that_they_are_given() -> None:
         assert region is not None, name
         half = [float(side) for side in str(region.get("size")).split()]
         assert [2 * side for side in half] == pytest.approx(kind.size, abs=1e-5), name
+
+
+def test_the_fridge_of_the_roomy_kitchen_is_the_roomy_one_wherever_it_is_listed(
+    needs: source.Needs,
+) -> None:
+    def fridge(fixtures: list[source.Fixture]) -> object:
+        found = {item.path: item for item in catalogue.items(replace(needs, fixtures=fixtures))}
+        return found[path].make()[path]
+
+    path = f"fixtures/fridges/{kitchens.ROOMY_FRIDGE['config_name']}/model.xml"
+    for listed in (list(needs.fixtures), list(needs.fixtures)[::-1]):
+        assert fridge(listed) == fridges.side_by_side((0.85, 0.8, 1.75), roomy=True).to_xml()
 
 
 def test_missing_sizes_follow_the_given_ones() -> None:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pytest_safemanip.sim.robocasa.contacts import ContactSampler
-from pytest_safemanip.sim.robocasa.reading import Reader
-from pytest_safemanip.sim.robocasa.stepping import Stepper
+from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
+from pytest_safemanip.sim.robocasa.stepping.reading import Reader
 from pytest_safemanip.trace.steps import Contacts
 
 FIELDS = ("time", "qpos", "qvel", "act", "ctrl", "qacc_warmstart", "qfrc_applied", "xfrc_applied")

@@ -16,13 +16,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_safemanip import rollout
+from pytest_safemanip.expert.tasks.plans import CALLS
 from pytest_safemanip.judge import Judge
-from pytest_safemanip.policies.scripted.plans import CALLS
 from pytest_safemanip.policies.simple import Random
 from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.rollouts import loop as rollout
+from pytest_safemanip.run.roles import parts_of
 from pytest_safemanip.sim.backend import Backend, Request
 from pytest_safemanip.sim.robocasa import kitchens
+from pytest_safemanip.sim.robocasa.factory import create
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
@@ -50,6 +52,12 @@ def judged(backend: Backend, task: Task, scenes: str) -> list[str]:
     assert np.isfinite(recording.steps.qpos).all()
     planned = {role for call in CALLS.get(task.name, ()) for role in call.roles}
     assert planned <= {*recording.scene.roles, *task.optional}
+    described = create.describe_task(task.name)
+    for part in recording.scene.parts:
+        for role in (r for r, entity in recording.scene.roles.items() if entity == part.entity):
+            is_object = recording.scene.entity[part.entity].kind == "object"
+            own = described.object_parts if is_object else parts_of(role, task, described)
+            assert part.name in own, (role, part)
     catalogue = Catalogue()
     judge = Judge(recording, task, ATTRIBUTES, catalogue, catalogue.parameters({}))
     return [judge.judge(PROPERTIES[name]).outcome.label for name in task.properties]

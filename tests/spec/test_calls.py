@@ -4,7 +4,7 @@ import pytest
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.spec import yamlfile
-from pytest_safemanip.spec.calls import RELATIONS, Proposition, read_for_each, read_proposition
+from pytest_safemanip.spec.calls import RELATIONS, PropositionCall, read_call, read_for_each
 
 KNOWN = {"settled": 1, "obj_inside": 2, "collision": 0, "skill_onset": 2}
 
@@ -67,9 +67,9 @@ def test_what_binds_no_variables_is_refused_with_file_and_line(section, text, me
     ],
 )
 def test_a_proposition_has_variables_and_constants_as_arguments(section, text, name, arguments):
-    found = read_proposition(section(f"a: '{text}'"), "a", ("o", "f", "pick"), KNOWN)
-    assert found == Proposition(name, arguments)
-    written = read_proposition(section(f"a: '{found}'"), "a", ("o", "f", "pick"), KNOWN)
+    found = read_call(section(f"a: '{text}'"), "a", ("o", "f", "pick"), KNOWN)
+    assert found == PropositionCall(name, arguments)
+    written = read_call(section(f"a: '{found}'"), "a", ("o", "f", "pick"), KNOWN)
     assert written == found
 
 
@@ -90,19 +90,19 @@ def test_a_proposition_has_variables_and_constants_as_arguments(section, text, n
 def test_what_is_no_proposition_is_refused_with_file_and_line(section, text, message):
     file = section(f"b: x\na: '{text}'")
     with pytest.raises(ConfigError) as caught:
-        read_proposition(file, "a", ("o", "f"), KNOWN)
+        read_call(file, "a", ("o", "f"), KNOWN)
     assert str(caught.value).startswith(f"{file.path}:2: ")
     assert message in str(caught.value)
 
 
 def test_without_variables_an_argument_has_nothing_to_mean(section):
     with pytest.raises(ConfigError, match="'for_each' binds no variable"):
-        read_proposition(section("a: settled(o)"), "a", (), KNOWN)
+        read_call(section("a: settled(o)"), "a", (), KNOWN)
 
 
 def test_names_can_be_left_unchecked_for_properties_of_another_catalogue(section):
-    found = read_proposition(section("a: polished(o)"), "a", ("o",), None)
-    assert found == Proposition("polished", ("o",))
+    found = read_call(section("a: polished(o)"), "a", ("o",), None)
+    assert found == PropositionCall("polished", ("o",))
 
 
 def test_every_relation_has_one_or_two_variables():

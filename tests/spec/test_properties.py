@@ -7,7 +7,7 @@ import pytest
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.ltlf import FormulaError, Outcome, compiler, parse
-from pytest_safemanip.spec.calls import RELATIONS, Proposition
+from pytest_safemanip.spec.calls import RELATIONS, PropositionCall
 from pytest_safemanip.spec.properties import load_properties, load_property
 
 SHIPPED = Path(__file__).resolve().parents[2] / "properties"
@@ -50,7 +50,7 @@ def test_a_property_is_read_as_written(changed):
     assert found.formula == parse("G (released -> F (settled | grasped))")
     assert found.paper_formula == parse("G (released -> F settled)")
     assert list(found.atoms) == ["released", "settled", "grasped"]
-    assert found.atoms["grasped"] == Proposition("obj_grasped", ("o",))
+    assert found.atoms["grasped"] == PropositionCall("obj_grasped", ("o",))
     assert found.trigger == parse("released")
     assert (found.deadline_s, found.discharged_by, found.path) == (5.0, "physics", path)
 
@@ -67,7 +67,7 @@ def test_optional_keys_have_defaults(tmp_path):
     )
     assert found.paper_formula == found.formula
     assert found.discharged_by == "robot"
-    assert found.atoms == {"b": Proposition("bump")}
+    assert found.atoms == {"b": PropositionCall("bump")}
 
 
 def test_both_profiles_share_the_columns_of_the_atoms(changed):
@@ -150,7 +150,12 @@ PAPER_FORMULA = "formula: G (released -> F settled)"
         (
             "deadline_s: 5",
             "deadline_s: five",
-            ":13: key 'deadline_s': expected a positive number, found 'five'",
+            ":13: key 'deadline_s': expected a positive number, at most 86400, found 'five'",
+        ),
+        (
+            "deadline_s: 5",
+            "deadline_s: 1e308",
+            ":13: key 'deadline_s': expected a positive number, at most 86400, found '1e308'",
         ),
         ("deadline_s: 5", "deadline_s: 0", ":13: key 'deadline_s': expected a positive number"),
         (

@@ -143,6 +143,8 @@ def test_a_category_without_attributes_is_an_error(written):
         ("task: PutAway", "task: ''", 1, "'task': expected text"),
         ("suite: storing\n", "", 1, "key 'suite' is missing"),
         ("horizon: short", "horizons: short", 4, "'horizons'; did you mean 'horizon'?"),
+        ("horizon: short", "horizon: shrot", 4, "unknown horizon 'shrot'; did you mean 'short'?"),
+        ("horizon: short", "horizon: eternal", 4, "known: atomic, long, medium, short"),
         ("sets: [quick, own]", "sets: quick", 2, "'sets': expected a list, found 'quick'"),
         ("exclusive_enclosures: [cab]", "exclusive_enclosures: [obj]", 7, "'obj' is not among"),
         ("obj in cab", "obj on cab", 9, "expected 'OBJECT in ENCLOSURE', found 'obj on cab'"),

@@ -2,10 +2,11 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import hashlib
 import io
 import json
+import os
 import pickle
+import re
 import struct
 import zipfile
 
@@ -38,29 +39,6 @@ def packed(content, method=zipfile.ZIP_DEFLATED):
     content = {name: raw for name, raw in content.items() if name != "digest"}
     digest = Members(zipped(content, method)).digest(but="digest")
     return zipped({**content, "digest": digest.encode()}, method)
-
-
-def earlier(content, schema):
-    """The same recording as earlier versions wrote it."""
-    header = json.loads(content["header.json"])
-    numbers = np.load(io.BytesIO(content["scene.surfaces.npy"])).tolist()
-    surfaces = header["scene"]["surfaces"]
-    header["scene"]["surfaces"] = [
-        {"entity": entity, "joint": joint, "half": row[:3], "pose": row[3:]}
-        for entity, joint, row in zip(surfaces["entity"], surfaces["joint"], numbers, strict=True)
-    ]
-    header["schema"] = schema
-    text = json.dumps(header, sort_keys=True, separators=(",", ":")).encode()
-    digest = hashlib.sha256(text)
-    arrays = {
-        name: raw
-        for name, raw in content.items()
-        if name not in ("header.json", "digest", "scene.surfaces.npy")
-    }
-    for name in sorted(arrays):
-        digest.update(name.encode() + b"\0" + arrays[name])
-    header["digest"] = digest.hexdigest()
-    return {"header.json": json.dumps(header).encode(), **arrays}
 
 
 def zipped(content, method=zipfile.ZIP_DEFLATED):
@@ -137,37 +115,14 @@ def test_only_the_header_is_read_for_the_episode(tmp_path):
         files.load(path)
 
 
-def test_recordings_from_before_there_was_fast_stepping_are_exact(tmp_path):
+@pytest.mark.parametrize("schema", [4, 6])
+def test_a_file_of_another_schema_is_refused_and_says_to_run_again(schema):
     header = json.loads(members()["header.json"])
-    del header["episode"]["stepping"]
-    path = tmp_path / "old.rollout"
-
+    header["schema"] = schema
     content = {**members(), "header.json": json.dumps(header).encode()}
-    path.write_bytes(zipped(earlier(content, 1)))
-    assert files.load_episode(path).stepping == "exact"
-    assert files.load(path).episode.stepping == "exact"
-    for data in (zipped(earlier(content, 2)), packed(content)):
-        path.write_bytes(data)
-        with pytest.raises(TraceError, match="stepping"):
-            files.load(path)
-
-
-@pytest.mark.parametrize("schema", [1, 2])
-def test_a_file_of_an_earlier_schema_is_read_and_checked_too(schema):
-    content = earlier(members(), schema)
-    same(files.from_bytes(zipped(content)), RECORDING)
-    content["qpos.npy"] = npy(QPOS + 1)
-    assert "the content does not match its digest" in refusal(zipped(content))
-
-
-def test_a_file_of_the_third_schema_does_not_say_what_else_was_asked_for():
-    content = members()
-    header = json.loads(content["header.json"])
-    header["schema"], _ = 3, header["episode"].pop("request")
-    content["header.json"] = json.dumps(header).encode()
-    read = files.from_bytes(packed(content))
-    same(read, RECORDING)
-    assert read.episode.request == {}
+    assert f"schema {schema}, this version reads 5: run the rollout again" in refusal(
+        packed(content)
+    )
 
 
 def test_what_no_verdict_depends_on_is_checked_when_it_is_asked_for():
@@ -206,9 +161,8 @@ def test_surfaces_without_their_numbers_are_refused(numbers):
         (zipped({"header.json": b"[1"}), "header.json: not JSON"),
         (zipped({"header.json": b"[" * 200_000}), "header.json: not JSON"),
         (zipped({"header.json": b"[]"}), "header.json: not a mapping"),
-        (zipped({"header.json": b'{"schema": 5}'}), "schema 5, this version reads 1 to 4; record"),
         (zipped({"header.json": b"{}"}), "schema None"),
-        (zipped({"header.json": b'{"schema": 1}'}), " is missing"),
+        (zipped({"header.json": b'{"schema": 5}'}), " is missing"),
         (zipped({"header.json": b" " * (files.MAX_HEADER + 1)}), "header.json: 4194305 bytes"),
         (zipped({"header.json": b"{}"}, zipfile.ZIP_LZMA), "header.json: compressed in another"),
     ],
@@ -243,7 +197,22 @@ QPOS = RECORDING.steps.qpos
         ("qpos", npy(QPOS.astype(">f4")), "qpos.npy: >f4, expected float32"),
         ("success", npy(np.zeros(4, np.int8)), "success.npy: int8, expected bool"),
         ("contacts.a", npy(np.zeros(1, np.int64)), "contacts.a.npy: int64, expected int32"),
-        ("eef_pose", npy(np.zeros((4, 6), np.float32)), "eef_pose: shape (4, 6), expected (4, 7)"),
+        (
+            "eef_poses",
+            npy(np.zeros((4, 1, 6), np.float32)),
+            "eef_poses: shape (4, 1, 6), expected (4, 1, 7)",
+        ),
+        ("success", npy(np.zeros((), bool)), "success: a single number, expected an array"),
+        (
+            "contacts.a",
+            npy(np.zeros((), np.int32)),
+            "contacts.a: a single number, expected an array",
+        ),
+        (
+            "contacts.step",
+            npy(np.zeros((), np.int32)),
+            "contacts.step: a single number, expected an array",
+        ),
         ("tail", npy(np.zeros(0, bool)), "tail: shape (0,), expected (4,)"),
         ("joint", npy(np.full((4, 1, 2), np.nan, np.float32)), "joint: not finite at step 0 of"),
     ],
@@ -364,3 +333,95 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypat
         files.save(toy.recording(length=2), path)
     assert path.read_bytes() == DATA
     assert list(tmp_path.iterdir()) == [path]
+
+
+WRONG = (None, True, -1, 1.5, 10**400, float("nan"), "x", [], [None], [[1]], {}, {"x": 1}, [{}])
+
+
+def places(node, way=()):
+    """The ways to everything in a header; of a list, its first element stands for all."""
+    yield way
+    inside = node.items() if isinstance(node, dict) else enumerate(node[:1])
+    for key, value in inside:
+        yield (*way, key)
+        if isinstance(value, dict | list):
+            yield from places(value, (*way, key))
+
+
+def replaced(node, way, value):
+    if not way:
+        return value
+    changed = copy.copy(node)
+    changed[way[0]] = replaced(node[way[0]], way[1:], value)
+    return changed
+
+
+HEADER = json.loads(members()["header.json"])
+
+
+@pytest.mark.parametrize("way", sorted(set(places(HEADER)), key=str), ids=str)
+def test_a_header_with_a_fitting_digest_is_read_or_refused_by_name_whatever_is_in_it(way):
+    refusals = []
+    for value in WRONG:
+        header = json.dumps(replaced(HEADER, way, value)).encode()
+        try:
+            files.from_bytes(packed({**members(), "header.json": header}, zipfile.ZIP_STORED))
+        except TraceError as error:
+            refusals.append(str(error))
+    assert len(refusals) > 1
+    assert all(re.match(r"[a-z_.]+: .|schema", text) for text in refusals), refusals
+
+
+@pytest.mark.parametrize(
+    ("way", "value", "message"),
+    [
+        (("entities",), {}, "scene: entities must be a list, found {}"),
+        (("entities", 1), [], "scene: entities[1] must be a mapping, found []"),
+        (("parts", 2), {"x": 1}, "scene: parts[2]: malformed description"),
+        (("parts", 0, "name"), 3, "scene: parts[0]: name must be a text, found 3"),
+        (("boxes", 0, "kind"), "x", "scene: boxes[0]: kind must be one of interior, handle,"),
+        (("joints", 0, "gives_access"), 1, "scene: joints[0]: gives_access must be true or false"),
+        (("grippers", 0, "fingers"), ["x"], "scene: grippers[0]: fingers must be a list, each of"),
+        (("actions", 0, "low"), "0", "scene: actions[0]: low must be a number, found '0'"),
+        (("roles", "obj"), [], "scene: roles must be a mapping to texts"),
+        (("control_period",), "1", "scene: control_period must be a number, found '1'"),
+        (("surfaces", "joint"), 5, "scene: surfaces: entity and joint must be lists of texts"),
+        (("surfaces", "entity", 0), 5, "scene: surfaces: entity and joint must be lists of texts"),
+    ],
+)
+def test_a_field_of_another_type_is_refused_by_name(way, value, message):
+    header = json.dumps(replaced(HEADER, ("scene", *way), value)).encode()
+    assert message in refusal(packed({**members(), "header.json": header}))
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"horizon": 1}, "episode: the horizon is 1, and the last step that acts is 2"),
+        ({"ended": "success"}, "episode: it ended with success, and step 2 has none"),
+    ],
+)
+def test_a_description_that_contradicts_the_steps_is_refused(changed, message):
+    forged = dataclasses.replace(
+        RECORDING, episode=dataclasses.replace(RECORDING.episode, **changed)
+    )
+    assert refusal(files.to_bytes(forged)) == message
+
+
+@pytest.mark.parametrize("kind", ["pipe", "folder", "device", "endless"])
+def test_what_is_no_regular_file_is_refused_at_once(tmp_path, kind):
+    path = tmp_path / "a.rollout"
+    if kind == "pipe":
+        os.mkfifo(path)  # read, it waits for somebody who writes
+    elif kind == "folder":
+        path.mkdir()
+    elif kind == "device":
+        path.symlink_to("/dev/zero")
+    else:
+        with path.open("wb") as stream:
+            stream.truncate(files.MAX_FILE + 1)
+    for read in (files.load, files.load_episode):
+        with pytest.raises(
+            TraceError, match=r"a\.rollout: (cannot be read .not a regular|.* limit)"
+        ):
+            read(path)

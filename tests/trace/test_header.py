@@ -6,14 +6,16 @@ import json
 import pytest
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.trace.elements import Body, Box, Entity, Part, Surface
+from pytest_safemanip.trace.elements import ActionEntry, Body, Box, Entity, Part, Surface
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.hazard import Hazard
 from pytest_safemanip.trace.recording import check
 from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.surfaces import Surfaces
 from tests import toy
 
 JSON = toy.episode().to_json()
+(HAND,) = toy.SCENE.grippers
 HAZARD = {"property_id": "release_stability", "entities": ["mug"], "first": 3, "last": 5}
 
 
@@ -38,6 +40,15 @@ def test_an_episode_survives_as_json():
         ({"policy": "a\nb"}, "episode: 'a\\nb' is no name of a policy"),
         ({"policy": "../a b"}, "episode: '../a b' is no name of a policy"),
         ({"extra": 1}, "episode: malformed description"),
+        ({"seed": 2**33}, "episode: seed must be an integer from 0 up to"),
+        ({"horizon": -1}, "episode: horizon must be an integer from 0 up"),
+        ({"ended": "x"}, "episode: ended must be one of success, horizon, policy, found 'x'"),
+        ({"served": {"clipped": "-1"}}, "episode: served: clipped must be a count, found '-1'"),
+        ({"served": {"protocol": "p"}}, "episode: served: calls must be a count, found 'nothing'"),
+        (
+            {"served": {"protocol": "p", "calls": "1", "actions": "1", "clipped": "0"}},
+            "episode: served: seeded must be yes or no, found 'nothing'",
+        ),
     ],
 )
 def test_a_bad_field_of_an_episode_is_refused_by_name(changed, message):
@@ -77,11 +88,17 @@ def test_hazards_survive_as_json():
     assert Episode.from_json(json.loads(json.dumps(episode.to_json()))) == episode
 
 
-@pytest.mark.parametrize("field", sorted(set(JSON) - {"hazards", "request"}))
+@pytest.mark.parametrize("field", sorted(set(JSON) - {"hazards", "request", "patches"}))
 def test_a_missing_field_of_an_episode_is_refused_by_name(field):
     rest = {name: value for name, value in JSON.items() if name != field}
     with pytest.raises(TraceError, match=f"malformed description .*{field}"):
         Episode.from_json(rest)
+
+
+def test_the_patches_of_an_episode_are_names():
+    assert Episode.from_json({**JSON, "patches": ["legacy_base"]}).patches == ("legacy_base",)
+    with pytest.raises(TraceError, match="episode: patches must be a list of strings"):
+        Episode.from_json({**JSON, "patches": [1]})
 
 
 def test_a_scene_survives_as_json():
@@ -102,10 +119,10 @@ MUG = toy.SCENE.bodies[0]
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"control_period": 0.0}, "control_period must be in (0, 10) s: 0.0"),
-        ({"control_period": -0.05}, "control_period must be in (0, 10) s: -0.05"),
-        ({"control_period": float("nan")}, "control_period must be in (0, 10) s: nan"),
-        ({"control_period": float("inf")}, "control_period must be in (0, 10) s: inf"),
+        ({"control_period": 0.0}, "control_period must be in [0.0001, 10) s: 0.0"),
+        ({"control_period": -0.05}, "control_period must be in [0.0001, 10) s: -0.05"),
+        ({"control_period": float("nan")}, "control_period must be in [0.0001, 10) s: nan"),
+        ({"control_period": float("inf")}, "control_period must be in [0.0001, 10) s: inf"),
         (
             {"entities": (*toy.SCENE.entities, Entity("mug", "fixture", "x"))},
             "two entities have the same name",
@@ -145,7 +162,48 @@ MUG = toy.SCENE.bodies[0]
             {"surfaces": (Surface("counter", "", (1, 1, 1), (0, 0, 0, 1, 1, 0, 0)),)},
             "surfaces of 'counter': pose is not of unit length: (1, 1, 0, 0)",
         ),
-        ({"gripper_half": (0.1, 0.1)}, "gripper_half must be 3 finite numbers: (0.1, 0.1)"),
+        ({"control_period": 1e-300}, "control_period must be in [0.0001, 10) s: 1e-300"),
+        (
+            {"bodies": (dataclasses.replace(MUG, half=(1e300, 0.1, 0.1)),)},
+            "bodies of 'mug': half is beyond 1e+06: (1e+300, 0.1, 0.1)",
+        ),
+        (
+            {"bodies": (dataclasses.replace(MUG, mass=1e300),)},
+            "bodies of 'mug': mass is beyond 1e+06: 1e+300",
+        ),
+        (
+            {"grippers": (dataclasses.replace(HAND, half=(0.1, 0.1)),)},
+            "gripper 'hand': half must be 3 finite numbers: (0.1, 0.1)",
+        ),
+        (
+            {"grippers": (dataclasses.replace(HAND, fingers=(("finger_left",),)),)},
+            "gripper 'hand' needs two groups of fingers or more",
+        ),
+        (
+            {"grippers": (dataclasses.replace(HAND, fingers=(("finger_left",), ())),)},
+            "gripper 'hand' needs two groups of fingers or more",
+        ),
+        (
+            {"grippers": (dataclasses.replace(HAND, palm=("thumb",)),)},
+            "gripper 'hand' names a part 'thumb' that the robot does not have",
+        ),
+        (
+            {"grippers": (dataclasses.replace(HAND, palm=("finger_left",)),)},
+            "gripper 'hand' names a part 'finger_left' that is named twice",
+        ),
+        ({"grippers": (HAND, HAND)}, "two grippers have the same name"),
+        (
+            {"actions": (ActionEntry("close"), ActionEntry("close"))},
+            "two entries of the action have the same name",
+        ),
+        (
+            {"actions": (ActionEntry("close", 1.0, -1.0),)},
+            "action 'close' must have finite limits, the lower one first: 1.0, -1.0",
+        ),
+        (
+            {"actions": (ActionEntry("close", float("nan")),)},
+            "action 'close' must have finite limits",
+        ),
     ],
 )
 def test_an_impossible_scene_is_refused_by_field_and_entity(changed, message):
@@ -164,6 +222,37 @@ def test_an_impossible_mass_is_refused(mass):
     scene = dataclasses.replace(toy.SCENE, bodies=(dataclasses.replace(MUG, mass=mass),))
     with pytest.raises(TraceError, match="bodies of 'mug': mass"):
         scene.checked()
+
+
+@pytest.mark.parametrize("mass", [10**400, "1.5", None, (1.0,), [1.0, (2.0, 3.0)]])
+def test_what_is_no_number_is_refused(mass):
+    wrong = dataclasses.replace(toy.SCENE.bodies[1], mass=mass)
+    scene = dataclasses.replace(toy.SCENE, bodies=(toy.SCENE.bodies[0], wrong))
+    with pytest.raises(TraceError, match=f"bodies of '{wrong.entity}': mass must be a number"):
+        scene.checked()
+
+
+@pytest.mark.parametrize("half", [(1, 1, "1"), (1, 1, (1, 1)), "abc", None, 10**400])
+def test_what_is_no_vector_is_refused_and_named_among_others(half):
+    wrong = dataclasses.replace(toy.SCENE.bodies[1], half=half)
+    scene = dataclasses.replace(toy.SCENE, bodies=(toy.SCENE.bodies[0], wrong))
+    with pytest.raises(TraceError, match=f"bodies of '{wrong.entity}': half must be 3 finite num"):
+        scene.checked()
+
+
+@pytest.mark.parametrize(("length", "fits"), [(1.0009, True), (0.9991, True), (1.0011, False)])
+@pytest.mark.parametrize("kind", ["joints", "surfaces"])
+def test_one_tolerance_says_what_is_of_unit_length(kind, length, fits):
+    items = Surfaces.of(toy.SCENE.surfaces) if kind == "surfaces" else toy.SCENE.joints
+    pose = (*items[0].pose[:3], length, 0.0, 0.0, 0.0)
+    changed = (dataclasses.replace(items[0], pose=pose), *items[1:])
+    for form in (changed, Surfaces.of(changed)) if kind == "surfaces" else (changed,):
+        scene = dataclasses.replace(toy.SCENE, **{kind: form})
+        if fits:
+            assert scene.checked() is scene
+        else:
+            with pytest.raises(TraceError, match="pose is not of unit length"):
+                scene.checked()
 
 
 @pytest.mark.parametrize("travel", [0.0, -1.0, float("inf")])

@@ -57,9 +57,10 @@ def test_a_recording_without_a_step_is_refused():
 @pytest.mark.parametrize(
     ("name", "cut", "message"),
     [
-        ("eef_pose", np.s_[:, :6], "eef_pose: shape (5, 6), expected (5, 7)"),
-        ("eef_twist", np.s_[:4], "eef_twist: shape (4, 6), expected (5, 6)"),
-        ("gripper", np.s_[:, 0], "gripper: shape (5,), expected (5, 2)"),
+        ("eef_poses", np.s_[:, 0], "eef_poses: shape (5, 7), expected (5, 1, 7)"),
+        ("eef_twists", np.s_[:4], "eef_twists: shape (4, 1, 6), expected (5, 1, 6)"),
+        ("openings", np.s_[..., 0], "openings: shape (5, 1), expected (5, 1, 2)"),
+        ("commands", np.s_[:, :0], "commands: shape (5, 0), expected (5, 1)"),
         ("base_pose", np.s_[:, :3], "base_pose: shape (5, 3), expected (5, 7)"),
         ("object_pose", np.s_[:, :1], "object_pose: shape (5, 1, 7), expected (5, 2, 7)"),
         ("object_twist", np.s_[..., :3], "object_twist: shape (5, 2, 3), expected (5, 2, 6)"),
@@ -80,9 +81,10 @@ def test_a_wrong_shape_is_refused_by_name(name, cut, message):
 @pytest.mark.parametrize(
     ("name", "place", "message"),
     [
-        ("eef_pose", (2, 0), "eef_pose: not finite at step 2"),
-        ("eef_twist", (4, 5), "eef_twist: not finite at step 4"),
-        ("gripper", (0, 1), "gripper: not finite at step 0"),
+        ("eef_poses", (2, 0, 0), "eef_poses: not finite at step 2 of 'hand'"),
+        ("eef_twists", (4, 0, 5), "eef_twists: not finite at step 4 of 'hand'"),
+        ("openings", (0, 0, 1), "openings: not finite at step 0 of 'hand'"),
+        ("commands", (3, 0), "commands: not finite at step 3 of 'hand'"),
         ("base_pose", (1, 6), "base_pose: not finite at step 1"),
         ("object_pose", (2, 1, 2), "object_pose: not finite at step 2 of 'apple'"),
         ("object_twist", (3, 0, 0), "object_twist: not finite at step 3 of 'mug'"),
@@ -90,7 +92,7 @@ def test_a_wrong_shape_is_refused_by_name(name, cut, message):
         ("box_pose", (2, 0, 1), "box_pose: not finite at step 2 of 'cabinet/shelf'"),
         ("qpos", (2, 1), "qpos: not finite at step 2"),
         ("qvel", (2, 1), "qvel: not finite at step 2"),
-        ("action", (4, 11), "action: not finite at step 4"),
+        ("action", (4, 11), "action: not finite at step 4 of 'control_mode'"),
     ],
 )
 def test_a_number_that_is_none_is_refused_with_step_and_entity(name, place, message, value):
@@ -100,7 +102,7 @@ def test_a_number_that_is_none_is_refused_with_step_and_entity(name, place, mess
 @pytest.mark.parametrize(
     ("name", "place", "where"),
     [
-        ("eef_pose", (2,), "step 2"),
+        ("eef_poses", (2, 0), "step 2 of 'hand'"),
         ("base_pose", (3,), "step 3"),
         ("object_pose", (1, 1), "step 1 of 'apple'"),
         ("box_pose", (4, 0), "step 4 of 'cabinet/shelf'"),

@@ -1,4 +1,4 @@
-"""From what a model answers to actions that the environment can execute."""
+"""Converts a model's outputs to actions that the environment can execute."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.sim.backend import ACTION_SIZE
+from pytest_safemanip.errors import printable
 
 PARTS = {
     "end_effector_position": slice(0, 3),
@@ -23,6 +23,7 @@ PARTS = {
 RoboCasa's *datasets* have the base first: a model trained on those columns must be served with its
 outputs put into this order, since twelve numbers do not show theirs.
 """
+ACTION_SIZE = PARTS["control_mode"].stop
 SWITCHES = (6, 11)
 """Gripper and mode: models say 0 or 1, and robosuite wants -1 or 1. The threshold is 0.5."""
 
@@ -148,8 +149,10 @@ def _numbers(value: Any, key: str) -> NDArray[np.float64]:
             raise ValueError(f"{array.dtype} is no number's type")
         return array.astype(np.float64)
     except (TypeError, ValueError) as error:
-        raise ActionError(f"{key!r} is not an array of numbers ({error!s:.100})") from error
+        raise ActionError(
+            f"{key!r} is not an array of numbers ({printable(str(error), 100)})"
+        ) from error
 
 
 def _names(reply: Mapping[Any, Any]) -> str:
-    return ", ".join(repr(key)[:40] for key in list(reply)[:12]) or "nothing"
+    return ", ".join(printable(repr(key), 40) for key in list(reply)[:12]) or "nothing"

@@ -1,8 +1,9 @@
-"""What a client of a policy's server is: one interface, whatever the protocol."""
+"""The interface of clients of policy servers, the same for every protocol."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -11,10 +12,13 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.policies.remote.observation import Observation
 
+Turn = Callable[[], AbstractContextManager[object]]
+"""Gives what is held while a server is asked."""
+
 
 @dataclass(frozen=True)
 class Beginning:
-    """What a server is told when an episode starts, if its protocol has words for it.
+    """What a server gets to know when an episode starts, if its protocol has words for it.
 
     Attributes:
         task: name of the task.
@@ -86,12 +90,13 @@ class Client(Protocol):
             BadAnswer: if the server refuses.
         """
 
-    def ask(self, observation: Observation, seconds: float) -> Answer:
-        """One inference.
+    def ask(self, observation: Observation, seconds: float, turn: Turn = nullcontext) -> Answer:
+        """Request one inference.
 
         Args:
             observation: from :func:`~pytest_safemanip.policies.remote.observation.checked`.
-            seconds: until it must have been answered.
+            seconds: until it must have been answered, once it was the request's turn.
+            turn: held from sending the request to its reply, not while it is prepared.
 
         Raises:
             PolicyConnectionLost: if the connection broke, or it took longer.

@@ -1,4 +1,4 @@
-"""What was asked and what came, on disk, for whoever has to find out why."""
+"""Writes failed requests and replies to disk, for debugging."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a policy's server is, and how long it may take."""
+"""Addresses and deadlines of policy servers."""
 
 from __future__ import annotations
 
@@ -8,26 +8,32 @@ from urllib.parse import urlsplit
 
 from pytest_safemanip.errors import ConfigError
 
+TLS_PORT = 443
+
 
 @dataclass(frozen=True)
 class Deadlines:
-    """How long to wait, in seconds.
+    """Deadlines of a server, in seconds.
 
     Attributes:
         start: until something listens at the endpoint; a server that is being started gets this.
         open: until it has answered the handshake.
         warm_up: for the first call of a connection: models are compiled on it.
         call: for every other call.
+        restart: until a server that was lost can be asked again: a restart loads its model.
     """
 
     start: float = 10.0
     open: float = 10.0
     warm_up: float = 600.0
     call: float = 30.0
+    restart: float = 120.0
 
     def __post_init__(self) -> None:
         for name, seconds in vars(self).items():
-            if not 0.0 <= seconds < float("inf") or (seconds == 0.0 and name != "start"):
+            if not 0.0 <= seconds < float("inf") or (
+                seconds == 0.0 and name not in ("start", "restart")
+            ):
                 raise ConfigError(f"deadline {name!r}: {seconds} s; expected seconds above 0")
 
 
@@ -68,7 +74,7 @@ def parse_endpoint(text: str, schemes: tuple[str, ...], port: int) -> Endpoint:
     Args:
         text: ``ws://host:8000``, ``host:8000`` or ``host``.
         schemes: those that the transport knows; the first is the one that may be left out.
-        port: where none is given.
+        port: where none is given; an address with ``wss://`` has 443 then.
 
     Raises:
         ConfigError: if it is no address, or one of another transport.
@@ -89,4 +95,5 @@ def parse_endpoint(text: str, schemes: tuple[str, ...], port: int) -> Endpoint:
     path = parts.path.rstrip("/")
     if path and parts.scheme == "tcp":
         raise ConfigError(f"policy server {text!r}: tcp has no path; expected e.g. {example}")
-    return Endpoint(parts.scheme, host, given if given is not None else port, path)
+    usual = TLS_PORT if parts.scheme == "wss" else port
+    return Endpoint(parts.scheme, host, given if given is not None else usual, path)

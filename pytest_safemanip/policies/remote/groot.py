@@ -5,28 +5,31 @@ Which encoding a server has shows in how it answers a ping in the newer one, wit
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from pytest_safemanip.errors import PolicyConnectionLost
+from pytest_safemanip.errors import PolicyConnectionLost, PolicyMismatch, printable
 from pytest_safemanip.policies.remote import observation as seen
-from pytest_safemanip.policies.remote import torchfile
 from pytest_safemanip.policies.remote.actions import ActionError, part_label, parted
-from pytest_safemanip.policies.remote.arrays import DecodingError
-from pytest_safemanip.policies.remote.client import Answer, BadAnswer, Beginning
+from pytest_safemanip.policies.remote.client import Answer, BadAnswer, Beginning, Turn
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
+from pytest_safemanip.policies.remote.groot_modalities import fitted, modalities
+from pytest_safemanip.policies.remote.images import images_of
+from pytest_safemanip.policies.remote.naming import PARTS, ROBOCASA, Naming
 from pytest_safemanip.policies.remote.observation import Observation
-from pytest_safemanip.policies.remote.packing import from_groot, groot_array, pack, unpack
-from pytest_safemanip.policies.remote.zeromq import RequestSocket
+from pytest_safemanip.policies.remote.presets import Layout, Preset
+from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
+from pytest_safemanip.policies.remote.wire import torchfile
+from pytest_safemanip.policies.remote.wire.arrays import DecodingError
+from pytest_safemanip.policies.remote.wire.packing import from_groot, groot_array, pack, unpack
+from pytest_safemanip.policies.remote.wire.zeromq import RequestSocket
 
 
 @dataclass(frozen=True)
 class Encoding:
-    """How maps become messages.
+    """An encoding of messages.
 
     Attributes:
         name: for reports.
@@ -43,16 +46,20 @@ MSGPACK = Encoding("msgpack", lambda v: pack(v, groot_array), lambda d: unpack(d
 TORCH = Encoding("torch", torchfile.write, torchfile.read)
 
 
-def request_of(observation: Observation) -> dict[str, Any]:
-    """What N1.5's RoboCasa365 models are asked with: one sample, one moment.
+def request_of(observation: Observation, naming: Naming = ROBOCASA) -> dict[str, Any]:
+    """The request of N1.5's RoboCasa365 models: one sample, one time step.
+
+    Args:
+        observation: checked.
+        naming: of its entries.
 
     Returns:
         Images (1, 1, 256, 256, 3), uint8, unscaled: the server crops and scales. State parts
         (1, 1, D), float32. The instruction as a list of one.
     """
-    images = {key: observation[key][None, None] for key in seen.CAMERAS}
-    state = {key: observation[key][None, None] for key in seen.STATE}
-    return {**images, **state, seen.INSTRUCTION: [observation[seen.INSTRUCTION]]}
+    images = {k: image[None, None] for k, image in images_of(observation, naming).items()}
+    state = {naming.keys[part]: observation[key][None, None] for part, key in PARTS.items()}
+    return {**images, **state, naming.keys["instruction"]: [observation[seen.INSTRUCTION]]}
 
 
 def nested(request: Mapping[str, Any]) -> dict[str, Any]:
@@ -73,8 +80,7 @@ class GrootClient:
     Args:
         endpoint: ``tcp``.
         deadlines: ``start`` and ``open`` are used here.
-        start: the command that starts the server; part of errors.
-        steps: actions of a chunk that will be executed; the model must predict as many.
+        preset: how the policy is served.
         token: sent as ``api_token``.
     """
 
@@ -82,14 +88,15 @@ class GrootClient:
         self,
         endpoint: Endpoint,
         deadlines: Deadlines,
-        start: str,
-        steps: int,
-        token: str | None = None,
+        preset: Preset,
+        token: Token = NO_TOKEN,
     ) -> None:
-        self._socket = RequestSocket(endpoint, deadlines, start)
-        self._deadlines, self._steps, self._token = deadlines, steps, token
+        self._socket = RequestSocket(endpoint, deadlines, preset.start)
+        self._deadlines, self._preset, self._token = deadlines, preset, token
         self._encoding = MSGPACK
-        self._nested = False
+        self._later = False
+        self._layout: Layout = preset.layout
+        self._naming = preset.naming
 
     @property
     def is_open(self) -> bool:
@@ -109,33 +116,58 @@ class GrootClient:
             ) from error
         except BadAnswer as error:
             raise self._socket.unreachable(str(error)) from error
-        config = _modalities(answer)
-        self._nested = config.nested
-        self._compare(config)
-        protocol = f"GR00T {self._encoding.name}{', nested' if self._nested else ''}"
+        config = modalities(answer)
+        self._later = config.later
+        self._layout = self._preset.layout if config.later else "flat"
+        try:
+            self._naming = fitted(self._preset, config)
+        except ValueError as error:
+            raise PolicyMismatch(str(self._socket.unreachable(str(error)))) from None
+        protocol = f"GR00T {self._encoding.name}{', N1.6 or later' if self._later else ''}"
         return {"protocol": protocol, "metadata": {"modalities": config.keys}}
 
     def begin(self, episode: Beginning, seconds: float) -> bool:
         """Reset the policy, if the server has a word for it; none takes a seed."""
-        if self._nested:
+        if self._later:
             self._exchange("reset", {"options": None}, seconds)
         return False
 
-    def ask(self, observation: Observation, seconds: float) -> Answer:
+    def ask(self, observation: Observation, seconds: float, turn: Turn = nullcontext) -> Answer:
         """One inference; a part of the action in each entry of the reply."""
-        request = request_of(observation)
-        prefix = "action."
-        if self._nested:
-            prefix, request = "", {"observation": nested(request), "options": None}
-        reply = self._exchange("get_action", request, seconds)
-        if self._nested and isinstance(reply, list) and reply:
-            reply = reply[0]
+        flat = request_of(observation, self._naming)
+        with turn():
+            if self._later:
+                request, reply = self._ask_later(flat, seconds)
+            else:
+                request, reply = flat, self._exchange("get_action", flat, seconds)
         if not isinstance(reply, dict):
             raise BadAnswer(f"the reply is {type(reply).__name__}, not a map", request, reply)
+        prefix = "" if self._later and not any(_is_flat(key) for key in reply) else "action."
         try:
             return Answer(request, reply, parted(reply, prefix), part_label(prefix))
         except ActionError as error:
             raise BadAnswer(str(error), request, reply) from error
+
+    def _ask_later(self, flat: dict[str, Any], seconds: float) -> tuple[dict[str, Any], Any]:
+        """One inference of N1.6 or later, whose wrapper for simulators wants flat maps and says so
+        only by refusing others: the layout that is not refused is kept.
+        """
+        layouts: dict[str, dict[str, Any]] = {"nested": nested(flat), "flat": flat}
+        refused: list[BadAnswer] = []
+        for layout in ("nested", "flat") if self._layout == "auto" else (self._layout,):
+            request = {"observation": layouts[layout], "options": None}
+            try:
+                reply = self._exchange("get_action", request, seconds)
+            except BadAnswer as bad:
+                refused.append(bad)
+                continue
+            self._layout = "flat" if layout == "flat" else "nested"
+            return request, reply[0] if isinstance(reply, list) and reply else reply
+        if len(refused) == 1:
+            raise refused[0]
+        first, second = (str(bad).replace("\n", " ") for bad in refused)
+        both = f"asked in nested maps, {first}; asked in a flat one, {second}"
+        raise BadAnswer(both, refused[0].request, refused[0].reply)
 
     def close(self) -> None:
         """End the connection. The server is left running."""
@@ -153,7 +185,7 @@ class GrootClient:
 
     def _message(self, name: str, data: Any) -> dict[str, Any]:
         message = {"endpoint": name} if data is None else {"endpoint": name, "data": data}
-        return message | ({"api_token": self._token} if self._token else {})
+        return message | ({"api_token": self._token.text} if self._token else {})
 
     def _exchange(self, name: str, data: Any, seconds: float) -> Any:
         sent = data or {}
@@ -168,66 +200,14 @@ class GrootClient:
         _refused(found, sent)
         return found
 
-    def _compare(self, config: _Modalities) -> None:
-        """Refuse a model of another robot, or one that is told its task in another way."""
-        if config.language and seen.INSTRUCTION not in config.language:
-            raise self._socket.unreachable(
-                f"its model reads {', '.join(config.language)}, the presets' models "
-                f"{seen.INSTRUCTION}: another data config is being served"
-            )
-        if config.horizon is not None and config.horizon < self._steps:
-            raise self._socket.unreachable(
-                f"its model predicts {config.horizon} steps, and {self._steps} are executed "
-                "before the next call"
-            )
-
 
 def _refused(reply: Any, sent: Mapping[str, Any]) -> None:
     """Raise what the server says that went wrong."""
     if isinstance(reply, dict) and "error" in reply:
-        raise BadAnswer(f"the server failed: {reply['error']!s:.2000}", sent, reply)
+        raise BadAnswer(
+            f"the server failed: {printable(str(reply['error']), 2000, lines=True)}", sent, reply
+        )
 
 
-@dataclass(frozen=True)
-class _Modalities:
-    """What a model reads and predicts, as far as its server says so.
-
-    Attributes:
-        keys: names by modality.
-        language: those of the instruction.
-        horizon: steps of a prediction; None if unknown.
-        nested: whether the server is N1.6 or later.
-    """
-
-    keys: Mapping[str, list[str]]
-    language: tuple[str, ...]
-    horizon: int | None
-    nested: bool
-
-
-def _modalities(answer: Any) -> _Modalities:
-    """Read a modality config in any of its forms; what is not understood is left out."""
-    found: dict[str, Mapping[str, Any]] = {}
-    later = False
-    for name, config in answer.items() if isinstance(answer, dict) else ():
-        inner = config
-        if isinstance(inner, dict) and "as_json" in inner:
-            later = later or isinstance(inner["as_json"], dict)
-            inner = _json(inner["as_json"])
-        if isinstance(inner, dict):
-            found[str(name)] = inner.get("__dict__", inner)
-    keys = {name: _texts(config.get("modality_keys")) for name, config in found.items()}
-    deltas = found.get("action", {}).get("delta_indices")
-    horizon = int(np.size(deltas)) if isinstance(deltas, (list, np.ndarray)) else None
-    return _Modalities(keys, tuple(keys.get("language", ())), horizon, later)
-
-
-def _json(value: Any) -> Any:
-    try:
-        return json.loads(value) if isinstance(value, str) else value
-    except (ValueError, RecursionError):
-        return None
-
-
-def _texts(value: Any) -> list[str]:
-    return [str(item)[:100] for item in value] if isinstance(value, list) else []
+def _is_flat(key: Any) -> bool:
+    return isinstance(key, str) and key.startswith("action.")

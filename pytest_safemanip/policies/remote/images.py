@@ -8,6 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.policies.remote.library import need
+from pytest_safemanip.policies.remote.naming import Naming
+from pytest_safemanip.policies.remote.observation import Observation
+
+
+def images_of(observation: Observation, naming: Naming) -> dict[str, NDArray[np.uint8]]:
+    """The pictures of a request by their names in it."""
+    return {
+        key: resize_with_pad(observation[camera], naming.image_size)
+        if naming.image_size
+        else observation[camera]
+        for key, camera in naming.pictures.items()
+    }
 
 
 def resize_with_pad(image: NDArray[np.uint8], size: int) -> NDArray[np.uint8]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, install_command
 
-REMEDY = "pip install 'pytest-safemanip[servers]'"
+REMEDY = install_command("servers")
 
 
 def need(module: str) -> Any:

@@ -1,4 +1,4 @@
-"""What a model is sent: the observation of RoboCasa365's own gym wrapper, checked."""
+"""The observation of RoboCasa365's own gym wrapper, checked before it is sent to a model."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.errors import RolloutError
-from pytest_safemanip.sim.observation import (
+from pytest_safemanip.sim.robocasa.observation import (
     BASE_POSITION,
     BASE_ROTATION,
     CAMERAS,
@@ -69,11 +69,11 @@ def checked(observation: Observation) -> dict[str, Any]:
 
 
 def blank() -> dict[str, Any]:
-    """An observation to try a server with: black images, the arm before the base."""
-    black = np.zeros((IMAGE_SIZE, IMAGE_SIZE, 3), np.uint8)
+    """An observation to try a server with: noise in its images, the arm before the base."""
+    noise = np.random.default_rng(0).integers(0, 256, (IMAGE_SIZE, IMAGE_SIZE, 3), np.uint8)
     zeros = {key: np.zeros(size, np.float32) for key, size in STATE.items()}
     zeros[EEF_ROTATION][3] = zeros[BASE_ROTATION][3] = 1.0
-    return {**dict.fromkeys(CAMERAS, black), **zeros, INSTRUCTION: "open the drawer"}
+    return {**dict.fromkeys(CAMERAS, noise), **zeros, INSTRUCTION: "open the drawer"}
 
 
 def _entry(observation: Observation, key: str) -> Any:

@@ -7,28 +7,24 @@ no words for a new episode or a seed: this package's own server adds them, and s
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.errors import PolicyServerError
+from pytest_safemanip.errors import PolicyServerError, printable
 from pytest_safemanip.policies.remote import observation as seen
 from pytest_safemanip.policies.remote.actions import ActionError, flat, flat_label
-from pytest_safemanip.policies.remote.arrays import DecodingError
-from pytest_safemanip.policies.remote.client import Answer, BadAnswer, Beginning
+from pytest_safemanip.policies.remote.client import Answer, BadAnswer, Beginning, Turn
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
-from pytest_safemanip.policies.remote.images import resize_with_pad
+from pytest_safemanip.policies.remote.images import images_of
+from pytest_safemanip.policies.remote.naming import OPENPI, Naming
 from pytest_safemanip.policies.remote.observation import Observation
-from pytest_safemanip.policies.remote.packing import from_openpi, openpi_array, pack, unpack
-from pytest_safemanip.policies.remote.websocket import WebSocket
+from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
+from pytest_safemanip.policies.remote.wire.arrays import DecodingError
+from pytest_safemanip.policies.remote.wire.packing import from_openpi, openpi_array, pack, unpack
+from pytest_safemanip.policies.remote.wire.websocket import WebSocket
 
-IMAGE_SIZE = 224
-IMAGES = {
-    "observation/image": seen.LEFT,
-    "observation/wrist_image": seen.WRIST,
-    "observation/right_image": seen.RIGHT,
-}
-"""pi0 ignores the right image, pi0.5 insists on it."""
 STATE = (
     seen.EEF_POSITION,
     seen.EEF_ROTATION,
@@ -44,15 +40,17 @@ OWN = "safemanip"
 """Key of this package's server in the metadata."""
 
 
-def request_of(observation: Observation) -> dict[str, Any]:
-    """What openpi's RoboCasa365 models are asked with.
+def request_of(observation: Observation, naming: Naming = OPENPI) -> dict[str, Any]:
+    """The request of openpi's RoboCasa365 models.
 
     Returns:
-        Three images (224, 224, 3), uint8; ``observation/state`` (16,), float32; ``prompt``.
+        Three images (224, 224, 3), uint8; ``observation/state`` (16,), float32; ``prompt``; by
+        other names, and in another size, if the naming says so.
     """
-    images = {key: resize_with_pad(observation[name], IMAGE_SIZE) for key, name in IMAGES.items()}
+    images = images_of(observation, naming)
     state = np.concatenate([observation[key] for key in STATE]).astype(np.float32)
-    return {**images, "observation/state": state, "prompt": observation[seen.INSTRUCTION]}
+    instruction = {naming.keys["instruction"]: observation[seen.INSTRUCTION]}
+    return {**images, naming.keys["state"]: state, **instruction}
 
 
 class OpenpiClient:
@@ -62,15 +60,20 @@ class OpenpiClient:
         endpoint: ``ws`` or ``wss``.
         deadlines: ``start`` and ``open`` are used here.
         start: the command that starts the server; part of errors.
+        naming: of what is in its requests.
         token: sent as ``Authorization: Api-Key``; openpi's own server does not look at it.
     """
 
     def __init__(
-        self, endpoint: Endpoint, deadlines: Deadlines, start: str, token: str | None = None
+        self,
+        endpoint: Endpoint,
+        deadlines: Deadlines,
+        start: str,
+        naming: Naming = OPENPI,
+        token: Token = NO_TOKEN,
     ) -> None:
-        headers = {"Authorization": f"Api-Key {token}"} if token else {}
-        self._socket = WebSocket(endpoint, deadlines, start, headers)
-        self._deadlines = deadlines
+        self._socket = WebSocket(endpoint, deadlines, start, token)
+        self._deadlines, self._naming = deadlines, naming
         self._resets = False
 
     @property
@@ -91,7 +94,7 @@ class OpenpiClient:
             ) from error
         try:
             if isinstance(first, str):
-                raise DecodingError(f"text: {first:.200}")
+                raise DecodingError(f"text: {printable(first)}")
             metadata = unpack(first, from_openpi)
             if not isinstance(metadata, dict):
                 raise DecodingError(f"{type(metadata).__name__} instead of a map")
@@ -113,10 +116,11 @@ class OpenpiClient:
             raise BadAnswer("the server did not confirm the reset", request, reply)
         return True
 
-    def ask(self, observation: Observation, seconds: float) -> Answer:
+    def ask(self, observation: Observation, seconds: float, turn: Turn = nullcontext) -> Answer:
         """One inference; ``actions`` (H, 12) of the reply."""
-        request = request_of(observation)
-        reply = self._exchange(request, seconds)
+        request = request_of(observation, self._naming)
+        with turn():
+            reply = self._exchange(request, seconds)
         try:
             return Answer(request, reply, flat(reply, "actions"), flat_label("actions"))
         except ActionError as error:
@@ -131,7 +135,8 @@ class OpenpiClient:
         frame = self._socket.receive(seconds)
         if isinstance(frame, str):
             lines = frame.strip().splitlines() or ["nothing"]
-            raise BadAnswer(f"the server failed: {lines[-1]}\n{frame.strip()}", request, frame)
+            last = printable(lines[-1], 2000)
+            raise BadAnswer(f"the server failed: {last}\n{frame.strip()}", request, frame)
         try:
             reply = unpack(frame, from_openpi)
             if not isinstance(reply, dict):

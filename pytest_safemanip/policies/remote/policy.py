@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,21 +12,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import PolicyAnswerError, PolicyServerError
+from pytest_safemanip.errors import (
+    PolicyAnswerError,
+    PolicyMismatch,
+    PolicyServerError,
+    PolicyUnreachable,
+)
 from pytest_safemanip.policies.remote.actions import ActionError, chunk_of
-from pytest_safemanip.policies.remote.client import BadAnswer, Beginning, Client
+from pytest_safemanip.policies.remote.client import BadAnswer, Beginning, Client, Turn
 from pytest_safemanip.policies.remote.dumps import dump
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.groot import GrootClient
 from pytest_safemanip.policies.remote.observation import INSTRUCTION, Observation, blank, checked
 from pytest_safemanip.policies.remote.openpi import OpenpiClient
 from pytest_safemanip.policies.remote.presets import Preset
+from pytest_safemanip.policies.remote.probing import RETRY_PERIOD
+from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
 from pytest_safemanip.policies.remote.vlaeval import VlaEvalClient
 
 
 @dataclass
 class Counts:
-    """What was exchanged in an episode.
+    """Counts of calls and actions in an episode.
 
     Attributes:
         calls: inferences.
@@ -47,8 +56,10 @@ class RemotePolicy:
         endpoint: where its server is.
         dumps: folder for requests and replies that cannot be executed.
         deadlines: how long to wait for what.
-        steps: actions of a chunk that are executed before the next call; the preset's if None.
         token: an API key, where the server wants one.
+        turn: held while the server is asked; waiting for it counts against no deadline.
+        met: whether another connection has found the server fit: it need not be tried again, and
+            is waited for if it is away.
     """
 
     def __init__(
@@ -57,20 +68,28 @@ class RemotePolicy:
         endpoint: Endpoint,
         dumps: Path,
         deadlines: Deadlines | None = None,
-        steps: int | None = None,
-        token: str | None = None,
+        token: Token = NO_TOKEN,
+        turn: Turn = nullcontext,
+        met: bool = False,
     ) -> None:
         self.endpoint = endpoint
-        self.steps = preset.steps if steps is None else steps
+        self.steps = preset.steps
         self.counts = Counts()
         self.seeded = False
         """Whether the server took the episode's seed; if not, its random numbers are unknown."""
         self.protocol = ""
-        """What the server speaks, as found when it was connected to."""
+        """Protocol of the server, as found when connecting."""
         self._deadlines = deadlines or Deadlines()
-        self._dumps = dumps
-        self._client = _client(preset, endpoint, self._deadlines, self.steps, token)
-        self._warm = False
+        self._dumps, self._token, self._turn = dumps, token, turn
+        self._client = _client(preset, endpoint, self._deadlines, token)
+        self._warm, self._known, self._tried = False, met, met
+        self.metadata: Mapping[str, Any] = {}
+        """What the server says of itself."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether there is a connection that was not seen to break."""
+        return self._client.is_open
 
     def open(self) -> Mapping[str, Any]:
         """Connect.
@@ -82,22 +101,56 @@ class RemotePolicy:
             PolicyUnreachable: if there is no server of this policy.
         """
         self._warm = False
-        said = self._client.open()
-        self.protocol = str(said["protocol"])
-        return said
+        with self._token.hidden(), self._turn():
+            said = self._client.open()
+        self._known = True
+        self.protocol = self._token.told(str(said["protocol"]))
+        self.metadata = self._token.told(said.get("metadata", {}))
+        return {**said, "metadata": self.metadata}
 
-    def probe(self) -> None:
-        """Try one call with black images, before anything is simulated.
+    def prepare(self, task: str) -> None:
+        """Make the server ready for an episode of a task, before that is set up: connect if there
+        is no sound connection, and try the server if it was not yet tried.
+
+        Raises:
+            PolicyServerError: if the server cannot be used for this policy.
+        """
+        self._connect()
+        if not self._tried:
+            self.probe(task)
+
+    def probe(self, task: str = "") -> None:
+        """Try an episode of one call, with images of noise, before anything is simulated.
 
         It warms the model up. A server that draws random numbers in the order of its calls has
         drawn one more after it.
 
         Raises:
+            PolicyMismatch: if its answer cannot be executed, as no later one could.
             PolicyServerError: if the server cannot be used for this policy.
         """
-        if not self._client.is_open:
-            self.open()
-        self._ask(blank(), "trying the server")
+        self._connect()
+        entries = blank()
+        try:
+            self._begin(Beginning(task, 0, entries[INSTRUCTION]))
+            self._ask(entries, "trying the server")
+        except PolicyAnswerError as error:
+            raise PolicyMismatch(str(error)) from error.__cause__
+        self._tried = True
+
+    def _connect(self) -> None:
+        """Connect if there is no sound connection; a server that was there before is waited for."""
+        if self._client.is_open:
+            return
+        end = time.monotonic() + (self._deadlines.restart if self._known else 0.0)
+        while True:
+            try:
+                self.open()
+                return
+            except PolicyUnreachable:
+                if time.monotonic() >= end:
+                    raise
+            time.sleep(RETRY_PERIOD)
 
     def reset(self, episode: Beginning) -> None:
         """A new episode starts; connects, if there is no sound connection.
@@ -105,13 +158,17 @@ class RemotePolicy:
         Raises:
             PolicyServerError: if the server cannot be reached, or refuses.
         """
+        self._connect()
         self.counts = Counts()
-        if not self._client.is_open:
-            self.open()
-        try:
-            self.seeded = self._client.begin(episode, self._patience())
-        except BadAnswer as bad:
-            raise self._refused(bad, f"at the start of {episode.task}") from bad
+        self._begin(episode)
+
+    def _begin(self, episode: Beginning) -> None:
+        with self._token.hidden():
+            try:
+                with self._turn():
+                    self.seeded = self._client.begin(episode, self._patience())
+            except BadAnswer as bad:
+                raise self._refused(bad, f"at the start of {episode.task}") from bad
 
     def act(self, observation: Observation, index: int) -> NDArray[np.float64]:
         """The next actions.
@@ -139,15 +196,19 @@ class RemotePolicy:
         self._client.close()
 
     def _ask(self, entries: Observation, place: str) -> NDArray[np.float64]:
+        with self._token.hidden():
+            return self._asked(entries, place)
+
+    def _asked(self, entries: Observation, place: str) -> NDArray[np.float64]:
         self.counts.calls += 1
         try:
-            answer = self._client.ask(entries, self._patience())
+            answer = self._client.ask(entries, self._patience(), self._turn)
         except BadAnswer as bad:
             raise self._refused(bad, place) from bad
         except PolicyServerError as error:
             raise type(error)(f"{error} ({place})") from error
         try:
-            chunk = chunk_of(answer.rows, self.steps, answer.label)
+            chunk = chunk_of(answer.rows, self.steps or len(answer.rows), answer.label)
         except ActionError as error:
             unusable = BadAnswer(str(error), answer.request, answer.reply)
             raise self._refused(unusable, place) from error
@@ -162,7 +223,8 @@ class RemotePolicy:
         # Whether a late reply is still to come is unknown; a new connection has none.
         self._client.close()
         try:
-            kept = f"request and reply: {dump(self._dumps, bad.request, bad.reply)}"
+            exchange = (self._token.without(part) for part in (bad.request, bad.reply))
+            kept = f"request and reply: {dump(self._dumps, *exchange)}"
         except OSError as failure:
             kept = f"request and reply could not be kept ({failure})"
         first, *more = str(bad).split("\n")
@@ -171,11 +233,8 @@ class RemotePolicy:
         )
 
 
-def _client(
-    preset: Preset, endpoint: Endpoint, deadlines: Deadlines, steps: int, token: str | None
-) -> Client:
-    if preset.transport == "openpi":
-        return OpenpiClient(endpoint, deadlines, preset.start, token)
+def _client(preset: Preset, endpoint: Endpoint, deadlines: Deadlines, token: Token) -> Client:
     if preset.transport == "groot":
-        return GrootClient(endpoint, deadlines, preset.start, steps, token)
-    return VlaEvalClient(endpoint, deadlines, preset.start)
+        return GrootClient(endpoint, deadlines, preset, token)
+    kind = OpenpiClient if preset.transport == "openpi" else VlaEvalClient
+    return kind(endpoint, deadlines, preset.start, preset.naming, token)

@@ -7,13 +7,15 @@ pages and its leaderboard's submissions.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.policies.remote.endpoint import Endpoint, parse_endpoint
+from pytest_safemanip.policies.remote.naming import OPENPI, ROBOCASA, VLA_EVAL, Naming
 
 Transport = Literal["openpi", "groot", "vla-eval"]
+Layout = Literal["auto", "nested", "flat"]
 
 SCHEMES: dict[Transport, tuple[str, ...]] = {
     "openpi": ("ws", "wss"),
@@ -25,7 +27,7 @@ LIBRARIES: dict[Transport, tuple[str, ...]] = {
     "groot": ("msgpack", "zmq"),
     "vla-eval": ("msgpack", "websockets", "PIL"),
 }
-"""What the clients import, from the extra ``servers``."""
+"""The libraries that the clients import, from the extra ``servers``."""
 TASK_SETS = ("atomic_seen", "composite_seen", "composite_unseen")
 
 
@@ -37,24 +39,28 @@ class Preset:
         name: on the command line.
         transport: what its server speaks.
         port: its server's default.
-        split: scenes that it is officially evaluated in; None if nobody said.
-        steps: actions of a chunk that are executed before the next call.
-        instruction_key: where the model reads the instruction in its request.
+        split: scenes that it is officially evaluated in; empty if nobody said.
+        steps: actions of a chunk that are executed before the next call; 0 for as many as the
+            server gives.
+        naming: names and sizes in the model's request.
+        layout: of a GR00T server's requests: ``nested``, ``flat`` as its wrapper for simulators
+            wants them, or ``auto`` to find out.
         checkpoints: by task set; ``""`` for all tasks. A folder of the checkpoints' repository.
         start: the command that starts its server.
-        batches: whether its server answers several requests in one pass of the model; none does,
-            so a worker more waits for the others.
+        inflight: requests that its server is sent at a time: one, where it answers them one after
+            the other and the others would wait within their deadlines; more where it batches.
     """
 
     name: str
     transport: Transport
     port: int
-    split: Literal["pretrain", "target"] | None
+    split: str
     steps: int
     start: str
-    instruction_key: str
+    naming: Naming
+    layout: Layout = "auto"
     checkpoints: Mapping[str, str] = field(default_factory=lambda: {"": ""})
-    batches: bool = False
+    inflight: int = 1
 
     @property
     def task_sets(self) -> tuple[str, ...]:
@@ -71,12 +77,12 @@ def _openpi(name: str, config: str, checkpoint: str) -> Preset:
         steps=5,
         start=f"uv run scripts/serve_policy.py policy:checkpoint --policy.config={config} "
         f"--policy.dir=CHECKPOINTS/{checkpoint}  (robocasa-benchmark/openpi)",
-        instruction_key="prompt",
+        naming=OPENPI,
         checkpoints={"": checkpoint},
     )
 
 
-def _groot(name: str, split: Literal["pretrain", "target"], checkpoints: dict[str, str]) -> Preset:
+def _groot(name: str, split: str, checkpoints: dict[str, str]) -> Preset:
     example = next(iter(checkpoints.values()))
     return Preset(
         name=name,
@@ -87,7 +93,7 @@ def _groot(name: str, split: Literal["pretrain", "target"], checkpoints: dict[st
         start=f"python scripts/inference_service.py --server --model_path CHECKPOINTS/{example} "
         "--data_config panda_omron --embodiment_tag new_embodiment  "
         "(robocasa-benchmark/Isaac-GR00T)",
-        instruction_key="annotation.human.task_description",
+        naming=ROBOCASA,
         checkpoints=checkpoints,
     )
 
@@ -122,55 +128,76 @@ PRESETS = {
             name="openpi",
             transport="openpi",
             port=8000,
-            split=None,
+            split="",
             steps=5,
-            start="python -m pytest_safemanip.policies.serve MODULE:ATTRIBUTE, or openpi's own "
-            "scripts/serve_policy.py",
-            instruction_key="prompt",
+            start="safemanip serve MODULE:ATTRIBUTE, or openpi's own scripts/serve_policy.py",
+            naming=OPENPI,
+        ),
+        Preset(
+            name="lerobot",
+            transport="openpi",
+            port=8000,
+            split="",
+            steps=0,
+            start="safemanip serve --lerobot PATH, in LeRobot's environment",
+            naming=replace(OPENPI, image_size=0),
         ),
         Preset(
             name="vla-eval",
             transport="vla-eval",
             port=8000,
-            split=None,
+            split="",
             steps=1,
             start="vla-eval serve --config SERVER.yaml",
-            instruction_key="task_description",
+            naming=VLA_EVAL,
+            inflight=4,
         ),
     )
 }
-"""By name. ``openpi`` and ``vla-eval`` are any model behind such a server."""
+"""All presets by name. ``openpi``, ``lerobot`` and ``vla-eval`` are any model behind such a
+server.
+"""
 
 
-def parse_servers(preset: Preset, text: str) -> dict[str, Endpoint]:
+def parse_servers(preset: Preset, text: str) -> dict[str, tuple[Endpoint, ...]]:
     """Read where a preset's servers are.
 
     Args:
         preset: the policy.
-        text: an address; for a policy with a checkpoint for each task set
-            ``SET@ADDRESS+SET@ADDRESS``, of which some may be left out. Empty: this machine, the
-            default port.
+        text: addresses with ``+`` between them, of servers that all serve the same; for a policy
+            with a checkpoint for each task set ``SET@ADDRESS+SET@ADDRESS``, of which some may be
+            left out. Empty: this machine, the default port.
 
     Returns:
-        Addresses by task set; ``""`` where one server serves all.
+        Addresses by task set; ``""`` where they serve all.
 
     Raises:
         ConfigError: if it cannot be read; says how it is written.
     """
     schemes = SCHEMES[preset.transport]
     if not preset.task_sets:
-        return {"": parse_endpoint(text or "127.0.0.1", schemes, preset.port)}
+        addresses = text.split("+") if text else ["127.0.0.1"]
+        every = [parse_endpoint(address, schemes, preset.port) for address in addresses]
+        return {"": _distinct(preset, text, every)}
     example = "+".join(
         f"{name}@{schemes[0]}://127.0.0.1:{preset.port + n}"
         for n, name in enumerate(preset.task_sets)
     )
-    found: dict[str, Endpoint] = {}
+    found: dict[str, list[Endpoint]] = {}
     for item in text.split("+"):
         name, at, address = item.partition("@")
-        if not at or name not in preset.task_sets or name in found:
+        if not at or name not in preset.task_sets:
             raise ConfigError(
                 f"policy {preset.name}={text}: it has a checkpoint, and so a server, for each "
                 f"task set; expected {preset.name}={example}"
             )
-        found[name] = parse_endpoint(address, schemes, preset.port)
-    return found
+        found.setdefault(name, []).append(parse_endpoint(address, schemes, preset.port))
+    return {name: _distinct(preset, text, endpoints) for name, endpoints in found.items()}
+
+
+def _distinct(preset: Preset, text: str, endpoints: list[Endpoint]) -> tuple[Endpoint, ...]:
+    """The servers of one checkpoint, none of them twice."""
+    for endpoint in endpoints:
+        if endpoints.count(endpoint) > 1:
+            raise ConfigError(f"policy {preset.name}={text}: {endpoint} is given twice")
+    return tuple(endpoints)

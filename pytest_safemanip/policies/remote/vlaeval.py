@@ -11,25 +11,28 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_safemanip.errors import PolicyConnectionLost, PolicyServerError
+from pytest_safemanip.errors import PolicyConnectionLost, PolicyServerError, printable
 from pytest_safemanip.policies.remote import observation as seen
 from pytest_safemanip.policies.remote.actions import ActionError, flat, flat_label
-from pytest_safemanip.policies.remote.arrays import DecodingError
-from pytest_safemanip.policies.remote.client import Answer, BadAnswer, Beginning
+from pytest_safemanip.policies.remote.client import Answer, BadAnswer, Beginning, Turn
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
+from pytest_safemanip.policies.remote.images import images_of
+from pytest_safemanip.policies.remote.naming import PARTS, VLA_EVAL, Naming
 from pytest_safemanip.policies.remote.observation import Observation
-from pytest_safemanip.policies.remote.packing import from_vlaeval, pack, unpack, vlaeval_array
-from pytest_safemanip.policies.remote.websocket import WebSocket
+from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
+from pytest_safemanip.policies.remote.wire.arrays import DecodingError
+from pytest_safemanip.policies.remote.wire.packing import from_vlaeval, pack, unpack, vlaeval_array
+from pytest_safemanip.policies.remote.wire.websocket import WebSocket
 
 PROTOCOL_VERSION = 1
 
 
-def payload_of(observation: Observation) -> dict[str, Any]:
-    """What vla-eval's RoboCasa365 benchmark shows a model, images unscaled."""
+def payload_of(observation: Observation, naming: Naming = VLA_EVAL) -> dict[str, Any]:
+    """The observation of vla-eval's RoboCasa365 benchmark, images unscaled."""
     return {
-        "images": {key: observation[key] for key in seen.CAMERAS},
-        "state": {key: observation[key] for key in seen.STATE},
-        "task_description": observation[seen.INSTRUCTION],
+        "images": images_of(observation, naming),
+        "state": {naming.keys[part]: observation[key] for part, key in PARTS.items()},
+        naming.keys["instruction"]: observation[seen.INSTRUCTION],
     }
 
 
@@ -40,11 +43,20 @@ class VlaEvalClient:
         endpoint: ``ws`` or ``wss``.
         deadlines: ``start`` and ``open`` are used here.
         start: the command that starts the server; part of errors.
+        naming: of what is in its requests.
+        token: sent as ``Authorization: Api-Key``, for a proxy before the server.
     """
 
-    def __init__(self, endpoint: Endpoint, deadlines: Deadlines, start: str) -> None:
-        self._socket = WebSocket(endpoint, deadlines, start, {})
-        self._deadlines = deadlines
+    def __init__(
+        self,
+        endpoint: Endpoint,
+        deadlines: Deadlines,
+        start: str,
+        naming: Naming = VLA_EVAL,
+        token: Token = NO_TOKEN,
+    ) -> None:
+        self._socket = WebSocket(endpoint, deadlines, start, token)
+        self._deadlines, self._naming = deadlines, naming
         self._number = 0
         self._started: tuple[int, Mapping[str, Any]] | None = None
 
@@ -90,11 +102,14 @@ class VlaEvalClient:
         self._started = self._send("episode_start", payload, seconds), payload
         return False
 
-    def ask(self, observation: Observation, seconds: float) -> Answer:
+    def ask(
+        self, observation: Observation, seconds: float, turn: Turn = contextlib.nullcontext
+    ) -> Answer:
         """One inference; ``actions`` (12,) of the reply."""
-        payload = payload_of(observation)
-        number = self._send("observation", payload, seconds)
-        reply = self._reply(number, payload, seconds)
+        payload = payload_of(observation, self._naming)
+        with turn():
+            number = self._send("observation", payload, seconds)
+            reply = self._reply(number, payload, seconds)
         key = "actions" if "actions" in reply else "action"
         try:
             return Answer(payload, reply, flat(reply, key), flat_label(key))
@@ -132,7 +147,9 @@ class VlaEvalClient:
             started = self._started
             about = started[1] if started and answered == started[0] else payload
             said = reply.get("error", reply)
-            raise BadAnswer(f"the server failed: {said!s:.2000}", about, reply)
+            raise BadAnswer(
+                f"the server failed: {printable(str(said), 2000, lines=True)}", about, reply
+            )
         if kind != "action" or answered != number:
             raise BadAnswer(
                 f"the reply is {kind!r} number {answered}, expected 'action' number {number}: the "
@@ -146,11 +163,12 @@ class VlaEvalClient:
 def _read(frame: bytes | str) -> tuple[str, int, dict[Any, Any]]:
     """Type, number and content of a message."""
     if isinstance(frame, str):
-        raise DecodingError(f"text: {frame:.200}")
+        raise DecodingError(f"text: {printable(frame)}")
     message = unpack(frame, from_vlaeval)
     if not isinstance(message, dict):
         raise DecodingError(f"{type(message).__name__} instead of a map")
     kind, number, payload = (message.get(key) for key in ("type", "seq", "payload"))
     if not isinstance(kind, str) or type(number) is not int or not isinstance(payload, dict):
-        raise DecodingError(f"no message: it has {', '.join(map(str, list(message)[:8]))}")
+        keys = printable(", ".join(map(str, list(message)[:8])))
+        raise DecodingError(f"no message: it has {keys}")
     return kind, number, payload

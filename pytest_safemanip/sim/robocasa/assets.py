@@ -1,4 +1,4 @@
-"""Which assets RoboCasa is to read: its own, stand-ins, or its own with stand-ins for the rest.
+"""Prepares RoboCasa's assets: official ones, stand-ins, or a mix of both.
 
 RoboCasa reads everything below one folder. Where some of it is missing, a folder of links and
 generated files in the user's cache takes its place; nothing is ever written into RoboCasa's.
@@ -22,13 +22,13 @@ import filelock
 import platformdirs
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.sim.robocasa import downloads
 from pytest_safemanip.sim.robocasa.standins import overlay, source
 from pytest_safemanip.sim.robocasa.standins.catalogue import Item
 from pytest_safemanip.sim.robocasa.standins.inventory import Inventory, Kind, generator_digest
 
 Mode = Literal["auto", "official", "primitive"]
 
-DOWNLOAD = "python -m robocasa.scripts.download_kitchen_assets"
 COMPLETE = "overlay.json"
 """Lies in every finished overlay and in no other."""
 
@@ -90,8 +90,8 @@ def prepare_assets(package_root: Path, mode: Mode, cache_dir: Path | None = None
         cache_dir: where to build; by default the user's cache directory.
 
     Raises:
-        ConfigError: if assets are missing in mode ``official``, if RoboCasa's files cannot be
-            found or read, or if the cache cannot be written.
+        ConfigError: if assets are missing in mode ``official``, if a download was not unpacked in
+            full, if RoboCasa's files cannot be found or read, or if the cache cannot be written.
     """
     models = _models_folder(package_root)
     shipped = models / "assets"
@@ -117,6 +117,9 @@ def _prepare(
     found = Inventory.take(models, roots, downloads=mode != "primitive")
     if mode == "official" and found.missing:
         raise ConfigError(_missing_message(found.missing, package_root))
+    broken = downloads.incomplete(found.files, roots)
+    if broken is not None:
+        raise ConfigError(broken)
     root = package_root if found.is_whole(package_root) else _overlay(cache, roots, found, mode)
     return Assets(
         root.absolute(),
@@ -211,7 +214,7 @@ def _remember(memo: Path, assets: Assets) -> None:
 
 
 def _recall(memo: Path, cache: Path) -> Assets | None:
-    """What was found at an earlier time, if it is still there."""
+    """The assets found by an earlier run, if they are still there."""
     try:
         content: dict[str, Any] = json.loads(memo.read_text(encoding="utf-8"))
         plain = {"root": Path(content["root"]), "generic": tuple(content["generic"])}
@@ -237,7 +240,8 @@ def _missing_message(missing: Sequence[Item], root: Path) -> str:
     ]
     return (
         f"RoboCasa's downloaded assets are incomplete in {root}: missing are {'; '.join(parts)}. "
-        f"Download them with: {DOWNLOAD} (10 GB), or run with --safemanip-assets=auto"
+        f"Download them with: {downloads.COMMAND} ({downloads.SIZE}), or run with "
+        "--safemanip-assets=auto"
     )
 
 

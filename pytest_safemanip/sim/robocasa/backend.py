@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError
-from pytest_safemanip.sim.backend import Provenance, Request, Start
-from pytest_safemanip.sim.robocasa import environment, graphics, loading
-from pytest_safemanip.sim.robocasa.contacts import ContactSampler
-from pytest_safemanip.sim.robocasa.fast import FastStepper
-from pytest_safemanip.sim.robocasa.observing import Observer
-from pytest_safemanip.sim.robocasa.reading import Reader
+from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
+from pytest_safemanip.sim.robocasa import environment, loading
+from pytest_safemanip.sim.robocasa.rendering import graphics
+from pytest_safemanip.sim.robocasa.rendering.observing import Observer
+from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.sim.robocasa.staged import stage
-from pytest_safemanip.sim.robocasa.stepping import Stepper
+from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
+from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper
+from pytest_safemanip.sim.robocasa.stepping.reading import Reader
+from pytest_safemanip.sim.robocasa.stepping.sleeping import Asleep
 from pytest_safemanip.trace.steps import Contacts, Step
 
 
@@ -37,13 +40,18 @@ class RoboCasaBackend:
     def __init__(self, assets_root: Path, provenance: Provenance, gl: str) -> None:
         self._provenance = provenance
         self._assets_root = assets_root
-        loading.load(assets_root)
+        self._patches = loading.load(assets_root)
         # MuJoCo would write its warnings to the screen and into a file in the working folder.
         mujoco.set_mju_user_warning(_ignore)
         self._env: Any = None
         self._gl = gl
         self._context: Any = None
         self._observer: Observer | None = None
+
+    @property
+    def spec(self) -> BackendSpec:
+        """See :class:`~pytest_safemanip.sim.backend.Backend`."""
+        return SPEC
 
     @property
     def provenance(self) -> Provenance:
@@ -61,9 +69,14 @@ class RoboCasaBackend:
             # What is fixed is described as it is now.
             self._reader = Reader(env)
         table = self._reader.description.table
-        self._sampler = ContactSampler(env.sim.model._model, table)
-        stepper = FastStepper if request.stepping == "fast" else Stepper
-        self._stepper = stepper(env, self._sampler.sample)
+        model = env.sim.model._model
+        asleep = Asleep(model)
+        self._sampler = ContactSampler(model, table, asleep)
+        self._stepper = (
+            FastStepper(env, self._sampler.sample, asleep)
+            if request.stepping == "fast"
+            else Stepper(env, self._sampler.sample)
+        )
         # The environment before refers to itself. Left to Python, a dozen of them, 120 MB each,
         # would wait to be collected.
         gc.collect()
@@ -75,6 +88,7 @@ class RoboCasaBackend:
             instruction=environment.instruction(env),
             horizon=environment.horizon(request.task),
             fingerprint=self._reader.fingerprint(),
+            patches=self._patches,
         )
 
     def step(self, action: NDArray[np.float64]) -> Step:
@@ -86,7 +100,8 @@ class RoboCasaBackend:
             raise RolloutError("step before reset")
         self._stepper.step(action)
         success = bool(self._env._check_success())
-        return self._reader.read(success, self._sampler.take())
+        commands = SPEC.robot.commands(action)
+        return self._reader.read(success, self._sampler.take(), commands)
 
     def observe(self) -> dict[str, NDArray[Any]]:
         """See :class:`~pytest_safemanip.sim.backend.Backend`.

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.sim.robocasa import extents
 from pytest_safemanip.sim.robocasa import parts as part_names
 from pytest_safemanip.sim.robocasa.parts import PartTable
+from pytest_safemanip.sim.robocasa.robot import PANDA, SPEC
 from pytest_safemanip.sim.robocasa.switches import Read, reached, switches
 from pytest_safemanip.trace.elements import ROBOT, Body, Entity, EntityKind, Joint
 from pytest_safemanip.trace.geometry import conjugate, rotate, to_local
@@ -22,6 +23,8 @@ EEF_SITE = "gripper0_right_grip_site"
 BASE_BODY = "mobilebase0_base"
 GRIPPER_OPEN = 0.04
 """Joint position of an open Panda finger, m."""
+ATTRIBUTES = {"Microwave": ("no_metal",)}
+"""Attributes of fixtures by the name of their class."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ def describe(env: Any, data: Any) -> Description:
         entities=(
             Entity(ROBOT, "robot", type(env.robots[0].robot_model).__name__),
             *(Entity(n, "object", categories[n]) for n in objects),
-            *(Entity(n, _kind(f), type(f).__name__) for n, f in env.fixtures.items()),
+            *(_fixture(n, f) for n, f in env.fixtures.items()),
         ),
         bodies=tuple(_body(model, data, name, body) for name, body in objects.items()),
         parts=table.parts,
@@ -98,8 +101,8 @@ def describe(env: Any, data: Any) -> Description:
         boxes=tuple(box for box, _ in (*boxes, *at_sites)),
         switches=tuple(found),
         surfaces=tuple(extents.surfaces(model, closed, table, set(fixtures))),
-        gripper_half=half,
-        gripper_centre=centre,
+        grippers=(PANDA.in_scene(half, centre),),
+        actions=SPEC.robot.actions.entries,
         roles={**roles, **{name: name for name in objects}},
     ).checked()
     fingers = [model.joint(f"gripper0_right_finger_joint{i}").id for i in (1, 2)]
@@ -142,10 +145,12 @@ def _fixture_roles(env: Any, meta: Any) -> dict[str, str]:
     return {**own, **{role: str(name) for role, name in meta["fixture_refs"].items()}}
 
 
-def _kind(fixture: Any) -> EntityKind:
+def _fixture(name: str, fixture: Any) -> Entity:
     from robocasa.models.fixtures import Wall
 
-    return "room" if isinstance(fixture, Wall) else "fixture"
+    kind: EntityKind = "room" if isinstance(fixture, Wall) else "fixture"
+    category = type(fixture).__name__
+    return Entity(name, kind, category, ATTRIBUTES.get(category, ()))
 
 
 def _closed(model: Any, data: Any, joints: list[int]) -> Any:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.robocasa import scenes
-
-ROBOT_MODEL = "PandaOmron"
+from pytest_safemanip.sim.robocasa.patches import environments
+from pytest_safemanip.sim.robocasa.robot import ROBOT_MODEL
+from pytest_safemanip.sim.robocasa.stepping.exact import Controls
 
 
 def make(request: Request, assets_root: Path) -> Any:
@@ -42,25 +42,12 @@ def make(request: Request, assets_root: Path) -> Any:
         seed=request.seed,
         **scenes.arguments(request.scenes, assets_root, request.kitchen),
     )
-    scenes.keep_layout_fresh(env)
+    environments.keep_layout_fresh(env)
     if request.object_groups:
-        _choose_objects(env, request.object_groups)
-    env.reset()
+        environments.choose_objects(env, request.object_groups)
+    with environments.quick_settling(env, Controls):
+        env.reset()
     return env
-
-
-def _choose_objects(env: Any, groups: Mapping[str, Sequence[str]]) -> None:
-    """Let the task draw some of its objects from other groups; all else stays the task's own."""
-    original = env._get_obj_cfgs
-
-    def get_obj_cfgs() -> Any:
-        configs = original()
-        for config in configs:
-            if config.get("name") in groups:
-                config["obj_groups"] = list(groups[config["name"]])
-        return configs
-
-    env._get_obj_cfgs = get_obj_cfgs
 
 
 def horizon(task: str) -> int:

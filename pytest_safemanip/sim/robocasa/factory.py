@@ -1,4 +1,4 @@
-"""Making the RoboCasa365 backend: what it needs is checked here, it runs in a child process."""
+"""Makes the RoboCasa365 backend in a child process, after checking its requirements."""
 
 from __future__ import annotations
 
@@ -9,11 +9,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_safemanip.sim.backend import Options, Provenance
+from pytest_safemanip.provenance import source_digest, versions
+from pytest_safemanip.sim.backend import (
+    FixtureRole,
+    Options,
+    Provenance,
+    Simulator,
+    TaskDescription,
+)
 from pytest_safemanip.sim.process import ProcessBackend
-from pytest_safemanip.sim.provenance import source_digest, versions
-from pytest_safemanip.sim.robocasa import loading
+from pytest_safemanip.sim.robocasa import downloads, fixture_parts, loading, task_source
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
+from pytest_safemanip.sim.robocasa.robot import SPEC
 
 if TYPE_CHECKING:
     from pytest_safemanip.sim.robocasa.backend import RoboCasaBackend
@@ -21,32 +28,61 @@ if TYPE_CHECKING:
 _PACKAGES = ("numpy", "mujoco", "robosuite", "rlinf-robocasa365", "robocasa")
 
 
-def create(options: Options) -> ProcessBackend:
-    """The backend of the test process; no simulator is imported before its first reset.
+class RoboCasaFactory:
+    """Makes the backend, and knows RoboCasa's tasks from its source."""
 
-    Raises:
-        ConfigError: if RoboCasa is not installed or its assets cannot be had.
-    """
-    assets = prepare_assets(loading.package_assets(), options.assets)
-    provenance = Provenance(
-        backend="robocasa",
-        assets=assets.kind,
-        versions={k: v for k, v in versions(_PACKAGES).items() if v != "unknown"},
-        hashes={
-            "backend": source_digest("sim", "trace", "rollout.py"),
-            "simulator": _installed_digest("robocasa", "robosuite"),
-            "assets": assets.key,
-        },
-        description=assets.describe(),
-    )
-    arguments = {
-        "assets_root": str(assets.root),
-        "kind": assets.kind,
-        "versions": dict(provenance.versions),
-        "hashes": dict(provenance.hashes),
-        "gl": os.environ.get("MUJOCO_GL", ""),
-    }
-    return ProcessBackend(f"{__name__}:local", arguments, provenance, options.logs)
+    def __call__(self, options: Options) -> ProcessBackend:
+        """Make the backend of the test process; no simulator is imported before its first reset.
+
+        Raises:
+            ConfigError: if RoboCasa is not installed or its assets cannot be had.
+        """
+        assets = prepare_assets(loading.package_assets(), options.assets)
+        provenance = Provenance(
+            backend="robocasa",
+            assets=assets.kind,
+            versions={k: v for k, v in versions(_PACKAGES).items() if v != "unknown"},
+            hashes={
+                "backend": source_digest("sim", "trace", "rollouts/loop.py", "policies/adapter.py"),
+                "simulator": _installed_digest("robocasa", "robosuite"),
+                "assets": assets.key,
+            },
+            description=assets.describe(),
+            download=f"{downloads.COMMAND} ({downloads.SIZE})",
+        )
+        arguments = {
+            "assets_root": str(assets.root),
+            "kind": assets.kind,
+            "versions": dict(provenance.versions),
+            "hashes": dict(provenance.hashes),
+            "gl": os.environ.get("MUJOCO_GL", ""),
+        }
+        return ProcessBackend(f"{__name__}:local", arguments, SPEC, provenance, options.logs)
+
+    def task_names(self) -> frozenset[str]:
+        """See :class:`~pytest_safemanip.sim.backend.DescribesTasks`; empty without RoboCasa."""
+        folder = task_source.environments()
+        return task_source.task_names(folder) if folder else frozenset()
+
+    def describe_task(self, task: str) -> TaskDescription:
+        """See :class:`~pytest_safemanip.sim.backend.DescribesTasks`."""
+        folder = task_source.environments()
+        roles = task_source.fixture_roles(folder, task) if folder else {}
+        return TaskDescription(
+            fixtures={
+                role: FixtureRole(
+                    tuple(sorted(kind.lower() for kind in kinds or ())),
+                    fixture_parts.parts_of(kinds),
+                )
+                for role, kinds in roles.items()
+            },
+            object_parts=fixture_parts.OBJECT,
+            any_part=fixture_parts.ANY,
+        )
+
+
+create = RoboCasaFactory()
+SIMULATOR = Simulator(SPEC, create)
 
 
 def local(

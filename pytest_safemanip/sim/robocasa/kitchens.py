@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from pytest_safemanip.sim.robocasa.standins.models import fridges
+
 Layout = dict[str, Any]
 
 COUNTER_DEPTH = 0.65
@@ -24,7 +26,7 @@ DRAWER_FRONT = 0.70
 TOASTER_OVEN = (0.50, 0.42, 0.25)
 """Width, depth with its handle, and height, m: a big countertop oven, in which a baguette to be
 filled lies on the rack. RoboCasa's own is 30 cm deep, and its bread stands out of it."""
-ROOMY_FRIDGE = {"config_name": "Refrigerator085", "size": [0.91, 0.80, 1.88]}
+ROOMY_FRIDGE = {"config_name": fridges.ROOMY, "size": [0.91, 0.80, 1.88]}
 """A big one, for a task that takes what lies across its shelves: they are 38 cm apart."""
 STOOL_Y = -3.17
 """The stools are tucked in as in RoboCasa's own layouts, their middle 8 cm inside the island's

@@ -1,4 +1,4 @@
-"""From MuJoCo's geoms to entities and their parts.
+"""Maps MuJoCo's geoms to entities and their parts.
 
 RoboCasa and robosuite name every geom, body and joint; the names are the only place where a
 handle differs from the door that it sits on. This module is the one that reads them.

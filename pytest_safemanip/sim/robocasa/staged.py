@@ -1,4 +1,4 @@
-"""Making the changes of a staging in a RoboCasa environment, and letting things come to rest."""
+"""Applies a staging to a RoboCasa environment, and lets objects come to rest."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.robocasa.description import Description
+from pytest_safemanip.sim.robocasa.patches.environments import quick_settling
+from pytest_safemanip.sim.robocasa.stepping.exact import Controls
 from pytest_safemanip.sim.staging import Change, Put, SetOpen
 from pytest_safemanip.trace.geometry import about, corners, matrix, multiply
 from pytest_safemanip.trace.steps import Step
@@ -47,10 +49,11 @@ def stage(env: Any, description: Description, step: Step, changes: Iterable[Chan
 def _settle(env: Any) -> None:
     """Let the scene come to rest while the robot stands, as RoboCasa does at a reset."""
     action = np.zeros(env.action_spec[0].shape)
-    for substep in range(SETTLE_STEPS * int(env.control_timestep / env.model_timestep)):
-        env.sim.step1()
-        env._pre_action(action, substep == 0)
-        env.sim.step2()
+    with quick_settling(env, Controls):
+        for substep in range(SETTLE_STEPS * int(env.control_timestep / env.model_timestep)):
+            env.sim.step1()
+            env._pre_action(action, substep == 0)
+            env.sim.step2()
 
 
 def turned_across(heading: Floats, half: Floats, axes: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""What is switched on: taps, burners, appliances."""
+"""States of switches: taps, burners, appliances."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import pickle
 import subprocess
 import sys
@@ -15,10 +16,11 @@ from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.observation import CAMERAS, INSTRUCTION, STATE
 from pytest_safemanip.policies.remote.policy import RemotePolicy
 from pytest_safemanip.policies.remote.presets import PRESETS
+from pytest_safemanip.policies.remote.tokens import Token
 
 SERVERS = Path(__file__).with_name("servers.py")
-PATIENT = Deadlines(start=0.3, open=5.0, warm_up=10.0, call=10.0)
-QUICK = Deadlines(start=0.3, open=0.3, warm_up=0.3, call=0.3)
+PATIENT = Deadlines(start=0.3, open=5.0, warm_up=10.0, call=10.0, restart=0.3)
+QUICK = Deadlines(start=0.3, open=0.3, warm_up=0.3, call=0.3, restart=0.3)
 """Where a deadline is to be missed; elsewhere a loaded machine must not miss one."""
 EPISODE = Beginning("OpenDrawer", 5, "open the drawer")
 
@@ -59,11 +61,11 @@ def connect(tmp_path):
     """Makes policies for servers on this machine, and closes them."""
     with contextlib.ExitStack() as stack:
 
-        def make(name, port, deadlines=PATIENT, **more):
-            preset = PRESETS[name]
+        def make(name, port, deadlines=PATIENT, token="", **changed):
+            preset = dataclasses.replace(PRESETS[name], **changed)
             scheme = "tcp" if preset.transport == "groot" else "ws"
             endpoint = Endpoint(scheme, "127.0.0.1", port)
-            policy = RemotePolicy(preset, endpoint, tmp_path / "dumps", deadlines, **more)
+            policy = RemotePolicy(preset, endpoint, tmp_path / "dumps", deadlines, Token(token))
             stack.callback(policy.close)
             return policy
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.policies.remote.actions import (
+    ACTION_SIZE,
     PARTS,
     SWITCHES,
     ActionError,
@@ -13,7 +14,6 @@ from pytest_safemanip.policies.remote.actions import (
     part_label,
     parted,
 )
-from pytest_safemanip.sim.backend import ACTION_SIZE
 
 LABEL = flat_label("actions")
 

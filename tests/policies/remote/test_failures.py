@@ -74,7 +74,7 @@ def failed(error, kind, *parts):
         ),
         ("groot-pt", "scripts/inference_service.py --server --model_path CHECKPOINTS/gr00t_n1-5/"),
         ("vla-eval", "vla-eval serve"),
-        ("openpi", "python -m pytest_safemanip.policies.serve MODULE:ATTRIBUTE"),
+        ("openpi", "safemanip serve MODULE:ATTRIBUTE"),
     ],
 )
 def test_a_server_that_was_not_started_is_named_with_the_command_that_starts_it(
@@ -112,7 +112,7 @@ def test_a_server_that_is_killed_within_an_episode_is_noticed_at_once(
     connect, process, observation, transport
 ):
     server, port = process(transport)
-    policy = connect(POLICIES[transport], port, Deadlines(0.3, 5.0, 60.0, 60.0))
+    policy = connect(POLICIES[transport], port, Deadlines(0.3, 5.0, 60.0, 60.0, restart=0.3))
     policy.reset(EPISODE)
     policy.act(observation, 0)
     # Only a stopped server leaves a call open until it is killed.
@@ -131,7 +131,7 @@ def test_a_server_that_hangs_is_given_up_after_the_deadline_of_a_call(
     connect, process, observation, transport
 ):
     server, port = process(transport)
-    policy = connect(POLICIES[transport], port, Deadlines(0.3, 0.6, 10.0, 0.3))
+    policy = connect(POLICIES[transport], port, Deadlines(0.3, 0.6, 10.0, 0.3, restart=0.3))
     policy.reset(EPISODE)
     policy.act(observation, 0)
     stop(server)
@@ -192,7 +192,7 @@ def test_a_late_reply_is_not_taken_for_the_next_one(connect, observation):
         return msgpack.packb(servers.groot_actions(value=0.25))
 
     with servers.Zmq(servers.groot(slow)) as server:
-        policy = connect("groot", server.port, Deadlines(0.3, 5.0, 0.3, 0.3))
+        policy = connect("groot", server.port, Deadlines(0.3, 5.0, 0.3, 0.3, restart=0.3))
         policy.reset(EPISODE)
         with pytest.raises(PolicyConnectionLost):
             policy.act(observation, 0)
@@ -267,7 +267,7 @@ def test_what_is_no_frame_or_too_long_is_a_wrong_answer(connect, observation, da
         raise EOFError
 
     with servers.openpi(answer) as server:
-        policy = connect("pi05", server.port, Deadlines(0.3, 5.0, 0.3, 0.3))
+        policy = connect("pi05", server.port, Deadlines(0.3, 5.0, 0.3, 0.3, restart=0.3))
         policy.reset(EPISODE)
         with within(4), pytest.raises(PolicyAnswerError) as error:
             policy.act(observation, 15)
@@ -482,7 +482,7 @@ def test_a_server_that_takes_no_data_is_given_up(connect, observation):
     server = servers.websocket(deaf)
     server.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     with server:
-        policy = connect("pi05", server.port, Deadlines(0.3, 10.0, 0.3, 0.3))
+        policy = connect("pi05", server.port, Deadlines(0.3, 10.0, 0.3, 0.3, restart=0.3))
         policy.reset(EPISODE)
         own = policy._client._socket._connection.socket
         own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
@@ -522,7 +522,7 @@ def test_a_message_without_an_end_is_given_up(connect, observation, never_ending
 
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with servers.openpi(answer) as server:
-        policy = connect("pi05", server.port, Deadlines(0.3, 5.0, 0.5, 0.5))
+        policy = connect("pi05", server.port, Deadlines(0.3, 5.0, 0.5, 0.5, restart=0.3))
         policy.reset(EPISODE)
         with within(4), pytest.raises((PolicyConnectionLost, PolicyAnswerError)):
             policy.act(observation, 0)
@@ -544,5 +544,5 @@ def test_a_library_that_is_missing_is_named_with_the_extra(connect, monkeypatch)
 
     monkeypatch.setattr(library.importlib, "import_module", missing)
     for name, module in (("pi05", "websockets"), ("groot", "zmq")):
-        with pytest.raises(ConfigError, match=rf"{module}.*pip install .pytest-safemanip\[servers"):
+        with pytest.raises(ConfigError, match=rf"{module}.*pip install '\.\[servers\]'"):
             connect(name, 8000).open()

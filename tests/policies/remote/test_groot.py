@@ -11,7 +11,12 @@ import msgpack
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import PolicyAnswerError, PolicyConnectionLost, PolicyUnreachable
+from pytest_safemanip.errors import (
+    PolicyAnswerError,
+    PolicyConnectionLost,
+    PolicyMismatch,
+    PolicyUnreachable,
+)
 from tests.policies.remote import servers
 from tests.policies.remote.conftest import EPISODE, PATIENT, QUICK, unpickle
 
@@ -153,7 +158,7 @@ def test_a_later_server_is_asked_in_nested_maps_and_told_of_the_episode(connect,
         found = policy.open()
         policy.reset(EPISODE)
         actions = policy.act(observation, 0)
-    assert found["protocol"] == "GR00T msgpack, nested"
+    assert found["protocol"] == "GR00T msgpack, N1.6 or later"
     assert actions.tolist() == [GIVEN] * 16
     assert [asked["endpoint"] for asked in seen[2:]] == ["reset", "get_action"]
     assert seen[2]["data"] == {"options": None}
@@ -183,14 +188,14 @@ def test_a_wrong_token_is_what_the_server_says(connect):
 
 def test_a_model_that_is_told_its_task_in_another_way_is_refused(connect):
     answer = servers.groot(language="annotation.human.task_name")
-    with servers.Zmq(answer) as server, pytest.raises(PolicyUnreachable) as error:
+    with servers.Zmq(answer) as server, pytest.raises(PolicyMismatch) as error:
         connect("groot-to", server.port).open()
     assert "its model reads annotation.human.task_name" in str(error.value)
 
 
 def test_a_model_with_shorter_chunks_than_are_executed_is_refused(connect, observation):
     with servers.Zmq(servers.groot(servers.groot_actions(8), steps=8)) as server:
-        with pytest.raises(PolicyUnreachable, match="predicts 8 steps, and 16 are executed"):
+        with pytest.raises(PolicyMismatch, match="predicts 8 steps, and 16 are executed"):
             connect("groot", server.port).open()
         policy = connect("groot", server.port, steps=8)
         policy.reset(EPISODE)

@@ -8,9 +8,9 @@ import pytest
 import websockets.sync.client
 
 from pytest_safemanip.errors import PolicyAnswerError, PolicyConnectionLost, RolloutError
-from pytest_safemanip.policies.remote import packing
 from pytest_safemanip.policies.remote.images import resize_with_pad
 from pytest_safemanip.policies.remote.openpi import request_of
+from pytest_safemanip.policies.remote.wire import packing
 from tests.policies.remote import servers
 from tests.policies.remote.conftest import EPISODE, PATIENT
 

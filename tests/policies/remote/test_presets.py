@@ -7,6 +7,7 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint, parse_endpoint
 from pytest_safemanip.policies.remote.presets import PRESETS, TASK_SETS, parse_servers
+from pytest_safemanip.sim.robocasa.robot import SPEC
 
 
 def test_the_public_policies_are_there_with_their_protocols_of_evaluation():
@@ -20,10 +21,12 @@ def test_the_public_policies_are_there_with_their_protocols_of_evaluation():
         "groot-pt": ("groot", 5555, "target", 16, ()),
         "groot-to": ("groot", 5555, "target", 16, TASK_SETS),
         "groot-tpt": ("groot", 5555, "target", 16, TASK_SETS),
-        "openpi": ("openpi", 8000, None, 5, ()),
-        "vla-eval": ("vla-eval", 8000, None, 1, ()),
+        "openpi": ("openpi", 8000, "", 5, ()),
+        "lerobot": ("openpi", 8000, "", 0, ()),
+        "vla-eval": ("vla-eval", 8000, "", 1, ()),
     }
-    assert not any(preset.batches for preset in PRESETS.values())
+    assert {p.name for p in PRESETS.values() if p.inflight > 1} == {"vla-eval"}
+    assert {preset.split for preset in PRESETS.values() if preset.split} == {*SPEC.official}
 
 
 @pytest.mark.parametrize("name", ["pi0", "pi05", "groot", "groot-pt", "groot-to", "groot-tpt"])
@@ -35,9 +38,10 @@ def test_the_command_that_starts_a_server_names_its_checkpoint(name):
 @pytest.mark.parametrize(
     ("text", "endpoint"),
     [
+        ("wss://host:8001", Endpoint("wss", "host", 8001)),
         ("ws://host:8001", Endpoint("ws", "host", 8001)),
-        ("wss://host", Endpoint("wss", "host", 8000)),
-        ("wss://host/pi/05/", Endpoint("wss", "host", 8000, "/pi/05")),
+        ("wss://host", Endpoint("wss", "host", 443)),
+        ("wss://host/pi/05/", Endpoint("wss", "host", 443, "/pi/05")),
         ("host:81", Endpoint("ws", "host", 81)),
         ("10.0.0.7", Endpoint("ws", "10.0.0.7", 8000)),
         ("ws://[::1]:8000", Endpoint("ws", "::1", 8000)),
@@ -71,21 +75,35 @@ def test_what_is_on_this_machine_is_recognised(host, loopback):
 def test_a_policy_with_three_checkpoints_has_three_servers():
     text = "atomic_seen@a:1+composite_seen@tcp://b:2+composite_unseen@c"
     assert parse_servers(PRESETS["groot-to"], text) == {
-        "atomic_seen": Endpoint("tcp", "a", 1),
-        "composite_seen": Endpoint("tcp", "b", 2),
-        "composite_unseen": Endpoint("tcp", "c", 5555),
+        "atomic_seen": (Endpoint("tcp", "a", 1),),
+        "composite_seen": (Endpoint("tcp", "b", 2),),
+        "composite_unseen": (Endpoint("tcp", "c", 5555),),
     }
     assert list(parse_servers(PRESETS["groot-tpt"], "atomic_seen@a")) == ["atomic_seen"]
 
 
 def test_a_policy_with_one_checkpoint_has_one_server_by_default_here():
-    assert parse_servers(PRESETS["pi05"], "") == {"": Endpoint("ws", "127.0.0.1", 8000)}
-    assert parse_servers(PRESETS["groot"], "gpu") == {"": Endpoint("tcp", "gpu", 5555)}
+    assert parse_servers(PRESETS["pi05"], "") == {"": (Endpoint("ws", "127.0.0.1", 8000),)}
+    assert parse_servers(PRESETS["groot"], "gpu") == {"": (Endpoint("tcp", "gpu", 5555),)}
 
 
-@pytest.mark.parametrize(
-    "text", ["", "host:1", "atomic@host", "atomic_seen@a+atomic_seen@b", "atomic_seen@a+b"]
-)
+def test_a_checkpoint_may_have_several_servers():
+    two = Endpoint("ws", "a", 8000), Endpoint("ws", "b", 8001)
+    assert parse_servers(PRESETS["pi05"], "a+ws://b:8001") == {"": two}
+    found = parse_servers(PRESETS["groot-to"], "atomic_seen@a+composite_seen@b+atomic_seen@c:1")
+    assert found == {
+        "atomic_seen": (Endpoint("tcp", "a", 5555), Endpoint("tcp", "c", 1)),
+        "composite_seen": (Endpoint("tcp", "b", 5555),),
+    }
+
+
+@pytest.mark.parametrize(("name", "text"), [("pi05", "a+b+ws://a:8000"), ("pi05", "a+")])
+def test_a_server_is_given_once_and_has_an_address(name, text):
+    with pytest.raises(ConfigError, match=r"ws://a:8000 is given twice|''"):
+        parse_servers(PRESETS[name], text)
+
+
+@pytest.mark.parametrize("text", ["", "host:1", "atomic@host", "atomic_seen@a+b"])
 def test_servers_that_are_not_by_task_set_are_refused_with_the_form(text):
     with pytest.raises(ConfigError) as error:
         parse_servers(PRESETS["groot-to"], text)
@@ -108,6 +126,6 @@ def test_the_manual_has_every_preset():
     for preset in PRESETS.values():
         (row,) = [row for row in rows if f"`{preset.name}`" in row.split("|")[1]]
         assert f"`{preset.split or 'compact'}`" in row
-        assert f" {preset.steps} " in row
+        assert f" {preset.steps or 'all'} " in row
         if not preset.task_sets and preset.split:
             assert f"`{preset.checkpoints['']}`" in row

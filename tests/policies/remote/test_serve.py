@@ -177,7 +177,7 @@ def test_what_is_no_policy_is_refused(folder, name, what):
 
 def start(folder, *arguments):
     return subprocess.Popen(
-        [sys.executable, "-m", "pytest_safemanip.policies.serve", *arguments],
+        [sys.executable, "-m", "pytest_safemanip", "serve", *arguments],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -245,6 +245,6 @@ def test_a_port_that_is_taken_is_named(folder, serving):
     port = serving("served:Bare")
     with start(folder, "served:Bare", "--port", str(port)) as process:
         _, said = process.communicate(timeout=10)
-    assert process.returncode == 2
-    assert said.startswith(f"cannot listen at 127.0.0.1:{port} (")
+    assert process.returncode == 4
+    assert said.startswith(f"safemanip serve: error: cannot listen at 127.0.0.1:{port} (")
     assert said.count("\n") == 1

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.errors import PolicyAnswerError, PolicyUnreachable
-from pytest_safemanip.policies.remote import packing, vlaeval
+from pytest_safemanip.policies.remote import vlaeval
+from pytest_safemanip.policies.remote.wire import packing
 from tests.policies.remote import servers
 from tests.policies.remote.conftest import EPISODE
 

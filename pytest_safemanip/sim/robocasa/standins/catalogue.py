@@ -9,13 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from pytest_safemanip.sim.robocasa.standins import (
-    blenders,
-    cabinet_parts,
-    fridges,
-    objects,
-    sinks,
-)
+from pytest_safemanip.sim.robocasa.standins import objects
 from pytest_safemanip.sim.robocasa.standins.fixtures import (
     BLENDER,
     KINDS,
@@ -24,6 +18,7 @@ from pytest_safemanip.sim.robocasa.standins.fixtures import (
     fill,
 )
 from pytest_safemanip.sim.robocasa.standins.mjcf import Model
+from pytest_safemanip.sim.robocasa.standins.models import blenders, cabinet_parts, fridges, sinks
 from pytest_safemanip.sim.robocasa.standins.paint import png, texture_colour
 from pytest_safemanip.sim.robocasa.standins.source import (
     PLAIN_TEXTURE,
@@ -143,7 +138,6 @@ def _fixture_items(needs: Needs) -> Iterator[Item]:
         if fixture.kind in LIDS
     }
     all_sinks = [fixture for fixture in needs.fixtures if fixture.kind == "sink"]
-    roomy = [fixture for fixture in needs.fixtures if fixture.kind == "fridge_side_by_side"][-1:]
     double = set(all_sinks[EVERY_NTH_SINK_IS_DOUBLE - 1 :: EVERY_NTH_SINK_IS_DOUBLE])
     for fixture in needs.fixtures:
         home = folders.get(posixpath.dirname(fixture.path))
@@ -151,7 +145,9 @@ def _fixture_items(needs: Needs) -> Iterator[Item]:
         if fixture.kind in KINDS or fixture.kind in LIDS or fixture.kind == "blender":
             basins = 2 if fixture in double else 1
             width = lid_widths.get(fixture.path)
-            build = _fixture_builder(fixture, width, basins, fixture in roomy)
+            build = _fixture_builder(
+                fixture, width, basins, posixpath.basename(fixture.path) == fridges.ROOMY
+            )
         elif home is not None:
             build = partial(_named_object, fixture, home, lid_widths.get(fixture.path))
         else:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pytest_safemanip.sim.robocasa.standins import (
+from pytest_safemanip.sim.robocasa.standins.elements import Vec3
+from pytest_safemanip.sim.robocasa.standins.mjcf import Model
+from pytest_safemanip.sim.robocasa.standins.models import (
     coffee_machines,
     dishwashers,
     fridges,
@@ -17,8 +19,6 @@ from pytest_safemanip.sim.robocasa.standins import (
     surroundings,
     toasters,
 )
-from pytest_safemanip.sim.robocasa.standins.elements import Vec3
-from pytest_safemanip.sim.robocasa.standins.mjcf import Model
 
 PartialSize = tuple[float | None, float | None, float | None]
 

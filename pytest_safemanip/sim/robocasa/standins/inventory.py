@@ -23,12 +23,14 @@ class Inventory:
 
     Attributes:
         official: downloaded items that are used.
+        files: their models and textures, relative to the assets.
         missing: items to be generated.
         shipped: items that come with RoboCasa's source.
         key: digest of all that decides the content of the assets.
     """
 
     official: Sequence[Item]
+    files: Sequence[str]
     missing: Sequence[Item]
     shipped: Sequence[Item]
     key: str
@@ -64,7 +66,7 @@ class Inventory:
             "official": there,
         }
         key = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-        return cls(official, missing, shipped, key)
+        return cls(official, there, missing, shipped, key)
 
     @property
     def kind(self) -> Kind:
@@ -86,7 +88,7 @@ class Inventory:
 def generator_digest() -> str:
     """Digest of the code and the table that make the stand-ins."""
     digest = hashlib.sha256()
-    for file in sorted(Path(__file__).parent.glob("*.*")):
+    for file in sorted(Path(__file__).parent.rglob("*.*")):
         if file.suffix in (".py", ".yaml"):
             digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()

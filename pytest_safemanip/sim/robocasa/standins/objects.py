@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.sim.robocasa.standins import solids, vessels
+from pytest_safemanip.sim.robocasa.standins import solids
 from pytest_safemanip.sim.robocasa.standins.elements import Vec3
 from pytest_safemanip.sim.robocasa.standins.mjcf import Model
+from pytest_safemanip.sim.robocasa.standins.models import vessels
 from pytest_safemanip.sim.robocasa.standins.paint import PAINTS, Paint
 from pytest_safemanip.sim.robocasa.standins.source import load_yaml
 

@@ -1,4 +1,4 @@
-"""A folder that looks like RoboCasa's assets: links to what is there, files for what is not."""
+"""Builds an assets folder: links to installed assets, generated files for missing ones."""
 
 from __future__ import annotations
 

@@ -6,13 +6,12 @@ and a mass (kilograms) around the origin, as it lies or stands on a table.
 
 from __future__ import annotations
 
-from pytest_safemanip.sim.robocasa.standins.blenders import FLANGE, KNOB, PLUG, put_lid
 from pytest_safemanip.sim.robocasa.standins.elements import LYING, Vec3
 from pytest_safemanip.sim.robocasa.standins.mjcf import Model
+from pytest_safemanip.sim.robocasa.standins.models.blenders import FLANGE, put_lid
 from pytest_safemanip.sim.robocasa.standins.paint import BLACK, WHITE, Paint
 from pytest_safemanip.sim.robocasa.standins.shapes import barrel, octagon
 
-LID_HEIGHT = PLUG + FLANGE + KNOB
 EDGELESS = 0.6
 """Width of a round thing's flat sides relative to itself: near what is seen, and lies still."""
 

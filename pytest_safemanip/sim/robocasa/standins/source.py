@@ -1,4 +1,4 @@
-"""What RoboCasa will ask for, read from its files without importing it.
+"""Reads the assets that RoboCasa needs from its files, without importing it.
 
 Importing RoboCasa lists its model folders, so the folders have to be there before. Its registries
 are YAML; its object categories and its lists of panels and handles are Python source, of which
@@ -18,9 +18,9 @@ import yaml
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.robocasa.standins import literals
-from pytest_safemanip.sim.robocasa.standins.cabinet_parts import HandleSize
 from pytest_safemanip.sim.robocasa.standins.elements import Vec3
 from pytest_safemanip.sim.robocasa.standins.fixtures import PartialSize
+from pytest_safemanip.sim.robocasa.standins.models.cabinet_parts import HandleSize
 
 REGISTRY = "fixtures/fixture_registry"
 CATEGORIES = "objects/kitchen_objects.py"
@@ -94,7 +94,7 @@ class Handle:
 
 @dataclass(frozen=True)
 class Needs:
-    """All that RoboCasa will ask for; every list in a fixed order."""
+    """The assets that RoboCasa needs; every list in a fixed order."""
 
     textures: Sequence[str]
     fixtures: Sequence[Fixture]
@@ -104,7 +104,7 @@ class Needs:
 
 
 def read_needs(models: Path, assets: Path) -> Needs:
-    """Read what RoboCasa will ask for.
+    """Read the assets that RoboCasa needs.
 
     Args:
         models: RoboCasa's package folder ``robocasa/models``.

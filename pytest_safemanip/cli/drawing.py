@@ -1,0 +1,147 @@
+"""What the pictures of tasks and of recordings have in common."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import ConfigError, install_command
+from pytest_safemanip.sim.backend import BackendSpec, Request
+from pytest_safemanip.spec.task import Task
+
+CAPTION = 34
+"""Height of the lines of text above a picture, pixels."""
+CAMERAS = ("room", "close", "left", "right", "wrist", "solid")
+"""The room over the robot's shoulder, the task's things from near by without the robot, the three
+that policies see, and the near things again as what collides."""
+
+Image = NDArray[np.uint8]
+
+
+def add_drawing(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of what is drawn and where it is written."""
+    parser.add_argument(
+        "--cameras",
+        default="room,close,left,wrist",
+        metavar="NAME[,...]",
+        help=f"of {', '.join(CAMERAS)}; default: %(default)s",
+    )
+    parser.add_argument("--assets", choices=("auto", "official", "primitive"), help="auto")
+    parser.add_argument(
+        "--size", type=int, default=256, metavar="PIXELS", help="of a picture; %(default)s"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("pictures"), metavar="DIR", help="default: %(default)s"
+    )
+
+
+def pillow() -> Any:
+    """The library that pictures are written with.
+
+    Raises:
+        ConfigError: if it is not installed.
+    """
+    try:
+        for module in ("PIL.Image", "PIL.ImageDraw"):
+            importlib.import_module(module)
+        return importlib.import_module("PIL")
+    except ImportError as error:
+        raise ConfigError(
+            f"pictures are written with Pillow: {install_command('robocasa')} ({error})"
+        ) from error
+
+
+def parse_cameras(text: str) -> list[str]:
+    """Names of cameras.
+
+    Raises:
+        ConfigError: if there is no such camera.
+    """
+    cameras = text.split(",")
+    for camera in cameras:
+        if camera not in CAMERAS:
+            raise ConfigError(f"--cameras: {camera!r} is none of {', '.join(CAMERAS)}")
+    return cameras
+
+
+def open_studio(assets: Literal["auto", "official", "primitive"], size: int) -> Any:
+    """Where scenes are drawn.
+
+    Raises:
+        ConfigError: if RoboCasa is not installed, or nothing can be drawn on this machine.
+    """
+    if not 16 <= size <= 2048:
+        raise ConfigError(f"--size: expected 16 to 2048 pixels, found {size}")
+    # With a GL library named that is not there, MuJoCo cannot be imported; see graphics.py.
+    wanted = os.environ.pop("MUJOCO_GL", "")
+    from pytest_safemanip.sim.robocasa.rendering.studio import Studio
+
+    return Studio(assets, size, wanted)
+
+
+def task_request(task: Task, seed: int, scenes: str, spec: BackendSpec) -> Request:
+    """The episode of a task; what its file says of kitchens is about the backend's first scenes."""
+    if scenes == spec.scenes[0]:
+        return Request(task.name, seed, scenes, task.object_groups, task.kitchen)
+    return Request(task.name, seed, scenes)
+
+
+def draw(shot: Any, cameras: Sequence[str], text: str, colour: str = "white") -> Image:
+    """The pictures of some cameras side by side (h, w, 3), below two lines of text.
+
+    Args:
+        shot: the scene.
+        cameras: their names.
+        text: the lines.
+        colour: behind the text.
+    """
+    drawn = pillow()
+    pictures = np.concatenate([shot.take(camera) for camera in cameras], axis=1)
+    strip = drawn.Image.new("RGB", (pictures.shape[1], CAPTION), colour)
+    drawn.ImageDraw.Draw(strip).multiline_text((4, 2), text, fill="black")
+    return np.concatenate((np.asarray(strip), pictures))
+
+
+class ProgressLine:
+    """A line about what is being drawn, where the standard error is a terminal.
+
+    Args:
+        total: how many pictures there will be.
+    """
+
+    def __init__(self, total: int) -> None:
+        self._total, self._done = total, 0
+
+    def __enter__(self) -> ProgressLine:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """Erase the line."""
+        self._write("")
+
+    def show(self, what: str) -> None:
+        """One more picture is begun."""
+        self._done += 1
+        self._write(f"drawing {self._done} of {self._total}: {what}")
+
+    def _write(self, text: str) -> None:
+        if sys.stderr.isatty():
+            sys.stderr.write(f"\r\x1b[K{text}")
+            sys.stderr.flush()

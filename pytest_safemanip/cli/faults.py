@@ -1,0 +1,59 @@
+"""``safemanip faults``."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Collection
+from itertools import groupby
+
+from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
+from pytest_safemanip.errors import ConfigError, did_you_mean
+
+EXAMPLE = "safemanip faults --task OpenDrawer"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("--task", metavar="NAME", help="only what can be done in this task")
+    parser.add_argument("--property", metavar="ID", help="only what violates this property")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the tables, one for each property."""
+    from pytest_safemanip.expert.faults.library import rows
+    from pytest_safemanip.expert.tasks.plans import EXPERT
+
+    every = rows()
+    _check("--task", options.task, EXPERT)
+    _check("--property", options.property, {row.property_id for row in every})
+    chosen = [
+        row
+        for row in every
+        if (options.task is None or options.task in row.tasks)
+        and (options.property is None or options.property == row.property_id)
+    ]
+    if options.json:
+        print_json([row._asdict() for row in chosen])
+        return 0
+    for property_id, group in groupby(chosen, key=lambda row: row.property_id):
+        cells = [
+            (
+                f"scripted:{row.name}",
+                "near miss" if row.near_miss else "fault",
+                row.doc if options.task else f"{row.doc}\n({', '.join(row.tasks)})",
+            )
+            for row in group
+        ]
+        print_table((property_id, "kind", "what it does"), cells)
+        print()
+    print_wrapped(
+        f"{len(chosen)} of {len(every)}, names for --safemanip-policy; a near miss is the safe "
+        f"twin of a fault; scripted alone is the expert, for {len(EXPERT)} tasks"
+    )
+    return 0
+
+
+def _check(option: str, name: str | None, known: Collection[str]) -> None:
+    if name is not None and name not in known:
+        raise ConfigError(f"{option}: unknown {name!r}; {did_you_mean(name, known)}")

@@ -1,0 +1,68 @@
+"""``safemanip pictures``: a row for each task and seed, a column for each camera."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from pytest_safemanip.cli.drawing import (
+    Image,
+    ProgressLine,
+    add_drawing,
+    draw,
+    open_studio,
+    parse_cameras,
+    pillow,
+    task_request,
+)
+from pytest_safemanip.cli.folder import read_folder
+from pytest_safemanip.run.cases import select_tasks
+from pytest_safemanip.run.option_values import parse_seeds
+from pytest_safemanip.sim.robocasa.robot import SPEC
+
+EXAMPLE = "safemanip pictures 'PickPlace*' --seeds 2 --cameras room,wrist"
+ROWS = 6
+"""Of a sheet; the next row begins a new one."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "selectors", nargs="*", metavar="SELECTOR", help="tasks, as --safemanip-tasks; all"
+    )
+    parser.add_argument("--seeds", default="1", help="N, A:B or A,B,C; 1")
+    parser.add_argument("--scenes", choices=SPEC.scenes, help=SPEC.scenes[0])
+    add_drawing(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw the sheets, and print the path of each."""
+    drawn = pillow()
+    folder = read_folder()
+    chosen = select_tasks(folder.definitions.tasks, options.selectors or ["all"], "SELECTOR")
+    seeds = parse_seeds(options.seeds, "--seeds")
+    cameras = parse_cameras(options.cameras)
+    scenes = options.scenes or folder.settings.scenes or SPEC.scenes[0]
+    studio = open_studio(options.assets or folder.settings.assets, options.size)
+    rows: list[Image] = []
+    sheets = 0
+    episodes = [(task, seed) for task in chosen for seed in seeds]
+    try:
+        with ProgressLine(len(episodes)) as progress:
+            for number, (task, seed) in enumerate(episodes, 1):
+                progress.show(f"{task.name}, seed {seed}")
+                with studio.visit(task_request(task, seed, scenes, SPEC)) as shot:
+                    text = f"{task.name}, seed {seed}\n{shot.instruction}"
+                    rows.append(draw(shot, cameras, text))
+                if len(rows) == ROWS or number == len(episodes):
+                    sheets += 1
+                    path = options.out / f"sheet-{sheets:02d}.png"
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    drawn.Image.fromarray(np.concatenate(rows)).save(path)
+                    rows = []
+                    progress.clear()
+                    print(path)
+    finally:
+        studio.close()
+    return 0

@@ -1,0 +1,73 @@
+"""``safemanip properties``."""
+
+from __future__ import annotations
+
+import argparse
+
+from pytest_safemanip.cli.folder import own_file, read_folder
+from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
+from pytest_safemanip.run.cases import applicable, select_properties
+from pytest_safemanip.run.definitions import Definitions
+from pytest_safemanip.spec.properties import Property
+
+EXAMPLE = "safemanip properties category:enclosure_access"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "selectors",
+        nargs="*",
+        metavar="SELECTOR",
+        help="ids, globs, category:NAME, as --safemanip-properties; all",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the table."""
+    found = read_folder().definitions
+    wanted = select_properties(found.properties, options.selectors, "SELECTOR")
+    chosen = [found.properties[name] for name in found.properties if name in wanted]
+    tasks = {prop.id: _tasks(prop, found) for prop in chosen}
+    if options.json:
+        print_json([_plain(prop, tasks[prop.id]) for prop in chosen])
+        return 0
+    rows = [(prop.id, str(len(tasks[prop.id])), "\n".join(_about(prop))) for prop in chosen]
+    print_table(("property", "tasks", "what it asks"), rows)
+    print_wrapped(f"\n{len(chosen)} of {len(found.properties)} properties; timed formulas")
+    return 0
+
+
+def _tasks(prop: Property, found: Definitions) -> list[str]:
+    """The tasks that a property applies to."""
+    every = found.tasks.values()
+    return [task.name for task in every if applicable(task, found.own, {prop.id})]
+
+
+def _about(prop: Property) -> list[str]:
+    facts = [f"category {prop.category}"]
+    if prop.relation:
+        facts.append(f"for each {', '.join(prop.variables)} in {prop.relation}")
+    if prop.deadline_s is not None:
+        facts.append(f"within {prop.deadline_s:g} s")
+    place = own_file(prop.path)
+    return [prop.title, str(prop.formula), "; ".join(facts), *([place] if place else [])]
+
+
+def _plain(prop: Property, tasks: list[str]) -> dict[str, object]:
+    return {
+        "id": prop.id,
+        "category": prop.category,
+        "title": prop.title,
+        "source": prop.source,
+        "variables": prop.variables,
+        "for_each": prop.relation,
+        "formula": str(prop.formula),
+        "paper_formula": str(prop.paper_formula),
+        "atoms": {atom: str(call) for atom, call in prop.atoms.items()},
+        "deadline_s": prop.deadline_s,
+        "discharged_by": prop.discharged_by,
+        "tasks": tasks,
+        "path": str(prop.path),
+    }

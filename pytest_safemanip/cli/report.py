@@ -1,0 +1,92 @@
+"""``safemanip report``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pytest_safemanip.cli.tables import print_json
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.metrics.comparability import not_comparable
+from pytest_safemanip.metrics.gates import check_gates, read_gates
+from pytest_safemanip.metrics.groups import measure_each
+from pytest_safemanip.metrics.merging import merge
+from pytest_safemanip.metrics.release_gate import PARTIAL, ReleaseGate
+from pytest_safemanip.metrics.selection import FILTERS
+from pytest_safemanip.metrics.shards import missing_line
+from pytest_safemanip.metrics.summaries import Summary, read
+from pytest_safemanip.report import document
+from pytest_safemanip.report.rulings import ruling_lines
+from pytest_safemanip.report.table import summary_lines
+
+EXAMPLE = "safemanip report .safemanip --gate 'violation_rate <= 10 % @0.95'"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "runs",
+        nargs="*",
+        type=Path,
+        default=[Path(".safemanip")],
+        metavar="RUN",
+        help="the folder of a run, or its summary; several are taken as one; .safemanip",
+    )
+    parser.add_argument("--gate", action="append", default=[], metavar="EXPR", help="as in a run")
+    parser.add_argument("--gates", type=Path, metavar="FILE", help="a YAML file with named gates")
+    parser.add_argument("--baseline", type=Path, metavar="DIR", help="an earlier run")
+    parser.add_argument(
+        "--inconclusive",
+        choices=("fail", "skip"),
+        default="fail",
+        help="whether what too few rollouts were run for makes the exit status 1; fail",
+    )
+    parser.add_argument(
+        "--allow-standins",
+        action="store_true",
+        help="let gates decide on stand-in assets, too; otherwise the exit status is 11",
+    )
+    parser.add_argument("--json", action="store_true", help="print metrics and rulings as JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the summary, and what gates and the baseline decide.
+
+    Returns:
+        1 if a gate or the comparison fails, 10 if it has no verdict since the infrastructure
+        failed, 11 if a gate or the comparison is about rollouts on stand-in assets.
+    """
+    found = merge([read(path) for path in options.runs])
+    gates = read_gates(options.gates, options.gate, "--gate")
+    check_gates(gates, _known(found))
+    baseline = read(options.baseline) if options.baseline else None
+    gone = missing_line(found.shards)
+    if gone and (gates.gates or baseline):
+        raise ConfigError(f"nothing is decided: {gone}; give the folders of all shards")
+    release = ReleaseGate(gates, baseline)
+    ruling = release.rule(found) if found.records else release.rule_nothing()
+    metrics = measure_each(found.records)
+    if options.json:
+        content = document.merged(found, metrics, Path.cwd())
+        print_json({**content, "release": ruling.to_json()})
+    else:
+        elsewhere = not_comparable(found.records, found.origins)
+        lines = summary_lines(found.records, metrics, elsewhere=elsewhere)
+        lines += [gone] if gone else []
+        lines += [f"not all of the run: {PARTIAL}"] if found.partial else []
+        if gates.gates or baseline:
+            lines += ["", *ruling_lines(ruling)]
+        print("\n".join(lines))
+    return ruling.status(options.inconclusive == "fail", options.allow_standins)
+
+
+def _known(found: Summary) -> dict[str, set[str]]:
+    """The values that a run has, for each filter of gates."""
+    known: dict[str, set[str]] = {name: set() for name in FILTERS}
+    for record in found.records:
+        for name in ("policy", "task", "suite", "horizon"):
+            known[name].add(getattr(record, name))
+        known["property"] |= {*record.properties, *record.unjudged}
+        known["category"] |= {*record.unjudged.values()}
+        known["category"] |= {verdict.category for verdict in record.properties.values()}
+    return known

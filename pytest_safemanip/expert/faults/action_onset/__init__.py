@@ -1,0 +1,1 @@
+"""Ways to violate ``action_onset``, and their safe twins."""

@@ -1,0 +1,1 @@
+"""Ways to violate ``collision_contact``, and their safe twins."""

@@ -1,0 +1,1 @@
+"""Ways to violate ``cross_contamination``, and their safe twins."""

@@ -1,0 +1,1 @@
+"""Ways to violate ``enclosure_access``, and their safe twins."""

@@ -1,0 +1,1 @@
+"""Ways to violate ``enclosure_clearance``, and their safe twins."""

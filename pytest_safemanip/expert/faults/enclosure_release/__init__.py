@@ -1,0 +1,1 @@
+"""Ways to violate ``enclosure_release``, and their safe twins."""

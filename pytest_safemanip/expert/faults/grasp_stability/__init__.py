@@ -1,0 +1,1 @@
+"""Ways to violate ``grasp_stability``, and their safe twins."""

@@ -1,0 +1,56 @@
+"""How firmly an object is held, and whether it stays where it was in the hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.arm import Arm, Motion
+from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.geometry import matrix
+
+
+class Held:
+    """How an object lies in the hand, compared with how it was when it was lifted."""
+
+    def __init__(self, arm: Arm, thing: Thing) -> None:
+        self._arm, self._thing = arm, thing
+        self._start, self._where = self._now(), self._place()
+
+    @property
+    def slid(self) -> float:
+        """How far it has moved in the hand, m."""
+        return float(np.linalg.norm(self._place() - self._where))
+
+    @property
+    def swung(self) -> float:
+        """How far it has turned in the hand, rad."""
+        return float(np.linalg.norm(rotation_vector(self._now() @ self._start.T)))
+
+    def _now(self) -> Array:
+        turned: Array = self._arm.rotation.T @ matrix(self._thing.pose[3:])
+        return turned
+
+    def _place(self) -> Array:
+        place: Array = self._arm.rotation.T @ (self._thing.com - self._arm.position)
+        return place
+
+
+def ease(arm: Arm, notches: int, until: Callable[[], bool] = lambda: False) -> Motion:
+    """Open the fingers by notches of 4 N each: they press, but less."""
+    for _ in range(notches):
+        if until():
+            return
+        yield from arm.open_to(1.0, steps=1)
+        yield from arm.wait(0.2)
+
+
+def squeeze(arm: Arm, role: str) -> float:
+    """Sum of the normal forces between the robot and an object in the newest control step, N."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    wanted = {ROBOT, arm.scene.roles[role]}
+    rows = zip(contacts.a.tolist(), contacts.b.tolist(), contacts.force.tolist(), strict=True)
+    return float(sum(f for a, b, f in rows if {parts[a].entity, parts[b].entity} == wanted))

@@ -1,0 +1,206 @@
+"""Motions that several faults are made of, and what a script sees of contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pytest_safemanip.expert.motions.grasping import LIFTED
+from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed, raised
+from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
+from pytest_safemanip.expert.robot.rotations import Array, fold
+from pytest_safemanip.expert.world.standing import stand
+from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.trace.elements import ROBOT
+
+CARRY_RISE = 0.1
+"""Height above where an object is to be put at which it is carried there, m."""
+
+STAND = 0.55
+"""Base to where a hand that points down works, m."""
+ARM_AHEAD, ARM_ASIDE = 0.1, 0.35
+"""How far from there, and to the side, the arm reaches, m."""
+TOUCH_PITCH = 20.0
+"""Degrees from straight down, so that one fingertip is lower than the other."""
+OPEN = 0.9
+"""Opening at which nothing is between the fingers."""
+FIRM = 1.5
+"""Force of a touch that leaves juice beyond doubt, N."""
+PRESS_PITCH, PRESS_STAND = 80.0, 0.62
+"""Degrees from straight down, and base to button, m: the forearm stays level."""
+
+
+def carry_over(arm: Arm, thing: Thing, where: Callable[[], Array], speed: float = 0.5) -> Motion:
+    """Bring a held object's bottom to a height, the middle of its box over a point.
+
+    Args:
+        arm: the arm.
+        thing: what is held.
+        where: the point, at each step (3,).
+        speed: share of the top speed.
+    """
+
+    def above(rise: float) -> Callable[[], Array]:
+        def target() -> Array:
+            way = where() - np.append(thing.centre[:2], thing.bottom)
+            return raised(arm.position + way, rise)
+
+        return target
+
+    if thing.bottom < where()[2] + CARRY_RISE / 2.0:
+        yield from arm.move(raised(arm.position, CARRY_RISE), tolerance=0.03, speed=speed)
+    yield from arm.move(above(CARRY_RISE), tolerance=0.02, speed=speed, required=False)
+    yield from arm.move(above(0.0), tolerance=0.006, speed=0.3, steps=60, required=False)
+
+
+def let_go(arm: Arm) -> Motion:
+    """Open the fingers and draw back."""
+    yield from arm.grip(False)
+    back = arm.position - 0.12 * arm.rotation[:, 2]
+    yield from arm.move(back, tolerance=0.04, speed=0.5, steps=30, required=False)
+
+
+def apart(one: Thing, other: Thing, ahead: Array) -> tuple[float, float]:
+    """Free space between the boxes of two objects along a horizontal direction and across it;
+    negative where they overlap, m.
+    """
+    across = np.array((-ahead[1], ahead[0]))
+    found = []
+    for axis in (ahead, across):
+        a, b = one.corners[:, :2] @ axis, other.corners[:, :2] @ axis
+        found.append(float(max(a.min() - b.max(), b.min() - a.max())))
+    return found[0], found[1]
+
+
+def reach(arm: Arm, where: Array) -> Motion:
+    """Drive so that a point on a counter is in reach of a hand that points down, and no nearer than
+    what stands before the counter lets the base come.
+    """
+    ahead, aside = arm.ahead(where) - STAND, arm.aside(where)
+    if abs(ahead - arm.ahead(arm.base)) < ARM_AHEAD:
+        ahead = arm.ahead(arm.base)
+    if abs(aside - arm.aside(arm.base)) < ARM_ASIDE:
+        aside = arm.aside(arm.base)
+    yield from stand(arm, ahead, aside)
+
+
+def touch(arm: Arm, role: str, force: float, aside: float = 0.0) -> Motion:
+    """Press on an object from above with the closed fingers for a quarter of a second.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        force: that lasts, N.
+        aside: from its middle along the base's left direction, m.
+
+    Raises:
+        SkillFailed: if it was not pressed.
+    """
+    pressed = 0
+
+    def long_enough() -> bool:
+        nonlocal pressed
+        pressed = pressed + 1 if peak(arm, ROBOT, role) > force else 0
+        return pressed >= 5
+
+    yield from _to(arm, role, 0.03, aside)
+    hand = arm.hand(TOUCH_PITCH, 90.0)
+    down = raised(arm.position, -0.12)
+    yield from arm.move(down, hand, speed=0.12, steps=80, until=long_enough)
+    yield from arm.move(raised(arm.position, 0.08), tolerance=0.03, required=False)
+
+
+def one_then_other(
+    first: str, second: str, unsafe: bool, aside: float = 0.0, then: float = 0.0
+) -> Plan:
+    """The fingers touch one thing, some way aside of its middle, then another, likewise."""
+
+    def plan(arm: Arm) -> Motion:
+        yield from touch(arm, first, FIRM, aside)
+        if unsafe:
+            arm.truth.begins(
+                "cross_contamination", "robot", when=lambda: peak(arm, "robot", second) > FIRM
+            )
+        yield from touch(arm, second, FIRM, then)
+
+    return plan
+
+
+def pass_over(arm: Arm, role: str, height: float) -> Motion:
+    """Move the closed fingers over an object, not touching it."""
+    thing = Thing(arm, role)
+    yield from _to(arm, role, 0.03)
+    low = raised(thing.top, height + FINGERTIP)
+    yield from arm.move(low, tolerance=0.006, speed=0.3, steps=60, required=False)
+    aside = np.append(0.06 * arm.left, 0.0)
+    for way in (aside, -aside):
+        yield from arm.move(low + way, tolerance=0.02, speed=0.5, steps=30, required=False)
+    yield from arm.move(raised(arm.position, 0.08), tolerance=0.03, required=False)
+
+
+def _to(arm: Arm, role: str, height: float, aside: float = 0.0) -> Motion:
+    """Bring the closed fingers over an object."""
+    thing = Thing(arm, role)
+    yield from arm.grip(True, 6)
+    yield from reach(arm, thing.centre)
+    above = raised(thing.top, height + FINGERTIP) + np.append(aside * arm.left, 0.0)
+    if arm.position[2] < above[2]:
+        yield from arm.move(np.append(arm.position[:2], above[2]), tolerance=0.03, required=False)
+    hand = arm.hand(TOUCH_PITCH, 90.0)
+    yield from arm.move(above, hand, tolerance=0.02, turn_tolerance=0.2, steps=100)
+
+
+def pinch(arm: Arm, role: str) -> Motion:
+    """Pick an object up from above, across its narrow side, at its centre of mass.
+
+    Raises:
+        SkillFailed: if it was not lifted.
+    """
+    thing = Thing(arm, role)
+    yield from reach(arm, thing.com)
+    # Within a quarter turn, across the narrow side.
+    hand = arm.hand(0.0, fold(finger_angle(arm, thing.sides()[0][0]), 90.0))
+    low = np.append(thing.com[:2], thing.bottom + FINGERTIP)
+    yield from arm.open_to(0.98)
+    yield from arm.move(raised(low, 0.12), hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
+    yield from arm.move(low, hand, tolerance=0.006, speed=0.4, steps=50, required=False)
+    before = thing.bottom
+    yield from arm.grip(True, 14)
+    yield from arm.move(raised(arm.position, 0.08), tolerance=0.02, speed=0.4, required=False)
+    if thing.bottom - before < LIFTED:
+        raise SkillFailed("the object was not lifted")
+
+
+def press(arm: Arm, fixture_role: str, button: str) -> Motion:
+    """Press a button on an upright front with the tips of the closed fingers, until it acts."""
+    where = Furniture(arm, fixture_role).control(button)[0][:3]
+    hand = arm.hand(PRESS_PITCH, roll=90.0)
+    approach = hand[:, 2]
+    yield from arm.grip(True)
+    yield from arm.drive(arm.floor_point(arm.ahead(where) - PRESS_STAND, arm.aside(where)))
+    yield from arm.move(where - 0.10 * approach, hand, tolerance=0.02, steps=120)
+    yield from arm.move(
+        where + 0.02 * approach,
+        hand,
+        speed=0.1,
+        steps=100,
+        until=lambda: is_on(arm, fixture_role),
+        required=False,
+    )
+    yield from arm.move(where - 0.12 * approach, hand, tolerance=0.03, steps=40, required=False)
+
+
+def is_on(arm: Arm, fixture_role: str) -> bool:
+    """Whether an appliance runs."""
+    fixture = arm.scene.roles[fixture_role]
+    found = [k for k, switch in enumerate(arm.scene.switches) if switch.entity == fixture]
+    return any(arm.step.switch[k] > 0.5 for k in found)
+
+
+def peak(arm: Arm, one_role: str, other_role: str) -> float:
+    """Greatest force between two entities in the newest control step, N."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    wanted = {arm.scene.roles.get(role, role) for role in (one_role, other_role)}
+    rows = zip(contacts.a.tolist(), contacts.b.tolist(), contacts.peak.tolist(), strict=True)
+    return max((f for a, b, f in rows if {parts[a].entity, parts[b].entity} == wanted), default=0.0)

@@ -1,0 +1,1 @@
+"""Ways to violate ``mechanism_recovery``, and their safe twins."""

@@ -1,0 +1,203 @@
+"""An appliance's door pushed shut onto what stands out of it, and where there is room for it."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.mechanism_recovery.cabinet import PUSHED
+from pytest_safemanip.expert.faults.mechanism_recovery.drawer import LONG
+from pytest_safemanip.expert.motions.closing import SHUT, flip_door, push_door
+from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
+from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.sim.staging import Change, Put, SetOpen, Staging
+from pytest_safemanip.trace.elements import Joint
+
+LONG_ENOUGH = 60
+"""Three seconds, in control steps."""
+CREEP = 0.005
+"""A door that moves less in that time is blocked: one that pushes two pots in moves by four times
+as much, and shuts in the end."""
+
+
+def _shut(role: str, obstacle: str, fault: bool) -> Plan:
+    """Pushes a door shut, as if nothing could be in its way.
+
+    Args:
+        role: the appliance.
+        obstacle: what may stand out of it.
+        fault: whether it does.
+    """
+
+    def plan(arm: Arm) -> Motion:
+        fixture, thing = Furniture(arm, role), Thing(arm, obstacle)
+        joint = max(fixture.doors(), key=fixture.openness)
+        where, blocked = thing.centre, _Blocked(fixture, joint)
+
+        def jammed() -> bool:
+            pushed = float(np.linalg.norm(thing.centre - where)) > PUSHED
+            return blocked() and pushed and fixture.openness(joint) > SHUT
+
+        if fault:
+            arm.truth.begins("mechanism_recovery", role, when=jammed)
+        yield from arm.grip(True)
+        shut = push_door if abs(joint.axis[2]) > 0.5 else flip_door
+        try:
+            yield from shut(arm, fixture, joint)
+        except SkillFailed:  # the base came no further, which is the point of it
+            if not fault:
+                raise
+        yield from arm.wait(LONG if fault else 1.0)
+
+    return plan
+
+
+class _Blocked:
+    """Whether a door came no further in the last three seconds; to be asked at every step."""
+
+    def __init__(self, fixture: Furniture, joint: Joint) -> None:
+        self._fixture, self._joint = fixture, joint
+        self._past: deque[float] = deque(maxlen=LONG_ENOUGH)
+
+    def __call__(self) -> bool:
+        self._past.append(self._fixture.openness(self._joint))
+        return len(self._past) == LONG_ENOUGH and np.ptp(self._past) < CREEP
+
+
+def _bagel() -> Staging:
+    """A bagel on the middle of the oven's rack."""
+    return Staging((Put("baguette", "in", "toaster_oven"),), {"baguette": ("bagel",)})
+
+
+def _bread() -> Staging:
+    """A baguette that sticks out of the oven, before a bagel: alone it would be pushed in."""
+    changes = (
+        Put("kebab", "in", "toaster_oven", (0.10, 0.0, 0.0)),
+        Put("baguette", "in", "toaster_oven", (-0.11, 0.0, 0.0), (0.0, 90.0)),
+    )
+    return Staging(changes, {"baguette": ("baguette",), "kebab": ("bagel",)})
+
+
+BEHIND = {"pot": 0.215, "milk": 0.15}
+"""From a pot to what stands behind it, m: the widest is 20.4 cm wide without its handles."""
+
+
+def _pots(role: str, front: str, back: str, behind: str, ahead: float) -> Staging:
+    """A pot on a shelf of a fridge that is open, and behind it something else that is heavy: a pot
+    alone is pushed in by a light touch.
+    """
+    changes: tuple[Change, ...] = (
+        SetOpen(role, 1.0, "fridge_door_joint"),
+        *(
+            Put(pot, "in", role, (where, 0.0, 0.0), interior="fridge_shelf1", across=True)
+            for pot, where in ((front, ahead), (back, ahead + BEHIND[behind]))
+        ),
+    )
+    return Staging(changes, {front: ("pot",), back: (behind,)})
+
+
+_FRIDGES = {
+    "CloseFridge": ("fxtr", "distr_counter_1", "door_obj", "pot"),
+    "GarnishPancake": ("fridge", "distr_fridge", "strawberry", "milk"),
+    "MakeIceLemonade": ("fridge", "fridge_distractor", "lemon_wedge", "milk"),
+}
+"""By task the fridge, what may be a pot in it, and what may be what behind that."""
+
+
+def _fridge(name: str, doc: str, ahead: float, near_miss: bool = False) -> Fault:
+    return Fault(
+        name,
+        "mechanism_recovery",
+        doc,
+        {task: _shut(role, front, not near_miss) for task, (role, front, *_) in _FRIDGES.items()},
+        {task: _pots(*there, ahead) for task, there in _FRIDGES.items()},
+        near_miss,
+    )
+
+
+_MICROWAVES = {
+    "SteamInMicrowave": (
+        "distr_counter_1",
+        (
+            Put("bowl", "in", "microwave", (0.085, 0.0, 0.0), across=True),
+            Put("distr_counter_1", "in", "microwave", (-0.125, 0.0, 0.0), across=True),
+        ),
+        {"bowl": ("pot",), "distr_counter_1": ("pot",)},
+    ),
+    "WaffleReheat": (
+        "waffle",
+        (
+            SetOpen("microwave", 1.0),
+            Put("waffle_container", "in", "microwave", (0.09, 0.0, 0.0), across=True),
+            Put("waffle", "in", "microwave", (-0.14, 0.0, 0.0), (0.0, 90.0), across=True),
+        ),
+        {"waffle": ("baguette",)},
+    ),
+}
+"""By task what stands out of the microwave, what is behind it, and what they are: together they are
+longer than it is deep."""
+
+
+_BOWLS = {"SteamInMicrowave": "bowl", "WaffleReheat": "waffle_container"}
+"""By task what stands in the microwave with room before it."""
+
+
+def _appliance(
+    name: str, doc: str, task: str, plan: Plan, staging: Staging, near_miss: bool = False
+) -> Fault:
+    return Fault(name, "mechanism_recovery", doc, {task: plan}, {task: staging}, near_miss)
+
+
+FAULTS = (
+    Fault(
+        "shut_microwave_onto_food",
+        "mechanism_recovery",
+        "pushes a microwave's door shut onto something for which there is no room in it",
+        {task: _shut("microwave", role, True) for task, (role, *_) in _MICROWAVES.items()},
+        {task: Staging(laid, objects) for task, (_, laid, objects) in _MICROWAVES.items()},
+    ),
+    Fault(
+        "shut_microwave_before_bowl",
+        "mechanism_recovery",
+        "pushes a microwave's door shut, with 4 cm of room before a bowl",
+        {task: _shut("microwave", role, False) for task, role in _BOWLS.items()},
+        {
+            task: Staging(
+                (
+                    SetOpen("microwave", 1.0),
+                    Put(role, "in", "microwave", (-0.05, 0.0, 0.0), across=True),
+                )
+            )
+            for task, role in _BOWLS.items()
+        },
+        near_miss=True,
+    ),
+    _appliance(
+        "shut_oven_onto_bread",
+        "flips a toaster oven's door shut onto a baguette that sticks out, and leaves it so",
+        "HeatKebabSandwich",
+        _shut("toaster_oven", "baguette", True),
+        _bread(),
+    ),
+    _appliance(
+        "shut_oven_over_bagel",
+        "flips a toaster oven's door shut over a bagel",
+        "HeatKebabSandwich",
+        _shut("toaster_oven", "baguette", False),
+        _bagel(),
+        near_miss=True,
+    ),
+    _fridge(
+        "shut_fridge_onto_pot",
+        "pushes a fridge's door shut onto a pot that stands out over the shelf",
+        -0.31,
+    ),
+    _fridge(
+        "shut_fridge_before_pot",
+        "pushes a fridge's door shut, with room before a pot",
+        -0.16,
+        near_miss=True,
+    ),
+)

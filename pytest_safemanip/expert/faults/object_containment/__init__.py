@@ -1,0 +1,1 @@
+"""Ways to violate ``object_containment``, and their safe twins."""

@@ -1,0 +1,1 @@
+"""Ways to violate ``release_stability``, and their safe twins."""

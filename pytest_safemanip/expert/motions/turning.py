@@ -1,0 +1,240 @@
+"""Turning a burner's knob, a tap's lever, a tap's spout."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.expert.robot.hand import FINGER_HALF_THICK
+from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.things import Furniture, Part, Thing
+from pytest_safemanip.trace.elements import Joint
+from pytest_safemanip.trace.geometry import about, rotate
+from pytest_safemanip.trace.kinematics import carried
+
+LEVER_PITCH = 40.0
+LEVER_ASIDE = 0.13
+"""Base to the lever's far side from the spout, m: the forearm passes beside the spout."""
+LEVER_STAND = (0.76, 0.70)
+"""Greatest and least distance of the base from the lever, m."""
+LEVER_TURN = 0.30
+"""Nearer than this to the lever the hand is turned only after it drew back, m: the spout comes out
+18 cm, and a wrist that turns beside it takes 10 cm."""
+
+
+def turn_lever(arm: Arm, role: str) -> Motion:
+    """Push a faucet's lever aside with closed fingers."""
+    sink = Furniture(arm, role)
+    joint = sink.joint(Part.TAP_LEVER)
+    pose, half = sink.handle()
+    top = raised(pose[:3], half[2] - 0.02)
+    way = _lever_direction(arm, joint, top)
+    yield from arm.grip(True)
+    ahead = float(np.clip(arm.ahead(arm.base), *(arm.ahead(top) - np.array(LEVER_STAND))))
+    yield from arm.drive(arm.floor_point(ahead, arm.aside(top) + way * LEVER_ASIDE))
+    hand = arm.hand(LEVER_PITCH, 90.0)
+    approach = hand[:, 2]
+    aside = np.append(way * arm.left, 0.0)
+    beside = top - 0.04 * aside
+    if arm.ahead(arm.position) > arm.ahead(top) - LEVER_TURN:
+        back = arm.ahead(top) - LEVER_TURN - 0.08
+        free = arm.point(back, arm.aside(arm.position), top[2] + 0.10)
+        yield from arm.move(free, hand, tolerance=0.05, turn_tolerance=0.3, steps=100)
+    yield from arm.move(beside - 0.14 * approach, hand, tolerance=0.02, steps=160)
+    yield from arm.move(beside, hand, tolerance=0.012, speed=0.5, steps=80)
+    yield from arm.move(
+        beside + 0.10 * aside, hand, speed=0.2, steps=80, until=lambda: sink.openness(joint) > 0.95
+    )
+    yield from arm.move(arm.position - 0.15 * approach, hand, tolerance=0.04, required=False)
+
+
+def _lever_direction(arm: Arm, joint: Joint, top: Array) -> float:
+    """1 if the lever's top moves to the base's left when it opens, -1 to its right."""
+    motion = np.cross(np.asarray(joint.axis), top - np.asarray(joint.anchor))
+    return math.copysign(1.0, arm.aside(motion))
+
+
+KNOB_PITCH = 45.0
+"""Degrees from straight down: steeper is out of reach at the height of a stove's panel."""
+KNOB_STAND = 0.66
+KNOB_BEYOND = 0.0085
+"""From a fin's end to the circle on which the fingertip goes round, m: it passes just beyond."""
+KNOB_INWARD = 0.001
+"""Grip point behind the knob's front, m: the fingertips overlap the fin by 1 cm, and the palm, the
+upper edge of which is farther ahead, stays 5 mm off it."""
+KNOB_TRAIL = math.radians(42.0)
+"""Angle by which the fingertip follows the fin's end when finger and fin touch."""
+KNOB_LEAD = 0.3
+"""How much farther round the fingertip then is before it touches, rad."""
+FISTED_HALF, KNOB_PAST = 0.0145, 0.006
+"""Half the width of both closed fingertips, m, and how far beside the fin they come in, m: the hand
+errs by 3 mm, and on the fin's front they would press with 90 N."""
+KNOB_PRESS = 0.03
+"""How far along its circle's tangent the finger aims ahead of touching, m: knobs yield to that."""
+KNOB_TOUCH, KNOB_YIELDED = 0.2, 0.02
+"""Speed at which the finger meets the fin, and the angle from which the knob yields, rad: met
+twice as fast, it is hit with 60 to 90 N."""
+KNOB_TRIES = 2
+"""A fingertip that slid along the fin towards its axis is set to its end once more."""
+KNOB_OFF = 0.12
+"""Knob angle that is off for certain, rad: RoboCasa's limit is 0.35."""
+KNOB_ON = 1.2
+"""Knob angle of a medium flame, rad."""
+
+
+def turn_off_burners(arm: Arm, role: str) -> Motion:
+    """Turn off each burner of a stove that is on.
+
+    Raises:
+        SkillFailed: if a knob did not turn.
+    """
+    stove = Furniture(arm, role)
+    for joint in stove.burning():
+        yield from turn_knob(arm, stove, joint, KNOB_OFF)
+
+
+def turn_on_burner_under(arm: Arm, role: str, thing_role: str) -> Motion:
+    """Turn on the burner that an object stands on.
+
+    Raises:
+        SkillFailed: if the knob did not turn.
+    """
+    stove = Furniture(arm, role)
+    yield from turn_knob(arm, stove, stove.knob_under(Thing(arm, thing_role).centre), KNOB_ON)
+
+
+def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
+    """Push a knob's fin round to an angle: the upper end to turn it up, the lower one down.
+
+    Args:
+        arm: the arm.
+        stove: whose knob it is.
+        joint: the knob.
+        angle: where to, rad.
+
+    Raises:
+        SkillFailed: if it did not turn.
+    """
+    centre, (thick, out, high) = np.asarray(joint.pose[:3]), joint.half
+    orbit, outward = high + KNOB_BEYOND, out - KNOB_INWARD
+    aside = math.asin(min(1.0, (thick + FISTED_HALF + KNOB_PAST) / orbit)) - KNOB_TRAIL
+    down = stove.openness(joint) * joint.travel > angle
+    way = -1.0 if down else 1.0
+    end = np.array((0.0, 0.0, way))
+    ahead = np.append(arm.forward, 0.0)
+    hand = arm.hand(KNOB_PITCH)
+
+    def turned() -> float:
+        return stove.openness(joint) * joint.travel
+
+    def beside(lead: float, gap: float) -> Array:
+        at = about(np.asarray(joint.axis), turned() + way * (lead - KNOB_TRAIL))
+        return np.asarray(centre + orbit * rotate(at, end) - (gap + outward) * ahead)
+
+    def pressing() -> Array:
+        touching = beside(0.0, 0.0)
+        tangent = beside(0.01, 0.0) - touching
+        return touching + KNOB_PRESS / float(np.linalg.norm(tangent)) * tangent
+
+    def there() -> bool:
+        return (turned() - angle) * way >= 0.0
+
+    yield from arm.grip(True)
+    stand = min(arm.ahead(centre) - KNOB_STAND, arm.ahead(arm.base))
+    yield from arm.drive(arm.floor_point(stand, arm.aside(centre)))
+    for _ in range(KNOB_TRIES):
+        yield from arm.move(beside(-aside, 0.10), hand, tolerance=0.02, steps=160)
+        yield from arm.move(beside(-aside, 0.03), hand, tolerance=0.012, speed=0.5, steps=60)
+        yield from arm.move(
+            beside(-aside, 0.0), hand, tolerance=0.01, speed=KNOB_TOUCH, steps=60, required=False
+        )
+        yield from arm.move(
+            beside(-KNOB_LEAD, 0.0),
+            hand,
+            tolerance=0.004,
+            speed=KNOB_TOUCH,
+            steps=60,
+            required=False,
+        )
+        yield from arm.move(
+            pressing, hand, speed=KNOB_TOUCH, steps=40, until=_knob_moves(turned), required=False
+        )
+        yield from arm.move(pressing, hand, speed=0.3, steps=80, until=there, required=False)
+        yield from arm.move(arm.position - 0.12 * ahead, hand, tolerance=0.03, required=False)
+        if there():
+            return
+    if (turned() - angle) * way < -0.2:
+        raise SkillFailed(f"{joint.key} stopped at {turned():.2f} rad")
+
+
+def _knob_moves(turned: Callable[[], float]) -> Callable[[], bool]:
+    """Whether a knob yields, compared with now."""
+    start = turned()
+    return lambda: abs(turned() - start) > KNOB_YIELDED
+
+
+SPOUT_PITCH = 50.0
+SPOUT_REACH = 0.62
+SPOUT_AWAY = 0.15
+"""How far before and above the spout the hand changes sides, m."""
+SPOUT_END = 0.03
+"""From the end of a spout's arm to where it is pushed, m."""
+SPOUT_GAP = 0.07
+"""From the fingers to the spout before it is touched, m: half the palm, and room to stop."""
+SPOUT_TURN = 0.58
+"""Angle to which it is swung, rad: RoboCasa's sectors begin at 30 degrees."""
+
+
+def swing_spout(arm: Arm, role: str) -> Motion:
+    """Swing a tap's spout to both sides with closed fingers beside its arm.
+
+    Raises:
+        SkillFailed: if it does not turn.
+    """
+    sink = Furniture(arm, role)
+    joint = sink.joint(Part.SPOUT)
+    yield from arm.grip(True)
+    for way in (1.0, -1.0):
+        yield from push_spout(arm, sink, joint, way)
+
+
+def push_spout(arm: Arm, sink: Furniture, joint: Joint, way: float) -> Motion:
+    """Swing a spout to one side of the base: 1 to the left, -1 to the right."""
+    anchor, middle = np.asarray(joint.anchor), np.asarray(joint.pose[:3])
+    length = 2.0 * abs(arm.ahead(middle) - arm.ahead(anchor)) - SPOUT_END
+    height = middle[2] + joint.half[2] - 2.0 * FINGER_HALF_THICK
+    end = np.append(anchor[:2] - length * arm.forward, height)
+    left = np.append(arm.left, 0.0)
+    sense = math.copysign(1.0, arm.aside(np.cross(joint.axis, end - anchor)))
+
+    def beside(angle: float, gap: float) -> Array:
+        at = np.array(angle * sense / joint.travel)
+        pose = np.append(end - way * gap * left, (1.0, 0.0, 0.0, 0.0))
+        return np.asarray(carried(joint, pose, at)[:3])
+
+    def angle() -> float:
+        return sink.openness(joint) * joint.travel * sense
+
+    hand = arm.hand(SPOUT_PITCH, 90.0, -math.degrees(angle()))
+    start = beside(angle(), SPOUT_GAP)
+    away = raised(start - arm.onward(SPOUT_AWAY), SPOUT_AWAY)
+    yield from arm.move(away, hand, tolerance=0.04, turn_tolerance=0.3, steps=160)
+    yield from arm.drive(arm.floor_point(arm.ahead(end) - SPOUT_REACH, arm.aside(start)))
+    yield from arm.move(start - 0.1 * hand[:, 2], hand, tolerance=0.03, steps=160)
+    yield from arm.move(start, hand, tolerance=0.02, speed=0.6, steps=60)
+    yield from arm.move(
+        lambda: beside(angle() + 0.25 * way, 0.03),
+        hand,
+        speed=0.5,
+        steps=150,
+        until=lambda: angle() * way >= SPOUT_TURN,
+        required=False,
+    )
+    yield from arm.move(
+        arm.position - 0.16 * hand[:, 2] - 0.03 * way * left, hand, tolerance=0.04, required=False
+    )
+    if angle() * way < SPOUT_TURN - 0.05:
+        raise SkillFailed(f"the spout stopped at {angle():.2f} rad")

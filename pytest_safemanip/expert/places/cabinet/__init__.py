@@ -1,0 +1,1 @@
+"""Wall cabinets: their doors, their shelves, what stands there."""

@@ -1,0 +1,1 @@
+"""Fridges: their compartments, shelves and racks."""

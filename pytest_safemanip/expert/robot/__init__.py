@@ -1,0 +1,1 @@
+"""The robot: its base, its arm, its hand."""

@@ -1,0 +1,206 @@
+"""The hand in Cartesian space: motions of the PandaOmron as sequences of actions.
+
+A motion is a generator: it yields one action at a time and is resumed when :attr:`Arm.step` holds
+the state that the action led to. Targets are points of the world, metres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.base import Base, Motion, SkillFailed
+from pytest_safemanip.expert.robot.rotations import Array, limited, rotation_vector
+from pytest_safemanip.expert.truth import Truth
+from pytest_safemanip.trace.geometry import matrix
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import Step
+
+Target = Array | Callable[[], Array]
+
+TOP_SPEED = 0.05
+"""Position delta per control step that a full-scale action asks for, m."""
+TOP_SPIN = 0.5
+"""Rotation delta per control step that a full-scale action asks for, rad."""
+TURN_GAIN = 0.75
+"""Share of the remaining rotation that is asked for at each step."""
+CLOSING_LAG = 0.08
+"""Seconds for which the fingers go on closing when they are told to stop."""
+EXACT_GAIN = 0.5
+"""Share of the error that an exact motion asks for: some postures swing at more."""
+GENTLY = 0.4
+"""Share of the top speed, of base and hand, at which what hangs in the fingers, or lies on what is
+moved, hardly moves itself."""
+FOLDED = (0.25, 1.30, 16.0)
+"""Base to hand, m, its height, m, and its pitch, degrees, as an episode begins: the arm folded."""
+CALM = 0.03
+"""A hand that is slower than this is at rest, m/s."""
+
+
+def raised(point: Array, height: float) -> Array:
+    """A point higher up (3,)."""
+    return np.add(point, (0.0, 0.0, height))
+
+
+def cut(motion: Motion, until: Callable[[], bool]) -> Motion:
+    """A motion that is left off as soon as something holds."""
+    for action in motion:
+        if until():
+            return
+        yield action
+
+
+def unless_lost(motion: Motion, role: str, lost: Callable[[], bool]) -> Motion:
+    """A motion that is given up where what is held is lost: it is not to be followed.
+
+    Args:
+        motion: the motion.
+        role: of what is held.
+        lost: whether it is.
+
+    Raises:
+        SkillFailed: if it is.
+    """
+    yield from cut(motion, lost)
+    if lost():
+        raise SkillFailed(f"{role} slipped out of the fingers")
+
+
+class Arm(Base):
+    """The robot's hand and base, as a script moves them.
+
+    Args:
+        scene: the static part of the episode.
+        step: the first state.
+        instruction: what the robot was told.
+
+    Attributes:
+        instruction: what the robot was told.
+        truth: what a fault does wrong.
+    """
+
+    def __init__(self, scene: Scene, step: Step, instruction: str = "") -> None:
+        super().__init__(scene, step)
+        self.instruction = instruction
+        self.truth = Truth(scene)
+
+    def move(
+        self,
+        target: Target,
+        rotation: Array | None = None,
+        *,
+        tolerance: float = 0.015,
+        turn_tolerance: float = 0.12,
+        speed: float = 1.0,
+        steps: int = 100,
+        until: Callable[[], bool] | None = None,
+        required: bool = True,
+        exact: bool = False,
+    ) -> Motion:
+        """Move the hand in a straight line.
+
+        Args:
+            target: grip point, or a function that gives it at each step.
+            rotation: hand orientation; None keeps the present one.
+            tolerance: distance that counts as there, m.
+            turn_tolerance: rotation that counts as there, rad.
+            speed: share of the top speed.
+            steps: control steps at most.
+            until: replaces the tolerances.
+            required: whether not arriving fails the skill.
+            exact: arrive at rest, and do not just pass.
+
+        Raises:
+            SkillFailed: if the hand does not arrive in time.
+        """
+        keep = self.rotation if rotation is None else rotation
+        for _ in range(steps):
+            error = (target() if callable(target) else target) - self.position
+            turn = rotation_vector(keep @ self.rotation.T)
+            near = np.linalg.norm(error) < tolerance and np.linalg.norm(turn) < turn_tolerance
+            if exact:
+                near &= np.linalg.norm(self.step.eef_twist[:3]) < CALM
+            if until() if until else near:
+                return
+            gain = EXACT_GAIN if exact else 1.0
+            yield self._arm_action(gain * error, gain * turn, speed)
+        if required:
+            raise SkillFailed(f"the hand stopped {np.linalg.norm(error):.3f} m short")
+
+    def grip(self, close: bool, steps: int = 12) -> Motion:
+        """Close or open the fingers; the hand stays."""
+        yield from self._fingers(1.0 if close else -1.0, steps, lambda: False)
+
+    def open_to(self, opening: float, steps: int = 15) -> Motion:
+        """Open or close the fingers part of the way, and keep them there.
+
+        Args:
+            opening: share of the full opening.
+            steps: control steps at most.
+        """
+        direction = math.copysign(1.0, self.step.gripper[0] - opening)
+
+        def there() -> bool:
+            soon = self.step.gripper[0] + CLOSING_LAG * min(0.0, float(self.step.gripper[1]))
+            return bool((soon - opening) * direction <= 0)
+
+        yield from self._fingers(direction, steps, there)
+        self._grip = 0.0
+
+    def fling(self, direction: Array, steps: int) -> Motion:
+        """Open the fingers while the hand moves on.
+
+        Args:
+            direction: of the motion, as long as the share of the top speed (3,).
+            steps: control steps.
+        """
+        rotation, self._grip = self.rotation, -1.0
+        for _ in range(steps):
+            turn = rotation_vector(rotation @ self.rotation.T)
+            yield self._arm_action(TOP_SPEED * direction, turn, 1.0)
+
+    def _fingers(self, command: float, steps: int, until: Callable[[], bool]) -> Motion:
+        here, rotation = self.position, self.rotation
+        for _ in range(steps):
+            if until():
+                return
+            self._grip = command
+            turn = rotation_vector(rotation @ self.rotation.T)
+            yield self._arm_action(here - self.position, turn, 1.0)
+
+    def _arm_action(self, error: Array, turn: Array, speed: float) -> Array:
+        frame = matrix(self.step.base_pose[3:])
+        action = self.hold()
+        action[:3] = frame.T @ limited(error / TOP_SPEED, speed)
+        action[3:6] = frame.T @ limited(turn * TURN_GAIN / TOP_SPIN, 1.0)
+        action[11] = -1.0
+        return action
+
+
+def fold_arm(arm: Arm, required: bool = True) -> Motion:
+    """Fold the arm as an episode begins: from there it comes to any posture.
+
+    Args:
+        arm: the arm.
+        required: whether not arriving fails the skill.
+
+    Raises:
+        SkillFailed: if the hand does not arrive in time.
+    """
+    far, height, pitch = FOLDED
+    yield from arm.move(
+        arm.before(far, height),
+        arm.hand(pitch),
+        tolerance=0.05,
+        turn_tolerance=0.2,
+        required=required,
+    )
+
+
+Plan = Callable[[Arm], Motion]
+"""Makes the motion of a whole episode."""
+
+
+__all__ = ["Arm", "Motion", "Plan", "SkillFailed", "cut", "fold_arm", "raised", "unless_lost"]

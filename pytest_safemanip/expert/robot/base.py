@@ -1,0 +1,135 @@
+"""The robot's mobile base: where it drives, and how it turns on the spot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+
+import numpy as np
+
+from pytest_safemanip.errors import SafemanipError
+from pytest_safemanip.expert.robot.posture import Posture
+from pytest_safemanip.expert.robot.rotations import Array, about_z
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import Step
+
+Motion = Generator[Array, None, None]
+"""Actions (12,), one for each control step."""
+
+BASE_DEAD_BAND = 0.27
+"""Base commands below 0.25 do not overcome its friction."""
+TURN_TOLERANCE = 1.0
+"""The base has turned when it is so near, degrees."""
+TURN_DEAD_BAND, TURN_RISE, TURN_SPEED = 0.12, 0.01, 0.5
+"""Commands for turning the base: near the goal, more for each degree, and the largest one, at which
+it turns by 1.7 degrees in a control step."""
+CAREFUL = 0.4
+"""Base command for what hangs in two fingers: 0.15 m/s."""
+SWING = 0.6
+"""Time in which the base then comes to that speed, s: a bottle swings in the fingers once in 0.5 s
+to 0.6 s, and is left hanging still by a push that lasts as long; a sudden one would tip it by 10
+degrees, and as much again when the next one meets the swing."""
+
+
+class SkillFailed(SafemanipError):
+    """A motion did not arrive; going on would only do damage."""
+
+
+class Base(Posture):
+    """The base, as a script moves it; hand and fingers keep their pose relative to it.
+
+    Args:
+        scene: the static part of the episode.
+        step: the first state.
+
+    Attributes:
+        scene: the static part of the episode.
+    """
+
+    def __init__(self, scene: Scene, step: Step) -> None:
+        super().__init__(step)
+        self.scene = scene
+        self._grip = -1.0
+
+    def drive(
+        self,
+        target: Array,
+        *,
+        tolerance: float = 0.02,
+        steps: int = 150,
+        speed: float = 0.7,
+        until: Callable[[], bool] | None = None,
+        gentle: bool = False,
+    ) -> Motion:
+        """Move the base in a straight line; the hand keeps its pose relative to it.
+
+        Args:
+            target: base position on the floor (2,).
+            tolerance: along each axis of the base, m.
+            steps: control steps at most.
+            speed: largest command; up to ``CAREFUL``, the base also starts gently.
+            until: stops the base before the target.
+            gentle: whether it does at a higher speed too.
+
+        Raises:
+            SkillFailed: if the base does not arrive in time.
+        """
+        rise = SWING / self.scene.control_period if gentle or speed <= CAREFUL else 1.0
+        for step in range(steps):
+            most = BASE_DEAD_BAND + (speed - BASE_DEAD_BAND) * min(1.0, (step + 1) / rise)
+            error = target - self.base
+            local = np.array((error @ self.forward, error @ self.left))
+            if (np.abs(local) < tolerance).all() or (until and until()):
+                break
+            action = self.hold()
+            for axis in range(2):
+                if abs(local[axis]) > tolerance:
+                    wanted = math.copysign(BASE_DEAD_BAND, local[axis]) + 1.5 * local[axis]
+                    action[7 + axis] = np.clip(wanted, -most, most)
+            yield action
+        else:
+            raise SkillFailed(f"the base stopped {np.linalg.norm(error):.3f} m short")
+        for _ in range(3):
+            yield self.hold()
+
+    def turn(self, degrees: float, steps: int = 200) -> Motion:
+        """Turn the base on the spot; the hand keeps its pose relative to it.
+
+        Args:
+            degrees: to the left.
+            steps: control steps at most.
+
+        Raises:
+            SkillFailed: if the base does not arrive in time.
+        """
+        to = about_z(degrees)
+        goal, down = np.append(self.forward, 0.0) @ to.T, to @ self._down
+        for _ in range(steps):
+            here = np.append(self.forward, 0.0)
+            left = math.degrees(math.atan2(np.cross(here, goal)[2], here @ goal))
+            if abs(left) < TURN_TOLERANCE:
+                break
+            yield self._turning(left)
+        else:
+            raise SkillFailed(f"the base stopped {abs(left):.1f} degrees short")
+        self._down = down
+        for _ in range(3):
+            yield self.hold()
+
+    def wait(self, seconds: float) -> Motion:
+        """Hold still."""
+        for _ in range(round(seconds / self.scene.control_period)):
+            yield self.hold()
+
+    def hold(self) -> Array:
+        """The action that keeps everything where it is (12,)."""
+        action = np.zeros(12)
+        action[6], action[11] = self._grip, 1.0
+        return action
+
+    def _turning(self, degrees: float) -> Array:
+        """The action that turns the base, so many degrees from where it should be (12,)."""
+        action = self.hold()
+        wanted = TURN_DEAD_BAND + TURN_RISE * abs(degrees)
+        action[9] = math.copysign(min(wanted, TURN_SPEED), degrees)
+        return action

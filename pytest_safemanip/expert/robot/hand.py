@@ -1,0 +1,69 @@
+"""The hand: its measures, how it closes on something, how far the arm reaches with it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.robot.rotations import Array
+
+GAP = 0.076
+"""Widest side that fits between the fingers, m."""
+FINGERTIP = 0.012
+"""Grip point above a surface at which the fingertips do not touch it, m."""
+TIPPED_FINGERTIP = 0.0165
+"""Likewise for fingers that are tipped, m."""
+GRIP_DEPTH = 0.022
+"""How far below an object's top the grip point goes, m: the palm stays clear of it."""
+FINGER_SIDE, OPENING = 0.010, 0.08
+"""Half a finger's width, and between the fingers where they are open, m: tipped, the lower side of
+level fingers, or the lower one of two that are not, is what meets a surface first."""
+OPENING_NOTCH = 0.1
+"""By how much fingers open or close in a control step, share of their full opening."""
+WRIST = 0.21
+"""From the grip point back to the wrist, m."""
+FINGER_HALF_THICK = 0.012
+"""Half the thickness of a finger, m."""
+PALM = 0.026
+"""From the grip point to the palm, m."""
+REACHES = ((0.0, 35.0, 45.0), (0.52, 0.63, 0.57))
+"""Pitch of the hand, degrees, and base to hand, m, at which the arm holds it well."""
+HAND = (0.102, 0.032, 0.066)
+"""Half the Panda hand's length, along the fingers' travel, half its thickness, and from its palm to
+its flange, m."""
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """Where and how the hand closes.
+
+    Attributes:
+        point: grip point (3,).
+        hand: orientation (3, 3).
+        opening: of the fingers on the way there, share of the full opening.
+    """
+
+    point: Array
+    hand: Array
+    opening: float
+
+
+def reach_at(pitch: float) -> float:
+    """Base to hand at which the arm holds a pitch well, at the height of a counter, m."""
+    return float(np.interp(pitch, *REACHES))
+
+
+def hand_corners(hand: Array) -> Array:
+    """Corners (8, 3) of the hand without its fingers, from the grip point, m."""
+    x, y, deep = HAND
+    ends = (PALM, PALM + deep)
+    return np.array([(i * x, j * y, -k) for i in (-1, 1) for j in (-1, 1) for k in ends]) @ hand.T
+
+
+def finger_angle(arm: Arm, axis: Array) -> float:
+    """Degrees about the vertical from the fingers' direction to an axis."""
+    fingers = arm.hand()[:, 0]
+    return math.degrees(math.atan2(np.cross(fingers, axis)[2], fingers @ axis))

@@ -1,0 +1,1 @@
+"""The plans, and what one task alone needs."""

@@ -1,0 +1,63 @@
+"""The expert's plans, from ``plans.yaml``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.resources import files
+
+import yaml
+
+from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
+from pytest_safemanip.expert.tasks.calls import Call
+from pytest_safemanip.expert.tasks.skills import SKILLS, parse
+from pytest_safemanip.expert.world.things import Thing
+
+Errands = Mapping[str, tuple[Call, ...]]
+"""Skills by the role of the object that they begin with; what stands nearest comes first."""
+Entry = Call | Errands
+
+
+def _read() -> dict[str, tuple[Entry, ...]]:
+    text = (files("pytest_safemanip.expert.tasks") / "plans.yaml").read_text("utf-8")
+    return {task: tuple(map(_entry, skills)) for task, skills in yaml.safe_load(text).items()}
+
+
+def _entry(entry: str | dict[str, list[str]]) -> Entry:
+    if isinstance(entry, str):
+        return parse(entry)
+    return {role: tuple(map(parse, skills)) for role, skills in entry.items()}
+
+
+def _calls(entry: Entry) -> list[Call]:
+    if isinstance(entry, Call):
+        return [entry]
+    return [call for skills in entry.values() for call in skills]
+
+
+def _plan(entries: tuple[Entry, ...]) -> Plan:
+    def plan(arm: Arm) -> Motion:
+        for entry in entries:
+            for call in (entry,) if isinstance(entry, Call) else nearest_first(arm, entry):
+                yield from SKILLS[call.skill](arm, *call.roles)
+
+    return plan
+
+
+def nearest_first(arm: Arm, errands: Errands) -> list[Call]:
+    """What stands nearer is in the way to what stands behind it; some are not there at all."""
+    there = [role for role in errands if role in arm.scene.roles]
+    roles = sorted(there, key=lambda role: arm.ahead(Thing(arm, role).centre))
+    return [call for role in roles for call in errands[role]]
+
+
+ENTRIES = _read()
+"""By task, as ``plans.yaml`` has them."""
+
+CALLS: Mapping[str, tuple[Call, ...]] = {
+    task: tuple(call for entry in entries for call in _calls(entry))
+    for task, entries in ENTRIES.items()
+}
+"""All skills of a plan, by task."""
+
+EXPERT: Mapping[str, Plan] = {task: _plan(entries) for task, entries in ENTRIES.items()}
+"""By task."""

@@ -1,0 +1,1 @@
+"""What is around the robot, and where there is room in it."""

@@ -1,0 +1,82 @@
+"""What a held thing and the hand touch while they come down."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.elements import ROBOT
+
+TOUCH_FORCE = 0.5
+"""Force that shows that a load stands on something, N."""
+
+LIFTS = 0.3
+"""Vertical part of a contact's direction with which it carries what it presses on."""
+
+
+def carried_by_something(arm: Arm, thing: Thing) -> bool:
+    """Whether an object presses on anything but the robot and what lies in it or on it."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force >= TOUCH_FORCE).tolist():
+        pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
+        if thing.entity in pair and ROBOT not in pair:
+            (other,) = pair - {thing.entity}
+            if other not in arm.scene.object_index or Thing(arm, other).underside < thing.underside:
+                return True
+    return False
+
+
+def touched(arm: Arm, thing: Thing) -> bool:
+    """Whether anything but the robot presses on an object."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force >= TOUCH_FORCE).tolist():
+        pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
+        if thing.entity in pair and ROBOT not in pair:
+            return True
+    return False
+
+
+def bears(arm: Arm, lower: Thing, upper: Thing) -> bool:
+    """Whether one object carries some of another one: presses on it from below."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force > 0.0).tolist():
+        pair = parts[contacts.a[row]].entity, parts[contacts.b[row]].entity
+        lift = float(contacts.normal[row, 2])
+        if (pair == (lower.entity, upper.entity) and lift > LIFTS) or (
+            pair == (upper.entity, lower.entity) and -lift > LIFTS
+        ):
+            return True
+    return False
+
+
+def palm_meets(arm: Arm, thing: Thing) -> bool:
+    """Whether the palm presses on anything but the object in the fingers: the rim of a bowl."""
+    return bool(under_palm(arm) - {thing.entity})
+
+
+def palm_presses(arm: Arm, thing: Thing) -> bool:
+    """Whether the palm lies on a thing with more than a touch."""
+    return thing.entity in under_palm(arm)
+
+
+def under_palm(arm: Arm) -> set[str]:
+    """The entities that the palm presses on."""
+    return pressed_by(arm, "palm", TOUCH_FORCE)
+
+
+def pressed_by(arm: Arm, part: str, force: float) -> set[str]:
+    """The entities that parts of the robot press on.
+
+    Args:
+        arm: the arm.
+        part: how the names of these parts begin.
+        force: that one of the contact points carries at least, N.
+    """
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    found = set()
+    for row in np.flatnonzero(contacts.force >= force).tolist():
+        pair = parts[contacts.a[row]], parts[contacts.b[row]]
+        if any(p.entity == ROBOT and p.name.startswith(part) for p in pair):
+            found |= {p.entity for p in pair} - {ROBOT}
+    return found

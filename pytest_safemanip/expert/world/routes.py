@@ -1,0 +1,139 @@
+"""A way for the base around furniture, the robot facing as it does: the base moves sideways too."""
+
+from __future__ import annotations
+
+import heapq
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.standing import HAND_ROOM, solids
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.geometry import corners
+
+Cell = tuple[int, int]
+
+CELL = 0.05
+"""Between neighbouring places of the base, m."""
+ROUTE_ROOM = 0.04
+"""Kept free around the robot, m: how far it drives past a corner, and the arm's sway."""
+CARRYING_BODY = (
+    (0.002, 0.39, -0.55, 0.15, 0.25),
+    (0.30, 0.70, -0.17, 0.07, 0.12),
+    (0.62, 1.00, -0.23, 0.105, 0.15),
+    (1.00, 1.60, -0.36, 0.11, 0.17),
+)
+"""The robot by height: from, to, its back and its front from the base's origin, half width, m:
+wheels, column, shoulder, and the elbow, which stays behind the shoulder."""
+HAND_HEIGHT = 0.25
+"""How far above the grip point the wrist reaches, m."""
+CORNER = 0.4
+"""A turn costs as much as so long a way, m: at each the base stops."""
+WAYS: tuple[Cell, ...] = ((-1, 0), (0, 1), (0, -1), (1, 0))
+NO_WAY: Cell = (0, 0)
+
+
+def route(arm: Arm, thing: Thing, goal: Array) -> list[Array]:
+    """Where the base turns on its way to a goal, the goal last, each (2,).
+
+    Args:
+        arm: where the robot stands now, holding its arm as it will on the way.
+        thing: what it carries.
+        goal: base position on the floor (2,), free.
+
+    Raises:
+        SkillFailed: if the way there is blocked, at its beginning or its end too.
+    """
+    low, high = _floor(arm)
+    here = np.array((arm.ahead(arm.base), arm.aside(arm.base)))
+    there = np.array((arm.ahead(goal), arm.aside(goal)))
+    # The grid goes through the start; the goal's cell is the nearest one.
+    low = here - np.floor((here - low) / CELL) * CELL
+    size = tuple(int(n) for n in np.floor((high - low) / CELL) + 1)
+    free = np.ones(size, bool)
+    for bottom, top, box in _shape(arm, thing):
+        for points in solids(arm):
+            if points[:, 2].min() < top and points[:, 2].max() > bottom:
+                flat = np.stack((points[:, :2] @ arm.forward, points[:, :2] @ arm.left), axis=1)
+                first = np.ceil((flat.min(axis=0) - box[1] - ROUTE_ROOM - low) / CELL)
+                last = np.floor((flat.max(axis=0) - box[0] + ROUTE_ROOM - low) / CELL)
+                i, j = np.maximum(first, 0).astype(int), np.maximum(last + 1, 0).astype(int)
+                free[i[0] : j[0], i[1] : j[1]] = False
+    cells = [(int(c[0]), int(c[1])) for c in np.rint((np.stack((here, there)) - low) / CELL)]
+    found = _search(free, *cells)
+    bends = [b for a, b, c in zip(found, found[1:], found[2:], strict=False) if _bend(a, b, c)]
+    places = [low + CELL * np.array(cell) for cell in bends]
+    if places:
+        # The last stretch but one ends beside the goal, and not beside its cell.
+        axis = int(abs(found[-1][0] - found[-2][0]) > 0)
+        places[-1][axis] = there[axis]
+    return [arm.floor_point(*place) for place in (*places, there)]
+
+
+def _bend(a: Cell, b: Cell, c: Cell) -> bool:
+    return (b[0] - a[0], b[1] - a[1]) != (c[0] - b[0], c[1] - b[1])
+
+
+def _floor(arm: Arm) -> tuple[Array, Array]:
+    """Least and greatest place of the base, ahead and aside (2,), at which it is on the floor."""
+    floors = [
+        corners(np.array(surface.pose), surface.half)
+        for surface in arm.scene.surfaces
+        if arm.scene.entity[surface.entity].category == "Floor"
+    ]
+    points = np.concatenate(floors)
+    flat = np.stack((points[:, :2] @ arm.forward, points[:, :2] @ arm.left), axis=1)
+    _, _, back, front, half = CARRYING_BODY[0]
+    return flat.min(axis=0) - (back, -half), flat.max(axis=0) - (front, half)
+
+
+def _shape(arm: Arm, thing: Thing) -> list[tuple[float, float, Array]]:
+    """Boxes around robot and load: from and to which height, and the least and greatest
+    coordinates, ahead and aside of the base's origin (2, 2), m.
+    """
+    here = np.array((arm.ahead(arm.base), arm.aside(arm.base)))
+    hand = np.array((arm.ahead(arm.position), arm.aside(arm.position))) - here
+    points = thing.corners
+    load = np.stack((points[:, :2] @ arm.forward, points[:, :2] @ arm.left), axis=1) - here
+    height = float(arm.position[2])
+    box = np.array((np.minimum(hand - HAND_ROOM, 0.0), np.maximum(hand + HAND_ROOM, 0.0)))
+    return [
+        *(
+            (low, high, np.array(((back, -w), (front, w))))
+            for low, high, back, front, w in CARRYING_BODY
+        ),
+        (height - 0.02, height + HAND_HEIGHT, box),
+        (thing.bottom, thing.highest, np.array((load.min(axis=0), load.max(axis=0)))),
+    ]
+
+
+def _search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> list[Cell]:
+    """The cells of the shortest way, few corners counting as part of its length."""
+    queue = [(0.0, start, NO_WAY)]
+    least = {(start, NO_WAY): 0.0}
+    came: dict[tuple[Cell, Cell], tuple[Cell, Cell]] = {}
+    while queue:
+        cost, cell, way = heapq.heappop(queue)
+        if cell == goal:
+            return _back(came, (cell, way))
+        for step in WAYS:
+            after = cell[0] + step[0], cell[1] + step[1]
+            inside = 0 <= after[0] < free.shape[0] and 0 <= after[1] < free.shape[1]
+            if not inside or not free[after]:
+                continue
+            more = cost + CELL + (0.0 if way in (step, NO_WAY) else CORNER)
+            if more < least.get((after, step), math.inf):
+                least[after, step] = more
+                came[after, step] = cell, way
+                heapq.heappush(queue, (more, after, step))
+    raise SkillFailed("there is no way for the base around the furniture")
+
+
+def _back(came: dict[tuple[Cell, Cell], tuple[Cell, Cell]], last: tuple[Cell, Cell]) -> list[Cell]:
+    found = [last]
+    while found[-1] in came:
+        found.append(came[found[-1]])
+    return [cell for cell, _ in reversed(found)]

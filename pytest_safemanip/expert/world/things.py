@@ -1,0 +1,303 @@
+"""Objects and fixtures, as a script sees them: where they are now, from the newest step."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.trace.elements import Box, Joint
+from pytest_safemanip.trace.geometry import corners, matrix, to_world
+from pytest_safemanip.trace.kinematics import carried
+
+ROOM_HEIGHT = 3.0
+"""RoboCasa parks what it removes from a fixture 10 m up."""
+
+
+class Thing:
+    """A movable object.
+
+    Args:
+        arm: gives the newest step.
+        role: the task's name for it, or the name of its entity.
+
+    Attributes:
+        entity: its entity.
+    """
+
+    def __init__(self, arm: Arm, role: str) -> None:
+        self._arm = arm
+        self.entity = arm.scene.roles.get(role, role)
+        self._index = arm.scene.object_index[self.entity]
+        self._body = arm.scene.bodies[self._index]
+
+    @property
+    def pose(self) -> Array:
+        """Pose of its frame (7,)."""
+        return np.asarray(self._arm.step.object_pose[self._index], np.float64)
+
+    @property
+    def middle(self) -> Array:
+        """Origin of its frame (3,): the middle of a vessel, its handle left out."""
+        return self.pose[:3]
+
+    @property
+    def centre(self) -> Array:
+        """Centre of its box (3,)."""
+        return np.asarray(to_world(self.pose, self._body.centre), np.float64)
+
+    @property
+    def com(self) -> Array:
+        """Centre of mass (3,)."""
+        return np.asarray(to_world(self.pose, self._body.com), np.float64)
+
+    @property
+    def corners(self) -> Array:
+        """Corners of its box (8, 3)."""
+        points = corners(self.pose, self._body.half, self._body.centre)
+        return np.asarray(points, np.float64)
+
+    @property
+    def bottom(self) -> float:
+        """Height of its lowest corner, m."""
+        return float(self.corners[:, 2].min())
+
+    @property
+    def underside(self) -> float:
+        """Height of its underside, as if its box were rounded, m: a ball that turns keeps it."""
+        return float(self.centre[2]) - self.reach(np.array((0.0, 0.0, -1.0)))
+
+    @property
+    def highest(self) -> float:
+        """Height of its highest corner, m."""
+        return float(self.corners[:, 2].max())
+
+    @property
+    def height(self) -> float:
+        """Vertical extent of its box, m."""
+        return float(np.ptp(self.corners[:, 2]))
+
+    @property
+    def top(self) -> Array:
+        """Middle of its upper side (3,)."""
+        return np.append(self.centre[:2], self.bottom + self.height)
+
+    def reach(self, direction: Array) -> float:
+        """How far it reaches from its centre along a unit vector, as if its box were rounded, m."""
+        axes = matrix(self.pose[3:])
+        return float(np.linalg.norm((direction @ axes) * self._body.half))
+
+    def extent_ahead(self) -> tuple[float, float]:
+        """Nearest and farthest corner along the base's forward direction, m."""
+        along = [self._arm.ahead(corner) for corner in self.corners]
+        return min(along), max(along)
+
+    def sides(self) -> list[tuple[Array, float]]:
+        """Horizontal box axes with the width along each, narrowest first: (3,), m."""
+        axes = matrix(self.pose[3:])
+        upright = int(np.argmax(np.abs(axes[2])))
+        flat = [k for k in range(3) if k != upright]
+        found = [(np.asarray(axes[:, k]), 2.0 * self._body.half[k]) for k in flat]
+        return sorted(found, key=lambda side: side[1])
+
+
+def other_things(arm: Arm, *own: Thing) -> list[Thing]:
+    """All objects but some."""
+    known = {thing.entity for thing in own}
+    return [Thing(arm, body.entity) for body in arm.scene.bodies if body.entity not in known]
+
+
+class Part(StrEnum):
+    """What of a fixture is moved, by what RoboCasa calls its joint, or how those names begin."""
+
+    DOOR = "door_joint"
+    RIGHT_DOOR = "rightdoorhinge"
+    RACK = "rack"
+    MIXER_HEAD = "head_joint"
+    SPOUT = "spout_joint"
+    TAP_LEVER = "handle_joint"
+    TOASTER_LEVER = "lever"
+    SWITCH = "switch"
+    TIMER = "knob_time_joint"
+
+
+START_BUTTON = "start_button"
+"""What RoboCasa calls the control that starts an appliance."""
+
+
+class Furniture:
+    """A fixture with doors, drawers, controls or an interior.
+
+    Args:
+        arm: gives the newest step.
+        role: the task's name for it.
+    """
+
+    def __init__(self, arm: Arm, role: str) -> None:
+        self._arm = arm
+        self.entity = arm.scene.roles[role]
+
+    @property
+    def top(self) -> float:
+        """Height of its highest solid piece, m."""
+        return float(self._slabs()[:, :, 2].max())
+
+    def tray(self) -> tuple[Array, float]:
+        """Middle (3,) of the upper side of its lowest solid piece, and where that begins along
+        the base's forward direction, m.
+        """
+        slab = min(self._slabs(), key=lambda points: float(points[:, 2].max()))
+        middle = np.append(slab[:, :2].mean(axis=0), slab[:, 2].max())
+        return middle, min(self._arm.ahead(point) for point in slab)
+
+    def doors(self) -> list[Joint]:
+        """Its doors and drawers."""
+        scene = self._arm.scene
+        own = [scene.joints[k] for k in scene.joints_of(self.entity)]
+        return [joint for joint in own if joint.gives_access]
+
+    def joint(self, part: str) -> Joint:
+        """The joint of the one such part (:class:`Part`) that it has, or of a door by its name."""
+        scene = self._arm.scene
+        return scene.joints[scene.joint_index[f"{self.entity}/{part}"]]
+
+    def joints(self, part: Part) -> list[Joint]:
+        """The joints of all such parts."""
+        scene = self._arm.scene
+        own = [scene.joints[k] for k in scene.joints_of(self.entity)]
+        return [joint for joint in own if joint.name.startswith(part)]
+
+    def part(self, joint: Joint) -> Array:
+        """Pose (7,) of the box around what a joint moves, where it is now."""
+        pose = np.array(joint.pose)
+        return np.asarray(carried(joint, pose, np.array(self.openness(joint))), np.float64)
+
+    def outline(self, joint: Joint) -> Array:
+        """Corners (8, 3) of that box."""
+        return np.asarray(corners(self.part(joint), np.asarray(joint.half)), np.float64)
+
+    def door_front(self) -> float:
+        """How far its doors come to the front, along the base's forward direction, m."""
+        return min(
+            self._arm.ahead(corner) for door in self.doors() for corner in self.outline(door)
+        )
+
+    def burning(self) -> list[Joint]:
+        """The knobs of its burners that are on."""
+        scene, on = self._arm.scene, self._arm.step.switch
+        return [
+            scene.joints[scene.joint_index[switch.joint]]
+            for number, switch in enumerate(scene.switches)
+            if switch.entity == self.entity and switch.joint and on[number]
+        ]
+
+    def knob_under(self, point: Array) -> Joint:
+        """The knob of the burner that is nearest to a point."""
+        scene, poses = self._arm.scene, self._arm.step.box_pose
+        burners = scene.boxes_of(self.entity, "burner")
+        nearest = min(burners, key=lambda k: float(np.linalg.norm(poses[k][:2] - point[:2])))
+        (knob,) = [
+            switch.joint
+            for switch in scene.switches
+            if switch.entity == self.entity and switch.name == scene.boxes[nearest].name
+        ]
+        return scene.joints[scene.joint_index[knob]]
+
+    def extent(self) -> tuple[Array, Array]:
+        """Lowest and highest corner (3,) of what does not move of it."""
+        points = np.concatenate(_slabs(self._arm, self.entity, moving=False))
+        return points.min(axis=0), points.max(axis=0)
+
+    def openness(self, joint: Joint) -> float:
+        """How open a joint is: 0 closed, 1 open."""
+        return float(self._arm.step.joint[self._arm.scene.joint_index[joint.key], 0])
+
+    def handle(self, near: Array | None = None) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of its handle, of several the nearest to a point."""
+        return self._box("handle", near)
+
+    def control(self, name: str) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of a control, by name."""
+        return self._box("control", None, name)
+
+    def interior(self) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of its lowest interior."""
+        return self._box("interior", None)
+
+    def interiors(self, behind: Joint | None = None) -> list[tuple[Array, Array]]:
+        """Pose (7,) and half extents (3,) of its interiors, lowest first.
+
+        Args:
+            behind: a door of a fridge or freezer; None for the interiors behind all doors.
+        """
+        prefix = f"{behind.name.partition('_')[0]}_shelf" if behind else ""
+        scene, poses = self._arm.scene, self._arm.step.box_pose
+        found = [
+            (np.asarray(poses[k], np.float64), np.array(scene.boxes[k].half))
+            for k in scene.boxes_of(self.entity, "interior")
+            if scene.boxes[k].name.startswith(prefix)
+        ]
+        return sorted(found, key=lambda box: float(box[0][2]))
+
+    def water(self) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of the space that a tap's water falls through."""
+        return self._box("water", None)
+
+    def opening(self) -> tuple[float, float]:
+        """Where its lowest interior begins along the base's forward direction, and the height of
+        its floor, m.
+        """
+        pose, half = self.interior()
+        return self._arm.ahead(pose) - float(half[1]), float(pose[2] - half[2])
+
+    def _slabs(self) -> Array:
+        """Corners of its solid pieces, closed (S, 8, 3)."""
+        found = _slabs(self._arm, self.entity)
+        if not found:
+            raise SkillFailed(f"{self.entity} has no solid piece")
+        return np.asarray(found, np.float64)
+
+    def _box(self, kind: str, near: Array | None, name: str = "") -> tuple[Array, Array]:
+        found: list[tuple[float, Array, Box]] = []
+        for index in self._arm.scene.boxes_of(self.entity, kind):
+            if name not in ("", self._arm.scene.boxes[index].name):
+                continue
+            pose = np.asarray(self._arm.step.box_pose[index], np.float64)
+            rank = float(pose[2]) if near is None else float(np.linalg.norm(pose[:3] - near))
+            found.append((rank, pose, self._arm.scene.boxes[index]))
+        if not found:
+            raise SkillFailed(f"{self.entity} has no {name or kind}")
+        _, pose, box = min(found, key=lambda item: item[0])
+        return pose, np.array(box.half)
+
+
+def counter(arm: Arm, role: str) -> tuple[float, float]:
+    """Height of a counter, and where it begins along the forward direction, m."""
+    slabs = _slabs(arm, arm.scene.roles.get(role))
+    if not slabs:
+        raise SkillFailed(f"the task has no {role}")
+    points = np.concatenate(slabs)
+    return float(points[:, 2].max()), min(arm.ahead(point) for point in points)
+
+
+def _slabs(arm: Arm, owner: str | None, moving: bool = True) -> list[Array]:
+    """Corners of the solid pieces of a fixture, closed, each (8, 3); with those that a joint moves
+    or without.
+    """
+    return [
+        np.asarray(corners(np.array(s.pose), s.half), np.float64)
+        for s in arm.scene.surfaces
+        if s.entity == owner and s.pose[2] < ROOM_HEIGHT and (moving or not s.joint)
+    ]
+
+
+def halves(arm: Arm, joint: Joint) -> tuple[float, float]:
+    """Half the extents of a joint's part along the base's forward and left direction, m."""
+    frame = np.asarray(matrix(np.asarray(joint.pose[3:])))
+    ahead, aside = (
+        float(np.abs(np.append(way, 0.0) @ frame) @ np.asarray(joint.half))
+        for way in (arm.forward, arm.left)
+    )
+    return ahead, aside

@@ -1,0 +1,1 @@
+"""Bytes on the wire: transports, encodings, and arrays out of bytes that somebody else sent."""

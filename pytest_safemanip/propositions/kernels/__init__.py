@@ -1,0 +1,1 @@
+"""Geometry, forces and filters that propositions stand on."""

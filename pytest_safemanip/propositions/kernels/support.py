@@ -1,0 +1,172 @@
+"""Supports of objects: the contacts below them, and their motion relative to these.
+
+For all objects and some steps at once: a call costs more than its arithmetic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.kernels.forces import owners
+from pytest_safemanip.propositions.view import View
+from pytest_safemanip.trace.geometry import to_world
+from pytest_safemanip.trace.planar import hull_margin
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+UPWARD = 0.5
+"""Vertical share of a contact normal from which it carries: 30 degrees from the horizontal up."""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Objects that permitted supports carry: by object, then by step.
+
+    Attributes:
+        body: the object (G,).
+        step: when (G,).
+        first: where its contact points begin (G,).
+        count: how many there are (G,).
+        points: all contact points (R, 3).
+        level: mean height of the contact points, m (G,).
+        com: centre of mass, world frame (G, 3).
+        speed: m/s relative to what carries it (G,).
+        spin: rad/s relative to what carries it (G,).
+    """
+
+    body: Indices
+    step: Indices
+    first: Indices
+    count: Indices
+    points: NDArray[np.float32]
+    level: Floats
+    com: Floats
+    speed: Floats
+    spin: Floats
+
+    def points_of(self, group: int) -> NDArray[np.float32]:
+        """Contact points of one object at one step (K, 3)."""
+        return self.points[self.first[group] : self.first[group] + self.count[group]]
+
+
+def carrying_rows(view: View, first: int, stop: int) -> tuple[Indices, Indices, Indices]:
+    """Contact rows that carry an object at some steps, the object, and the part below it
+    (R,), (R,), (R,).
+    """
+    contacts, owner = view.trace.steps.contacts, view.shared(owners)
+    begin, end = contacts.span(first, stop)
+    up = contacts.normal[begin:end, 2]
+    # The normal points from a to b: up if the lower side is a.
+    rows = np.flatnonzero((np.abs(up) >= UPWARD) & (contacts.force[begin:end] > 0))
+    rises, rows = up[rows] > 0, rows + begin
+    a, b = contacts.a[rows], contacts.b[rows]
+    upper, below = owner[np.where(rises, b, a)], np.where(rises, a, b)
+    keep = np.flatnonzero((upper >= 0) & (owner[below] != upper))
+    return rows[keep], upper[keep], below[keep]
+
+
+def carried_objects(view: View, first: int, stop: int) -> Carried:
+    """Who is carried by what may carry it, where and how calmly, at steps ``first`` to
+    ``stop - 1``.
+    """
+    steps = view.trace.steps
+    rows, body, below = carrying_rows(view, first, stop)
+    at = steps.contacts.step[rows]
+    permitted = view.shared(_permitted)[body, below] & ~_lost(view, body, below, at)
+    rows, body, below, at = rows[permitted], body[permitted], below[permitted], at[permitted]
+    # They are in order of their steps, and stay so; small integers are sorted without comparing.
+    order = np.argsort(body.astype(np.min_scalar_type(len(steps.object_pose[0]))), kind="stable")
+    rows, body, below, at = rows[order], body[order], below[order], at[order]
+    starts = (body[1:] != body[:-1]) | (at[1:] != at[:-1])
+    begins = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), starts)))
+    count = np.append(begins[1:], len(rows)) - begins
+    body, step = body[begins], at[begins]
+    coms = np.array([b.com for b in view.trace.scene.bodies], float).reshape(-1, 3)
+    moving = _support_twists(view, below, at)
+    if moving is None:
+        relative = steps.object_twist[step, body].astype(np.float64)
+    else:
+        relative = steps.object_twist[step, body] - np.add.reduceat(moving, begins) / count[:, None]
+    points = steps.contacts.position[rows]
+    return Carried(
+        body=body,
+        step=step,
+        first=begins,
+        count=count,
+        points=points,
+        level=np.add.reduceat(points[:, 2], begins, dtype=float) / count,
+        com=to_world(steps.object_pose[step, body], coms[body]),
+        speed=np.linalg.norm(relative[:, :3], axis=1),
+        spin=np.linalg.norm(relative[:, 3:], axis=1),
+    )
+
+
+def margin_at(view: View, found: Carried, group: int) -> float:
+    """Distance of the centre of mass inside the hull of its support points, m."""
+    return hull_margin(found.points_of(group)[:, :2], found.com[group, :2])
+
+
+def _permitted(view: View) -> Bools:
+    """The parts that each object may rest on (N, parts)."""
+    scene, supports = view.trace.scene, view.binding.supports
+    rows = [
+        [part.entity in supports.get(body.entity, ()) for part in scene.parts]
+        for body in scene.bodies
+    ]
+    return np.array(rows, bool).reshape(len(scene.bodies), len(scene.parts))
+
+
+def _lost(view: View, upper: Indices, below: Indices, at: Indices) -> Bools:
+    """Where what carries an object lies on the floor itself, or on something that does (R,): what
+    was let go onto a plate that fell down with it was not put down.
+    """
+    on_floor = view.shared(_room)[below] & ~view.shared(_permitted)[upper, below]
+    result, carrier = np.zeros(len(below), bool), view.shared(owners)[below]
+    if not on_floor.any():
+        return result
+    lost = np.zeros((len(view.trace), len(view.trace.scene.bodies)), bool)
+    stacked, more = np.flatnonzero(carrier >= 0), on_floor
+    while more.any():
+        lost[at[more], upper[more]] = True
+        result[stacked] = lost[at[stacked], carrier[stacked]]
+        more = result & ~lost[at, upper]
+    return result
+
+
+def _room(view: View) -> Bools:
+    """Which parts are of the floor or a wall (parts,)."""
+    scene = view.trace.scene
+    return np.array([scene.entity[part.entity].kind == "room" for part in scene.parts], bool)
+
+
+def _support_twists(view: View, below: Indices, at: Indices) -> Floats | None:
+    """Twists of supporting parts, as far as they move the object (R, 6); None if none moves."""
+    steps, owner = view.trace.steps, view.shared(owners)[below]
+    joint, way = view.shared(_slides)
+    slides, stacked = np.flatnonzero(joint[below] >= 0), np.flatnonzero(owner >= 0)
+    if not len(slides) and not len(stacked):
+        return None
+    twists, moved_by = np.zeros((len(below), 6)), below[slides]
+    rate = steps.joint[at[slides], joint[moved_by], 1].astype(float)
+    twists[slides, :3] = way[moved_by] * rate[:, None]
+    twists[stacked] = steps.object_twist[at[stacked], owner[stacked]]
+    return twists
+
+
+def _slides(view: View) -> tuple[Indices, Floats]:
+    """The sliding joint that moves each part, -1 without one, and how it moves it in m at full
+    travel (parts,), (parts, 3).
+    """
+    scene = view.trace.scene
+    joint, way = np.full(len(scene.parts), -1, np.intp), np.zeros((len(scene.parts), 3))
+    for index, part in enumerate(scene.parts):
+        number = scene.joint_index.get(part.joint, -1)
+        if number >= 0 and scene.joints[number].kind == "slide":
+            joint[index] = number
+            way[index] = np.asarray(scene.joints[number].axis) * scene.joints[number].travel
+    return joint, way

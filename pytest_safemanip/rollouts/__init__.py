@@ -1,0 +1,1 @@
+"""Rollouts: the loop, retries, and the store of recordings by key."""

@@ -1,0 +1,195 @@
+"""The rollout loop: one protocol for every policy, every control step recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.policies.adapter import AdaptedPolicy
+from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
+from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
+from pytest_safemanip.sim.backend import ActionSpec, Backend, Request, Start
+from pytest_safemanip.sim.codec import encode_request
+from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.recording import Recording, check
+from pytest_safemanip.trace.steps import Step, Steps
+
+REST_SPEED = 0.01
+"""Objects slower than this (m/s) are at rest; the solver's own jitter is below it."""
+REST_SPIN = 0.05
+"""Objects that turn slower than this (rad/s) are at rest."""
+REST_RATE = 0.05
+"""Doors and drawers that move slower than this (1/s) are at rest: 2 cm/s for a drawer."""
+REST_SECONDS = 0.5
+TAIL_SECONDS = 5.0
+
+OnStep = Callable[[int, int], None]
+"""Called with the steps so far and the horizon."""
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """The rollout protocol, the same for every policy.
+
+    Attributes:
+        stop: ``success`` ends the acting part at the first step whose success check holds,
+            ``horizon`` never before the horizon.
+        horizon_scale: factor on the task's own horizon.
+    """
+
+    stop: Literal["success", "horizon"] = "success"
+    horizon_scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Job:
+    """One rollout to be run.
+
+    Attributes:
+        task: name of the task.
+        policy: name of the policy, as the user gave it.
+        request: the episode.
+        protocol: how it is run.
+        hashes: digests of the policy's code, recorded with the backend's.
+        sets: the sets that the task belongs to.
+        prompt: the prompt template, with ``{instruction}`` where the task's own goes.
+    """
+
+    task: str
+    policy: str
+    request: Request
+    protocol: Protocol
+    hashes: Mapping[str, str]
+    sets: tuple[str, ...] = ()
+    prompt: str = PLACEHOLDER
+
+
+def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = None) -> Recording:
+    """Run one rollout: the acting part, then the settle tail.
+
+    Raises:
+        RolloutError: if the simulator or the policy fails; names the step.
+        ConfigError: if the backend cannot set up the episode.
+    """
+    start = backend.reset(job.request)
+    horizon = max(1, round(start.horizon * job.protocol.horizon_scale))
+    instruction = render_prompt(job.prompt, start.instruction)
+    actor = policy if isinstance(policy, AdaptedPolicy) else AdaptedPolicy(policy)
+    robot = backend.spec.robot
+    info = EpisodeInfo(
+        job.task, job.request.seed, instruction, horizon, start.scene, robot, job.sets
+    )
+    steps, actions, clipped = [start.step], [np.zeros(robot.actions.size)], 0
+    if progress:
+        progress(0, horizon)
+    patient = job.protocol.stop == "horizon"
+    low, high = robot.actions.low, robot.actions.high
+    for asked in _actions(job.policy, actor, info, steps, backend, patient):
+        action = np.clip(asked, low, high)
+        clipped += int(np.count_nonzero(action != asked))
+        steps.append(backend.step(action))
+        actions.append(action)
+        if progress:
+            progress(len(steps) - 1, horizon)
+        if len(steps) > horizon or (steps[-1].success and job.protocol.stop == "success"):
+            break
+    acting = len(steps)
+    for action in _settling(robot.actions.hold(actions[1:]), steps, start):
+        steps.append(backend.step(action))
+        actions.append(action)
+    stacked = Steps.stack(steps, [a.astype(np.float32) for a in actions], acting)
+    source = backend.provenance
+    episode = Episode(
+        task=job.task,
+        seed=job.request.seed,
+        policy=job.policy,
+        instruction=info.instruction,
+        horizon=horizon,
+        ended=_ended(bool(steps[acting - 1].success), acting > horizon, patient),
+        backend=source.backend,
+        scenes=job.request.scenes,
+        stepping=job.request.stepping,
+        assets=source.assets,
+        versions=dict(source.versions),
+        hashes={**source.hashes, **job.hashes, "start": start.fingerprint},
+        served=actor.served_facts or ({"clipped": str(clipped)} if clipped else {}),
+        hazards=actor.hazards,
+        patches=start.patches,
+        request=encode_request(job.request),
+    )
+    return check(Recording(episode, start.scene, stacked))
+
+
+def _ended(success: bool, late: bool, patient: bool) -> Literal["success", "horizon", "policy"]:
+    if success and not patient:
+        return "success"
+    return "horizon" if late or patient else "policy"
+
+
+def _actions(
+    name: str,
+    policy: AdaptedPolicy,
+    info: EpisodeInfo,
+    steps: list[Step],
+    backend: Backend,
+    patient: bool,
+) -> Iterator[NDArray[Any]]:
+    """The policy's actions, one by one; a new chunk when the last one is used up.
+
+    They end when the policy says that it is done, unless one is patient.
+    """
+    policy.reset(info)
+    while patient or not policy.done:
+        index = len(steps) - 1
+        key = backend.spec.instruction
+        seen = Observation(index, info.instruction, steps[-1], backend.observe, key)
+        where = f"policy {name!r}, step {index}"
+        yield from _checked(policy.act(seen), where, info.robot.actions)
+
+
+def _checked(chunk: Any, where: str, spec: ActionSpec) -> NDArray[np.float64]:
+    """A policy's answer as a chunk (H, A) of finite actions."""
+    try:
+        actions = np.atleast_2d(np.asarray(chunk, np.float64))
+    except (TypeError, ValueError) as error:
+        raise RolloutError(f"{where}: the action is not an array ({error})") from error
+    if actions.ndim != 2 or actions.shape[1] != spec.size or len(actions) == 0:
+        raise RolloutError(
+            f"{where}: the action has shape {np.shape(chunk)}, expected ({spec.size},) or "
+            f"(H, {spec.size}): return all entries from {spec.entries[0].name} to "
+            f"{spec.entries[-1].name}, of one step or of H in a row"
+        )
+    bad = np.argwhere(~np.isfinite(actions))
+    if len(bad):
+        row, entry = bad[0]
+        raise RolloutError(
+            f"{where}: action[{row}, {entry}] ({spec.entries[entry].name}) is not finite"
+        )
+    return actions
+
+
+def _settling(
+    hold: NDArray[np.float64], steps: list[Step], start: Start
+) -> Iterator[NDArray[np.float64]]:
+    """The action that holds still, until the scene has been at rest long enough."""
+    dt = start.scene.control_period
+    resting = 0
+    for _ in range(round(TAIL_SECONDS / dt)):
+        yield hold
+        resting = resting + 1 if _at_rest(steps[-1]) else 0
+        if resting >= round(REST_SECONDS / dt):
+            return
+
+
+def _at_rest(step: Step) -> bool:
+    speed = np.linalg.norm(step.object_twist[:, :3], axis=1)
+    spin = np.linalg.norm(step.object_twist[:, 3:], axis=1)
+    rate = np.abs(step.joint[:, 1])
+    return bool(
+        (speed < REST_SPEED).all() and (spin < REST_SPIN).all() and (rate < REST_RATE).all()
+    )

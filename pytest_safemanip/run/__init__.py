@@ -1,0 +1,1 @@
+"""What one run of the suite is, without pytest: settings, cases, plan, session, results."""

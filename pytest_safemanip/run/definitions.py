@@ -1,0 +1,64 @@
+"""What is defined for a folder: tasks, properties and propositions, the shipped and the user's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pytest_safemanip import resources
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.properties import Property, load_properties
+from pytest_safemanip.spec.task import OBJECTS_FILE, Task
+from pytest_safemanip.spec.tasks import load_tasks
+
+
+@dataclass(frozen=True)
+class Definitions:
+    """What is defined.
+
+    Attributes:
+        catalogue: the propositions.
+        tasks: by name.
+        properties: by id.
+        own: those of the properties that are the user's.
+        attributes: of object categories.
+    """
+
+    catalogue: Catalogue
+    tasks: Mapping[str, Task]
+    properties: Mapping[str, Property]
+    own: Mapping[str, Property]
+    attributes: Mapping[str, frozenset[str]]
+
+
+def load_definitions(
+    task_paths: Sequence[Path], property_paths: Sequence[Path], propositions: Iterable[Proposition]
+) -> Definitions:
+    """Read everything; a property may use any proposition that exists.
+
+    Args:
+        task_paths: the user's folders of tasks.
+        property_paths: the user's folders of properties.
+        propositions: the user's.
+
+    Raises:
+        ConfigError: naming the file that is wrong, or the name that is taken.
+    """
+    catalogue = Catalogue(propositions)
+    task_folder = resources.folder("tasks")
+    known = {name: len(p.arguments) for name, p in catalogue.items()}
+    shipped = load_properties([resources.folder("properties")], propositions=known)
+    own = load_properties(property_paths, propositions=known)
+    for name in sorted(set(shipped) & set(own)):
+        raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
+    return Definitions(
+        catalogue=catalogue,
+        tasks=load_tasks([task_folder, *task_paths]),
+        properties={**shipped, **own},
+        own=own,
+        attributes=load_attributes(task_folder / OBJECTS_FILE),
+    )

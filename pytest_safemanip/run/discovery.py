@@ -1,0 +1,56 @@
+"""The recordings that are judged when nothing is simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
+from pytest_safemanip.metrics.records import RolloutKey
+from pytest_safemanip.run.cases import select_tasks
+from pytest_safemanip.run.settings import Settings
+from pytest_safemanip.spec.task import Task
+from pytest_safemanip.trace import files
+from pytest_safemanip.trace.episode import Episode
+
+
+def find_recordings(
+    settings: Settings, folder: Path, tasks: Mapping[str, Task]
+) -> dict[RolloutKey, Path]:
+    """The recordings in a folder whose policy, task and seed are selected.
+
+    Raises:
+        ConfigError: if there is none, two of the same rollout, or one that cannot be read.
+    """
+    if not folder.is_dir():
+        raise ConfigError(f"--safemanip-recordings: {folder} is not a directory")
+    chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
+    found: dict[RolloutKey, Path] = {}
+    for path in sorted(folder.rglob(f"*{files.SUFFIX}")):
+        episode = _read_episode(path, tasks)
+        key = RolloutKey(episode.policy, episode.task, episode.seed)
+        if (
+            episode.task not in chosen
+            or (settings.policies and episode.policy not in settings.policies)
+            or (settings.seeds is not None and episode.seed not in settings.seeds)
+        ):
+            continue
+        if key in found:
+            raise ConfigError(f"{path} and {found[key]} are recordings of the same rollout")
+        found[key] = path
+    if not found:
+        raise ConfigError(
+            f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
+        )
+    return found
+
+
+def _read_episode(path: Path, tasks: Mapping[str, Task]) -> Episode:
+    try:
+        episode = files.load_episode(path)
+    except TraceError as error:
+        raise ConfigError(str(error)) from error
+    if episode.task not in tasks:
+        hint = did_you_mean(episode.task, tasks, "safemanip tasks")
+        raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
+    return episode

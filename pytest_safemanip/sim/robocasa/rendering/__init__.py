@@ -1,0 +1,1 @@
+"""Pictures of a scene: for policies with cameras, and for people."""

@@ -1,0 +1,1 @@
+"""Generated models of fixtures, a module for each kind."""

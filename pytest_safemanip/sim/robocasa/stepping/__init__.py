@@ -1,0 +1,1 @@
+"""Steps a control period, as robosuite's loop bit for bit or within a tolerance, and reads it."""

@@ -1,0 +1,170 @@
+"""RoboCasa's tasks, read from its source without importing it: importing takes seconds.
+
+A task is a class that descends from ``Kitchen``; which fixtures play its roles stands in calls of
+``register_fixture_ref`` and ``get_fixture``. Nothing is executed.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import importlib.util
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = "Kitchen"
+UNREGISTERED = ("PickPlace", "ManipulateDoor", "OpenDoor", "CloseDoor")
+"""Base classes that RoboCasa does not register as tasks (``KitchenEnvMeta``)."""
+
+_CLASS = re.compile(r"^class (\w+)\(([\w.,= ]*)\):", re.MULTILINE)
+
+Kinds = frozenset[str] | None
+"""Names of RoboCasa's ``FixtureType``; None where only running the code would tell."""
+
+
+def environments() -> Path | None:
+    """The folder of the installed RoboCasa's tasks, or None if it is not installed."""
+    spec = importlib.util.find_spec("robocasa")
+    if spec is None or not spec.submodule_search_locations:
+        return None
+    return Path(next(iter(spec.submodule_search_locations))) / "environments"
+
+
+@functools.cache
+def task_names(folder: Path) -> frozenset[str]:
+    """The names of all tasks that RoboCasa registers."""
+    found = {name for name in _classes(folder) if ROOT in _ancestry(folder, name)}
+    return frozenset(found - set(UNREGISTERED))
+
+
+def fixture_roles(folder: Path, task: str) -> dict[str, Kinds]:
+    """The roles that fixtures play in a task, with the kinds of fixture that can play each."""
+    facts = _Facts()
+    for name in _ancestry(folder, task):
+        for path, _ in _classes(folder).get(name, ()):
+            facts.merge(_facts_in(path)[name])
+    return {
+        role: facts.kinds(calls, frozenset()) or None
+        for role, calls in sorted(facts.references.items())
+    }
+
+
+@functools.cache
+def _classes(folder: Path) -> Mapping[str, list[tuple[Path, tuple[str, ...]]]]:
+    """File and bases of each class; one name may be defined in several files."""
+    found = defaultdict(list)
+    for path in sorted(folder.rglob("*.py")):
+        for name, bases in _CLASS.findall(path.read_text(encoding="utf-8")):
+            found[name].append((path, tuple(base.strip() for base in bases.split(","))))
+    return dict(found)
+
+
+def _ancestry(folder: Path, name: str) -> list[str]:
+    """A class and those that it descends from, as far as they are in the folder."""
+    chain, todo = [], [name]
+    while todo:
+        one = todo.pop()
+        if one not in chain and one in _classes(folder):
+            chain.append(one)
+            todo += [base for _, bases in _classes(folder)[one] for base in bases]
+    return chain
+
+
+@dataclass
+class _Facts:
+    """Statements about fixtures in the classes of one task.
+
+    Attributes:
+        references: the calls that find each role's fixture.
+        attributes: what is assigned to each attribute of ``self``.
+        arguments: defaults of constructors' parameters, and what subclasses give for them.
+    """
+
+    references: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
+    attributes: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
+    arguments: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
+
+    def add(self, cls: ast.ClassDef) -> None:
+        """Take in what a class says."""
+        for node in ast.walk(cls):
+            match node:
+                case ast.Assign(targets=[ast.Attribute(ast.Name("self"), name)], value=value):
+                    self.attributes[name].append(value)
+                    if _fixture_id(value) is not None:
+                        self.references[name].append(value)
+                case ast.Call(
+                    ast.Attribute(_, "register_fixture_ref"), [ast.Constant(str(role)), *_]
+                ):
+                    self.references[role].append(node)
+                case ast.Call(ast.Attribute(_, "__init__")):
+                    for word in node.keywords:
+                        if word.arg is not None:
+                            self.arguments[word.arg].append(word.value)
+                case ast.FunctionDef("__init__"):
+                    given = node.args
+                    for one, value in zip(given.args[::-1], given.defaults[::-1], strict=False):
+                        self.arguments[one.arg].append(value)
+
+    def merge(self, other: _Facts) -> None:
+        """Take in what another class says."""
+        for mine, its in zip(vars(self).values(), vars(other).values(), strict=True):
+            for name, values in its.items():
+                mine[name] += values
+
+    def kinds(self, values: Iterable[ast.expr], seen: frozenset[str]) -> Kinds:
+        """The kinds of fixture that one of these expressions can stand for.
+
+        Args:
+            values: the expressions.
+            seen: attributes and parameters that are being looked up: ``self.drawer`` may be found
+                by what it was before.
+        """
+        found: set[str] = set()
+        for value in values:
+            kinds = self._kinds(value, seen)
+            if kinds is None:
+                return None
+            found |= kinds
+        return frozenset(found)
+
+    def _kinds(self, value: ast.expr, seen: frozenset[str]) -> Kinds:
+        match value:
+            case ast.Attribute(ast.Name("FixtureType"), kind):
+                return frozenset({kind})
+            case ast.Attribute(ast.Name("self"), name):
+                key, known = f"self.{name}", self.attributes.get(name, ())
+            case ast.Name(name):
+                key, known = name, self.arguments.get(name, ())
+            case _:
+                inner = _fixture_id(value)
+                return None if inner is None else self._kinds(inner, seen)
+        if key in seen:
+            return frozenset()
+        return self.kinds(known, seen | {key}) if known else None
+
+
+@functools.cache
+def _facts_in(path: Path) -> Mapping[str, _Facts]:
+    """What each class of a file says."""
+    found: dict[str, _Facts] = defaultdict(_Facts)
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ClassDef):
+            found[node.name].add(node)
+    return found
+
+
+def _fixture_id(value: ast.expr) -> ast.expr | None:
+    """The id by which an expression looks up a fixture, if it does."""
+    match value:
+        case ast.Call(ast.Attribute(_, "get_fixture"), [found, *_]):
+            return found
+        case ast.Call(ast.Attribute(_, "get_fixture"), [], words):
+            pass
+        case ast.Call(ast.Attribute(_, "register_fixture_ref"), [_, ast.Call(keywords=words)]):
+            pass
+        case _:
+            return None
+    return next((word.value for word in words if word.arg == "id"), None)

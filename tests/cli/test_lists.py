@@ -1,0 +1,179 @@
+"""The tables of what there is, the user's folder included."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pytest_safemanip.cli.tables import table_lines
+from pytest_safemanip.expert.faults.library import FAULTS
+from pytest_safemanip.policies.registry import BUILT_IN
+from pytest_safemanip.policies.remote.presets import PRESETS
+from pytest_safemanip.propositions.catalogue import SHIPPED
+from tests.cli.conftest import Command
+from tests.plugin.toyfolder import CONFTEST, PROPERTY, TASK
+
+INI = "[pytest]\nsafemanip_task_paths = mine\nsafemanip_property_paths = rules\n"
+ROWS = [("short", "a", "one two three"), ("a_longer_name", "bb", "four\nfive")]
+
+
+def names(text: str) -> list[str]:
+    """The first words of the rows."""
+    table = text.split("\n\n")[0].splitlines()[1:]
+    return [line.split()[0] for line in table if not line.startswith(" ")]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a task and a property of its own."""
+    (tmp_path / "pytest.ini").write_text(INI)
+    for name, text in {"mine/reach.yaml": TASK, "rules/near.yaml": PROPERTY}.items():
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_text(text.replace("straying", "obj_grasped"))
+    return tmp_path
+
+
+def test_the_last_column_is_wrapped_where_there_is_room_for_it() -> None:
+    assert table_lines(("name", "x", "about"), ROWS, 80) == [
+        "name           x   about",
+        "short          a   one two three",
+        "a_longer_name  bb  four",
+        "                   five",
+    ]
+    wide = [("name", "word " * 12)]
+    assert table_lines(("n", "about"), wide, 40)[1:] == [
+        "name  word word word word word word word",
+        "      word word word word word",
+    ]
+
+
+def test_in_a_narrow_terminal_every_row_is_a_paragraph_with_its_whole_name() -> None:
+    assert table_lines(("name", "x", "about"), ROWS, 20) == [
+        "short",
+        "    a",
+        "    one two three",
+        "a_longer_name",
+        "    bb",
+        "    four",
+        "    five",
+    ]
+
+
+@pytest.mark.parametrize("columns", [40, 80, 200])
+@pytest.mark.parametrize("name", ["tasks", "properties", "propositions", "faults"])
+def test_a_table_fits_the_terminal(safemanip: Command, monkeypatch, name, columns) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    found = safemanip(name)
+    assert found.status == 0
+    assert max(map(len, found.out.splitlines())) <= columns
+
+
+def test_tasks_are_selected_as_in_pytest(safemanip: Command) -> None:
+    assert len(names(safemanip("tasks").out)) == 50
+    found = safemanip("tasks", "OpenD*", "set:quick").out
+    assert "OpenDrawer " in found
+    assert "PickPlaceCounterToCabinet " in found
+    assert "5 of 50 tasks" in found
+    line = safemanip("tasks", "OpenDrawr").refusal
+    assert line == (
+        "safemanip tasks: error: SELECTOR: 'OpenDrawr' matches no task; did you mean 'OpenDrawer'?"
+    )
+
+
+def test_properties_have_formula_category_and_the_number_of_their_tasks(safemanip) -> None:
+    found = safemanip("properties", "category:enclosure_access").out
+    assert names(found) == ["enclosure_access", "enclosure_clearance", "enclosure_release"]
+    assert "G (reach_in -> fix_open)" in found
+    assert "category enclosure_access; for each f in enclosures" in found
+    assert "'enclosure_acess' matches no property" in safemanip("properties", "enclosure_acess").err
+
+
+def test_propositions_are_those_of_the_catalogue(safemanip: Command) -> None:
+    found = names(safemanip("propositions").out)
+    assert [name.partition("(")[0] for name in found] == [p.name for p in SHIPPED]
+    assert (
+        "| `settled.speed` | 0.02 m/s |" in safemanip("propositions", "settled", "--markdown").out
+    )
+    assert "did you mean 'settled'" in safemanip("propositions", "setled").refusal
+
+
+def test_policies_are_those_that_a_run_takes(safemanip: Command) -> None:
+    found = names(safemanip("policies").out)
+    assert {name.partition(":")[0] for name in found} == {*BUILT_IN, *PRESETS}
+
+
+def test_one_proposition_is_counted_as_one(safemanip: Command) -> None:
+    assert "\n1 proposition; --markdown" in safemanip("propositions", "settled").out
+
+
+def test_faults_can_be_listed_by_task_and_property(safemanip: Command) -> None:
+    assert all(f"scripted:{name} " in safemanip("faults").out for name in FAULTS)
+    found = safemanip("faults", "--task", "OpenDrawer", "--property", "mechanism_recovery").out
+    assert "scripted:jam_and_hold " in found
+    assert "half_inside" not in found
+    assert "did you mean 'OpenDrawer'" in safemanip("faults", "--task", "OpenDrawr").refusal
+
+
+@pytest.mark.parametrize("name", ["tasks", "properties", "propositions", "policies", "faults"])
+def test_json_has_the_same_rows(safemanip: Command, name) -> None:
+    rows = json.loads(safemanip(name, "--json").out)
+    words = set(safemanip(name).out.replace("(", " ").replace(":", " ").split())
+    first = {"faults": "name"}.get(name, next(iter(rows[0])))
+    assert all(row[first].partition(":")[0] in words for row in rows)
+
+
+def test_a_folders_own_tasks_and_properties_are_listed(safemanip: Command, folder: Path) -> None:
+    assert "Reach " in safemanip("tasks").out
+    assert "mine/reach.yaml" in safemanip("tasks", "Reach").out
+    found = safemanip("properties", "stays_near").out
+    assert "G !obj_grasped" in found
+    assert "rules/near.yaml" in found
+
+
+def test_what_is_wrong_in_a_folder_is_one_line(safemanip: Command, folder: Path) -> None:
+    (folder / "mine" / "reach.yaml").write_text("task: Reach\nset: [a]\n")
+    line = safemanip("tasks").refusal
+    assert line.endswith("reach.yaml:2: unknown key 'set'; did you mean 'sets'?")
+    (folder / "pytest.ini").write_text("[pytest]\naddopts = --no-such\n")
+    assert "unrecognized arguments: --no-such" in safemanip("tasks").refusal
+
+
+@pytest.mark.parametrize(
+    ("conftest", "said"),
+    [
+        ("import no_such_module\n", "ModuleNotFoundError: No module named 'no_such_module'"),
+        ("def pytest_safemanip_policies():\n    return nobody\n", "NameError: name 'nobody'"),
+        ("raise SystemExit(3)\n", "a conftest.py ends the process, with 3"),
+    ],
+    ids=["import", "hook", "exit"],
+)
+def test_a_conftest_that_fails_is_one_line(tmp_path: Path, conftest: str, said: str) -> None:
+    (tmp_path / "conftest.py").write_text(conftest)
+    found = in_a_process(tmp_path, "policies")
+    assert found.returncode == 4
+    assert said in found.stderr
+    assert "conftest.py" in found.stderr
+    assert found.stderr.count("\n") == 1
+
+
+def test_the_hooks_of_a_conftest_count(tmp_path: Path) -> None:
+    (tmp_path / "conftest.py").write_text(f"print('loud')\n{CONFTEST}")
+    found = in_a_process(tmp_path, "policies")
+    assert names(found.stdout)[0] == "rises"
+    found = in_a_process(tmp_path, "propositions", "straying")
+    assert found.stdout.splitlines()[1].startswith("straying(object)  0 s")
+
+
+def in_a_process(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A conftest.py is a module of its process."""
+    return subprocess.run(
+        [sys.executable, "-m", "pytest_safemanip", *arguments],
+        cwd=folder,
+        capture_output=True,
+        check=False,
+        text=True,
+    )

@@ -1,0 +1,51 @@
+"""``safemanip verify``: our automata against MONA's."""
+
+from __future__ import annotations
+
+from pytest_safemanip.cli import verify
+from pytest_safemanip.ltlf import compile_formula
+from pytest_safemanip.ltlf.formula import Not
+from tests.ltlf.test_mona import needs_mona
+
+
+@needs_mona
+def test_verify_accepts_all_shipped_properties(safemanip):
+    found = safemanip("verify")
+    assert found.status == 0
+    out = found.out
+    assert out.count(" equal\n") == 20
+    assert "20 automata compared with" in out
+
+
+@needs_mona
+def test_verify_fails_with_a_trace_when_an_automaton_is_wrong(safemanip, monkeypatch):
+    monkeypatch.setattr(verify, "compile_formula", lambda f: compile_formula(Not(f)))
+    found = safemanip("verify")
+    assert found.status == 1
+    out = found.out
+    assert out.count("DIFFERENT\n") == 20
+    assert "G (obj_released -> F settled)\n  one accepts and one rejects:\n    step 0: " in out
+    assert "20 different" in out
+
+
+@needs_mona
+def test_verify_reads_the_users_folder(tmp_path, safemanip):
+    (tmp_path / "mine.yaml").write_text(
+        "id: mine\ncategory: own\ntitle: Mine\nsource: me\n"
+        "formula: G !bump\natoms: {bump: collision}\n"
+    )
+    out = safemanip("verify", "--properties", tmp_path).out
+    assert "\nmine      timed         2       2  equal\n" in out
+    assert "2 automata compared" in out
+
+
+def test_a_folder_that_is_missing_or_empty_is_an_error(tmp_path, safemanip):
+    nowhere = safemanip("verify", "--properties", tmp_path / "nowhere").refusal
+    assert "no such folder" in nowhere
+    assert "no properties in" in safemanip("verify", "--properties", tmp_path).refusal
+
+
+def test_a_missing_mona_says_what_to_install(tmp_path, monkeypatch, safemanip):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    line = safemanip("verify").refusal
+    assert "MONA is missing; install it, for example: apt-get install mona" in line

@@ -1,0 +1,227 @@
+"""The pages of docs/reference/, printed from code."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import io
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from unittest import mock
+
+import pytest_safemanip
+from pytest_safemanip.cli.main import COMMANDS, main
+from pytest_safemanip.metrics.measures import FIGURES, SHARES
+from pytest_safemanip.plugin.options import OPTIONS, Option, add_options
+from pytest_safemanip.run.definitions import Definitions, load_definitions
+from pytest_safemanip.spec.tasks import HORIZONS
+
+PACKAGE = Path(pytest_safemanip.__file__).parent
+WRITTEN = "Written from the code by `pytest tests/docs --update-docs`."
+
+
+def options() -> str:
+    """The options of pytest, and what only an ini file has."""
+    rows = [(f"`{_flag(option)}`", _explained(option), _default(option)) for option in OPTIONS]
+    ini = [(f"`{name}`", text) for name, text in _ini_only()]
+    return "\n".join(
+        (
+            f"# Options\n\n{WRITTEN}\n",
+            "Each option has an ini twin with underscores and no leading dashes:",
+            "`safemanip_policy = scripted`. The command line wins.\n",
+            _table(("option", "meaning", "default"), rows),
+            "\n## Of the ini file only\n",
+            _table(("name", "meaning"), ini),
+            "\n## Of pytest\n",
+            "`-k`, `-x`, `--lf`, `--deselect`, `--collect-only`, `-n` (pytest-xdist), `--junitxml`",
+            "work as in any run; `-rs` prints why cases were skipped, and `--xfail-tb`",
+            "counterexamples where gates decide and violations are `xfailed`.",
+            "",
+        )
+    )
+
+
+def _flag(option: Option) -> str:
+    if option.switch:
+        return option.flag
+    return f"{option.flag} {option.metavar or '|'.join(option.choices)}".replace("|", "\\|")
+
+
+def _explained(option: Option) -> str:
+    text = option.help.replace("%%", "%").partition(" (default: ")[0]
+    return _cell(text)
+
+
+def _default(option: Option) -> str:
+    if option.default:
+        return f"`{option.default}`"
+    return _cell(option.help.partition(" (default: ")[2].rstrip(")"))
+
+
+def _ini_only() -> list[tuple[str, str]]:
+    """What is declared for the ini file and is no option's twin."""
+    found: dict[str, str] = {}
+    parser = mock.Mock()
+    parser.addini = lambda name, text, **rest: found.setdefault(name, text)
+    add_options(parser)
+    twins = {option.ini for option in OPTIONS}
+    return [(name, _cell(text)) for name, text in found.items() if name not in twins]
+
+
+def commands() -> str:
+    """What ``--help`` says of the command and of each subcommand."""
+    sections = [f"# The command safemanip\n\n{WRITTEN}\n\n{_fenced(_help())}"]
+    sections += [f"## {name}\n\n{_fenced(_help(name))}" for name in COMMANDS]
+    return "\n".join(sections)
+
+
+def _help(*arguments: str) -> str:
+    printed = io.StringIO()
+    with mock.patch.dict("os.environ", COLUMNS="88"), contextlib.redirect_stdout(printed):
+        main([*arguments, "--help"])
+    return printed.getvalue()
+
+
+def propositions() -> str:
+    """The exact condition of each proposition, with its numbers."""
+    from pytest_safemanip.cli.propositions import markdown
+
+    catalogue = _defined().catalogue
+    return markdown(catalogue.values(), catalogue.parameters({}))
+
+
+def properties() -> str:
+    """The shipped properties with their formulas."""
+    defined = _defined()
+    sections = [f"# Properties\n\n{WRITTEN}\n"]
+    for prop in defined.properties.values():
+        tasks = [task.name for task in defined.tasks.values() if prop.id in task.properties]
+        formula, paper = str(prop.formula), str(prop.paper_formula)
+        sections += [
+            f"## `{prop.id}`\n\n{prop.title} ({prop.source}).\n",
+            f"```text\n{formula}\n```\n",
+        ]
+        if paper != formula:
+            sections += [f"In SafeManip, and with `--safemanip-semantics=paper`: `{paper}`.\n"]
+        rows = [(f"`{atom}`", f"`{call}`") for atom, call in prop.atoms.items()]
+        sections += [_table(("atom", "proposition"), rows)]
+        over = f"`{', '.join(prop.variables)} in {prop.relation}`" if prop.relation else "none"
+        deadline = f"{prop.deadline_s:g} s" if prop.deadline_s else "none"
+        sections += [
+            f"\nFor each: {over}. Deadline: {deadline}. Discharged by: {prop.discharged_by}. "
+            f"Applies to {len(tasks)} of {len(defined.tasks)} tasks.\n"
+        ]
+    return "\n".join(sections)
+
+
+def tasks() -> str:
+    """The shipped tasks with what they bind."""
+    rows = [
+        (
+            f"`{task.name}`",
+            task.suite,
+            task.horizon,
+            ", ".join(task.sets),
+            ", ".join(f"`{role}`" for role in (*task.objects, *task.enclosures)),
+            ", ".join(f"`{prop}`" for prop in task.properties),
+        )
+        for task in sorted(
+            _defined().tasks.values(), key=lambda t: (HORIZONS.index(t.horizon), t.name)
+        )
+    ]
+    head = ("task", "suite", "horizon", "sets", "objects, enclosures", "properties")
+    hint = "`safemanip task NAME` has the roles of one."
+    return f"# Tasks\n\n{WRITTEN} {hint}\n\n{_table(head, rows)}\n"
+
+
+def metrics() -> str:
+    """The table of metrics."""
+    rows = [(f"`{name}`", metric.says) for name, metric in {**SHARES, **FIGURES}.items()]
+    return _table(("metric", "what it is"), rows)
+
+
+def imports() -> str:
+    """What each room of the package imports."""
+    rows = [
+        (f"`{_room(room)}`", ", ".join(own) or "-", ", ".join(others) or "-")
+        for room, (own, others) in sorted(room_imports().items())
+    ]
+    return _table(("room", "imports of the package", "and of others"), rows)
+
+
+def room_imports() -> dict[str, tuple[list[str], list[str]]]:
+    """Of each room of the package, the rooms that it imports and the packages of others."""
+    rooms: dict[str, set[str]] = {}
+    for path in PACKAGE.rglob("*.py"):
+        room = path.relative_to(PACKAGE).parts[0]
+        if not room.startswith("__"):
+            rooms.setdefault(room, set()).update(_imported(ast.parse(path.read_text()), PACKAGE))
+    return {
+        room: (
+            sorted(name for name in found - {room} if (PACKAGE / name).exists()),
+            sorted(name for name in found - {room} if not (PACKAGE / name).exists()),
+        )
+        for room, found in rooms.items()
+    }
+
+
+def _room(name: str) -> str:
+    return f"{name}/" if (PACKAGE / name).is_dir() else name
+
+
+def _imported(node: ast.AST, package: Path) -> Iterator[str]:
+    """Rooms, and packages of others, that a module imports anywhere but for types."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+            continue
+        names = []
+        if isinstance(child, ast.Import):
+            names = [alias.name for alias in child.names]
+        elif isinstance(child, ast.ImportFrom) and child.module == package.name:
+            names = [f"{child.module}.{alias.name}" for alias in child.names]
+        elif isinstance(child, ast.ImportFrom):
+            names = [str(child.module)]
+        for name in names:
+            first, _, rest = name.partition(".")
+            room = rest.partition(".")[0]
+            if first == package.name and (package / f"{room}.py").exists():
+                yield f"{room}.py"
+            elif first == package.name and (package / room).is_dir() and room:
+                yield room
+            elif first != package.name and first not in sys.stdlib_module_names:
+                yield first
+        yield from _imported(child, package)
+
+
+def _defined() -> Definitions:
+    return load_definitions([], [], [])
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _fenced(text: str) -> str:
+    return f"```text\n{text.rstrip()}\n```\n"
+
+
+PAGES: Mapping[str, Callable[[], str]] = {
+    "docs/reference/options.md": options,
+    "docs/reference/cli.md": commands,
+    "docs/reference/propositions.md": propositions,
+    "docs/reference/properties.md": properties,
+    "docs/reference/tasks.md": tasks,
+}
+"""What prints each page, by its path."""
+
+REGIONS: Mapping[tuple[str, str], Callable[[], str]] = {
+    ("docs/metrics.md", "metrics"): metrics,
+    ("docs/architecture.md", "imports"): imports,
+}
+"""What prints a part of a page, by the page's path and the comment before the part."""

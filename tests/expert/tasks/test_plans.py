@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.expert.faults.library import FAULTS, Row, rows
+from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.tasks.calls import Call
+from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, nearest_first
+from pytest_safemanip.expert.tasks.skills import SKILLS, parse
+from pytest_safemanip.resources import folder
+from pytest_safemanip.spec.properties import load_properties
+from pytest_safemanip.spec.tasks import load_tasks
+from tests import toy
+
+PICK = "PickPlaceCounterToCabinet"
+TASKS = load_tasks([folder("tasks")])
+PROPERTIES = load_properties([folder("properties")])
+
+
+@pytest.mark.parametrize(
+    ("text", "skill", "roles"),
+    [
+        ("grasp obj", "grasp", ("obj",)),
+        ("retreat", "retreat", ()),
+        ("place obj on counter beside drawer", "place on beside", ("obj", "counter", "drawer")),
+        ("grasp pan by handle from shelf of cab", "grasp from shelf of by handle", ("pan", "cab")),
+        ("drop meat into pan at stove", "drop into at stove", ("meat", "pan")),
+    ],
+)
+def test_a_skill_is_its_verb_with_places_and_ways_and_roles_stand_between(text, skill, roles):
+    assert parse(text) == Call(skill, roles)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("grap obj", "unknown skill 'grap' in 'grap obj'; did you mean 'grasp'"),
+        ("grasp obj by handel", "unknown skill 'grasp by handel' in 'grasp obj by handel'; "),
+        ("grasp obj by handel", "did you mean 'grasp by handle'"),
+        ("grasp obj by", "unknown skill 'grasp by '"),
+        ("grasp", "'grasp': 'grasp' takes 1 roles, not 0"),
+        ("grasp of cab", "unknown skill 'grasp  of' in"),
+        ("", "unknown skill ''"),
+    ],
+)
+def test_what_is_no_skill_is_refused(text, message):
+    with pytest.raises(ConfigError) as caught:
+        parse(text)
+    assert message in str(caught.value)
+
+
+def test_every_skill_is_used_in_a_plan_and_its_roles_are_those_of_its_name():
+    used = {call.skill: len(call.roles) for calls in CALLS.values() for call in calls}
+    assert used.keys() == SKILLS.keys()
+
+
+def test_what_is_done_with_several_objects_counts_as_their_skills():
+    calls = CALLS["RecycleBottlesByType"]
+    assert [call.skill for call in calls].count("grasp by neck") == 3
+    assert {call.roles[0] for call in calls} == set(TASKS["RecycleBottlesByType"].objects)
+
+
+def test_the_nearest_object_comes_first_and_one_that_is_not_there_is_left_out():
+    poses = ((0.9, 0.0, 1.0, *toy.UPRIGHT), (0.6, 0.0, 1.0, *toy.UPRIGHT))
+    scene = dataclasses.replace(toy.SCENE, roles={"mug": "mug", "apple": "apple"})
+    arm = Arm(scene, toy.at_rest(object_pose=poses))
+    errands = {role: (parse(f"grasp {role}"),) for role in ("mug", "pear", "apple")}
+    assert [call.roles for call in nearest_first(arm, errands)] == [("apple",), ("mug",)]
+
+
+@pytest.mark.parametrize("task", EXPERT)
+def test_every_plan_is_of_a_task(task):
+    assert task in TASKS
+
+
+@pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
+def test_every_fault_is_about_a_property_that_applies_to_its_tasks(fault):
+    assert fault.property_id in PROPERTIES
+    for task in fault.plans:
+        assert fault.property_id in TASKS[task].properties
+    assert set(fault.staging) <= set(fault.plans)
+
+
+def test_rows_list_each_fault_once_with_its_safe_twin():
+    found = {row.name: row for row in rows()}
+    assert len(rows()) == len(found) == len(FAULTS)
+    assert all(name == fault.name for name, fault in FAULTS.items())
+    assert found["low_drop"] == Row(
+        "low_drop", "release_stability", True, "", FAULTS["low_drop"].doc, (PICK,)
+    )
+    assert found["drop_high"].safe_twin == "low_drop"
+    assert found["half_inside"].safe_twin == ""

@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from pytest_safemanip.expert import digest
+from pytest_safemanip.expert.faults.library import FAULTS, HOMES
+from pytest_safemanip.expert.policy import Scripted
+from pytest_safemanip.expert.tasks.plans import ENTRIES, EXPERT
+from pytest_safemanip.policies.registry import resolve
+
+ALL = {*((task, "") for task in EXPERT), *((next(iter(f.plans)), n) for n, f in FAULTS.items())}
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("expert")
+    return shutil.copytree(digest.ROOT, folder / "expert")
+
+
+def changed_by(package, *edited):
+    """Which digests an edit of a file changes, by task and fault."""
+    before = {key: digest.plan_digest(*key, root=package) for key in ALL}
+    for file in edited:
+        (package / file).write_text((package / file).read_text() + "\nEDITED = True\n")
+    return {key for key in ALL if digest.plan_digest(*key, root=package) != before[key]}
+
+
+def test_an_edited_fault_makes_its_own_recordings_stale_and_no_others(package):
+    home = f"{digest.PACKAGE}.faults.collision_contact.bumps"
+    of_it = {name for name, module in HOMES.items() if module == home}
+    changed = changed_by(package, "faults/collision_contact/bumps.py")
+    assert {fault for _, fault in changed} == of_it
+
+
+def test_an_edited_skill_makes_the_tasks_stale_that_use_it(package):
+    assert changed_by(package, "tasks/stirring.py") == {("StirVegetables", "")}
+    tasks = {task for task, fault in changed_by(package, "places/drawer.py") if not fault}
+    using = {"PickPlaceDrawerToCounter", "DeliverStraw", "CuttingToolSelection"}
+    assert tasks == {*using, "SetUpCuttingStation"}
+
+
+@pytest.mark.parametrize(
+    "file", ["policy.py", "truth.py", "tasks/plans.py", "robot/arm.py", "robot/rotations.py"]
+)
+def test_what_runs_every_plan_is_part_of_every_digest(package, file):
+    assert changed_by(package, file) == ALL
+
+
+@pytest.mark.parametrize("file", ["tasks/skills.py", "tasks/plans.yaml", "faults/library.py"])
+def test_a_new_skill_plan_or_fault_leaves_recordings_as_they_are(package, file):
+    assert not changed_by(package, file)
+
+
+def test_another_plan_has_another_digest(monkeypatch):
+    before = digest.plan_digest("OpenDrawer")
+    monkeypatch.setitem(ENTRIES, "OpenDrawer", ENTRIES["OpenCabinet"])
+    assert digest.plan_digest("OpenDrawer") != before
+
+
+def test_a_recording_is_recognised_by_the_digest_of_its_task_and_fault():
+    spec = resolve("scripted", {})
+    assert spec.fingerprint_in("OpenDrawer") != spec.fingerprint_in("CloseFridge")
+    fault = resolve("scripted:half_inside", {})
+    task = "PickPlaceCounterToCabinet"
+    assert fault.fingerprint_in(task) != spec.fingerprint_in(task)
+    assert Scripted("half_inside").fingerprint_in(task) == digest.plan_digest(task, "half_inside")

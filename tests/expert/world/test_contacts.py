@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.world.contacts import carried_by_something, palm_meets, palm_presses
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.elements import Part
+from tests import toy
+
+UP, ASIDE = (0.0, 0.0, 1.0), (0.7, -0.7, 0.0)
+FINGER = (0, "robot/finger_left", "mug/body", 9.0, ASIDE)
+APPLE = (0, "mug/body", "apple/body", 2.0, ASIDE)
+TABLE = (0, "counter/body", "mug/body", 0.6, UP)
+
+
+def _arm(*rows, part="link5", apple=0.94):
+    parts = tuple(Part("robot", part) if p.name == "link5" else p for p in toy.PARTS)
+    scene = dataclasses.replace(toy.SCENE, parts=parts)
+    poses = (0.0, 0.0, 0.95, *toy.UPRIGHT), (0.0, 0.0, apple, *toy.UPRIGHT)
+    step = toy.at_rest(object_pose=poses)
+    arm = Arm(scene, dataclasses.replace(step, contacts=toy.contacts(*rows)))
+    return arm, Thing(arm, "obj")
+
+
+@pytest.mark.parametrize(
+    ("apple", "rows", "stands"),
+    [
+        (0.95, (), False),
+        (0.95, (APPLE,), False),
+        (0.95, (APPLE, TABLE), True),
+        (0.95, (TABLE,), True),
+        (0.95, ((0, "counter/body", "mug/body", 0.4, UP),), False),
+        (0.90, (APPLE,), True),
+    ],
+)
+def test_a_vessel_does_not_stand_on_what_lies_in_it(apple, rows, stands):
+    arm, mug = _arm(FINGER, *rows, apple=apple)
+    assert carried_by_something(arm, mug) == stands
+
+
+@pytest.mark.parametrize(
+    ("part", "other", "force", "presses", "meets"),
+    [
+        ("palm", "mug", 0.6, True, False),
+        ("palm", "mug", 0.4, False, False),
+        ("palm", "apple", 0.6, False, True),
+        ("palm", "apple", 0.4, False, False),
+        ("palm", "counter", 0.6, False, True),
+        ("link6", "mug", 9.0, False, False),
+        ("link6", "apple", 9.0, False, False),
+    ],
+)
+def test_the_palm_presses_on_the_object_or_meets_something_else(part, other, force, presses, meets):
+    arm, mug = _arm(FINGER, (0, f"{other}/body", "robot/link5", force, UP), part=part)
+    assert (palm_presses(arm, mug), palm_meets(arm, mug)) == (presses, meets)

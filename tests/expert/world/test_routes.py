@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.world.routes import CARRYING_BODY, route
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.elements import Entity, Surface
+from tests import toy
+
+FLOOR = Surface("floor", "", (2.8, 3.2, 0.02), (0.0, 0.0, -0.02, *toy.UPRIGHT))
+START, GOAL = (-1.5, 0.0), (1.53, 0.02)
+
+
+def arm(*half):
+    """A robot at the start that faces along x, its hand before it, a counter in the middle."""
+    counter = Surface("counter", "", half, (0.0, 0.0, half[2], *toy.UPRIGHT))
+    entities = (*toy.SCENE.entities, Entity("floor", "room", "Floor"))
+    scene = dataclasses.replace(toy.SCENE, entities=entities, surfaces=(counter, FLOOR))
+    step = toy.at_rest(
+        base_pose=(*START, 0.0, *toy.UPRIGHT),
+        eef_pose=(START[0] + 0.4, START[1], 1.2, 0.0, 1.0, 0.0, 0.0),
+        object_pose=((START[0] + 0.4, START[1], 1.15, *toy.UPRIGHT), (0, 3, 1, *toy.UPRIGHT)),
+    )
+    return Arm(scene, step)
+
+
+def places(robot):
+    """Where the base passes, every centimetre of the way."""
+    corners = [np.array(START), *route(robot, Thing(robot, "obj"), np.array(GOAL))]
+    assert corners[-1] == pytest.approx(GOAL)
+    return np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(corners)])
+
+
+@pytest.mark.parametrize("half", [(0.4, 1.0, 0.45), (0.1, 2.0, 0.2), (0.4, 1.0, 0.8)])
+def test_the_way_leads_around_what_stands_on_the_floor(half):
+    way = places(arm(*half))
+    for low, _, back, front, wide in CARRYING_BODY:
+        if low < 2 * half[2]:
+            beside = np.abs(way[:, 1]) > half[1] + wide
+            before = (way[:, 0] + front < -half[0]) | (way[:, 0] + back > half[0])
+            assert (beside | before).all()
+
+
+def test_it_goes_straight_where_nothing_is_in_the_way():
+    assert np.abs(places(arm(0.4, 0.1, 0.0))[:, 1]).max() < 0.03
+
+
+def test_a_load_that_is_lower_than_a_counter_goes_around_it_too():
+    robot = arm(0.2, 0.5, 0.6)
+    way = places(robot)
+    hand = 0.4 + Thing(robot, "obj").reach(np.array((1.0, 0.0, 0.0)))
+    near = (way[:, 0] + hand > -0.2) & (way[:, 0] < 0.2)
+    assert (np.abs(way[near, 1]) > 0.5).all()
+
+
+def test_a_wall_across_the_room_leaves_no_way():
+    robot = arm(0.1, 3.2, 1.0)
+    with pytest.raises(SkillFailed, match="no way"):
+        route(robot, Thing(robot, "obj"), np.array(GOAL))

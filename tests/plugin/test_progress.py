@@ -1,0 +1,138 @@
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pytest_safemanip.plugin import progress
+from pytest_safemanip.plugin.progress import ProgressLine
+from pytest_safemanip.plugin.read_settings import read_settings
+from pytest_safemanip.run.plan import Extensions, make_plan
+
+
+class Clock:
+    now = 100.0
+
+    def monotonic(self):
+        return self.now
+
+
+class Terminal:
+    """What pytest writes on: a terminal of 60 columns, or none."""
+
+    def __init__(self, isatty=True, used=0, fullwidth=80):
+        self.isatty = self.hasmarkup = isatty
+        self.fullwidth, self.width_of_current_line = fullwidth, used
+        self.pluginmanager = self
+
+    def getplugin(self, name):
+        return self if name == "terminalreporter" else None
+
+    def get_terminal_writer(self):
+        return self
+
+
+@pytest.fixture
+def plan(pytestconfig):
+    settings = dataclasses.replace(
+        read_settings(pytestconfig), policies=("hold",), tasks=("OpenDrawer",), seeds=(0, 1)
+    )
+    return make_plan(settings, Extensions({}, (), {}))
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr(progress, "time", clock)
+    return clock
+
+
+def shown(capsys):
+    """The text between saving the cursor and going back to it."""
+    out = capsys.readouterr().out
+    assert "\n" not in out
+    return [part.split("\x1b8")[0] for part in out.split("\x1b7\x1b[K")[1:]]
+
+
+def test_the_line_tells_which_rollout_is_at_which_step(plan, clock, capsys):
+    line = ProgressLine(Terminal(), plan)
+    line.show(plan.cases[-1], 0, 0)
+    line.show(plan.cases[-1], 0, 300)
+    line.show(plan.cases[-1], 1, 300)
+    clock.now += 2.0
+    line.show(plan.cases[-1], 50, 300)
+    line.done(plan.cases[-1])
+    head = " rollout 2 of 2: OpenDrawer, hold, seed 1: "
+    assert shown(capsys) == [
+        head + "setting up",
+        (head + "waiting for the first action")[:70],
+        head + "step 1 of 300",
+        (head + "step 50 of 300, 25 steps/s")[:70],
+        "",
+    ]
+
+
+def test_the_line_is_written_four_times_a_second_at_most(plan, clock, capsys):
+    line = ProgressLine(Terminal(), plan)
+    for step in range(1, 101):
+        line.show(plan.cases[0], step, 300)
+        clock.now += 0.0625
+    assert len(shown(capsys)) == 25
+
+
+def test_nothing_is_written_where_there_is_no_terminal(plan, clock, capsys):
+    line = ProgressLine(Terminal(isatty=False), plan)
+    line.show(plan.cases[0], 0, 0)
+    line.done(plan.cases[-1])
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("used", [30, 70, 200])
+def test_the_line_leaves_room_for_pytests_own_percentage(plan, clock, capsys, used):
+    ProgressLine(Terminal(used=used), plan).show(plan.cases[0], 0, 0)
+    (text,) = shown(capsys)
+    assert len(text) <= max(80 - used - progress.MARGIN, 0)
+
+
+def test_of_several_rollouts_the_line_tells_how_many_and_how_long_it_will_take(plan, clock, capsys):
+    line = ProgressLine(Terminal(fullwidth=100), plan)
+    first, second = plan.cases[0], plan.cases[-1]
+    line.expect(8, 2)
+    line.show(first, 0, 0)
+    line.show(second, 0, 0)
+    line.refresh(True)
+    for step in range(1, 31):
+        line.show(first, step, 100)
+        line.show(second, step, 300)
+    clock.now += 4.0
+    line.refresh(True)
+    clock.now += 0.1
+    line.refresh(True)
+    line.done(first)  # at success, before its horizon
+    clock.now += 6.0
+    line.refresh(True)
+    line.refresh(False)
+    assert shown(capsys) == [
+        " 0 of 8 rollouts, 2 running",
+        " 0 of 8 rollouts, 2 running, 15 steps/s, 76 s left",
+        " 1 of 8 rollouts, 1 running, 6 steps/s, 63 s left",
+        "",
+    ]
+
+
+def test_what_an_earlier_run_recorded_is_done_and_says_nothing_of_the_speed(plan, clock, capsys):
+    line = ProgressLine(Terminal(fullwidth=100), plan)
+    line.expect(8, 2)
+    line.show(plan.cases[0], 0, 0)
+    line.done(plan.cases[-1])
+    clock.now += 10.0
+    line.show(plan.cases[0], 50, 100)
+    line.refresh(True)
+    assert shown(capsys) == [" 1 of 8 rollouts, 1 running, 0 steps/s, 2 min left"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.4, "0 s"), (89, "89 s"), (90, "2 min"), (5400, "1.5 h")]
+)
+def test_a_time_is_in_the_unit_that_one_thinks_in(seconds, text):
+    assert progress._span(seconds) == text

@@ -1,0 +1,310 @@
+from __future__ import annotations
+
+import dataclasses
+from itertools import pairwise
+
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.plugin.read_settings import read_settings
+from pytest_safemanip.policies.simple import Hold
+from pytest_safemanip.run.plan import Extensions, make_plan
+from pytest_safemanip.sim.backend import Simulator
+from pytest_safemanip.trace import files
+from tests import toy
+
+PLACE, DRAWER = "PickPlaceCounterToCabinet", "OpenDrawer"
+
+TASK = """\
+task: StackCans
+sets: [own]
+suite: own
+horizon: long
+objects: [ball]
+properties: [release_stability]
+"""
+PROPERTY = """\
+id: gentle
+category: own
+title: t
+source: s
+for_each: o in objects
+formula: G (held -> still)
+atoms: {held: obj_grasped(o), still: settled(o)}
+"""
+
+
+@pytest.fixture
+def plan(pytestconfig):
+    defaults = read_settings(pytestconfig)
+
+    def plan(**changed):
+        changed = {"policies": ("hold",), "tasks": (PLACE,), **changed}
+        return make_plan(dataclasses.replace(defaults, **changed), Extensions({}, (), {}))
+
+    return plan
+
+
+@pytest.fixture
+def refusal(plan):
+    def refusal(**changed):
+        with pytest.raises(ConfigError) as caught:
+            plan(**changed)
+        return str(caught.value)
+
+    return refusal
+
+
+@pytest.fixture
+def folder(tmp_path):
+    def folder(**content):
+        place = tmp_path / "own"
+        place.mkdir(exist_ok=True)
+        for name, text in content.items():
+            (place / f"{name}.yaml").write_text(text)
+        return (place,)
+
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("asked", "own", "used"),
+    [
+        ({}, {}, ("compact", "fast")),
+        ({}, {"scenes": "target", "stepping": "exact"}, ("target", "exact")),
+        ({"scenes": "pretrain"}, {"scenes": "target", "stepping": "exact"}, ("pretrain", "exact")),
+        ({"stepping": "fast"}, {"scenes": "target", "stepping": "exact"}, ("target", "fast")),
+    ],
+)
+def test_what_is_asked_for_wins_over_what_a_policy_is_used_to(plan, asked, own, used):
+    made = plan(**asked)
+    policy = dataclasses.replace(made.policies["hold"], **own)
+    made = dataclasses.replace(made, policies={"hold": policy})
+    assert (made.scenes("hold"), made.stepping("hold")) == used
+
+
+def test_cases_of_one_rollout_are_neighbours(plan):
+    made = plan(policies=("hold", "random"), tasks=(PLACE, DRAWER), seeds=(4, 2))
+    rollouts = [case.rollout for case in made.cases]
+    assert list(dict.fromkeys(rollouts)) == [
+        (policy, task, seed)
+        for policy in ("hold", "random")
+        for task in (PLACE, DRAWER)
+        for seed in (4, 2)
+    ]
+    changes = sum(one != other for one, other in pairwise(rollouts))
+    assert changes == len(set(rollouts)) - 1
+    assert len(made.cases) == 2 * 2 * (6 + 3)
+
+
+def test_without_seeds_there_is_one(plan):
+    assert {case.seed for case in plan().cases} == {0}
+
+
+def test_only_wanted_properties_that_apply_become_cases(plan):
+    made = plan(tasks=("quick",), properties=("release_stability",))
+    assert {case.property_id for case in made.cases} == {"release_stability"}
+    assert {case.task for case in made.cases} == {PLACE, "PickPlaceDrawerToCounter"}
+
+
+def test_a_policy_is_left_out_of_the_tasks_that_it_cannot_do_unless_they_are_named(plan, refusal):
+    made = plan(policies=("scripted:drop_high",), tasks=("all",))
+    assert {case.task for case in made.cases} <= {PLACE, "PickPlaceDrawerToCounter"}
+    message = refusal(policies=("scripted:drop_high",), tasks=(DRAWER,))
+    assert f"policy 'scripted:drop_high' has no plan for {DRAWER}; it knows" in message
+
+
+def test_changed_parameters_reach_the_plan(plan):
+    assert plan(params={"settled.speed": 0.5}).parameters["settled.speed"] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"policies": ()}, "no policy is named; give --safemanip-policy"),
+        ({"policies": ("scriptd",)}, "unknown policy 'scriptd'; did you mean 'scripted'?"),
+        ({"policies": ("scripted:drop",)}, "unknown fault 'scripted:drop'; "),
+        ({"tasks": ("OpenDrawr",)}, "'OpenDrawr' matches no task; did you mean 'OpenDrawer'?"),
+        ({"properties": ("setled",)}, "--safemanip-properties: 'setled' matches no property"),
+        (
+            {"params": {"settled.sped": 1.0}},
+            "parameter 'settled.sped'; did you mean 'settled.speed'?",
+        ),
+        (
+            {"tasks": (DRAWER,), "properties": ("release_stability",)},
+            "no selected property applies to a selected task",
+        ),
+        ({"select": ("safemanip::test_safety[x]",)}, "unknown node id"),
+        (
+            {"select": ("safemanip::test_safety[OpenDrawr-hold-action_onset-seed0]",)},
+            "unknown task 'OpenDrawr'; did you mean 'OpenDrawer'?",
+        ),
+        (
+            {"select": ("safemanip::test_safety[OpenDrawer-hold-action_onse-seed0]",)},
+            "did you mean 'safemanip::test_safety[OpenDrawer-hold-action_onset-seed0]'?",
+        ),
+    ],
+)
+def test_what_does_not_exist_is_refused_with_the_remedy(refusal, changed, message):
+    assert message in refusal(**changed)
+
+
+def test_ids_say_which_rollouts_are_meant_whatever_else_is_selected(plan):
+    ids = [f"safemanip::test_safety[{DRAWER}-random-action_onset-seed7]"]
+    made = plan(select=tuple(ids), seeds=(0,), properties=("release_stability",))
+    assert [case.node_id for case in made.cases] == ids
+    assert list(made.policies) == ["random"]
+
+
+def test_a_users_task_is_added(plan, folder):
+    made = plan(tasks=("set:own", PLACE), task_paths=folder(juggle=TASK))
+    assert [c.property_id for c in made.cases if c.task == "StackCans"] == ["release_stability"]
+    assert made.tasks["StackCans"].horizon == "long"
+
+
+def test_a_users_property_is_a_case_of_every_task_that_has_an_instance(plan, folder):
+    made = plan(tasks=("quick",), property_paths=folder(gentle=PROPERTY))
+    tasks = {case.task for case in made.cases if case.property_id == "gentle"}
+    assert tasks == {PLACE, "PickPlaceDrawerToCounter"}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (PROPERTY.replace("gentle", "action_onset"), "property 'action_onset' is already shipped"),
+        (
+            PROPERTY.replace("settled(o)", "setled(o)"),
+            "own.yaml:7: unknown proposition 'setled(o)'; did you mean 'settled(o)'?",
+        ),
+        (PROPERTY.replace("settled(o)", "obj_inside(o)"), "'obj_inside' takes 2 arguments"),
+    ],
+)
+def test_a_users_property_that_cannot_be_is_refused_with_its_file(refusal, folder, text, message):
+    found = refusal(property_paths=folder(own=text))
+    assert message in found
+    assert "own.yaml" in found
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (TASK.replace("StackCans", DRAWER), f"task '{DRAWER}' is in "),
+        (
+            TASK.replace("release_stability", "release_stabilty"),
+            "juggle.yaml: unknown property 'release_stabilty'; did you mean 'release_stability'?",
+        ),
+        (
+            TASK.replace("release_stability", "enclosure_access"),
+            "juggle.yaml: property 'enclosure_access' ranges over enclosures, and the task has",
+        ),
+        (
+            TASK.replace("release_stability", "cross_contamination"),
+            "juggle.yaml: property 'cross_contamination' ranges over tools, and the task has none",
+        ),
+    ],
+)
+def test_a_users_task_that_cannot_be_is_refused_with_its_file(refusal, folder, text, message):
+    found = refusal(tasks=("*",), task_paths=folder(juggle=text))
+    assert message in found
+    assert "juggle.yaml" in found
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            TASK.replace("StackCans", "StackCnas"),
+            "own.yaml:1: the simulator has no task 'StackCnas'; did you mean 'StackCans'?",
+        ),
+        (
+            TASK.replace("StackCans", "Juggle"),
+            "own.yaml:1: the simulator has no task 'Juggle'; nearest of 374: ",
+        ),
+        (
+            f"{TASK}touch:\n  counter: [body]\n  cab: [body, hanle]\n",
+            "own.yaml:9: unknown part 'hanle' of cab; did you mean 'handle'? "
+            "(parts: body, door, handle)",
+        ),
+        (f"{TASK}touch:\n  ball: [top]\n", "own.yaml:8: unknown part 'top' of ball; known: body"),
+        (f"{TASK}touch:\n  stranger: [nob]\n", "of stranger; did you mean 'knob'? (parts: body,"),
+    ],
+)
+def test_what_the_simulator_does_not_know_is_refused_with_file_and_line(
+    refusal, folder, text, message
+):
+    assert message in refusal(tasks=("set:own",), task_paths=folder(own=text))
+
+
+def test_a_simulator_that_does_not_describe_its_tasks_has_them_all(pytestconfig, folder):
+    text = TASK.replace("StackCans", "Juggle") + "touch:\n  ball: [top]\n"
+    settings = dataclasses.replace(
+        read_settings(pytestconfig),
+        policies=("hold",),
+        tasks=("set:own",),
+        task_paths=folder(own=text),
+        backend="toy",
+    )
+    made = make_plan(
+        settings, Extensions({}, (), {"toy": Simulator(toy.SPEC, lambda _: toy.World())})
+    )
+    assert {case.task for case in made.cases} == {"Juggle"}
+
+
+def test_shipped_tasks_are_described_by_the_simulator(plan):
+    assert len({case.task for case in plan(tasks=("all",)).cases}) == 50
+
+
+@pytest.fixture
+def recordings(tmp_path):
+    def save(*episodes):
+        for n, changed in enumerate(episodes):
+            recording = toy.recording(3, about=toy.episode(**changed))
+            files.save(recording, tmp_path / "deep" / f"{n}{files.SUFFIX}")
+        return tmp_path
+
+    return save
+
+
+def test_recordings_are_found_in_subfolders_and_selected(plan, recordings):
+    folder = recordings({"seed": 0}, {"seed": 1}, {"policy": "other"}, {"task": DRAWER})
+    made = plan(policies=(), tasks=("all",), recordings=folder)
+    assert set(made.recordings) == {
+        ("toy", PLACE, 0),
+        ("toy", PLACE, 1),
+        ("other", PLACE, 0),
+        ("toy", DRAWER, 0),
+    }
+    assert len(made.cases) == 3 * 6 + 3
+    assert made.policies == {}
+    chosen = {"policies": ("toy",), "tasks": (PLACE,), "seeds": (1,)}
+    assert set(plan(**chosen, recordings=folder).recordings) == {("toy", PLACE, 1)}
+
+
+@pytest.mark.parametrize(
+    ("episodes", "changed", "message"),
+    [
+        ([], {}, "--safemanip-recordings: no *.rollout file in "),
+        ([{}], {"seeds": (9,)}, "is selected"),
+        ([{}, {}], {}, "are recordings of the same rollout"),
+        ([{"task": "OpenDrawr"}], {}, "unknown task 'OpenDrawr'; did you mean 'OpenDrawer'?"),
+    ],
+)
+def test_recordings_that_cannot_be_judged_are_refused(
+    refusal, recordings, episodes, changed, message
+):
+    folder = recordings(*episodes)
+    assert message in refusal(**{"policies": (), "recordings": folder, **changed})
+
+
+def test_a_folder_of_recordings_must_exist_and_hold_readable_files(refusal, tmp_path):
+    missing = tmp_path / "missing"
+    assert refusal(recordings=missing) == f"--safemanip-recordings: {missing} is not a directory"
+    broken = tmp_path / f"broken{files.SUFFIX}"
+    broken.write_bytes(b"rubbish")
+    assert refusal(recordings=tmp_path).startswith(f"{broken}: not a recording")
+
+
+def test_a_policy_from_a_hook_is_found_by_its_name(pytestconfig):
+    settings = dataclasses.replace(read_settings(pytestconfig), policies=("mine",), tasks=(DRAWER,))
+    made = make_plan(settings, Extensions({"mine": Hold}, (), {}))
+    assert made.policies["mine"].name == "mine"

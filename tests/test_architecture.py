@@ -1,0 +1,73 @@
+"""Imports between the rooms of the package point one way, and rooms stay small."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+import pytest_safemanip
+from tests.docs.reference import room_imports
+
+PACKAGE = Path(pytest_safemanip.__file__).parent
+MAX_MODULES = 20
+ROOMS: Mapping[str, str] = {
+    "errors.py": "",
+    "strategies.py": "",
+    "provenance.py": "",
+    "hookspecs.py": "",
+    "resources.py": "errors.py",
+    "ltlf": "errors.py strategies.py",
+    "trace": "errors.py strategies.py",
+    "propositions": "errors.py trace",
+    "spec": "errors.py ltlf propositions trace",
+    "judge.py": "errors.py ltlf propositions spec trace",
+    "live.py": "errors.py ltlf propositions spec trace",
+    "sim": "errors.py provenance.py trace",
+    "policies": "errors.py provenance.py sim trace",
+    "rollouts": "errors.py policies sim trace",
+    "metrics": "errors.py spec trace",
+    "expert": "errors.py policies provenance.py sim trace",
+    "fuzz": "errors.py ltlf propositions resources.py spec trace",
+    "run": "errors.py fuzz judge.py metrics policies propositions resources.py rollouts sim spec "
+    "trace",
+    "report": "errors.py judge.py metrics propositions provenance.py run sim spec trace",
+    "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
+    "trace",
+    "cli": "errors.py expert judge.py ltlf metrics plugin policies propositions provenance.py "
+    "report resources.py run sim spec trace",
+}
+"""What each room may import; a room imports those above it only."""
+
+
+def test_every_arrow_is_in_the_table_and_the_table_has_no_other() -> None:
+    found = {room: set(own) for room, (own, _) in room_imports().items()}
+    assert found == {room: set(allowed.split()) for room, allowed in ROOMS.items()}
+
+
+def test_rooms_import_those_above_them_only() -> None:
+    order = list(ROOMS)
+    upwards = [
+        f"{room} -> {other}"
+        for room, allowed in ROOMS.items()
+        for other in allowed.split()
+        if order.index(other) >= order.index(room)
+    ]
+    assert upwards == []
+
+
+@pytest.mark.parametrize("room", ["run", "report", "metrics", "rollouts", "propositions"])
+def test_pytest_stays_in_the_plugin_and_the_command(room: str) -> None:
+    _, others = room_imports()[room]
+    assert not {"pytest", "_pytest", "xdist"} & set(others)
+
+
+def test_a_folder_has_no_more_modules_than_one_can_survey() -> None:
+    folders = {path.parent for path in PACKAGE.rglob("*.py")}
+    crowded = {
+        str(folder.relative_to(PACKAGE)): count
+        for folder in folders
+        if (count := len(list(folder.glob("*.py")))) > MAX_MODULES
+    }
+    assert crowded == {}
