@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 MOST_LISTED = 16
 """How many known names fit into a line."""
@@ -108,6 +109,21 @@ def ends_run(error: BaseException) -> bool:
     return isinstance(error, KeyboardInterrupt | GeneratorExit) or (
         pytest is not None and isinstance(error, pytest.exit.Exception)
     )
+
+
+@contextlib.contextmanager
+def raised_as(kind: type[SafemanipError], what: str) -> Iterator[None]:
+    """Whatever a user's code raises inside becomes an error that says ``what`` failed; our own
+    errors stay as they are, and so does what :func:`ends_run`.
+    """
+    try:
+        yield
+    except SafemanipError:
+        raise
+    except BaseException as error:  # SystemExit and pytest's skips too
+        if ends_run(error):
+            raise
+        raise kind(f"{what}: {type(error).__name__}: {error}") from error
 
 
 def first_line(error: BaseException) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.errors import RolloutError, SafemanipError, ends_run
+from pytest_safemanip.errors import RolloutError, raised_as
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 from pytest_safemanip.sim.staging import Staging
 from pytest_safemanip.trace.episode import MOST_HAZARDS
@@ -137,18 +137,9 @@ class AdaptedPolicy:
             self._released()
 
 
-@contextmanager
-def _failures(when: str) -> Iterator[None]:
+def _failures(when: str) -> AbstractContextManager[None]:
     """Turns what a policy raises into an error of the rollout that says when it was."""
-    try:
-        yield
-    except SafemanipError:
-        raise
-    except BaseException as error:  # SystemExit and pytest's skips too
-        if ends_run(error):
-            raise
-        what = f"{type(error).__name__}: {error}"
-        raise RolloutError(f"the policy failed {when}: {what}") from error
+    return raised_as(RolloutError, f"the policy failed {when}")
 
 
 def _act_of(policy: Any) -> Any:

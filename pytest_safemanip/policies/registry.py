@@ -16,9 +16,8 @@ from typing import Any, Literal, get_args
 from pytest_safemanip.errors import (
     ConfigError,
     RolloutError,
-    SafemanipError,
     did_you_mean,
-    ends_run,
+    raised_as,
 )
 from pytest_safemanip.policies.adapter import AdaptedPolicy, ask, is_policy, member
 from pytest_safemanip.policies.base import PolicyLike
@@ -190,13 +189,8 @@ def _found(name: str, given: PolicyLike) -> tuple[Any, tuple[Path | None, ...]]:
     if not isinstance(given, str):
         return given, ()
     module, _, attribute = given.partition(":")
-    try:
+    with raised_as(ConfigError, f"policy {name!r}: cannot import {module!r}"):
         target: Any = importlib.import_module(module)
-    except BaseException as error:  # the user's module may raise anything, SystemExit too
-        if ends_run(error):
-            raise
-        what = f"{type(error).__name__}: {error}"
-        raise ConfigError(f"policy {name!r}: cannot import {module!r} ({what})") from error
     try:
         for part in attribute.split("."):
             target = getattr(target, part)
@@ -239,15 +233,8 @@ def _local(
     _read(name, "staging", lambda: member(policy.policy, "staging"))
 
     def by_task(task: str, sets: tuple[str, ...]) -> str | None:
-        try:
+        with raised_as(RolloutError, f"the policy failed to say its fingerprint in {task}"):
             return _fingerprint(name, in_task(task), source)
-        except BaseException as error:
-            if ends_run(error):
-                raise
-            what = f"{type(error).__name__}: {error}"
-            raise RolloutError(
-                f"the policy failed to say its fingerprint in {task}: {what}"
-            ) from error
 
     return PolicySpec(
         name,
@@ -269,13 +256,8 @@ def _read(name: str, attribute: str, read: Callable[[], Any]) -> Any:
     Raises:
         ConfigError: if it raises anything, as a property may.
     """
-    try:
+    with raised_as(ConfigError, f"policy {name!r}: its {attribute!r} failed"):
         return read()
-    except BaseException as error:
-        if ends_run(error):
-            raise
-        what = f"{type(error).__name__}: {error}"
-        raise ConfigError(f"policy {name!r}: its {attribute!r} failed ({what})") from error
 
 
 class _Supply:
@@ -310,15 +292,8 @@ class _Supply:
     def _made(self) -> AdaptedPolicy:
         made = self._target
         if not self.shared and callable(made):
-            try:
+            with raised_as(ConfigError, f"policy {self._name!r}: cannot be made"):
                 made = made(*self._arguments)
-            except SafemanipError:
-                raise
-            except BaseException as error:
-                if ends_run(error):
-                    raise
-                what = f"{type(error).__name__}: {error}"
-                raise ConfigError(f"policy {self._name!r}: cannot be made ({what})") from error
         if not _read(self._name, "act", lambda: is_policy(made)):
             raise ConfigError(
                 f"policy {self._name!r}: {type(made).__name__} has no 'act(observation)' and "

@@ -19,6 +19,7 @@ from pytest_safemanip.errors import (
     SafemanipError,
     did_you_mean,
     ends_run,
+    raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.policies.registry import PolicySpec
@@ -84,16 +85,8 @@ class EvaluatedRollout:
         if prop is None:
             hint = did_you_mean(property_id, self.properties, "safemanip properties")
             raise ConfigError(f"unknown property {property_id!r}; {hint}")
-        try:
+        with raised_as(JudgementError, f"{property_id} cannot be judged"):
             return self.judge.judge(prop)
-        except SafemanipError:
-            raise
-        except BaseException as error:
-            if ends_run(error):
-                raise
-            raise JudgementError(
-                f"{property_id} cannot be judged: {type(error).__name__}: {error}"
-            ) from error
 
 
 def recording_key(

@@ -125,9 +125,9 @@ def test_a_text_behind_the_name_is_what_a_class_is_called_with(own: Suite) -> No
         ("fingerprint = b'1'", "its 'fingerprint' is of type bytes, expected text or a number*"),
         (
             "fingerprint = property(lambda self: self.weights)",
-            "its 'fingerprint' failed (AttributeError: 'Bad' object has no attribute 'weights')",
+            "its 'fingerprint' failed: AttributeError: 'Bad' object has no attribute 'weights'",
         ),
-        ("__init__ = lambda self: 1 / 0", "cannot be made (ZeroDivisionError: division by zero)"),
+        ("__init__ = lambda self: 1 / 0", "cannot be made: ZeroDivisionError: division by zero"),
         ("act = None", "Bad has no 'act(observation)' and cannot be called with an observation"),
     ],
 )
