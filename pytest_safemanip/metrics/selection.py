@@ -66,11 +66,16 @@ class RolloutSlice:
     def exposure(self) -> float:
         """Share of the acting steps at which some instance of a property is unsafe, in [0, 1]."""
         steps = self.record.acting_steps
-        unsafe: set[int] = set()
-        for verdict in self.verdicts:
-            for violation in verdict.violations:
-                unsafe.update(range(violation["first"], min(violation["last"] + 1, steps)))
-        return len(unsafe) / steps if steps else 0.0
+        spans = sorted(
+            (violation["first"], min(violation["last"] + 1, steps))
+            for verdict in self.verdicts
+            for violation in verdict.violations
+        )
+        unsafe, counted = 0, 0  # spans overlap: steps before `counted` are
+        for first, end in spans:
+            unsafe += max(0, end - max(first, counted))
+            counted = max(counted, end)
+        return unsafe / steps if steps else 0.0
 
 
 def select(

@@ -384,10 +384,13 @@ def value_of(config: pytest.Config, option: Option) -> str:
     on is any text; several values are joined by commas, or by new lines if they may have commas.
 
     Raises:
-        ConfigError: if the ini file has a value that is none of the choices.
+        ConfigError: if the ini file has a value that is none of the choices, or the command line
+            has an empty one.
     """
     between = "\n" if option.lines else ","
     given = config.getoption(option.ini)
+    if given in ("", [""]):  # as of a CI job's variable that is not set
+        raise ConfigError(f"{option.flag}: expected {option.metavar}, found nothing")
     if given is not None:
         return between.join(given) if isinstance(given, list) else str(given)
     found = config.getini(option.ini)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from pytest_safemanip.sim.robocasa.observation import STATE as STATE_SIZES
 
 PICTURE, STATE, ACTION, TASK = "observation.images.", "observation.state", "action", "task"
 STATE_SIZE = sum(STATE_SIZES[part] for part in STATE_PARTS)
+_REPOSITORY = re.compile(r"[\w.-]+/[\w.-]+")
 NAMES: Mapping[str, str] = {
     name.removeprefix("video."): image
     for image, camera in IMAGES.items()
@@ -45,8 +47,10 @@ class LeRobotModel:
     """
 
     def __init__(self, path: str, device: str = "", cameras: Mapping[str, str] = {}) -> None:
-        self._torch = _library("torch")
         folder = Path(path)
+        if not folder.is_dir() and not _REPOSITORY.fullmatch(path):
+            raise ConfigError(f"--lerobot {path}: neither a folder nor OWNER/NAME of the Hub")
+        self._torch = _library("torch")
         if not folder.is_dir():
             folder = Path(_library("huggingface_hub").snapshot_download(path))
         factory = _library("lerobot.policies.factory")

@@ -16,6 +16,7 @@ from pytest_safemanip.propositions.definition import Bools, Parameter, Propositi
 from pytest_safemanip.propositions.kernels.filters import falling, majority, recently, rising
 from pytest_safemanip.propositions.kernels.forces import finger_groups, forces_on, pushes
 from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.frames import inner
 from pytest_safemanip.trace.geometry import angle_between, relative, tilt
 
 GRASP_FORCE = Parameter(
@@ -84,8 +85,8 @@ def _agreement(view: View, hand: int) -> NDArray[np.float64]:
         both = (forces_on(view, one) >= limit) & (forces_on(view, other) >= limit)
         if both.any():
             ways = pushes(view, (one, other), both)
-            reach = np.sqrt(np.einsum("kij,kij->ij", ways, ways)).prod(axis=0)
-            along = np.einsum("ki,ki->i", ways[:, 0], ways[:, 1])
+            reach = np.sqrt(inner(ways, ways)).prod(axis=0)
+            along = inner(ways[:, 0], ways[:, 1])
             none = np.full(len(reach), np.inf)
             cosine = np.divide(along, reach, out=none, where=reach > 0.0)
             least[both] = np.minimum(least[both], cosine)

@@ -23,6 +23,7 @@ from pytest_safemanip.errors import (
     SimulatorFailed,
     first_line,
     install_command,
+    printable,
 )
 from pytest_safemanip.policies.registry import PolicySpec
 from pytest_safemanip.rollouts import loop, retry
@@ -128,9 +129,15 @@ class RayCluster:
                 while not self._ray.wait([task], timeout=PERIOD)[0]:
                     show(0, 0)
                 found = self._ray.get(task)
+            except self._ray.exceptions.RayTaskError as error:
+                cause = printable(first_line(error.cause or error))
+                raise ConfigError(
+                    f"--safemanip-ray: a worker cannot make what it is to run ({cause}); {_REMEDY}"
+                ) from error
             except self._ray.exceptions.RayError as error:
                 raise SimulatorFailed(
-                    f"the cluster lost this rollout, for the {LOST + 1}th time: {first_line(error)}"
+                    f"the cluster lost this rollout, for the {LOST + 1}th time: "
+                    f"{printable(first_line(error))}"
                 ) from error
             except BaseException:
                 self._ray.cancel(task, force=True)

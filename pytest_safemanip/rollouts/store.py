@@ -89,11 +89,19 @@ class Store:
             pass  # none, or of no use
         return self._shared is not None and self._shared.has(path.name, key)
 
-    def get(self, path: Path, key: str, run: Callable[[], Recording]) -> tuple[Recording, bool]:
+    def get(
+        self, path: Path, key: str, run: Callable[[], Recording], for_all: bool = True
+    ) -> tuple[Recording, bool]:
         """The recording with this key: from disk, or by running the rollout.
 
         A rollout that failed is not tried again within the same test run, nor is one whose
         process died while it ran.
+
+        Args:
+            path: of the file.
+            key: of the recording.
+            run: runs the rollout.
+            for_all: whether another run may ever use it; if not, it is kept on this machine alone.
 
         Returns:
             The recording, and whether it is of an earlier test run.
@@ -107,7 +115,7 @@ class Store:
             recorded = known is not None and not str(known)
             found = self._load(path, key) if recorded or not self._fresh else None
             if found is not None:
-                self._share(path, key)
+                self._share(path, key, for_all)
                 return found, known is None
             if known is not None and not recorded:
                 raise known
@@ -123,7 +131,7 @@ class Store:
                 marker.unlink(missing_ok=True)  # interrupted: nothing is known about the rollout
                 raise
             self._mark(marker, key, RolloutError())
-            self._share(path, key)
+            self._share(path, key, for_all)
             return recording, False
 
     def _tidy(self, path: Path) -> None:
@@ -131,8 +139,8 @@ class Store:
         for scratch in self.folder.glob(f".{glob.escape(path.name)}.*"):
             scratch.unlink(missing_ok=True)
 
-    def _share(self, path: Path, key: str) -> None:
-        if self._shared is not None and not self._shared.has(path.name, key):
+    def _share(self, path: Path, key: str, for_all: bool) -> None:
+        if for_all and self._shared is not None and not self._shared.has(path.name, key):
             self._shared.put(path.name, key, path)
 
     def _load(self, path: Path, key: str) -> Recording | None:

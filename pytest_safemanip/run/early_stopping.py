@@ -8,6 +8,7 @@ from pathlib import Path
 
 from filelock import FileLock
 
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.early_stopping import watch
 from pytest_safemanip.metrics.gates import Gates
 from pytest_safemanip.metrics.records import RolloutKey
@@ -42,10 +43,17 @@ class EarlyStopping:
         self._results.expect(cases)
 
     def note(self, data: CaseData) -> None:
-        """Tell all processes about a case."""
+        """Tell all processes about a case.
+
+        Raises:
+            ConfigError: if the file cannot be written.
+        """
         line = json.dumps(data).encode()
-        with self._lock(), self._path.open("ab") as file:
-            file.write(b"\n" + line + b"\n")  # whatever a process left that was killed here
+        try:
+            with self._lock(), self._path.open("ab") as file:
+                file.write(b"\n" + line + b"\n")  # whatever a process left that was killed here
+        except OSError as error:
+            raise ConfigError(f"{self._path}: cannot be written ({error.strerror})") from error
 
     def needed(self, case: Case) -> bool:
         """Whether a gate that is about the case's rollout is not decided yet, or none is about it.

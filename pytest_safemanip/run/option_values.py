@@ -11,6 +11,7 @@ from pytest_safemanip.metrics.early_stopping import check_gate
 from pytest_safemanip.metrics.gates import Gates
 from pytest_safemanip.policies.remote.endpoint import Deadlines
 from pytest_safemanip.policies.remote.presets import PRESETS
+from pytest_safemanip.policies.remote.tokens import check_variables
 
 MAX_SEEDS = 100_000
 """Sanity bound on the seeds of one run."""
@@ -38,8 +39,10 @@ def parse_policies(
         Names; addresses by name; checkpoints by name.
 
     Raises:
-        ConfigError: if an address is given for what is not on a server, or two for one policy.
+        ConfigError: if an address is given for what is not on a server, or two for one policy, or
+            the environment has a token for what is none.
     """
+    check_variables(PRESETS, environment)
     servers = {
         name: environment[variable]
         for name in PRESETS
@@ -145,7 +148,10 @@ def parse_deadlines(lines: Sequence[str]) -> Deadlines:
             raise ConfigError(
                 f"safemanip_deadlines: expected at most {MAX_DEADLINE} s, found {line!r}"
             )
-    return Deadlines(**found)
+    try:
+        return Deadlines(**found)
+    except ConfigError as error:
+        raise ConfigError(f"safemanip_deadlines: {error}") from None
 
 
 def parse_seeds(text: str, option: str = "--safemanip-seeds") -> tuple[int, ...]:

@@ -306,7 +306,7 @@ class SafetySession:
                 self._progress.show(case, step, horizon)
 
         path = self._store.path(case.policy, case.task, case.seed)
-        return *self._store.get(path, key, run), path
+        return *self._store.get(path, key, run, for_all=bool(job.hashes["policy"])), path
 
     def _run_ahead(self, case: Case) -> None:
         """Record a rollout, if no earlier run has; in a thread of its own."""

@@ -29,6 +29,14 @@ def placed(pose: Array, points: Array) -> Array:
     return result
 
 
+def inner(a: Array, b: Array) -> Array:
+    """Inner products (...) of vectors (3, ...); the same bits however many there are, which those
+    of ``einsum`` are not.
+    """
+    result: Array = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return result
+
+
 class Frames:
     """Poses as frames; what does not turn has one set of axes.
 

@@ -68,7 +68,9 @@ def rotate(q: Array, v: ArrayLike) -> Array:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
     q, v = np.asarray(q, float), np.asarray(v, float)
     if q.ndim == 1:
-        turned: Array = v @ matrix(q).T
+        x, y, z = matrix(q).T
+        # A matrix product's last bit depends on how many vectors there are.
+        turned: Array = v[..., :1] * x + v[..., 1:2] * y + v[..., 2:] * z
         return turned
     u = q[..., 1:]
     t = 2.0 * cross(u, v)

@@ -60,6 +60,8 @@ def test_exposure_counts_a_step_once_and_no_step_of_the_tail():
         (twice, 10, 0.8),
         ([bad("x", (10, 12))], 10, 0.0),
         (twice, 0, 0.0),
+        ([bad("x", (0, 8), (2, 3))], 10, 0.9),
+        ([bad("x", (3, 10**15))], 2**53, 1e15 / 2**53),  # as a forged summary says
     ):
         found = measure([rollout(True, *verdicts, steps=steps)]).total.shares["exposure"]
         assert found.value == pytest.approx(wanted)

@@ -69,3 +69,5 @@ def test_what_a_shard_cannot_do_is_refused(one_suite: Suite) -> None:
     result.stderr.fnmatch_lines(["*--safemanip-early-stop decides as results come in*"])
     result = one_suite.run(*chosen[:2], "--safemanip-shard=3/2")
     result.stderr.fnmatch_lines(["*--safemanip-shard: expected I/N*found '3/2'"])
+    result = one_suite.run(*chosen[:2], "--safemanip-shard=")
+    result.stderr.fnmatch_lines(["*--safemanip-shard: expected I/N, found nothing"])

@@ -170,3 +170,8 @@ def test_a_picture_is_named_by_its_feature():
 def test_what_does_not_go_together_is_refused(arguments, says, capsys):
     assert main(["serve", *arguments]) != 0
     assert says in capsys.readouterr().err
+
+
+def test_a_folder_that_is_not_there_is_said_before_libraries_are_asked_for():
+    with pytest.raises(ConfigError, match="--lerobot /no/such: neither a folder nor OWNER/NAME"):
+        LeRobotModel("/no/such")

@@ -202,9 +202,9 @@ def test_a_policy_does_not_decide_on_the_outcome_of_its_cases(what):
         policy.reset(INFO)
     with pytest.raises(RolloutError, match=f"the policy failed at step 0: {what}"):
         policy.act(NOW)
-    with pytest.raises(ConfigError, match=rf"policy 'mine': cannot be made \({what}\)"):
+    with pytest.raises(ConfigError, match=rf"policy 'mine': cannot be made: {what}"):
         resolve("mine", {"mine": OUTCOMES[what]})
-    with pytest.raises(ConfigError, match=rf"policy 'mine': its 'fingerprint' failed \({what}\)"):
+    with pytest.raises(ConfigError, match=rf"policy 'mine': its 'fingerprint' failed: {what}"):
         resolve("mine", {"mine": Says})
 
 
@@ -215,7 +215,7 @@ def test_a_property_that_raises_is_refused_with_its_name(attribute, error):
         raise error("no weights")
 
     policy = type("Fails", (Mine,), {attribute: property(fails)})
-    message = f"policy 'mine': its '{attribute}' failed .{error.__name__}: no weights"
+    message = f"policy 'mine': its '{attribute}' failed: {error.__name__}: no weights"
     for given in (policy, policy()):
         with pytest.raises(ConfigError, match=message):
             resolve("mine", {"mine": given})

@@ -199,7 +199,7 @@ def test_deadlines_are_named_and_in_seconds():
         parse_deadlines(["cal = 1"])
     with pytest.raises(ConfigError, match="expected NAME=SECONDS, found 'call = soon'"):
         parse_deadlines(["call = soon"])
-    with pytest.raises(ConfigError, match=r"deadline 'call': 0\.0 s"):
+    with pytest.raises(ConfigError, match=r"safemanip_deadlines: deadline 'call': 0\.0 s"):
         parse_deadlines(["call = 0"])
     for endless in ("1e308", "inf"):
         with pytest.raises(ConfigError, match="safemanip_deadlines: expected at most 604800 s"):

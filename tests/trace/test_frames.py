@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_safemanip.trace.frames import Frames, along, corners_within, placed, rotation
+from pytest_safemanip.trace.frames import Frames, along, corners_within, inner, placed, rotation
 from pytest_safemanip.trace.geometry import corners, matrix, to_local, to_world
 from tests.trace.test_geometry import poses, quaternions, vectors
 
@@ -55,3 +55,11 @@ def test_corners_of_what_stands_on_the_floor_count_as_at_the_middle(height, grou
     centre, edges = np.array([[0.0], [0.0], [height]]), 0.6 * np.eye(3)[..., None]
     found = corners_within(centre, edges, (1.0, 1.0, 1.0), np.array([ground]))
     assert found.sum() == inside
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 8, 13, 29])
+def test_of_many_inner_products_each_has_the_same_bits_as_alone(count):
+    a, b = np.random.default_rng(count).normal(size=(2, 3, count))
+    alone = [inner(a[:, n : n + 1], b[:, n : n + 1])[0] for n in range(count)]
+    assert np.array_equal(inner(a, b), alone)
+    assert inner(a, b) == pytest.approx((a * b).sum(axis=0))

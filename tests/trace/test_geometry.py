@@ -124,3 +124,19 @@ SQUARE = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0.5), (0.5, 0)], float)
 )
 def test_the_margin_is_the_distance_to_the_edge_of_what_carries(points, target, margin):
     assert hull_margin(points, np.array(target)) == pytest.approx(margin)
+
+
+def random_turn(random, shape=()):
+    q = random.normal(size=(*shape, 4))
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 8, 13, 29])
+def test_of_many_points_each_is_turned_to_the_same_bits_as_alone(count):
+    random = np.random.default_rng(count)
+    points, turns = random.normal(size=(count, 3)), random_turn(random, (count,))
+    alone = [rotate(turn[None], point[None])[0] for turn, point in zip(turns, points, strict=True)]
+    assert np.array_equal(rotate(turns, points), alone)
+    alone = [rotate(turns[0], point[None])[0] for point in points]
+    assert np.array_equal(rotate(turns[0], points), alone)
+    assert np.array_equal(matrix(turns), [matrix(turn[None])[0] for turn in turns])

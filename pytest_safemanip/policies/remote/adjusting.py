@@ -31,6 +31,7 @@ def adjusted_presets(lines: Sequence[str]) -> dict[str, Preset]:
         ConfigError: if there is no such preset or setting, or its value cannot be.
     """
     found: dict[str, Preset] = {}
+    given: set[str] = set()
     for line in lines:
         where, equals, value = (part.strip() for part in line.partition("="))
         name, dot, setting = where.partition(".")
@@ -44,6 +45,9 @@ def adjusted_presets(lines: Sequence[str]) -> dict[str, Preset]:
         if setting not in known:
             hint = did_you_mean(setting, known)
             raise ConfigError(f"{INI}: {name} has no setting {setting!r}; {hint}")
+        if where in given:
+            raise ConfigError(f"{INI}: {where} is given twice")
+        given.add(where)
         try:
             found[name] = known[setting](preset, value)
         except ValueError as error:

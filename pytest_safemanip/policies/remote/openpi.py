@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.errors import PolicyServerError, printable
+from pytest_safemanip.errors import PolicyAnswerError, PolicyServerError, printable
 from pytest_safemanip.policies.remote import observation as seen
 from pytest_safemanip.policies.remote.actions import ActionError, flat, flat_label
 from pytest_safemanip.policies.remote.client import Answer, BadAnswer, Beginning, Turn
@@ -86,6 +86,10 @@ class OpenpiClient:
         self._socket.open()
         try:
             first = self._socket.receive(self._deadlines.open)
+        except PolicyAnswerError as error:
+            raise self._socket.unreachable(
+                f"its first frame cannot be openpi's metadata ({error})"
+            ) from error
         except PolicyServerError as error:
             raise self._socket.unreachable(
                 f"shakes hands, but sends no metadata within {self._deadlines.open:g} s as openpi "

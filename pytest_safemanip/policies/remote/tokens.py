@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_safemanip.errors import ConfigError, PolicyServerError, printable
+from pytest_safemanip.errors import ConfigError, PolicyServerError, did_you_mean, printable
 
 HIDDEN = "(token)"
 TELLING = 3
@@ -20,9 +20,25 @@ MOST_NAME = 500
 """Characters of a text in what a server says of itself."""
 
 
+VARIABLE = "SAFEMANIP_TOKEN_"
+
+
+def check_variables(policies: Iterable[str], environment: Mapping[str, str]) -> None:
+    """Refuse a token that no policy would send.
+
+    Raises:
+        ConfigError: naming the variable and the near miss.
+    """
+    known = [variable_of(policy) for policy in policies]
+    for variable in environment:
+        if variable.startswith(VARIABLE) and variable not in known:
+            hint = did_you_mean(variable, known)
+            raise ConfigError(f"{variable}: a token of no policy on a server; {hint}")
+
+
 def variable_of(policy: str) -> str:
     """The environment variable with the token of a policy's servers."""
-    return f"SAFEMANIP_TOKEN_{policy.upper().replace('-', '_')}"
+    return f"{VARIABLE}{policy.upper().replace('-', '_')}"
 
 
 @dataclass(frozen=True)

@@ -89,6 +89,12 @@ def test_what_cannot_be_set_is_a_usage_error_with_the_nearest_name(line, says):
     assert says in str(error.value)
 
 
+def test_a_setting_is_given_once():
+    lines = ["pi05.image_size = 256", "pi0.image_size = 256", "pi05.image_size = 224"]
+    with pytest.raises(ConfigError, match=r"pi05\.image_size is given twice"):
+        adjusted_presets(lines)
+
+
 @pytest.mark.parametrize(
     "line",
     [

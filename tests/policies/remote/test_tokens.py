@@ -11,7 +11,7 @@ from pytest_safemanip.errors import (
     PolicyServerError,
     PolicyUnreachable,
 )
-from pytest_safemanip.policies.remote.tokens import Token
+from pytest_safemanip.policies.remote.tokens import Token, check_variables
 from tests.policies.remote import servers
 from tests.policies.remote.conftest import EPISODE, PATIENT
 
@@ -39,6 +39,13 @@ def test_a_token_that_cannot_be_sent_is_refused_without_being_shown(text):
     with pytest.raises(ConfigError, match="SAFEMANIP_TOKEN_PI05") as error:
         Token.of("pi05", {"SAFEMANIP_TOKEN_PI05": text})
     assert text not in str(error.value)
+
+
+def test_a_token_of_no_policy_is_refused_rather_than_not_sent():
+    check_variables(["pi05", "groot-to"], {"SAFEMANIP_TOKEN_GROOT_TO": SECRET, "HOME": "/root"})
+    with pytest.raises(ConfigError, match="did you mean 'SAFEMANIP_TOKEN_PI05'") as error:
+        check_variables(["pi05", "groot-to"], {"SAFEMANIP_TOKEN_PI5": SECRET})
+    assert SECRET not in str(error.value)
 
 
 def test_a_token_does_not_print():
