@@ -17,11 +17,19 @@ CACHE = platformdirs.user_cache_dir()
 MODES = {"without xdist": ("-p", "no:xdist"), "-n 0": ("-n", "0"), "-n 2": ("-n", "2")}
 
 
+IDLE = ("hypothesispytest", "allure_pytest", "anyio", "timeout")
+"""Plugins that happen to be installed; each process of each run would import them again."""
+
+
 class Suite:
-    """A user's folder."""
+    """A user's folder.
+
+    Attributes:
+        without: plugins that are left out of its runs.
+    """
 
     def __init__(self, pytester: pytest.Pytester, rollouts: Rollouts, mode: tuple[str, ...]):
-        self.pytester, self.mode = pytester, mode
+        self.pytester, self.mode, self.without = pytester, mode, IDLE
         self.out = pytester.path / ".safemanip"
         self._rollouts = rollouts
 
@@ -31,8 +39,7 @@ class Suite:
 
     def run(self, *arguments: str) -> pytest.RunResult:
         """Run pytest as the user does."""
-        # Hypothesis takes as long to import as all of this package, in each worker again.
-        chosen = [*arguments, *self.mode, "-p", "no:hypothesispytest"]
+        chosen = [*arguments, *self.mode, *(f"-pno:{plugin}" for plugin in self.without)]
         if "--lf" not in arguments:
             chosen += ["-p", "no:cacheprovider"]
         if not any(a.startswith("--safemanip-assets") for a in arguments):

@@ -23,6 +23,7 @@ def pytest_safemanip_policies():
 
 def test_allure_has_every_case_once_with_labels(suite: Suite) -> None:
     pytest.importorskip("allure_pytest")
+    suite.without = ()
     set_up(suite)
     suite.run("--safemanip-policy=rises", "--safemanip-seeds=2", "--alluredir=allure")
     folder = suite.pytester.path / "allure"
@@ -51,6 +52,7 @@ def test_allure_has_every_case_once_with_labels(suite: Suite) -> None:
 
 def test_pytest_timeout_does_not_count_rollouts(suite: Suite) -> None:
     pytest.importorskip("pytest_timeout")
+    suite.without = ()
     set_up(suite)
     with (suite.pytester.path / "conftest.py").open("a") as conftest:
         conftest.write(SLOW)
