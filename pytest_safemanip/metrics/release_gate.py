@@ -69,7 +69,7 @@ class Ruling:
         found = [name for name, verdict in verdicts if verdict not in good]
         return [*found, *(["baseline"] if self.refused else [])]
 
-    def cause(self, policy: str, incomplete: bool, standins: bool = False) -> int:
+    def cause(self, policy: str, incomplete: bool, standins: bool) -> int:
         """The exit status that a ruling asks for whatever its verdict is; 0 if none.
 
         Args:

@@ -7,7 +7,16 @@ from hypothesis import given, settings
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.fuzz.formulas import formulas
-from pytest_safemanip.ltlf import Atom, FormulaError, Next, Or, WeakNext, compile_formula, parse
+from pytest_safemanip.ltlf import (
+    Atom,
+    FormulaError,
+    Next,
+    Not,
+    Or,
+    WeakNext,
+    compile_formula,
+    parse,
+)
 
 
 @settings(max_examples=500, deadline=None)
@@ -126,6 +135,12 @@ def test_a_deep_tree_built_by_hand_is_refused():
     deep = functools.reduce(Or, [Atom("a")] * 5000)
     with pytest.raises(FormulaError, match="nested more than 100"):
         compile_formula(deep)
+
+
+def test_a_tree_of_a_hundred_operators_is_none_too_deep():
+    assert len(compile_formula(functools.reduce(lambda f, _: Not(f), range(99), Atom("a")))) > 1
+    with pytest.raises(FormulaError, match="nested more than 100"):
+        compile_formula(functools.reduce(lambda f, _: Not(f), range(100), Atom("a")))
 
 
 @pytest.mark.parametrize("name", ["Settled", "a b", "", "last", "true", "a-b", "1a"])

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import numpy as np
@@ -64,6 +65,15 @@ def test_what_has_no_verdict_makes_a_gate_incomplete_however_good_the_rest_is(ho
     assert "1 of 61 rollouts have no verdict, the first being T, seed 60" in found.why
     assert ("the server is gone" in found.why) == (hole == "e")
     assert [record.seed for record in found.unknown] == [60]
+
+
+def test_infrastructure_is_blamed_for_what_it_left_undecided_alone():
+    failed = dataclasses.replace(rollouts("e")[0], infrastructure=True)
+    rest = rollouts(".", task="B")
+    assert decided("violation_rate <= 0.1", [failed, *rest]).blames_infrastructure
+    known = decided("violation_rate <= 0.1", rest)
+    assert (known.verdict, known.blames_infrastructure) == ("PASS", False)
+    assert not decided("violation_rate <= 0.1", [*rollouts("e"), *rest]).blames_infrastructure
 
 
 def test_a_hole_that_a_gate_is_not_about_does_not_matter_to_it():

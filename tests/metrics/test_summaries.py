@@ -292,6 +292,8 @@ def test_few_of_many_differences_are_shown():
     found = differences(one, dict.fromkeys(one, -1))
     assert len(found) == 6
     assert found[-1] == "and 4 more"
+    six = dict.fromkeys(list(one)[:6], 0)
+    assert differences(six, dict.fromkeys(six, 1))[-1] == "and 1 more"
     five = dict.fromkeys(list(one)[:5], 0)
     assert differences(five, dict.fromkeys(five, 1)) == [f"p{n} is 0 and 1" for n in range(5)]
 

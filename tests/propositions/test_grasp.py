@@ -51,6 +51,13 @@ def test_fingers_that_push_the_same_way_hold_nothing(angle, grasped):
     assert look(film(10, rows, other))("obj_grasped", "mug").any() == grasped
 
 
+def test_fingers_at_the_very_angle_hold_nothing():
+    across = touch(range(10), "robot/finger_right", "mug/body", 10.0, (0, 1, 0))
+    rows = touch(range(10), "robot/finger_left", "mug/body", 10.0, (1, 0, 0))
+    right = {"obj_grasped.angle": np.pi / 2, "obj_grasped.kept_angle": np.pi / 2}
+    assert not look(film(10, rows, across), right)("obj_grasped", "mug").any()
+
+
 def pressing(angle, steps):
     """Both fingers press on the mug, at an angle to each other."""
     way = (np.cos(np.deg2rad(angle)), 0.0, np.sin(np.deg2rad(angle)))

@@ -47,6 +47,12 @@ def test_a_moved_door_hits_with_five_newtons_along_its_own_motion(force, normal,
     assert true_at(view("mech_hit", "cabinet")) == ([6] if hit else [])
 
 
+def test_a_door_that_presses_hard_all_the_time_hits_all_the_time():
+    rows = [*hand(range(10)), *bump(range(10))]
+    view = look(film(10, rows, joint=door(10, range(10))))
+    assert view("mech_hit", "cabinet").all()
+
+
 @pytest.mark.parametrize("other", ["apple/body", "counter/body", "mug/body"])
 def test_anything_but_robot_and_fixture_can_be_hit(other):
     rows = [*hand(range(10)), *bump([6], 8.0, OPENING, other)]

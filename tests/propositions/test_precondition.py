@@ -168,6 +168,10 @@ def test_an_object_is_let_go_at_most_five_centimetres_above_its_support(drop, sa
     assert evidence == ([] if safe else ["mug is let go 5 cm above counter"])
 
 
+def test_how_far_it_fell_is_said_in_centimetres():
+    assert placed((0.0, 0.0, TOP + HALF + 0.8))[1] == ["mug is let go 80 cm above counter"]
+
+
 def test_what_lies_below_must_be_a_permitted_support():
     place = (0.0, 0.0, TOP + HALF)
     assert placed(place, supports={"mug": frozenset({"cabinet"})}) == (

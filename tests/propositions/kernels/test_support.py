@@ -210,6 +210,13 @@ def test_what_lies_on_something_on_the_floor_is_not_carried(supports, carried):
     assert sorted(found.body.tolist(), reverse=True) == carried
 
 
+def test_what_stands_on_the_counter_is_carried_whatever_lies_on_the_floor():
+    rows = touch([0], DOOR, "apple/body"), on_corners([0])
+    on = {"mug": frozenset({"counter"}), "apple": frozenset({"counter"})}
+    found = carried_objects(look(film(1, *rows, scene=FLOOR), supports=on), 0, 1)
+    assert found.body.tolist() == [MUG]
+
+
 def test_on_the_floor_means_at_that_step():
     on = {"supports": {"mug": frozenset({"apple"}), "apple": frozenset({"counter"})}}
     rows = touch([1], DOOR, "apple/body"), touch([0, 1, 2], "apple/body", "mug/body")
