@@ -81,7 +81,7 @@ class Ruling:
             return INFRASTRUCTURE
         return STAND_INS if policy in self.not_comparable and not standins else 0
 
-    def status(self, inconclusive: bool = True, standins: bool = False) -> int:
+    def status(self, inconclusive: bool, standins: bool) -> int:
         """The exit status of a command that decides: 0, 1, :data:`INFRASTRUCTURE` or
         :data:`STAND_INS`; arguments as in :meth:`failures` and :meth:`cause`.
         """
