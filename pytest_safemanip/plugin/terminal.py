@@ -13,6 +13,7 @@ from pytest_safemanip.metrics.summaries import NAME, place_for
 from pytest_safemanip.plugin.exit_status import explained
 from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import SafetyItem
+from pytest_safemanip.plugin.reports.files import ReportFiles
 from pytest_safemanip.plugin.short_summary import first_words
 from pytest_safemanip.report import document
 from pytest_safemanip.report.header import header_lines, not_grounded_lines
@@ -55,6 +56,7 @@ class Reporting:
         self._path = plan.settings.out / NAME
         self._summarising = False
         self._unwritten = ""
+        self._files = ReportFiles(plan.settings.reports, invocation)
 
     def pytest_report_header(self) -> list[str]:
         """What is about to be done."""
@@ -110,6 +112,9 @@ class Reporting:
                 document.write(found, self._path)
             except OSError as error:
                 self._unwritten = f" cannot be written ({error.strerror})"
+            else:
+                self._files.write(self._path)
+            if self._unwritten or self._files.failed:
                 session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
 
     def pytest_terminal_summary(self, terminalreporter: Any, config: pytest.Config) -> None:
@@ -153,7 +158,8 @@ class Reporting:
         own = brief_lines(records, self._metrics, elsewhere) if self._results.begun else []
         decided = gate_rows(ruling) if ruling else []
         unwritten = [self._place()] if self._unwritten else []
-        return [*own, *(self._missing() if own else []), *decided, *unwritten]
+        missing = self._missing() if own else []
+        return [*own, *missing, *decided, *unwritten, *self._files.lines]
 
     def _lines(self, config: pytest.Config, width: int) -> list[str]:
         ruling = self._gating.ruling if self._gating else None
@@ -172,6 +178,7 @@ class Reporting:
             *self._hidden(config),
             *self._reused(self._results.reused, len(self._results.records)),
             self._place(),
+            *self._files.lines,
         ]
 
     def _undecided(self) -> list[str]:

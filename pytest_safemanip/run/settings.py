@@ -50,6 +50,7 @@ class Settings:
     fresh: bool
     shard: Shard | None
     out: Path
+    reports: tuple[str, ...]
     store: str
     params: Mapping[str, float]
     fuzz: bool

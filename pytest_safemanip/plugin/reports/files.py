@@ -1,0 +1,45 @@
+"""The reports that `--safemanip-report` asks for, written when the session ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pytest_safemanip.errors import first_line, printable
+from pytest_safemanip.metrics.summaries import NAME
+from pytest_safemanip.report.writers import write_report
+from pytest_safemanip.run.invocation import Invocation
+
+
+class ReportFiles:
+    """Writes reports, and remembers what became of each.
+
+    Args:
+        names: of the reports.
+        invocation: what paths in messages refer to.
+    """
+
+    def __init__(self, names: Sequence[str], invocation: Invocation) -> None:
+        self._names, self._invocation = names, invocation
+        self.lines: list[str] = []
+        self.failed = False
+
+    def write(self, summary: Path) -> None:
+        """Write them all, each whatever becomes of the others.
+
+        Args:
+            summary: the file that was written of the run; of a part of a run beside a whole one,
+                there are no reports: those of the whole run are kept.
+        """
+        for name in self._names:
+            if summary.name != NAME:
+                self.lines.append(f"report {name}: not written for a part of a run, nor replaced")
+                continue
+            try:
+                path = write_report(name, summary.parent)
+            except Exception as error:  # whatever a writer raises, verdicts stand
+                self.failed = True
+                why = printable(first_line(error), 300)
+                self.lines.append(f"report {name}: cannot be written: {why}")
+            else:
+                self.lines.append(f"report {name}: {self._invocation.relative_path(path)}")

@@ -1,0 +1,45 @@
+"""The reports that are written beside `summary.json`, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import cast
+
+from pytest_safemanip.errors import ConfigError, did_you_mean
+
+Writer = Callable[[Path], Path]
+"""From the output folder of a run to the file that was written."""
+WRITERS: Mapping[str, str] = {
+    "html": "pytest_safemanip.report.page.writing:write_page",
+    "markdown": "pytest_safemanip.report.ci.markdown:write_markdown",
+    "sarif": "pytest_safemanip.report.ci.sarif:write_sarif",
+}
+"""Where each is, as ``module:function``; imported when it is written."""
+
+
+def parse_reports(text: str) -> tuple[str, ...]:
+    """Distinct names of reports from a list with commas.
+
+    Raises:
+        ConfigError: if there is no such report.
+    """
+    names = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    for name in names:
+        if name not in WRITERS:
+            hint = did_you_mean(name, WRITERS)
+            raise ConfigError(f"--safemanip-report: unknown report {name!r}; {hint}")
+    return names
+
+
+def write_report(name: str, folder: Path) -> Path:
+    """Write a report and return its file.
+
+    Args:
+        name: of the report, see :data:`WRITERS`.
+        folder: the output folder of a run, with its `summary.json`.
+    """
+    module, function = WRITERS[name].split(":")
+    writer = cast(Writer, getattr(import_module(module), function))
+    return writer(folder)
