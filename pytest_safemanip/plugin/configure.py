@@ -17,6 +17,9 @@ from pytest_safemanip.plugin.items import Suite
 from pytest_safemanip.plugin.markers import CaseMarkers
 from pytest_safemanip.plugin.options import OPTIONS
 from pytest_safemanip.plugin.progress import ProgressLine
+from pytest_safemanip.plugin.reports.attachments import Attachments
+from pytest_safemanip.plugin.reports.github import GitHub
+from pytest_safemanip.plugin.reports.junit import JUnit
 from pytest_safemanip.plugin.runtest import Executing
 from pytest_safemanip.plugin.simulation import Simulation, simulation_of
 from pytest_safemanip.plugin.terminal import Reporting
@@ -95,6 +98,7 @@ def _cases(
         cluster = _cluster(config, plan, simulation, backend.provenance)
     rollouts = SafetySession(plan, backend, store, simulation.run_id, progress, more, cluster)
     config.pluginmanager.register(Executing(rollouts, stopping), "safemanip-execute")
+    config.pluginmanager.register(Attachments(config, plan.settings.out), "safemanip-attach")
     if not is_worker:
         source = backend.provenance if backend else None
         _register_reports(config, plan, source, rollouts, invocation)
@@ -163,7 +167,14 @@ def _register_reports(
         gating = Gating(plan, ReleaseGate(settings.gates, baseline, settings.early_stop), results)
         config.pluginmanager.register(gating, "safemanip-gate")
     config.pluginmanager.register(WorkerDeaths(plan, invocation), "safemanip-deaths")
-    reporting = Reporting(plan, source, rollouts, results, gating, invocation)
+    github = None
+    if settings.ci == "auto":
+        github = GitHub(skip_open=settings.inconclusive == "skip")
+        config.pluginmanager.register(github, "safemanip-github")
+    junit = JUnit() if config.getoption("xmlpath", None) else None
+    if junit is not None:
+        config.pluginmanager.register(junit, "safemanip-junit")
+    reporting = Reporting(plan, source, rollouts, results, gating, invocation, github, junit)
     config.pluginmanager.register(reporting, "safemanip-report")
 
 

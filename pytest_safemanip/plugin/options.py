@@ -238,6 +238,12 @@ OPTIONS = (
         repeat=True,
     ),
     Option(
+        "--safemanip-ci",
+        "auto: a job summary and annotations where GitHub Actions asks for them; off: neither",
+        "auto",
+        choices=("auto", "off"),
+    ),
+    Option(
         "--safemanip-store",
         "recordings that machines share: taken from there instead of run again, and put there; a "
         "folder for fsspec, such as s3://bucket/folder or file:///mnt/all",

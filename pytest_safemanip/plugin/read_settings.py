@@ -84,6 +84,7 @@ def read_settings(config: pytest.Config) -> Settings:
         shard=parse_shard(shard, "--safemanip-shard") if shard else None,
         out=_path(config, values["safemanip_out"]),
         reports=parse_reports(values["safemanip_report"]),
+        ci=values["safemanip_ci"],
         store=values["safemanip_store"],
         params=parse_params(parse_names(values["safemanip_params"])),
         fuzz=bool(values["safemanip_fuzz"]),

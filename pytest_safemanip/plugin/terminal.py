@@ -14,6 +14,8 @@ from pytest_safemanip.plugin.exit_status import explained
 from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import SafetyItem
 from pytest_safemanip.plugin.reports.files import ReportFiles
+from pytest_safemanip.plugin.reports.github import GitHub
+from pytest_safemanip.plugin.reports.junit import JUnit
 from pytest_safemanip.plugin.short_summary import first_words
 from pytest_safemanip.report import document
 from pytest_safemanip.report.header import header_lines, not_grounded_lines
@@ -40,6 +42,8 @@ class Reporting:
         results: takes in what is found out.
         gating: decides on it; None without gates and without a baseline.
         invocation: what paths in messages refer to.
+        github: is told, too; None where it is not to be.
+        junit: completes pytest's JUnit file; None where none is written.
     """
 
     def __init__(
@@ -50,6 +54,8 @@ class Reporting:
         results: Results,
         gating: Gating | None,
         invocation: Invocation,
+        github: GitHub | None = None,
+        junit: JUnit | None = None,
     ) -> None:
         self._plan, self._source, self._rollouts = plan, source, rollouts
         self._results, self._gating, self._invocation = results, gating, invocation
@@ -57,6 +63,7 @@ class Reporting:
         self._summarising = False
         self._unwritten = ""
         self._files = ReportFiles(plan.settings.reports, invocation)
+        self._github, self._junit = github, junit
 
     def pytest_report_header(self) -> list[str]:
         """What is about to be done."""
@@ -114,6 +121,8 @@ class Reporting:
                 self._unwritten = f" cannot be written ({error.strerror})"
             else:
                 self._files.write(self._path)
+                if self._github is not None:
+                    self._files.lines += self._github.tell(self._path)
             if self._unwritten or self._files.failed:
                 session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
 
@@ -159,7 +168,8 @@ class Reporting:
         decided = gate_rows(ruling) if ruling else []
         unwritten = [self._place()] if self._unwritten else []
         missing = self._missing() if own else []
-        return [*own, *missing, *decided, *unwritten, *self._files.lines]
+        told = [*self._files.lines, *(self._junit.lines if self._junit else [])]
+        return [*own, *missing, *decided, *unwritten, *told]
 
     def _lines(self, config: pytest.Config, width: int) -> list[str]:
         ruling = self._gating.ruling if self._gating else None
@@ -179,6 +189,7 @@ class Reporting:
             *self._reused(self._results.reused, len(self._results.records)),
             self._place(),
             *self._files.lines,
+            *(self._junit.lines if self._junit else []),
         ]
 
     def _undecided(self) -> list[str]:

@@ -51,6 +51,7 @@ class Settings:
     shard: Shard | None
     out: Path
     reports: tuple[str, ...]
+    ci: str
     store: str
     params: Mapping[str, float]
     fuzz: bool

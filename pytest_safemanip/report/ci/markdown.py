@@ -7,6 +7,7 @@ everywhere; a picture beside its recording is shown in the file, and named in a 
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,9 +28,8 @@ MAX_ROWS = 100
 """Of a table."""
 MAX_TEXT = 400
 """Characters of a text from the run; more are cut."""
-_MARKS = re.compile(
-    r"[\\`*{}\[\]()#+!|~<>&@:/\"'$^]|(?<![A-Za-z0-9])[-_=]|_(?![A-Za-z0-9])|\.(?=\w)"
-)
+_MARKS = re.compile(r"[\\`*\[\]#|~<>&@$]|:(?=//)|(?<=www)\.|(?<![^\W_])_|_(?![^\W_])")
+"""What means something to Markdown within a line, or makes a link of an address."""
 
 
 def write_markdown(folder: Path) -> Path:
@@ -156,7 +156,8 @@ def _places(violation: Violation, beside: Path | None) -> list[str]:
         found.append(f"picture: {escaped(str(picture))}")
     commands = [f"pytest {shlex.quote(violation.node_id)}"]
     if violation.record.recording:
-        commands.insert(0, f"safemanip show {shlex.quote(violation.record.recording)}")
+        place = os.path.relpath(violation.record.recording)
+        commands.insert(0, f"safemanip show {shlex.quote(place)}")
     return [*found, code_block(commands)]
 
 
