@@ -97,7 +97,7 @@ def test_gates_decide_instead_of_single_violations(gated: Suite) -> None:
 
 
 def junit(path: Path) -> dict[str | None, ElementTree.Element]:
-    suites = ElementTree.parse(path).getroot()  # noqa: S314 (pytest wrote it)
+    suites = ElementTree.parse(path).getroot()
     assert {case.get("classname") for case in suites.iter("testcase")} == {"safemanip"}
     return {case.get("name"): case for case in suites.iter("testcase")}
 

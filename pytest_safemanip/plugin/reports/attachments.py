@@ -7,10 +7,12 @@ that is there when they are.
 from __future__ import annotations
 
 import base64
+import os
 import sys
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 
@@ -42,7 +44,7 @@ class Attachments:
     """
 
     def __init__(self, config: pytest.Config, out: Path) -> None:
-        self._html = bool(config.getoption("htmlpath", None))
+        self._page = Path(config.getoption("htmlpath", None) or "")
         self._allure = bool(config.getoption("allure_report_dir", None))
         self._junit = bool(config.getoption("xmlpath", None))
         self._out = out
@@ -53,16 +55,16 @@ class Attachments:
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         """Attach them, if the case is violated and somebody is going to read them."""
         report = yield
-        if not (self._html or self._allure or self._junit) or call.when != "call":
+        if not (self._page.name or self._allure or self._junit) or call.when != "call":
             return report
         data = getattr(report, "safemanip", None)
         if not isinstance(item, SafetyItem) or not data or data.get("outcome") != "VIOLATED":
             return report
         files = self._files(item.case, data)
         vars(report)[KEY] = [str(file) for file in files]
-        if self._html:
-            extras = [*getattr(report, "extras", []), *map(_html_extra, files)]
-            vars(report)["extras"] = extras
+        if self._page.name:
+            extras = [_html_extra(file, self._page) for file in files]
+            vars(report)["extras"] = [*getattr(report, "extras", []), *extras]
         if self._allure:
             _attach_to_allure(files)
         return report
@@ -87,11 +89,11 @@ class Attachments:
         return path
 
 
-def _html_extra(file: Path) -> dict[str, str | None]:
-    """What pytest-html shows: a picture, or a link."""
+def _html_extra(file: Path, page: Path) -> dict[str, str | None]:
+    """What pytest-html shows: a picture, or a link that stays true where both are moved."""
     kind = MIME_TYPES.get(file.suffix)
     if kind is None or file.stat().st_size > MAX_INLINE:
-        link = file.absolute().as_uri()
+        link = quote(Path(os.path.relpath(file, page.parent)).as_posix())
         return {
             "name": file.name,
             "format_type": "url",

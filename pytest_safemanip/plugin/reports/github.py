@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pytest_safemanip.errors import SafemanipError, first_line, printable
-from pytest_safemanip.report.ci.annotations import annotations
+from pytest_safemanip.report.ci.annotations import annotations_of
 from pytest_safemanip.report.ci.markdown import markdown
 from pytest_safemanip.report.ci.places import source_root
 from pytest_safemanip.report.ci.reading import read_run
@@ -48,7 +48,7 @@ class GitHub:
         try:
             run = read_run(summary)
             if self._annotates:
-                found = annotations(run, source_root(), self._skip_open)
+                found = annotations_of(run, source_root(), self._skip_open)
                 self._commands = [annotation.command() for annotation in found]
             if self._summary:
                 _append(Path(self._summary), markdown(run))

@@ -38,7 +38,7 @@ class Annotation:
         return f"::{self.level} {place}title={_value(self.title)}::{_escaped(self.message)}"
 
 
-def annotations(run: Run, root: Path, skip_open: bool = False) -> list[Annotation]:
+def annotations_of(run: Run, root: Path, skip_open: bool = False) -> list[Annotation]:
     """What failed: gates, rollouts without a verdict, then the worst violations; ten at most.
 
     Args:
