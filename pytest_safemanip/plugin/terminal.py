@@ -165,7 +165,7 @@ class Reporting:
         ruling = self._gating.ruling if self._gating else None
         records, elsewhere = self._results.records, self._elsewhere
         own = brief_lines(records, self._metrics, elsewhere) if self._results.begun else []
-        decided = gate_rows(ruling) if ruling else []
+        decided = gate_rows(ruling, self._plan.settings.allow_standins) if ruling else []
         unwritten = [self._place()] if self._unwritten else []
         missing = self._missing() if own else []
         told = [*self._files.lines, *(self._junit.lines if self._junit else [])]
@@ -173,7 +173,8 @@ class Reporting:
 
     def _lines(self, config: pytest.Config, width: int) -> list[str]:
         ruling = self._gating.ruling if self._gating else None
-        decided = ["", *ruling_lines(ruling)] if ruling else []
+        standins = self._plan.settings.allow_standins
+        decided = ["", *ruling_lines(ruling, standins, width)] if ruling else []
         if not self._results.begun:
             return decided[1:]
         missing = self._missing()

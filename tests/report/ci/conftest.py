@@ -68,7 +68,7 @@ def gate(**changed: Any) -> dict[str, Any]:
 def written(folder: Path, records: list[Any], gates: list[Any] | None = None, **rules: Any) -> Run:
     """The run, read from the folder."""
     whole = document(records)
-    names = {name for record in records for name in record.properties}
+    names = sorted({name for record in records for name in record.properties})
     whole["properties"] = {name: {**RULE, **rules.get(name, {})} for name in names}
     if gates is not None:
         whole["release"] = {"gates": gates, "baseline": None, "refused": "", "not_comparable": {}}
