@@ -11,15 +11,16 @@ import pytest
 from pytest_safemanip.errors import ConfigError, install_command
 from pytest_safemanip.metrics.release_gate import ReleaseGate, read_baseline
 from pytest_safemanip.plugin.collection import CollectAppended, CollectExclusive, Maker
+from pytest_safemanip.plugin.ending.attachments import Attachments
+from pytest_safemanip.plugin.ending.github import GitHub
+from pytest_safemanip.plugin.ending.interrupts import Interrupts
+from pytest_safemanip.plugin.ending.junit import JUnit
 from pytest_safemanip.plugin.exit_status import ExitStatus
 from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import Suite
 from pytest_safemanip.plugin.markers import CaseMarkers
 from pytest_safemanip.plugin.options import OPTIONS
 from pytest_safemanip.plugin.progress import ProgressLine
-from pytest_safemanip.plugin.reports.attachments import Attachments
-from pytest_safemanip.plugin.reports.github import GitHub
-from pytest_safemanip.plugin.reports.junit import JUnit
 from pytest_safemanip.plugin.runtest import Executing
 from pytest_safemanip.plugin.simulation import Simulation, simulation_of
 from pytest_safemanip.plugin.terminal import Reporting
@@ -100,6 +101,9 @@ def _cases(
     config.pluginmanager.register(Executing(rollouts, stopping), "safemanip-execute")
     config.pluginmanager.register(Attachments(config, plan.settings.out), "safemanip-attach")
     if not is_worker:
+        interrupts = Interrupts(config, rollouts, simulation)
+        interrupts.listen()
+        config.pluginmanager.register(interrupts, "safemanip-interrupts")
         source = backend.provenance if backend else None
         _register_reports(config, plan, source, rollouts, invocation)
     markers = CaseMarkers(config, plan)

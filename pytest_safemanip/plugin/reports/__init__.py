@@ -1,1 +1,0 @@
-"""What is written when a session ends, for people and for CI servers."""
