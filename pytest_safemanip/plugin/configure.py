@@ -20,7 +20,13 @@ from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import Suite
 from pytest_safemanip.plugin.markers import CaseMarkers
 from pytest_safemanip.plugin.options import OPTIONS
-from pytest_safemanip.plugin.progress import ProgressLine
+from pytest_safemanip.plugin.progress.line import ProgressLine
+from pytest_safemanip.plugin.progress.workers import (
+    WORKER_INPUT,
+    WorkerProgress,
+    WorkersProgress,
+    folder_of,
+)
 from pytest_safemanip.plugin.runtest import Executing
 from pytest_safemanip.plugin.simulation import Simulation, simulation_of
 from pytest_safemanip.plugin.terminal import Reporting
@@ -32,7 +38,7 @@ from pytest_safemanip.run.early_stopping import EarlyStopping
 from pytest_safemanip.run.invocation import Invocation
 from pytest_safemanip.run.plan import Plan, make_plan, refuse_standins, resolve_policy
 from pytest_safemanip.run.results import Results
-from pytest_safemanip.run.session import SafetySession
+from pytest_safemanip.run.session import Progress, SafetySession
 from pytest_safemanip.sim.backend import Provenance
 from pytest_safemanip.sim.registry import find_simulator
 
@@ -91,7 +97,7 @@ def _cases(
         if not plan.recordings:
             backend, store = simulation.backend, simulation.store
             refuse_standins(plan, backend.provenance)
-    progress = None if is_worker else ProgressLine(config, plan)
+    progress = _progress(config, plan, simulation.run_id)
     # Workers of xdist are told one case at a time: what comes next is for another to run.
     more = None if is_worker else simulation.another_backend
     cluster = None
@@ -117,6 +123,18 @@ def _cases(
         stopping=stopping,
         invocation=invocation,
     )
+
+
+def _progress(config: pytest.Config, plan: Plan, run_id: str) -> Progress | None:
+    """What is told how rollouts get on; None where nobody looks."""
+    folder = folder_of(plan.settings.out, run_id)
+    if hasattr(config, "workerinput"):
+        if not config.workerinput.get(WORKER_INPUT):
+            return None
+        return WorkerProgress(plan, folder / f"{config.workerinput['workerid']}.json")
+    if config.getoption("numprocesses", None) and not config.option.collectonly:
+        config.pluginmanager.register(WorkersProgress(config, folder), "safemanip-progress")
+    return ProgressLine(config, plan)
 
 
 def _cluster(
