@@ -21,6 +21,7 @@ from pytest_safemanip.metrics.tables import tables
 from pytest_safemanip.propositions.catalogue import SHIPPED
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.provenance import functions_digest, source_digest, versions
+from pytest_safemanip.report.numbers import one_line
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.results import Results
 from pytest_safemanip.spec.properties import Property
@@ -176,8 +177,8 @@ def _rules(plan: Plan) -> dict[str, dict[str, str]]:
         formula = prop.paper_formula if plan.settings.semantics == "paper" else prop.formula
         found[name] = {
             "category": prop.category,
-            "title": prop.title,
-            "source": prop.source,
+            "title": one_line(prop.title),
+            "source": one_line(prop.source),
             "formula": str(formula),
             "file": os.path.relpath(prop.path, folder) if own else "",
         }

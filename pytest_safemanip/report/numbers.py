@@ -1,10 +1,11 @@
-"""Numbers as text."""
+"""Numbers and lines as text."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from textwrap import wrap
 
+from pytest_safemanip.errors import printable
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.statistics.intervals import Interval
 
@@ -15,6 +16,11 @@ MIN_WIDTH = 80
 def counted(number: int, noun: str) -> str:
     """A number of things, in words: "1 case", "2 cases"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def one_line(text: str) -> str:
+    """Text of a file in one line, with escapes for what a terminal would take for a command."""
+    return printable(" ".join(text.split()), 500)
 
 
 def percent(value: float | None) -> str:

@@ -100,7 +100,7 @@ class ProgressLine:
 def is_seen(config: pytest.Config) -> bool:
     """Whether there is a terminal whose line can be rewritten, in colours or not."""
     reporter = config.pluginmanager.getplugin("terminalreporter")
-    return reporter is not None and reporter.isatty and os.environ.get("TERM") != "dumb"
+    return reporter is not None and bool(reporter.isatty) and os.environ.get("TERM") != "dumb"
 
 
 def rewritten(config: pytest.Config, text: str) -> str:
