@@ -11,10 +11,6 @@ import pytest
 from pytest_safemanip.errors import ConfigError, install_command
 from pytest_safemanip.metrics.release_gate import ReleaseGate, read_baseline
 from pytest_safemanip.plugin.collection import CollectAppended, CollectExclusive, Maker
-from pytest_safemanip.plugin.ending.attachments import Attachments
-from pytest_safemanip.plugin.ending.github import GitHub
-from pytest_safemanip.plugin.ending.interrupts import Interrupts
-from pytest_safemanip.plugin.ending.junit import JUnit
 from pytest_safemanip.plugin.exit_status import ExitStatus
 from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import Suite
@@ -27,6 +23,10 @@ from pytest_safemanip.plugin.progress.workers import (
     WorkersProgress,
     folder_of,
 )
+from pytest_safemanip.plugin.reports.attachments import Attachments
+from pytest_safemanip.plugin.reports.github import GitHub
+from pytest_safemanip.plugin.reports.interrupts import Interrupts
+from pytest_safemanip.plugin.reports.junit import JUnit
 from pytest_safemanip.plugin.runtest import Executing
 from pytest_safemanip.plugin.simulation import Simulation, simulation_of
 from pytest_safemanip.plugin.terminal import Reporting

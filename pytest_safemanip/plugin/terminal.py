@@ -10,12 +10,12 @@ import pytest
 from pytest_safemanip.metrics.comparability import not_comparable
 from pytest_safemanip.metrics.groups import Metrics, measure_each
 from pytest_safemanip.metrics.summaries import NAME, place_for
-from pytest_safemanip.plugin.ending.files import ReportFiles
-from pytest_safemanip.plugin.ending.github import GitHub
-from pytest_safemanip.plugin.ending.junit import JUnit
 from pytest_safemanip.plugin.exit_status import explained
 from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import SafetyItem
+from pytest_safemanip.plugin.reports.files import ReportFiles
+from pytest_safemanip.plugin.reports.github import GitHub
+from pytest_safemanip.plugin.reports.junit import JUnit
 from pytest_safemanip.plugin.short_summary import first_words
 from pytest_safemanip.report import document
 from pytest_safemanip.report.header import header_lines, not_grounded_lines
@@ -62,7 +62,7 @@ class Reporting:
         self._path = plan.settings.out / NAME
         self._summarising = False
         self._unwritten = ""
-        self._files = ReportFiles(plan.settings.reports, invocation)
+        self._files = ReportFiles(plan, invocation)
         self._github, self._junit = github, junit
 
     def pytest_report_header(self) -> list[str]:

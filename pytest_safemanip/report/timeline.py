@@ -9,7 +9,7 @@ from typing import Any
 HELD, NOT_HELD = "█", "·"
 MARK = "▲"
 MAX_LANES = 12
-_COLUMN, _LANE, _LETTER = 10, 22, 7
+_COLUMN, _LANE, _LETTER = 10, 22, 8
 """Pixels: width of a column, height of a lane, width of a letter."""
 _BLUE, _GREY, _RED = "#0072b2", "#d9d9d9", "#d55e00"
 """Colours that are told apart with any colour vision."""

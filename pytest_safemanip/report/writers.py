@@ -8,15 +8,18 @@ from pathlib import Path
 from typing import cast
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.run.definitions import Definitions
 
-Writer = Callable[[Path], Path]
-"""From the output folder of a run to the file that was written."""
+Writer = Callable[..., Path]
+"""From the output folder of a run, for some also its definitions, to the file that was written."""
 WRITERS: Mapping[str, str] = {
     "html": "pytest_safemanip.report.page.writing:write_page",
     "markdown": "pytest_safemanip.report.ci.markdown:write_markdown",
     "sarif": "pytest_safemanip.report.ci.sarif:write_sarif",
 }
 """Where each is, as ``module:function``; imported when it is written."""
+JUDGING = ("html",)
+"""Those that judge recordings again, and are given the definitions, the user's among them."""
 
 
 def parse_reports(text: str) -> tuple[str, ...]:
@@ -33,13 +36,14 @@ def parse_reports(text: str) -> tuple[str, ...]:
     return names
 
 
-def write_report(name: str, folder: Path) -> Path:
+def write_report(name: str, folder: Path, definitions: Definitions) -> Path:
     """Write a report and return its file.
 
     Args:
         name: of the report, see :data:`WRITERS`.
         folder: the output folder of a run, with its `summary.json`.
+        definitions: what the run was judged by.
     """
     module, function = WRITERS[name].split(":")
     writer = cast(Writer, getattr(import_module(module), function))
-    return writer(folder)
+    return writer(folder, definitions) if name in JUDGING else writer(folder)

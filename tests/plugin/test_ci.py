@@ -102,7 +102,7 @@ def test_a_junit_file_that_gitlab_refuses_is_shortened_and_said_so(
     one_suite: Suite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     set_up(one_suite)
-    monkeypatch.setattr("pytest_safemanip.plugin.ending.junit.MAX_BYTES", 2000)
+    monkeypatch.setattr("pytest_safemanip.plugin.reports.junit.MAX_BYTES", 2000)
     monkeypatch.setattr(junit.trim, "__defaults__", (2000,))
     result = one_suite.run("--junitxml=all.xml", "--safemanip-seeds=2")
     path = one_suite.pytester.path / "all.xml"

@@ -9,6 +9,7 @@ from types import ModuleType
 import pytest
 
 from pytest_safemanip.report import writers
+from pytest_safemanip.run.definitions import Definitions
 from tests.plugin.conftest import Suite
 from tests.plugin.toyfolder import set_up
 
@@ -44,7 +45,8 @@ def test_an_unknown_report_is_refused_before_anything_is_run(one_suite: Suite) -
 def test_a_report_that_fails_is_a_line_and_a_failure_and_the_others_are_written(
     one_suite: Suite, monkeypatch: pytest.MonkeyPatch, quiet: list[str]
 ) -> None:
-    def fails(folder: object) -> object:
+    def fails(folder: object, definitions: Definitions) -> object:
+        assert "stays_near" in definitions.properties  # the user's, too
         raise ValueError("no room\nfor it")
 
     broken = ModuleType("broken")
@@ -52,9 +54,7 @@ def test_a_report_that_fails_is_a_line_and_a_failure_and_the_others_are_written(
     monkeypatch.setitem(sys.modules, "broken", broken)
     monkeypatch.setattr(writers, "WRITERS", {**writers.WRITERS, "html": "broken:fails"})
     set_up(one_suite)
-    result = one_suite.run(
-        "--safemanip-report=html,markdown", "--safemanip-properties=grasp_stability", *quiet
-    )
+    result = one_suite.run("--safemanip-report=html,markdown", "-k", "grasp_stability", *quiet)
     assert "report html: cannot be written: ValueError: no room" in result.outlines
     assert "report markdown: .safemanip/summary.md" in result.outlines
     result.assert_outcomes(skipped=1)  # verdicts stand

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
-from pytest_safemanip.plugin.ending import github
-from pytest_safemanip.plugin.ending.github import GitHub
+from pytest_safemanip.plugin.reports import github
+from pytest_safemanip.plugin.reports.github import GitHub
 from pytest_safemanip.report.ci.markdown import MAX_VIOLATIONS, escaped, markdown, write_markdown
 from tests.metrics.build import rollout, verdict
 from tests.report.ci.conftest import HOSTILE, found, gate, violated

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from _pytest.junitxml import LogXML, xml_key
 
-from pytest_safemanip.plugin.ending.attachments import KEY
+from pytest_safemanip.plugin.reports.attachments import KEY
 from pytest_safemanip.report.ci.places import source_root
 from pytest_safemanip.report.junit import MAX_BYTES, attachment_lines, trim
 from pytest_safemanip.report.numbers import counted
