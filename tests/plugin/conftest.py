@@ -17,6 +17,17 @@ CACHE = platformdirs.user_cache_dir()
 MODES = {"without xdist": ("-p", "no:xdist"), "-n 0": ("-n", "0"), "-n 2": ("-n", "2")}
 
 
+def joined(result: pytest.RunResult) -> pytest.LineMatcher:
+    """The output with gates in a line each, however narrow the terminal is."""
+    lines: list[str] = []
+    for line in result.outlines:
+        if lines and line.startswith(" " * 8) and lines[-1].startswith("  "):
+            lines[-1] += f" {line.strip()}"
+        else:
+            lines.append(line)
+    return pytest.LineMatcher(lines)
+
+
 class Suite:
     """A user's folder."""
 
