@@ -11,6 +11,7 @@ import msgpack  # noqa: F401  (imported twice, as after pytester's runs, its typ
 import platformdirs
 import pytest
 
+from pytest_safemanip.report.ci.places import ROOTS
 from tests.conftest import Rollouts
 
 CACHE = platformdirs.user_cache_dir()
@@ -70,7 +71,8 @@ def make_suite(
 ) -> Callable[[tuple[str, ...]], Suite]:
     # pytester moves HOME; the generated assets need not be generated again for every test.
     monkeypatch.setenv("XDG_CACHE_HOME", CACHE)
-    for name in ("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER"):
+    ours = ("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER", "NO_COLOR")
+    for name in (*ours, "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", *ROOTS):
         monkeypatch.delenv(name, raising=False)
     return lambda mode: Suite(pytester, rollouts, mode)
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import re
 
 import numpy as np
@@ -205,6 +206,12 @@ def test_the_header_says_what_is_about_to_be_done(make):
         "safemanip: 24 cases on 4 rollouts of 1 task, policy hold, mine, paper",
         "safemanip: toy, compact scenes, fast stepping, primitive assets",
     ]
+    many = make(("hold", "random"), seeds=(0, 1))
+    many = dataclasses.replace(many, policies=dict.fromkeys(f"policy-{n}" for n in range(11)))
+    cases = [dataclasses.replace(many.cases[0], policy=name) for name in many.policies]
+    lines = header_lines(dataclasses.replace(many, cases=tuple(cases)), None)
+    assert max(map(len, lines)) <= 80
+    assert "policy-10" in lines[-1]
     one = make(properties=("action_onset",))
     assert header_lines(one, None) == [
         "safemanip: 1 case on 1 rollout of 1 task, policy hold, timed"
