@@ -31,7 +31,7 @@ def write_sarif(folder: Path) -> Path:
     """
     path = folder / NAME
     document = sarif(read_run(folder), source_root())
-    path.write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    path.write_text(json.dumps(document, allow_nan=False) + "\n", encoding="utf-8")
     return path
 
 
