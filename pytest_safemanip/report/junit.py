@@ -106,7 +106,7 @@ def attachment_lines(files: Iterable[Path], root: Path) -> list[str]:
     return found
 
 
-def trim(path: Path, most: int = MAX_BYTES) -> int:
+def trim(path: Path, most: int) -> int:
     """Shorten a JUnit file that pytest has written until it is small enough.
 
     Every case keeps its name, its result and the message of it. What is left out first: properties

@@ -12,14 +12,13 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from pytest_safemanip.report import junit
+from pytest_safemanip.plugin.reports import junit  # once: a second import has another limit
 from tests.plugin.conftest import Suite
 from tests.plugin.toyfolder import set_up
 
 
-@pytest.fixture
-def actions(suite: Suite, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The environment of GitHub's runner."""
+def on_github(suite: Suite, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The environment of GitHub's runner; the file of the job summary."""
     set_up(suite)
     step = suite.pytester.path / "step.md"
     for name, value in {
@@ -33,28 +32,33 @@ def actions(suite: Suite, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_github_has_a_job_summary_and_annotations_after_all_else(
-    suite: Suite, actions: Path
+    suite: Suite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    step = on_github(suite, monkeypatch)
     result = suite.run()
-    assert "#### 1. stays_near: Reach, rises, seed 0" in actions.read_text()
-    assert "█" in actions.read_text()
+    assert "#### 1. stays_near: Reach, rises, seed 0" in step.read_text()
+    assert "█" in step.read_text()
     assert result.outlines[-1].startswith(
         "::error file=mine/properties/own.yaml,line=1,title=stays_near violated::Reach, rises"
     )
     assert " in " in result.outlines[-2]  # pytest's own last line
 
 
-def test_violations_that_gates_tolerate_are_warnings(suite: Suite, actions: Path) -> None:
-    result = suite.run("--safemanip-gate=violation_rate <= 50 %")
+def test_violations_that_gates_tolerate_are_warnings(
+    one_suite: Suite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step = on_github(one_suite, monkeypatch)
+    result = one_suite.run("--safemanip-gate=violation_rate <= 50 %")
     first, second = (line for line in result.outlines if line.startswith("::"))
     assert first.startswith("::error title=FAIL%3A violation_rate <= 0.5::rises: 1 of 1")
     assert second.startswith("::warning ")
-    assert "| FAIL |" in actions.read_text()
+    assert "| FAIL |" in step.read_text()
 
 
-def test_both_can_be_switched_off(suite: Suite, actions: Path) -> None:
-    result = suite.run("--safemanip-ci=off")
-    assert not actions.exists()
+def test_both_can_be_switched_off(one_suite: Suite, monkeypatch: pytest.MonkeyPatch) -> None:
+    step = on_github(one_suite, monkeypatch)
+    result = one_suite.run("--safemanip-ci=off")
+    assert not step.exists()
     assert not [line for line in result.outlines if line.startswith("::")]
 
 
@@ -102,8 +106,7 @@ def test_a_junit_file_that_gitlab_refuses_is_shortened_and_said_so(
     one_suite: Suite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     set_up(one_suite)
-    monkeypatch.setattr("pytest_safemanip.plugin.reports.junit.MAX_BYTES", 2000)
-    monkeypatch.setattr(junit.trim, "__defaults__", (2000,))
+    monkeypatch.setattr(junit, "MAX_BYTES", 2000)
     result = one_suite.run("--junitxml=all.xml", "--safemanip-seeds=2")
     path = one_suite.pytester.path / "all.xml"
     assert path.stat().st_size <= 2000

@@ -68,7 +68,7 @@ class JUnit:
             return
         path = Path(self._xml.logfile)
         if path.is_file() and path.stat().st_size > MAX_BYTES:
-            shortened = trim(path)
+            shortened = trim(path, MAX_BYTES)
             self.lines.append(
                 f"{os.path.relpath(path)}: over {MAX_BYTES // 10**6} MB, which GitLab refuses: "
                 f"{counted(shortened, 'case')} shortened; summary.json has all"
