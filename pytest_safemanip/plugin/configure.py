@@ -24,6 +24,7 @@ from pytest_safemanip.plugin.progress.workers import (
     folder_of,
 )
 from pytest_safemanip.plugin.reports.attachments import Attachments
+from pytest_safemanip.plugin.reports.files import ReportFiles
 from pytest_safemanip.plugin.reports.github import GitHub
 from pytest_safemanip.plugin.reports.interrupts import Interrupts
 from pytest_safemanip.plugin.reports.junit import JUnit
@@ -196,7 +197,9 @@ def _register_reports(
     junit = JUnit() if config.getoption("xmlpath", None) else None
     if junit is not None:
         config.pluginmanager.register(junit, "safemanip-junit")
-    reporting = Reporting(plan, source, rollouts, results, gating, invocation, github, junit)
+    files = ReportFiles(plan, invocation, github)
+    config.pluginmanager.register(files, "safemanip-files")
+    reporting = Reporting(plan, source, rollouts, results, gating, invocation, files, junit)
     config.pluginmanager.register(reporting, "safemanip-report")
 
 

@@ -14,7 +14,6 @@ from pytest_safemanip.plugin.exit_status import explained
 from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import SafetyItem
 from pytest_safemanip.plugin.reports.files import ReportFiles
-from pytest_safemanip.plugin.reports.github import GitHub
 from pytest_safemanip.plugin.reports.junit import JUnit
 from pytest_safemanip.plugin.short_summary import first_words
 from pytest_safemanip.report import document
@@ -42,7 +41,7 @@ class Reporting:
         results: takes in what is found out.
         gating: decides on it; None without gates and without a baseline.
         invocation: what paths in messages refer to.
-        github: is told, too; None where it is not to be.
+        files: writes the reports that are asked for, when the summary is there.
         junit: completes pytest's JUnit file; None where none is written.
     """
 
@@ -54,16 +53,15 @@ class Reporting:
         results: Results,
         gating: Gating | None,
         invocation: Invocation,
-        github: GitHub | None = None,
-        junit: JUnit | None = None,
+        files: ReportFiles,
+        junit: JUnit | None,
     ) -> None:
         self._plan, self._source, self._rollouts = plan, source, rollouts
         self._results, self._gating, self._invocation = results, gating, invocation
         self._path = plan.settings.out / NAME
         self._summarising = False
         self._unwritten = ""
-        self._files = ReportFiles(plan, invocation)
-        self._github, self._junit = github, junit
+        self._files, self._junit = files, junit
 
     def pytest_report_header(self) -> list[str]:
         """What is about to be done."""
@@ -119,12 +117,9 @@ class Reporting:
                 document.write(found, self._path)
             except OSError as error:
                 self._unwritten = f" cannot be written ({error.strerror})"
-            else:
-                self._files.write(self._path)
-                if self._github is not None:
-                    self._files.lines += self._github.tell(self._path)
-            if self._unwritten or self._files.failed:
                 session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+            else:
+                self._files.summary = self._path
 
     def pytest_terminal_summary(self, terminalreporter: Any, config: pytest.Config) -> None:
         """Show the metrics, and what they decide; in a few lines with ``-q``."""
