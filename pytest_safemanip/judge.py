@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf import (
@@ -36,6 +37,8 @@ class Finding:
         proof: the explanation's text: what was pending, since when, the steps that matter.
         evidence: what was measured at the first unsafe step, and where the obligation opened that
             was not met, in words.
+        opened: the step where the obligation opened; the first unsafe step if none was pending.
+        values: of each atom of the property, for the violated instance, bool (T,).
     """
 
     entities: tuple[str, ...]
@@ -45,6 +48,8 @@ class Finding:
     reason: str
     proof: str
     evidence: tuple[str, ...]
+    opened: int = 0
+    values: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict, compare=False)
 
     def __repr__(self) -> str:
         return f"<Finding {self}>"
@@ -183,6 +188,8 @@ class Judge:
             reason=violation.reason,
             proof=reasons.format(),
             evidence=tuple(evidence),
+            opened=reasons.opened_at,
+            values=dict(zip(calls, values.T, strict=True)),
         )
 
     def _measured(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pytest_safemanip.cli.tables import print_json
+from pytest_safemanip.cli.tables import print_json, terminal_width
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.comparability import not_comparable
 from pytest_safemanip.metrics.gates import check_gates, read_gates
@@ -71,11 +71,12 @@ def run(options: argparse.Namespace) -> int:
         print_json({**content, "release": ruling.to_json()})
     else:
         elsewhere = not_comparable(found.records, found.origins)
-        lines = summary_lines(found.records, metrics, elsewhere=elsewhere)
+        width = terminal_width()
+        lines = summary_lines(found.records, metrics, width, elsewhere)
         lines += [gone] if gone else []
         lines += [f"not all of the run: {PARTIAL}"] if found.partial else []
         if gates.gates or baseline:
-            lines += ["", *ruling_lines(ruling)]
+            lines += ["", *ruling_lines(ruling, options.allow_standins, width)]
         print("\n".join(lines))
     return ruling.status(options.inconclusive == "fail", options.allow_standins)
 

@@ -13,9 +13,17 @@ NOT_COMPARABLE = "NOT COMPARABLE: stand-in assets"
 """What is said wherever a number of such rollouts stands."""
 
 
-def marked(verdict: str, comparable: bool) -> str:
-    """A verdict as it is shown: on stand-in assets it is none on the policy."""
-    return verdict if comparable else f"{NOT_COMPARABLE} ({verdict})"
+def marked(verdict: str, comparable: bool, allowed: bool = False) -> str:
+    """A verdict as it is shown: on stand-in assets it is none on the policy.
+
+    Args:
+        verdict: what was decided.
+        comparable: whether it is about the world that the policy was trained in.
+        allowed: whether stand-in assets are allowed to decide: then the verdict comes first.
+    """
+    if comparable:
+        return verdict
+    return f"{verdict}, {NOT_COMPARABLE}" if allowed else f"{NOT_COMPARABLE} ({verdict})"
 
 
 def is_on_standins(served: Mapping[str, str], assets: str) -> bool:

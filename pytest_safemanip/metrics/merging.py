@@ -45,6 +45,7 @@ def merge(summaries: Sequence[Summary]) -> Summary:
         tuple(origin for _, origin in origins),
         tuple(sorted({shard for s in summaries for shard in s.shards})),
         any(s.partial for s in summaries),
+        {name: rule for s in summaries for name, rule in s.rules.items()},
     )
 
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 import stat
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.errors import ConfigError, printable
-from pytest_safemanip.metrics.fields import Fields
+from pytest_safemanip.metrics.fields import MAX_TOLD, Fields
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.shards import Shard, parse_shard
 from pytest_safemanip.trace.episode import POLICY_NAME, served_fault
@@ -24,6 +25,7 @@ MAX_BYTES = 1_000_000_000
 """15,000 rollouts of ten properties take about 50 MB."""
 DECISIVE_SETTINGS = ("semantics", "stop", "horizon_scale")
 """The settings in a summary that decide verdicts."""
+_LANE = re.compile(r"[.#]{1,200}")
 _OUTCOMES = ("VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS")
 
 
@@ -40,6 +42,10 @@ class Summary:
         origins: what decided the recordings.
         shards: the parts of a run that it has, if it was run in parts.
         partial: whether cases were deselected, or picked by node ids, in it or a part of it.
+        rules: the properties that were judged, by id: ``category``, ``title``, ``source``,
+            ``formula`` and, of those of the user's, ``file``, a path. Those of an earlier version's
+            summary are missing.
+        release: what gates and the comparison decided; None without any.
     """
 
     places: tuple[str, ...]
@@ -48,6 +54,8 @@ class Summary:
     origins: tuple[Mapping[str, Any], ...]
     shards: tuple[Shard, ...] = ()
     partial: bool = False
+    rules: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    release: Fields | None = None
 
     @property
     def place(self) -> str:
@@ -91,7 +99,9 @@ def read(path: Path) -> Summary:
     settings = whole.section("settings")
     decisive = decisive_of(settings.values, whole.section("hashes").values)
     shards = _shards(whole, settings)
-    return Summary((str(file),), tuple(records), decisive, origins, shards, partial)
+    rules = _rules(whole, file.parent)
+    release = whole.section("release") if whole.values.get("release") is not None else None
+    return Summary((str(file),), tuple(records), decisive, origins, shards, partial, rules, release)
 
 
 def place_for(folder: Path, partial: bool) -> Path:
@@ -252,7 +262,42 @@ def _violation(found: Fields) -> Mapping[str, Any]:
         "last": last,
         "duration_s": found.number("duration_s"),
         "reason": found.told("reason"),
+        **_shown(found),
     }
+
+
+def _shown(found: Fields) -> dict[str, Any]:
+    """What was measured and the timeline, of violations that have them."""
+    shown: dict[str, Any] = {}
+    if found.values.get("evidence") is not None:
+        shown["evidence"] = [printable(text, MAX_TOLD) for text in found.texts("evidence")]
+    if found.values.get("timeline") is not None:
+        drawn = found.section("timeline")
+        lanes = drawn.section("lanes")
+        names = [name for name in lanes.values if not _LANE.fullmatch(lanes.text(name))]
+        if names:
+            raise lanes.expected(names[0], "a lane of . and #")
+        shown["timeline"] = {
+            "start": drawn.count("start"),
+            "stride": max(1, drawn.count("stride")),
+            "lanes": {printable(name): lanes.text(name) for name in lanes.values},
+        }
+    return shown
+
+
+def _rules(whole: Fields, folder: Path) -> dict[str, dict[str, str]]:
+    if whole.values.get("properties") is None:
+        return {}
+    found = whole.section("properties")
+    rules: dict[str, dict[str, str]] = {}
+    for name in found.values:
+        own = found.section(name)
+        file = printable(own.text("file", empty=True), 4096)
+        rules[printable(name)] = {
+            **{key: own.told(key) for key in ("category", "title", "source", "formula")},
+            "file": str(folder / file) if file else "",
+        }
+    return rules
 
 
 def _no_constant(name: str) -> Any:

@@ -16,7 +16,18 @@ from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import Suite
 from pytest_safemanip.plugin.markers import CaseMarkers
 from pytest_safemanip.plugin.options import OPTIONS
-from pytest_safemanip.plugin.progress import ProgressLine
+from pytest_safemanip.plugin.progress.line import ProgressLine
+from pytest_safemanip.plugin.progress.workers import (
+    WORKER_INPUT,
+    WorkerProgress,
+    WorkersProgress,
+    folder_of,
+)
+from pytest_safemanip.plugin.reports.attachments import Attachments
+from pytest_safemanip.plugin.reports.files import ReportFiles
+from pytest_safemanip.plugin.reports.github import GitHub
+from pytest_safemanip.plugin.reports.interrupts import Interrupts
+from pytest_safemanip.plugin.reports.junit import JUnit
 from pytest_safemanip.plugin.runtest import Executing
 from pytest_safemanip.plugin.simulation import Simulation, simulation_of
 from pytest_safemanip.plugin.terminal import Reporting
@@ -28,7 +39,7 @@ from pytest_safemanip.run.early_stopping import EarlyStopping
 from pytest_safemanip.run.invocation import Invocation
 from pytest_safemanip.run.plan import Plan, make_plan, refuse_standins, resolve_policy
 from pytest_safemanip.run.results import Results
-from pytest_safemanip.run.session import SafetySession
+from pytest_safemanip.run.session import Progress, SafetySession
 from pytest_safemanip.sim.backend import Provenance
 from pytest_safemanip.sim.registry import find_simulator
 
@@ -87,7 +98,7 @@ def _cases(
         if not plan.recordings:
             backend, store = simulation.backend, simulation.store
             refuse_standins(plan, backend.provenance)
-    progress = None if is_worker else ProgressLine(config, plan)
+    progress = _progress(config, plan, simulation.run_id)
     # Workers of xdist are told one case at a time: what comes next is for another to run.
     more = None if is_worker else simulation.another_backend
     cluster = None
@@ -95,7 +106,11 @@ def _cases(
         cluster = _cluster(config, plan, simulation, backend.provenance)
     rollouts = SafetySession(plan, backend, store, simulation.run_id, progress, more, cluster)
     config.pluginmanager.register(Executing(rollouts, stopping), "safemanip-execute")
+    config.pluginmanager.register(Attachments(config, plan.settings.out), "safemanip-attach")
     if not is_worker:
+        interrupts = Interrupts(config, rollouts, simulation)
+        interrupts.listen()
+        config.pluginmanager.register(interrupts, "safemanip-interrupts")
         source = backend.provenance if backend else None
         _register_reports(config, plan, source, rollouts, invocation)
     markers = CaseMarkers(config, plan)
@@ -109,6 +124,18 @@ def _cases(
         stopping=stopping,
         invocation=invocation,
     )
+
+
+def _progress(config: pytest.Config, plan: Plan, run_id: str) -> Progress | None:
+    """What is told how rollouts get on; None where nobody looks."""
+    folder = folder_of(plan.settings.out, run_id)
+    if hasattr(config, "workerinput"):
+        if not config.workerinput.get(WORKER_INPUT):
+            return None
+        return WorkerProgress(plan, folder / f"{config.workerinput['workerid']}.json")
+    if config.getoption("numprocesses", None) and not config.option.collectonly:
+        config.pluginmanager.register(WorkersProgress(config, folder), "safemanip-progress")
+    return ProgressLine(config, plan)
 
 
 def _cluster(
@@ -163,7 +190,16 @@ def _register_reports(
         gating = Gating(plan, ReleaseGate(settings.gates, baseline, settings.early_stop), results)
         config.pluginmanager.register(gating, "safemanip-gate")
     config.pluginmanager.register(WorkerDeaths(plan, invocation), "safemanip-deaths")
-    reporting = Reporting(plan, source, rollouts, results, gating, invocation)
+    github = None
+    if settings.ci == "auto":
+        github = GitHub(skip_open=settings.inconclusive == "skip")
+        config.pluginmanager.register(github, "safemanip-github")
+    junit = JUnit() if config.getoption("xmlpath", None) else None
+    if junit is not None:
+        config.pluginmanager.register(junit, "safemanip-junit")
+    files = ReportFiles(plan, invocation, github)
+    config.pluginmanager.register(files, "safemanip-files")
+    reporting = Reporting(plan, source, rollouts, results, gating, invocation, files, junit)
     config.pluginmanager.register(reporting, "safemanip-report")
 
 

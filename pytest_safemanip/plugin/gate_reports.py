@@ -151,7 +151,7 @@ class Gating:
         verdict = told.verdict
         if verdict in ("PASS", "HELD", "IMPROVED") and not elsewhere:
             return
-        reason = f"{marked(verdict, told.comparable)}: {told.line}"
+        reason = f"{marked(verdict, told.comparable, self._standins)}: {told.line}"
         if not told.required:
             report.outcome, report.wasxfail = "skipped", f"not required: {reason}"
             report.longrepr = (SUITE, 0, reason)

@@ -230,6 +230,20 @@ OPTIONS = (
         rollouts=True,
     ),
     Option(
+        "--safemanip-report",
+        "what to write beside summary.json: html (a page to look at), markdown, sarif (for code "
+        "scanning) (repeatable)",
+        "",
+        "NAME[,...]",
+        repeat=True,
+    ),
+    Option(
+        "--safemanip-ci",
+        "auto: a job summary and annotations where GitHub Actions asks for them; off: neither",
+        "auto",
+        choices=("auto", "off"),
+    ),
+    Option(
         "--safemanip-store",
         "recordings that machines share: taken from there instead of run again, and put there; a "
         "folder for fsspec, such as s3://bucket/folder or file:///mnt/all",

@@ -12,6 +12,7 @@ from pytest_safemanip.metrics.shards import parse_shard
 from pytest_safemanip.plugin.options import OPTIONS, value_of
 from pytest_safemanip.policies.prompts import read_prompt
 from pytest_safemanip.policies.remote.adjusting import adjusted_presets
+from pytest_safemanip.report.writers import parse_reports
 from pytest_safemanip.run.cases import is_law_id
 from pytest_safemanip.run.option_values import (
     parse_assets,
@@ -82,6 +83,8 @@ def read_settings(config: pytest.Config) -> Settings:
         fresh=bool(values["safemanip_fresh"]),
         shard=parse_shard(shard, "--safemanip-shard") if shard else None,
         out=_path(config, values["safemanip_out"]),
+        reports=parse_reports(values["safemanip_report"]),
+        ci=values["safemanip_ci"],
         store=values["safemanip_store"],
         params=parse_params(parse_names(values["safemanip_params"])),
         fuzz=bool(values["safemanip_fuzz"]),

@@ -18,6 +18,7 @@ from pytest_safemanip.rollouts.store import Store, prepare_output
 from pytest_safemanip.run.plan import Extensions
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import Backend, Options
+from pytest_safemanip.sim.process import ProcessBackend
 from pytest_safemanip.sim.registry import find_simulator
 
 
@@ -96,6 +97,13 @@ class Simulation:
         prepare_output(self.settings.out)
         shared = SharedStore(self.settings.store) if self.settings.store else None
         return Store(self.settings.out / "recordings", self.run_id, self.settings.fresh, shared)
+
+    def kill(self) -> None:
+        """End the simulators by force, those that are busy, too: the run is interrupted."""
+        with self._making:
+            for backend in self._made:
+                if isinstance(backend, ProcessBackend):
+                    backend.kill()
 
     def close(self) -> None:
         """End all simulators, at the same time: each may take some seconds."""

@@ -13,6 +13,8 @@ from pytest_safemanip.metrics.summaries import NAME, place_for
 from pytest_safemanip.plugin.exit_status import explained
 from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import SafetyItem
+from pytest_safemanip.plugin.reports.files import ReportFiles
+from pytest_safemanip.plugin.reports.junit import JUnit
 from pytest_safemanip.plugin.short_summary import first_words
 from pytest_safemanip.report import document
 from pytest_safemanip.report.header import header_lines, not_grounded_lines
@@ -39,6 +41,8 @@ class Reporting:
         results: takes in what is found out.
         gating: decides on it; None without gates and without a baseline.
         invocation: what paths in messages refer to.
+        files: writes the reports that are asked for, when the summary is there.
+        junit: completes pytest's JUnit file; None where none is written.
     """
 
     def __init__(
@@ -49,12 +53,15 @@ class Reporting:
         results: Results,
         gating: Gating | None,
         invocation: Invocation,
+        files: ReportFiles,
+        junit: JUnit | None,
     ) -> None:
         self._plan, self._source, self._rollouts = plan, source, rollouts
         self._results, self._gating, self._invocation = results, gating, invocation
         self._path = plan.settings.out / NAME
         self._summarising = False
         self._unwritten = ""
+        self._files, self._junit = files, junit
 
     def pytest_report_header(self) -> list[str]:
         """What is about to be done."""
@@ -111,6 +118,8 @@ class Reporting:
             except OSError as error:
                 self._unwritten = f" cannot be written ({error.strerror})"
                 session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+            else:
+                self._files.summary = self._path
 
     def pytest_terminal_summary(self, terminalreporter: Any, config: pytest.Config) -> None:
         """Show the metrics, and what they decide; in a few lines with ``-q``."""
@@ -151,13 +160,16 @@ class Reporting:
         ruling = self._gating.ruling if self._gating else None
         records, elsewhere = self._results.records, self._elsewhere
         own = brief_lines(records, self._metrics, elsewhere) if self._results.begun else []
-        decided = gate_rows(ruling) if ruling else []
+        decided = gate_rows(ruling, self._plan.settings.allow_standins) if ruling else []
         unwritten = [self._place()] if self._unwritten else []
-        return [*own, *(self._missing() if own else []), *decided, *unwritten]
+        missing = self._missing() if own else []
+        told = [*self._files.lines, *(self._junit.lines if self._junit else [])]
+        return [*own, *missing, *decided, *unwritten, *told]
 
     def _lines(self, config: pytest.Config, width: int) -> list[str]:
         ruling = self._gating.ruling if self._gating else None
-        decided = ["", *ruling_lines(ruling)] if ruling else []
+        standins = self._plan.settings.allow_standins
+        decided = ["", *ruling_lines(ruling, standins, width)] if ruling else []
         if not self._results.begun:
             return decided[1:]
         missing = self._missing()
@@ -172,6 +184,8 @@ class Reporting:
             *self._hidden(config),
             *self._reused(self._results.reused, len(self._results.records)),
             self._place(),
+            *self._files.lines,
+            *(self._junit.lines if self._junit else []),
         ]
 
     def _undecided(self) -> list[str]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_safemanip.judge import Finding, Verdict
+from pytest_safemanip.report.numbers import one_line
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace.recording import Recording
 
@@ -81,7 +82,8 @@ def violation_lines(prop: Property, verdict: Verdict, recording: Recording) -> l
 
 
 def _rule(prop: Property, verdict: Verdict) -> list[str]:
-    return [f"{prop.id}: {prop.title} ({prop.source})", f"  {verdict.formula}{_terms(prop)}"]
+    title, source = one_line(prop.title), one_line(prop.source)
+    return [f"{prop.id}: {title} ({source})", f"  {verdict.formula}{_terms(prop)}"]
 
 
 def _body(findings: Sequence[Finding], recording: Recording, room: int) -> list[str]:

@@ -12,6 +12,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from pytest_safemanip import resources
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
 from pytest_safemanip.metrics.groups import Metrics
 from pytest_safemanip.metrics.records import RolloutRecord, by_policy
@@ -20,6 +21,7 @@ from pytest_safemanip.metrics.tables import tables
 from pytest_safemanip.propositions.catalogue import SHIPPED
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.provenance import functions_digest, source_digest, versions
+from pytest_safemanip.report.numbers import one_line
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.results import Results
 from pytest_safemanip.spec.properties import Property
@@ -40,15 +42,16 @@ def summary(plan: Plan, results: Results, metrics: Mapping[str, Metrics]) -> dic
     """The document, in plain builtins; paths of recordings are relative to the output folder.
 
     Keys: ``schema``, ``versions``, ``settings``, ``hashes`` (of what judges), ``provenance`` (of
-    the recordings; a rollout refers to it by index), ``cases``, ``policies`` (restarts,
-    failures of the infrastructure, whether they can be compared), ``rollouts``, ``metrics``,
-    ``tables``.
+    the recordings; a rollout refers to it by index), ``properties``, ``cases``, ``policies``
+    (restarts, failures of the infrastructure, whether they can be compared), ``rollouts``,
+    ``metrics``, ``tables``.
     """
     return {
         **head(),
         "settings": _settings(plan),
         "hashes": _hashes(plan),
         "provenance": [dict(origin) for origin in results.provenance],
+        "properties": _rules(plan),
         "cases": {
             "partial": is_partial(plan, results),
             "expected": len(results.expected),
@@ -102,6 +105,10 @@ def merged(found: Summary, metrics: Mapping[str, Metrics], folder: Path) -> dict
         "settings": {name: found.decisive.get(name) for name in DECISIVE_SETTINGS},
         "hashes": {k: v for k, v in found.decisive.items() if k not in DECISIVE_SETTINGS},
         "provenance": [dict(origin) for origin in found.origins],
+        "properties": {
+            name: {**rule, "file": _from(Path(rule["file"]), folder) if rule["file"] else ""}
+            for name, rule in found.rules.items()
+        },
         **findings(found.records, found.origins, metrics, folder),
     }
 
@@ -150,10 +157,32 @@ def _policies(
 
 def _rollout(record: RolloutRecord, folder: Path) -> dict[str, Any]:
     """With a path that stays true when the folder is moved or copied from another machine."""
-    path = Path(record.recording)
+    place = _from(Path(record.recording), folder) if record.recording else None
+    return {**record.to_json(), "recording": place}
+
+
+def _from(path: Path, folder: Path) -> str:
     if path.is_relative_to(folder) or not (path.is_absolute() or folder.is_absolute()):
         path = Path(os.path.relpath(path, folder))
-    return {**record.to_json(), "recording": str(path) if record.recording else None}
+    return str(path)
+
+
+def _rules(plan: Plan) -> dict[str, dict[str, str]]:
+    """The properties of the run; only the user's have a file that readers may have, too."""
+    shipped, folder = resources.folder("properties"), plan.settings.out
+    found = {}
+    for name in dict.fromkeys(case.property_id for case in plan.cases):
+        prop = plan.properties[name]
+        own = prop.path.parent != shipped
+        formula = prop.paper_formula if plan.settings.semantics == "paper" else prop.formula
+        found[name] = {
+            "category": prop.category,
+            "title": one_line(prop.title),
+            "source": one_line(prop.source),
+            "formula": str(formula),
+            "file": os.path.relpath(prop.path, folder) if own else "",
+        }
+    return found
 
 
 def _settings(plan: Plan) -> dict[str, Any]:

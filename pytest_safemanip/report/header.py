@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, STAND_INS
-from pytest_safemanip.report.numbers import MIN_WIDTH, counted
+from pytest_safemanip.report.numbers import MIN_WIDTH, counted, fitted
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.sim.backend import Provenance
 
@@ -29,8 +29,9 @@ def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
     )
     if plan.settings.shard is not None:
         first += f", shard {plan.settings.shard}"
+    head = fitted(first, MIN_WIDTH, 2)
     if source is None:
-        return [first]
+        return head
     settings = plan.settings
     elsewhere = [
         *([f"safemanip: rollouts on a Ray cluster ({settings.ray})"] if settings.ray else []),
@@ -42,7 +43,7 @@ def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
     where = f"{source.backend}, {scenes} scenes, {stepping} stepping"
     whole = f"safemanip: {where}, {details}"
     lines = [
-        first,
+        *head,
         *([whole] if len(whole) <= MIN_WIDTH else [f"safemanip: {where}", f"safemanip: {details}"]),
         *elsewhere,
     ]

@@ -1,8 +1,11 @@
-"""The properties of a test case in JUnit files."""
+"""The properties of a test case in JUnit files, its attachments, and how long files may be."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 from pytest_safemanip.judge import Verdict
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, is_on_standins
@@ -13,6 +16,10 @@ from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
 
+MAX_BYTES = 30_000_000
+"""Of a file: GitLab reads no larger one."""
+MAX_DETAIL = 500
+"""Characters of a failure's details that a file keeps that was too large."""
 UserProperties = list[tuple[str, str | int | float | bool]]
 """Plain builtins: numpy's numbers break the transport of reports between processes."""
 
@@ -82,3 +89,78 @@ def comparison_properties(comparison: Comparison, comparable: bool = True) -> Us
             ("safemanip.p_worse", comparison.worse),
         ]
     return found
+
+
+def attachment_lines(files: Iterable[Path], root: Path) -> list[str]:
+    """Lines of ``system-out`` that GitLab and Jenkins make links of, each on its own.
+
+    Args:
+        files: what is attached; GitLab shows the first.
+        root: the folder of the checkout, which paths are relative to.
+    """
+    found = []
+    for file in files:
+        place = Path(os.path.relpath(file, root)).as_posix()
+        if place.isprintable() and "]]" not in place and "|" not in place:
+            found.append(f"[[ATTACHMENT|{place}]]")
+    return found
+
+
+def trim(path: Path, most: int) -> int:
+    """Shorten a JUnit file that pytest has written until it is small enough.
+
+    Every case keeps its name, its result and the message of it. What is left out first: properties
+    of cases that did not fail, then details of failures, then all properties and output.
+
+    Args:
+        path: the file; replaced.
+        most: bytes that it may have.
+
+    Returns:
+        The number of cases that were shortened.
+    """
+    tree = ET.parse(path)  # noqa: S314  (pytest has just written it)
+    cases = list(tree.iter("testcase"))
+    touched: set[int] = set()
+    for shorten in (_without_properties, _without_details, _bare):
+        touched |= {n for n, case in enumerate(cases) if shorten(case)}
+        content = ET.tostring(tree.getroot(), encoding="utf-8", xml_declaration=True)
+        if len(content) <= most:
+            break
+    scratch = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        scratch.write_bytes(content)
+        scratch.replace(path)
+    finally:
+        scratch.unlink(missing_ok=True)
+    return len(touched)
+
+
+def _without_properties(case: ET.Element) -> bool:
+    if case.find("failure") is not None or case.find("error") is not None:
+        return False
+    return _remove(case, ("properties", "system-out", "system-err"))
+
+
+def _without_details(case: ET.Element) -> bool:
+    shortened = False
+    for found in [*case.iter("failure"), *case.iter("error")]:
+        if found.text and len(found.text) > MAX_DETAIL:
+            found.text = f"{found.text[:MAX_DETAIL]}\n..."
+            shortened = True
+    return shortened
+
+
+def _bare(case: ET.Element) -> bool:
+    removed = _remove(case, ("properties", "system-out", "system-err"))
+    for found in case:
+        removed = removed or bool(found.text)
+        found.text = None
+    return removed
+
+
+def _remove(case: ET.Element, tags: tuple[str, ...]) -> bool:
+    gone = [child for child in case if child.tag in tags]
+    for child in gone:
+        case.remove(child)
+    return bool(gone)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pytest_safemanip.metrics.groups import Metrics
 from pytest_safemanip.metrics.measures import OUTCOMES
 from pytest_safemanip.metrics.tables import Row, tables
-from pytest_safemanip.report.numbers import MIN_WIDTH, aligned, percent
+from pytest_safemanip.report.numbers import MIN_WIDTH, aligned, blocks, percent
 
 _SHORT = {
     "violation_rate": "violated",
@@ -27,7 +27,7 @@ def question_lines(metrics: Mapping[str, Metrics], width: int = MIN_WIDTH) -> li
     lines: list[str] = []
     if len(metrics) > 1:
         lines += [
-            *_policies(found["rq1"]),
+            *_policies(found["rq1"], width),
             "",
             *_groups(found["rq2"], "category", metrics, width),
             "",
@@ -39,7 +39,7 @@ def question_lines(metrics: Mapping[str, Metrics], width: int = MIN_WIDTH) -> li
     return lines
 
 
-def _policies(rows: Sequence[Row]) -> list[str]:
+def _policies(rows: Sequence[Row], width: int) -> list[str]:
     outcomes = (name.replace("_", "\n", 1).replace("_", " ") for name in OUTCOMES)
     head = ("policy", "success", "violation", *outcomes)
     body = [
@@ -51,7 +51,8 @@ def _policies(rows: Sequence[Row]) -> list[str]:
         )
         for row in rows
     ]
-    return aligned([head, *body])
+    labels, *columns = zip(head, *body, strict=True)
+    return blocks(labels, columns, width)
 
 
 def _groups(
@@ -76,19 +77,5 @@ def _groups(
     for share in shares:
         columns = [column(policy, policy, share) for policy in metrics]
         labels = [f"{_SHORT[share]} by {kind} (tasks)", *names]
-        lines += _blocks(labels, columns, max(width, MIN_WIDTH))
+        lines += blocks(labels, columns, width)
     return lines
-
-
-def _blocks(labels: Sequence[str], columns: Sequence[Sequence[str]], width: int) -> list[str]:
-    """A table, cut into several with the same labels where it is wider than the terminal."""
-    room = width - max(len(label) for label in labels)
-    blocks: list[list[Sequence[str]]] = [[]]
-    left = room
-    for cells in columns:
-        left -= 2 + max(len(cell) for cell in cells)
-        if left < 0 and blocks[-1]:
-            blocks.append([])
-            left = room - 2 - max(len(cell) for cell in cells)
-        blocks[-1].append(cells)
-    return [line for block in blocks for line in aligned(zip(labels, *block, strict=True))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from textwrap import wrap
 
 from pytest_safemanip.metrics.baseline import Contrast, Flip
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, marked
@@ -11,22 +12,39 @@ from pytest_safemanip.metrics.decisions import Decision
 from pytest_safemanip.metrics.measures import SHARES
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.release_gate import Ruling
-from pytest_safemanip.report.numbers import aligned, counted, fraction, percent, share
+from pytest_safemanip.report.numbers import (
+    MIN_WIDTH,
+    blocks,
+    counted,
+    fitted,
+    fraction,
+    percent,
+    share,
+)
 
 MAX_FLIPS = 20
 MAX_TASKS = 5
-_COLUMNS = ("violated", "pairs", "before", "now", "change (90 %)", "p", "MDE", "verdict")
+MAX_VERDICT = 30
+"""Columns of a verdict beside its figures; a longer one stands above them."""
+_COLUMNS = ("violated", "verdict", "pairs", "before", "now", "change (90 %)", "p", "MDE")
 
 
-def ruling_lines(ruling: Ruling) -> list[str]:
-    """What was decided, a line for each gate and each comparison."""
+def ruling_lines(ruling: Ruling, standins: bool = False, width: int = MIN_WIDTH) -> list[str]:
+    """What was decided, some lines for each gate and each comparison.
+
+    Args:
+        ruling: the decisions.
+        standins: whether stand-in assets are allowed to decide.
+        width: columns of the terminal.
+    """
     lines: list[str] = []
     if ruling.decisions:
-        lines += ["gates", *(f"  {line}" for line in gate_rows(ruling))]
+        rows = gate_rows(ruling, standins, max(width, MIN_WIDTH) - 2)
+        lines += ["gates", *(f"  {line}" for line in rows)]
     if ruling.refused:
-        lines += ["", f"no comparison with the baseline: {ruling.refused}"]
+        lines += ["", *fitted(f"no comparison with the baseline: {ruling.refused}", width, 2)]
     if ruling.contrast:
-        lines += ["", *_contrast(ruling.contrast, ruling.not_comparable)]
+        lines += ["", *_contrast(ruling.contrast, ruling.not_comparable, width)]
     return lines
 
 
@@ -85,18 +103,32 @@ def comparison_text(comparison: Comparison, contrast: Contrast) -> str:
     return "\n".join([head, "", about, power, *_flips(own)])
 
 
-def gate_rows(ruling: Ruling) -> list[str]:
-    """A line for each gate: the verdict and what it is from."""
-    if not ruling.decisions:
-        return []
-    rows = [
-        (
-            marked(d.verdict, d.comparable) + ("" if d.gate.required else " (not required)"),
-            gate_line(d),
-        )
+def gate_rows(ruling: Ruling, standins: bool = False, width: int = MIN_WIDTH) -> list[str]:
+    """Lines for each gate: the verdict and what it is from.
+
+    Args:
+        ruling: the decisions.
+        standins: whether stand-in assets are allowed to decide.
+        width: columns that there are.
+    """
+    verdicts = [
+        marked(d.verdict, d.comparable, standins) + ("" if d.gate.required else " (not required)")
         for d in ruling.decisions
     ]
-    return aligned(rows, left=2)
+    column = max((len(text) for text in verdicts if len(text) <= MAX_VERDICT), default=0)
+    lines: list[str] = []
+    for text, decision in zip(verdicts, ruling.decisions, strict=True):
+        found = wrap(
+            gate_line(decision),
+            width - column - 2,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        head = text if len(text) <= column else ""
+        lines += [] if head else [text]
+        heads = [head, *[""] * (len(found) - 1)]
+        lines += [f"{a:<{column}}  {b}" for a, b in zip(heads, found, strict=True)]
+    return lines
 
 
 def _found(decision: Decision) -> str:
@@ -120,20 +152,23 @@ def _worst(rate: Rate, small: bool) -> list[str]:
     return [f"{task}: {hits:g} of {total}" for task, (hits, total) in shares if not small or hits]
 
 
-def _contrast(contrast: Contrast, elsewhere: Collection[str]) -> list[str]:
+def _contrast(contrast: Contrast, elsewhere: Collection[str], width: int) -> list[str]:
     lines = []
     for policy, there in contrast.policies.items():
         own = [c for c in contrast.comparisons if c.policy == policy]
         note = f": {NOT_COMPARABLE}" if policy in elsewhere else ""
         lines += [f"{policy} against {there} of {contrast.place}{note}"]
         rows = [_COLUMNS, *(_row(comparison) for comparison in own)]
-        lines += [f"  {line}" for line in aligned(rows)]
+        labels, *columns = zip(*rows, strict=True)
+        table = blocks(labels, columns, max(width, MIN_WIDTH) - 2)
+        lines += [f"  {line}" for line in table]
     if contrast.unpaired:
         lines.append(f"  {counted(contrast.unpaired, 'rollout')} without a counterpart")
     return [
         *lines,
-        "  * has to pass; p is one-sided, adjusted for all of them (Holm), the others among",
-        "  themselves (Benjamini and Hochberg); MDE: minimum detectable effect at a power of 80 %",
+        "  * has to pass; p is one-sided, adjusted for all of them (Holm), the others",
+        "  among themselves (Benjamini and Hochberg); MDE: minimum detectable effect at",
+        "  a power of 80 %",
         *_flips(contrast.flips),
     ]
 
@@ -142,17 +177,17 @@ def _row(comparison: Comparison) -> tuple[str, ...]:
     name = f"{comparison.name}{' *' if comparison.required else ''}"
     pairs = comparison.pairs
     if not pairs.total:
-        return (name, "0", "-", "-", "-", "-", "-", comparison.verdict)
+        return (name, comparison.verdict, "0", "-", "-", "-", "-", "-")
     mde = comparison.detectable
     return (
         name,
+        comparison.verdict,
         str(pairs.total),
         percent(pairs.before),
         percent(pairs.now),
         _change(comparison),
         _p(comparison),
         "-" if mde is None else f"{mde * 100:+.1f}",
-        comparison.verdict,
     )
 
 

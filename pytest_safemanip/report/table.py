@@ -12,6 +12,7 @@ from pytest_safemanip.report.numbers import (
     MIN_WIDTH,
     aligned,
     counted,
+    fitted,
     fraction,
     percent,
     share,
@@ -29,6 +30,12 @@ _SHARES = {
     "violation": "violation_rate",
     "unsafe successes": "unsafe_share_of_successes",
     "exposure": "exposure",
+}
+_VERDICTS = {
+    "VIOLATED": "violated",
+    "UNRESOLVED": "unresolved",
+    "SATISFIED": "kept",
+    "VACUOUS": "never triggered",
 }
 _COLUMNS = ("category (tasks)", "triggered", "violated", "rate", "95 % CI", "exposure")
 
@@ -51,8 +58,8 @@ def summary_lines(
     lines: list[str] = []
     for policy, own in by_policy(records).items():
         head, *more = _policy_lines(policy, metrics[policy], own)
-        lines += [_noted(head, policy, elsewhere), *more, ""]
-    if not any(found.total.complete for found in metrics.values()):
+        lines += [*fitted(_noted(head, policy, elsewhere), width, 2), *more, ""]
+    if not any(found.total.complete > 1 for found in metrics.values()):
         return lines[:-1]
     return [*lines, *question_lines(metrics, width), *LEGEND]
 
@@ -68,7 +75,10 @@ def brief_lines(
         total = metrics[policy].total
         violated = total.shares["violation_rate"]
         line = f"{policy}: {total.complete} of {counted(len(own), 'rollout')} complete"
-        if total.complete:
+        if total.complete == 1:
+            line += f", {'successful' if total.shares['success_rate'].hits else 'no success'}"
+            line += f", {'violated' if violated.hits else 'not violated'}"
+        elif total.complete:
             line += f", {percent(total.shares['success_rate'].value)} successful"
             line += f", {percent(violated.value)} violated ({spread(violated.interval())})"
         lines.append(_noted(line, policy, elsewhere))
@@ -84,8 +94,8 @@ def _policy_lines(policy: str, metrics: Metrics, records: Sequence[RolloutRecord
     about = f" of {counted(total.tasks, 'task')}" if total.complete else ""
     lines = [f"{policy}: {counted(total.complete, 'complete rollout')}{about}{_others(records)}"]
     lines += _restart_lines(records)
-    if not total.complete:
-        return lines
+    if total.complete <= 1:
+        return [*lines, *_one_lines([r for r in records if r.complete and not r.unjudged])]
     counts = [f"{n} {name.replace('_', ' ')}" for name, n in total.outcomes.items()]
     return [
         *lines,
@@ -98,6 +108,25 @@ def _policy_lines(policy: str, metrics: Metrics, records: Sequence[RolloutRecord
         *(f"  {line}" for line in _group_table(metrics.categories)),
         *_unresolved_line(metrics.categories),
     ]
+
+
+def _one_lines(records: Sequence[RolloutRecord]) -> list[str]:
+    """What a single rollout came to: there is nothing to compute a rate from."""
+    lines: list[str] = []
+    for record in records:
+        outcomes: dict[str, list[str]] = {}
+        for verdict in record.properties.values():
+            outcomes.setdefault(verdict.outcome, []).append(verdict.property)
+        success = "success" if record.success else "fail"
+        safety = "unsafe" if "VIOLATED" in outcomes else "safe"
+        joined = "and" if record.success == (safety == "safe") else "but"
+        lines.append(f"  outcome          {success} {joined} {safety}")
+        for name, label in _VERDICTS.items():
+            names = ", ".join(outcomes.get(name, []))
+            lines += fitted(f"  {label:<15}  {names}", MIN_WIDTH, 17) if names else []
+        lines += _served_lines([record] if "protocol" in record.served else [])
+        lines += _clipped_lines([] if "protocol" in record.served else [record])
+    return lines
 
 
 def _others(records: Sequence[RolloutRecord]) -> str:

@@ -92,12 +92,16 @@ class RolloutsAhead:
         if self._over.is_set():
             raise Abandoned
 
+    def leave(self) -> None:
+        """End the run: nothing is begun any more, and what is under way leaves at its next step."""
+        self._over.set()
+
     def close(self) -> None:
-        """End the run: nothing is begun any more, and what is under way leaves at its next step.
+        """End the run, and wait a little for what is under way.
 
         A policy that is computing cannot be interrupted, and is left behind.
         """
-        self._over.set()
+        self.leave()
         end = time.monotonic() + FAREWELL
         for _, thread in self._running.values():
             thread.join(max(0.0, end - time.monotonic()))

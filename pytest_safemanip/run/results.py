@@ -7,13 +7,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from pytest_safemanip.judge import Verdict
+from pytest_safemanip.judge import Finding, Verdict
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutKey, RolloutRecord
 from pytest_safemanip.run.cases import Case
+from pytest_safemanip.run.timeline import timeline
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
 
+MAX_SHOWN = 3
+"""Violations of a case that are told with what was measured, and with a timeline."""
 CaseData = dict[str, Any]
 """What a test report carries: plain builtins, since reports travel between processes."""
 
@@ -46,8 +49,9 @@ def judged_data(
                 "last": f.last,
                 "duration_s": round(f.duration_s, 6),
                 "reason": f.reason,
+                **(_shown(f) if number < MAX_SHOWN else {}),
             }
-            for f in verdict.findings
+            for number, f in enumerate(verdict.findings)
         ],
         "provenance": {
             "backend": episode.backend,
@@ -76,6 +80,11 @@ def error_data(case: Case, error: str, infrastructure: bool = False, restarts: i
 def skipped_data(case: Case) -> CaseData:
     """A case whose rollout was skipped by early stopping."""
     return {"case": _case_data(case), "skipped": True}
+
+
+def _shown(finding: Finding) -> dict[str, Any]:
+    """What reports show of a violation without judging again."""
+    return {"evidence": list(finding.evidence), "timeline": timeline(finding)}
 
 
 def _case_data(case: Case) -> list[Any]:

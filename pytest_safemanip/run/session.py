@@ -250,6 +250,11 @@ class SafetySession:
             found += self._store.has(path, key)
         return found
 
+    def leave(self) -> None:
+        """Leave what is under way at its next step, or when its simulator is gone."""
+        if self._ahead is not None:
+            self._ahead.leave()
+
     def close(self) -> None:
         """Leave what is under way and end the connections to policies; whoever made the simulators
         ends them.

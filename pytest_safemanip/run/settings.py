@@ -50,6 +50,8 @@ class Settings:
     fresh: bool
     shard: Shard | None
     out: Path
+    reports: tuple[str, ...]
+    ci: str
     store: str
     params: Mapping[str, float]
     fuzz: bool

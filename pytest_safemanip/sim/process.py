@@ -81,7 +81,7 @@ class ProcessBackend:
         self._process: subprocess.Popen[bytes] | None = None
         self._log: Path | None = None
         self._steps = 0
-        self._asked = False
+        self._asked = self._unwanted = False
 
     @property
     def spec(self) -> BackendSpec:
@@ -150,6 +150,13 @@ class ProcessBackend:
         if self._log is not None and (process.returncode == 0 or left):
             self._log.unlink(missing_ok=True)
 
+    def kill(self) -> None:
+        """End the child by force, whatever another thread waits for; to be closed nevertheless."""
+        process = self._process
+        if process is not None:
+            self._asked = self._unwanted = True
+            process.kill()
+
     def _start(self) -> None:
         self._logs.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix="simulator-", suffix=".log", dir=self._logs)
@@ -214,6 +221,8 @@ class ProcessBackend:
         for stream in (process.stdin, process.stdout):
             with contextlib.suppress(OSError):
                 _pipe(stream).close()
+        if self._unwanted and self._log is not None:
+            self._log.unlink(missing_ok=True)
         how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         kind = _Killed if -code in _FROM_OUTSIDE else SimulatorFailed
         return kind(f"the simulator process died at {doing} ({how}){self._tail()}")
@@ -224,7 +233,7 @@ class ProcessBackend:
         return self._process
 
     def _tail(self) -> str:
-        if self._log is None:
+        if self._log is None or self._unwanted:
             return ""
         lines = self._log.read_text(errors="replace").strip().splitlines()[-5:]
         ending = "; its last words:\n  " + "\n  ".join(lines) if lines else ""

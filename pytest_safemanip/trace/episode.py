@@ -92,6 +92,8 @@ class Episode:
         for name in _TEXTS:
             if not isinstance(getattr(episode, name), str):
                 raise TraceError(f"episode: {name} must be a string")
+            if name not in ("instruction", "policy") and not getattr(episode, name).isprintable():
+                raise TraceError(f"episode: {name} must be printable")
         for name in ("seed", "horizon"):
             value = getattr(episode, name)
             if type(value) is not int or not 0 <= value <= MOST_STEPS:

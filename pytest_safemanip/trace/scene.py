@@ -206,6 +206,8 @@ class Scene:
         roles = self.roles
         if {*map(type, _values(roles))} - {str}:
             raise TraceError(f"scene: roles must be a mapping to texts, found {shown(roles)}")
+        if strange := [role for role in roles if not role.isprintable()]:
+            raise TraceError(f"scene: {shown(strange[0])} is no name of a role")
 
     def _check_grippers(self) -> None:
         known = {part.name for part in self.parts if part.entity == ROBOT}

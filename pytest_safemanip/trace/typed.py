@@ -81,12 +81,12 @@ def _words(hint: Any) -> str:
         return f"one of {', '.join(get_args(hint))}"
     if get_origin(hint) is tuple:
         return f"a list, each of them {_words(get_args(hint)[0])}"
-    return {str: "a text", bool: "true or false", float: "a number"}[hint]
+    return {str: "a printable text", bool: "true or false", float: "a number"}[hint]
 
 
 def _fits(value: Any, hint: Any) -> bool:
     if hint is str:
-        return isinstance(value, str)
+        return isinstance(value, str) and value.isprintable()  # names are shown, in one line
     if get_origin(hint) is Literal:
         return value in get_args(hint)
     if get_origin(hint) is tuple:

@@ -60,7 +60,10 @@ def test_nothing_is_decided_on_a_summary_of_a_part_of_a_run(tmp_path, merged):
     ruling = ReleaseGate(Gates((BOUND,)), summary(rollouts("...."))).rule(run)
     assert [d.verdict for d in ruling.decisions] == ["INCOMPLETE"]
     assert ruling.contrast is None
-    assert (ruling.status(inconclusive=True, standins=False), ruling.failures()) == (1, ["bound-p", "baseline"])
+    assert (ruling.status(inconclusive=True, standins=False), ruling.failures()) == (
+        1,
+        ["bound-p", "baseline"],
+    )
     assert "deselected" in ruling.decisions[0].why
     assert "deselected" in ruling.refused
 

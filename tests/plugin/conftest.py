@@ -11,14 +11,24 @@ import msgpack  # noqa: F401  (imported twice, as after pytester's runs, its typ
 import platformdirs
 import pytest
 
+from pytest_safemanip.report.ci.places import ROOTS
 from tests.conftest import Rollouts
 
 CACHE = platformdirs.user_cache_dir()
 MODES = {"without xdist": ("-p", "no:xdist"), "-n 0": ("-n", "0"), "-n 2": ("-n", "2")}
-
-
-IDLE = ("hypothesispytest", "allure_pytest", "anyio", "timeout")
+IDLE = ("hypothesispytest", "allure_pytest", "anyio", "timeout", "html", "metadata")
 """Plugins that happen to be installed; each process of each run would import them again."""
+
+
+def joined(result: pytest.RunResult) -> pytest.LineMatcher:
+    """The output with gates in a line each, however narrow the terminal is."""
+    lines: list[str] = []
+    for line in result.outlines:
+        if lines and line.startswith(" " * 8) and lines[-1].startswith("  "):
+            lines[-1] += f" {line.strip()}"
+        else:
+            lines.append(line)
+    return pytest.LineMatcher(lines)
 
 
 class Suite:
@@ -66,7 +76,8 @@ def make_suite(
 ) -> Callable[[tuple[str, ...]], Suite]:
     # pytester moves HOME; the generated assets need not be generated again for every test.
     monkeypatch.setenv("XDG_CACHE_HOME", CACHE)
-    for name in ("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER"):
+    ours = ("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER", "NO_COLOR")
+    for name in (*ours, "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", *ROOTS):
         monkeypatch.delenv(name, raising=False)
     return lambda mode: Suite(pytester, rollouts, mode)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.conftest import Suite
+from tests.plugin.conftest import Suite, joined
 from tests.plugin.toyfolder import set_up
 
 STRAYS = """
@@ -81,7 +81,7 @@ def test_gates_decide_instead_of_single_violations(gated: Suite) -> None:
         [
             "gates",
             "  PASS  violation_rate <= 0.6, half: 2 of 4 = 50.0 %",
-            "  PASS  violation_rate[[]category=housekeeping,task=Re*] <= 0.5, half: 2 of 4 = *",
+            "  PASS  violation_rate[[]category=housekeeping,task=Re*] <= 0.5, half: 2 of 4*",
         ]
     )
     cases = junit(gated.pytester.path / "junit.xml")
@@ -97,7 +97,7 @@ def test_gates_decide_instead_of_single_violations(gated: Suite) -> None:
 
 
 def junit(path: Path) -> dict[str | None, ElementTree.Element]:
-    suites = ElementTree.parse(path).getroot()  # noqa: S314 (pytest wrote it)
+    suites = ElementTree.parse(path).getroot()
     assert {case.get("classname") for case in suites.iter("testcase")} == {"safemanip"}
     return {case.get("name"): case for case in suites.iter("testcase")}
 
@@ -116,7 +116,7 @@ must_pass: [fails, open]
     result = run(gated, "half", 4, *chosen)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.assert_outcomes(passed=2, xfailed=3, failed=2)
-    result.stdout.fnmatch_lines(
+    joined(result).fnmatch_lines(
         [
             "  FAIL                 fails: violation_rate < 0.5, half: 2 of 4 = 50.0 %",
             "  INCONCLUSIVE         open: *about * more rollouts would likely decide it*",
@@ -153,7 +153,7 @@ def test_too_few_rollouts_need_not_fail_the_run(alone: Suite) -> None:
     ):
         few = run(alone, "never", 3, "--safemanip-baseline=base", *chosen)
         assert few.ret == status
-        few.stdout.fnmatch_lines(["  housekeeping [*] * UNDERPOWERED"])
+        few.stdout.fnmatch_lines(["  housekeeping [*] * UNDERPOWERED *"])
 
 
 def test_single_violations_fail_too_if_the_user_says_so(alone: Suite) -> None:
@@ -168,7 +168,7 @@ def test_a_run_with_an_error_is_never_a_pass(gated: Suite) -> None:
     result = run(gated, "fails", 3, "--safemanip-gate=violation_rate <= 1", "--junitxml=junit.xml")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.assert_outcomes(passed=2, errors=2)
-    result.stdout.fnmatch_lines(
+    joined(result).fnmatch_lines(
         ["  INCOMPLETE  violation_rate <= 1, fails: 0 of 2 = 0.0 % *; 1 of 3 rollouts have no ver*"]
     )
     error = junit(gated.pytester.path / "junit.xml")["gate[violation_rate <= 1-fails]"].find(
@@ -183,7 +183,9 @@ def test_a_worker_that_dies_leaves_the_gate_incomplete(gated: Suite) -> None:
         pytest.skip("there are no workers")
     result = run(gated, "dies", 4, "--safemanip-gate=violation_rate <= 1")
     assert result.ret == 10
-    result.stdout.fnmatch_lines(["  INCOMPLETE  violation_rate <= 1, dies: *seed 1: worker *died*"])
+    joined(result).fnmatch_lines(
+        ["  INCOMPLETE  violation_rate <= 1, dies: *seed 1: worker *died*"]
+    )
 
 
 def test_what_was_not_run_is_never_a_pass(gated: Suite) -> None:
@@ -196,7 +198,7 @@ def test_what_was_not_run_is_never_a_pass(gated: Suite) -> None:
         "--safemanip-violations=fail",
     )
     assert result.ret != pytest.ExitCode.OK
-    result.stdout.fnmatch_lines(["  INCOMPLETE  violation_rate <= 1, half: *not run to its end"])
+    joined(result).fnmatch_lines(["  INCOMPLETE  violation_rate <= 1, half: *not run to its end"])
 
 
 @pytest.mark.parametrize(
@@ -216,7 +218,7 @@ def test_what_was_deselected_is_never_a_pass(gated: Suite, left: str, why: str) 
         left,
     )
     assert result.ret == pytest.ExitCode.TESTS_FAILED
-    result.stdout.fnmatch_lines([f"  INCOMPLETE * <= 0.1, half: *{why}"])
+    joined(result).fnmatch_lines([f"  INCOMPLETE * <= 0.1, half: *{why}"])
     everywhere, of_one = (d["verdict"] for d in gated.summary()["release"]["gates"])
     assert everywhere == "INCOMPLETE"
     assert of_one == ("PASS" if left == "grasp" else "INCOMPLETE")
@@ -269,7 +271,7 @@ def test_a_baseline_is_compared_on_the_same_seeds(gated: Suite) -> None:
     same = run(gated, "never", 12, now, "--safemanip-baseline=base", margin)
     assert same.ret == pytest.ExitCode.OK
     same.stdout.fnmatch_lines(
-        ["never against never of *summary.json", "  violated *", "  housekeeping *  HELD"]
+        ["never against never of *summary.json", "  violated *", "  housekeeping *  HELD *"]
     )
     worse = run(gated, "half", 12, now, "--safemanip-baseline=base", margin, "--junitxml=junit.xml")
     assert worse.ret == pytest.ExitCode.TESTS_FAILED
@@ -277,7 +279,7 @@ def test_a_baseline_is_compared_on_the_same_seeds(gated: Suite) -> None:
     worse.stdout.fnmatch_lines(
         [
             "half against never of *",
-            "  housekeeping [*] *12 * REGRESSED",
+            "  housekeeping [*] * REGRESSED *12 *",
             "  regressed  Reach, seed 1: stays_near",
             "REGRESSED: * - safemanip::baseline[[]housekeeping-half[]]",
         ]
@@ -310,7 +312,7 @@ def test_seeds_are_added_until_the_gate_is_decided(gated: Suite) -> None:
     chosen = ("--safemanip-early-stop=0.05", "--safemanip-gate=violation_rate <= 0.4")
     result = run(gated, "never", 120, *chosen)
     assert result.ret == pytest.ExitCode.OK
-    result.stdout.fnmatch_lines(
+    joined(result).fnmatch_lines(
         [
             "  PASS  violation_rate <= 0.4, never: 0 of 11 = 0.0 %, 95 % anytime-valid CI "
             "(these tasks) 0.0 to 39.2 %; decided after 11 of its seeds",
@@ -333,7 +335,7 @@ def test_a_gate_that_is_not_decided_uses_all_seeds(alone: Suite) -> None:
     chosen = ("--safemanip-early-stop=0.05", "--safemanip-gate=violation_rate <= 0.5")
     result = run(alone, "half", 8, *chosen)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
-    result.stdout.fnmatch_lines(["  INCONCLUSIVE  *; not decided after 8 seeds; give more"])
+    joined(result).fnmatch_lines(["  INCONCLUSIVE  *; not decided after 8 seeds; give more"])
     assert len((alone.pytester.path / "resets.txt").read_text().split()) == 8
 
 

@@ -33,6 +33,12 @@ def pytest_safemanip_policies():
 """
 
 
+STUBBORN = """
+import pathlib, time
+def pytest_sessionfinish():
+    pathlib.Path("ending").touch()
+    time.sleep(10)
+"""
 JOBS = "--safemanip-jobs=2"
 
 
@@ -61,6 +67,44 @@ def test_what_was_recorded_is_kept_and_summarised(one_suite: Suite, mode: str) -
     assert "cases were not run" in output
     # The interrupted rollout is no known failure: the next run runs it.
     subprocess.run([*command[:-1], "--safemanip-seeds=0,1,3"], cwd=folder, check=True, timeout=60)
+
+
+@pytest.mark.parametrize("mode", ["without xdist", JOBS])
+def test_a_second_ctrl_c_ends_the_run_at_once_without_a_traceback(
+    one_suite: Suite, mode: str
+) -> None:
+    set_up(one_suite)
+    folder = one_suite.pytester.path
+    with (folder / "conftest.py").open("a") as conftest:
+        conftest.write(SLOW + STUBBORN)
+    command = [sys.executable, "-m", "pytest", "--safemanip-policy=waits", "--safemanip-seeds=4"]
+    with started([*command, *MODES.get(mode, (mode,))], folder) as run:
+        wait_for(folder / "waiting", run)
+        os.killpg(run.pid, signal.SIGINT)
+        wait_for(folder / "ending", run)
+        began = time.monotonic()
+        os.killpg(run.pid, signal.SIGINT)
+        output = run.communicate(timeout=30)[0].decode()
+        assert time.monotonic() - began < 2.0  # and not the ten seconds that ending takes
+    assert run.returncode == pytest.ExitCode.INTERRUPTED
+    assert output.endswith("safemanip: interrupted again, ended at once; recordings are kept\n")
+    assert "Traceback" not in output
+    assert len(one_suite.recordings()) >= 2
+
+
+def test_an_interrupted_run_writes_the_reports_that_were_asked_for(one_suite: Suite) -> None:
+    set_up(one_suite)
+    folder = one_suite.pytester.path
+    with (folder / "conftest.py").open("a") as conftest:
+        conftest.write(SLOW)
+    command = [sys.executable, "-m", "pytest", "--safemanip-policy=waits", "--safemanip-seeds=4"]
+    with started([*command, "--safemanip-report=markdown"], folder) as run:
+        wait_for(folder / "waiting", run)
+        os.killpg(run.pid, signal.SIGINT)
+        output = run.communicate(timeout=30)[0].decode()
+    assert "report markdown: .safemanip/summary.md" in output
+    assert "conftest.py" in output.split("KeyboardInterrupt")[1]  # the line that was interrupted
+    assert "0 of 4 rollouts violated" in (one_suite.out / "summary.md").read_text()
 
 
 @contextlib.contextmanager

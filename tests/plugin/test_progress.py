@@ -1,13 +1,23 @@
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import os
+import pty
+import re
+import subprocess
+import sys
+from types import SimpleNamespace
 
 import pytest
 
-from pytest_safemanip.plugin import progress
-from pytest_safemanip.plugin.progress import ProgressLine
+from pytest_safemanip.plugin.progress import line as progress
+from pytest_safemanip.plugin.progress import workers
+from pytest_safemanip.plugin.progress.line import ProgressLine
 from pytest_safemanip.plugin.read_settings import read_settings
 from pytest_safemanip.run.plan import Extensions, make_plan
+from pytest_safemanip.run.under_way import UnderWay, span
+from tests.plugin.toyfolder import set_up
 
 
 class Clock:
@@ -135,4 +145,67 @@ def test_what_an_earlier_run_recorded_is_done_and_says_nothing_of_the_speed(plan
     ("seconds", "text"), [(0.4, "0 s"), (89, "89 s"), (90, "2 min"), (5400, "1.5 h")]
 )
 def test_a_time_is_in_the_unit_that_one_thinks_in(seconds, text):
-    assert progress._span(seconds) == text
+    assert span(seconds) == text
+
+
+def test_a_rollout_that_makes_no_step_is_said_to_wait_for_its_server():
+    state = UnderWay()
+    state.note("a", 0, 0, 0.0, True)  # set up
+    state.note("b", 5, 100, 0.0, True)
+    state.note("c", 5, 100, 0.0, False)  # a slow simulator
+    assert state.text(4, 0.5, 0.5) == " 0 of 4 rollouts, 3 running"
+    assert state.text(4, 0.5, 2.0) == " 0 of 4 rollouts, 3 running, 1 at the server"
+    state.note("b", 6, 100, 2.1, True)
+    assert "server" not in state.text(4, 0.5, 2.2)
+
+
+ASSETS = "--override-ini=safemanip_assets=primitive"
+SLOW = """
+class Slow(Rises):
+    def act(self, observation):
+        import time
+        time.sleep(0.2)
+        return super().act(observation)
+
+def pytest_safemanip_policies():
+    return {"slow": Slow}
+"""
+
+
+@pytest.mark.parametrize("arguments", [["-n", "2"], ["-p", "no:xdist", "--safemanip-jobs=2"]])
+def test_a_terminal_shows_how_the_run_gets_on_without_colours_too(one_suite, arguments):
+    set_up(one_suite)
+    folder = one_suite.pytester.path
+    with (folder / "conftest.py").open("a") as conftest:
+        conftest.write(SLOW)
+    command = [sys.executable, "-m", "pytest", "--safemanip-policy=slow", "--safemanip-seeds=3"]
+    screen, terminal = pty.openpty()
+    environ = {**os.environ, "NO_COLOR": "1", "TERM": "xterm", "COLUMNS": "100"}
+    with subprocess.Popen(
+        [*command, *arguments, "-p", "no:hypothesispytest", ASSETS],
+        cwd=folder,
+        stdout=terminal,
+        env=environ,
+    ) as run:
+        os.close(terminal)
+        output = b""
+        with contextlib.suppress(OSError):  # the terminal is closed
+            while part := os.read(screen, 65536):
+                output += part
+        assert run.wait(30) == pytest.ExitCode.TESTS_FAILED
+    os.close(screen)
+    text = output.decode()
+    assert re.search(r"\x1b7\x1b\[K 0 of 3 rollouts, 2 running, \d+ steps/s, \d+ s left\x1b8", text)
+    assert re.search(r"[12] of 3 rollouts, 1 running", text)
+    assert not re.search(r"\x1b\[[0-9;]*m", text)
+    # Nothing is left behind: what follows a line about progress is its removal, or another.
+    assert text.rindex("\x1b7\x1b[K\x1b8") > text.rindex("rollouts, ")
+    assert not (one_suite.out / "progress").exists()
+
+
+def test_workers_write_nothing_where_nobody_looks(one_suite, monkeypatch):
+    set_up(one_suite)
+    monkeypatch.setattr(workers, "shutil", SimpleNamespace(rmtree=lambda *_, **__: None))
+    one_suite.mode = ("-n", "2")
+    one_suite.run().assert_outcomes(failed=1, skipped=1)
+    assert not (one_suite.out / "progress").exists()

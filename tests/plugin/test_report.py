@@ -54,7 +54,7 @@ def check_summary(ran: Suite) -> None:
 
 
 def check_junit(path: Path) -> None:
-    suites = ElementTree.parse(path).getroot()  # noqa: S314 (pytest wrote it)
+    suites = ElementTree.parse(path).getroot()
     cases = {case.get("name"): case for case in suites.iter("testcase")}
     case = cases[f"test_safety[{TASK}-{POLICY}-enclosure_release-seed0]"]
     assert case.get("classname") == "safemanip"

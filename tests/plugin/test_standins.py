@@ -68,7 +68,8 @@ def test_a_gate_on_stand_ins_has_an_exit_status_of_its_own(served: Suite, serve:
     result.stdout.fnmatch_lines(
         [
             f"openpi: 1 of 1 rollout complete*; {SAYS}",
-            f"{SAYS} (PASS)  violation_rate <= 1, openpi: *",
+            f"{SAYS} (PASS)",
+            "  violation_rate <= 1, openpi: *",
             "exit status 11: *--safemanip-allow-standins*",
         ]
     )
@@ -81,7 +82,7 @@ def test_a_gate_on_stand_ins_has_an_exit_status_of_its_own(served: Suite, serve:
     }
     assert found["release"]["not_comparable"] == {"openpi": SAYS}
     assert [gate["comparable"] for gate in found["release"]["gates"]] == [False]
-    cases = ElementTree.parse(served.pytester.path / "found.xml").iter("testcase")  # noqa: S314
+    cases = ElementTree.parse(served.pytester.path / "found.xml").iter("testcase")
     told = {
         case.attrib["name"]: {p.attrib["name"]: p.attrib["value"] for p in case.iter("property")}
         for case in cases
@@ -99,12 +100,13 @@ def test_it_decides_where_that_is_allowed_and_still_says_so(served: Suite, serve
         [
             f"safemanip: openpi: {SAYS}",
             f"openpi: 1 complete rollout of 1 task; {SAYS}",
-            f"  {SAYS} (PASS)  violation_rate <= 1, openpi: *",
+            f"  PASS, {SAYS}",
+            "    violation_rate <= 1, openpi: *",
         ]
     )
     result = served.run(policy, "--safemanip-gate=violation_rate <= 0", allowed)
     assert result.ret == 1
-    result.stdout.fnmatch_lines([f"  {SAYS} (FAIL)  violation_rate <= 0, openpi: *"])
+    result.stdout.fnmatch_lines([f"  FAIL, {SAYS}", "    violation_rate <= 0, openpi: *"])
 
 
 def test_a_test_of_ones_own_that_fails_is_not_hidden(alone: Suite, serve: Serve) -> None:

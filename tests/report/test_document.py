@@ -41,6 +41,7 @@ def test_the_document_says_what_was_found_and_what_decided_it(run):
         "settings",
         "hashes",
         "provenance",
+        "properties",
         "cases",
         "policies",
         "rollouts",
@@ -76,7 +77,15 @@ def test_a_rollout_lists_its_verdicts_violations_and_recording(run):
     vacuous, violated = done["properties"]
     assert (violated["outcome"], vacuous["outcome"]) == ("VIOLATED", "VACUOUS")
     assert list(violated["violations"]) == [
-        {"entities": ["mug"], "first": 3, "last": 4, "duration_s": 0.1, "reason": "bad prefix"}
+        {
+            "entities": ["mug"],
+            "first": 3,
+            "last": 4,
+            "duration_s": 0.1,
+            "reason": "bad prefix",
+            "evidence": ["mug moved 40 mm"],
+            "timeline": None,
+        }
     ]
     assert (failed["success"], failed["error"], failed["recording"]) == (
         None,

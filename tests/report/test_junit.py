@@ -1,11 +1,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
 
-from pytest_safemanip.report.junit import case_properties, verdict_properties
+from pytest_safemanip.report.junit import (
+    attachment_lines,
+    case_properties,
+    trim,
+    verdict_properties,
+)
 from tests import toy
 from tests.report.conftest import finding, verdict
 
@@ -53,3 +59,34 @@ def test_a_real_verdict_has_plain_numbers_that_travel_between_processes(rollouts
     pairs = verdict_properties(found, judged.recording, judged.path)
     assert {type(value) for _, value in pairs} <= {str, int, float, bool}
     assert dict(pairs)["safemanip.first_violation_step"] > 0
+
+
+def test_a_file_is_shortened_from_what_matters_least(tmp_path):
+    path = tmp_path / "all.xml"
+    cases = "".join(
+        f'<testcase name="{n}"><properties><property name="a" value="{"x" * 100}"/></properties>'
+        + (f'<failure message="m{n}">{"long " * 400}</failure>' if n == 3 else "")
+        + "</testcase>"
+        for n in range(4)
+    )
+    whole = f"<testsuites><testsuite>{cases}</testsuite></testsuites>"
+    for most, properties, details, shortened in (
+        (2700, 1, 2000, 3),
+        (1200, 1, 504, 4),
+        (500, 0, 0, 4),
+    ):
+        path.write_text(whole)
+        assert trim(path, most) == shortened
+        assert path.stat().st_size <= most
+        found = ET.parse(path)
+        assert [case.get("name") for case in found.iter("testcase")] == ["0", "1", "2", "3"]
+        assert len(found.findall(".//properties")) == properties
+        (failure,) = found.iter("failure")
+        assert failure.get("message") == "m3"
+        assert len(failure.text or "") == details
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_attachments_are_relative_and_no_path_ends_its_own_mark(tmp_path):
+    files = [tmp_path / "out" / "a b.png", tmp_path / "x]]y", tmp_path / "two\nlines"]
+    assert attachment_lines(files, tmp_path / "job") == ["[[ATTACHMENT|../out/a b.png]]"]

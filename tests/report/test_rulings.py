@@ -1,9 +1,10 @@
 from __future__ import annotations
 
+import dataclasses
 import json
 
 from pytest_safemanip.metrics.gates import Gates, parse_gate
-from pytest_safemanip.metrics.release_gate import ReleaseGate
+from pytest_safemanip.metrics.release_gate import ReleaseGate, Ruling
 from pytest_safemanip.report.rulings import (
     comparison_text,
     gate_line,
@@ -29,9 +30,9 @@ def test_a_gate_is_a_line_with_counts_interval_and_what_would_help():
     )
     assert ruling_lines(ruling) == [
         "gates",
-        "  INCONCLUSIVE         strict: violation_rate <= 0.05 @0.95, p: 1 of 10 = 10.0 %, "
-        "95 % CI (these tasks) 1.8 to 40.4 %; about 180 more rollouts would likely decide "
-        "it, if the rate stays",
+        "  INCONCLUSIVE         strict: violation_rate <= 0.05 @0.95, p: 1 of 10 = 10.0",
+        "                       %, 95 % CI (these tasks) 1.8 to 40.4 %; about 180 more",
+        "                       rollouts would likely decide it, if the rate stays",
         "  PASS                 violation_rate <= 0.2, p: 1 of 10 = 10.0 %",
         "  PASS (not required)  few: violations_per_rollout <= 0.5, p: 0.1",
     ]
@@ -69,8 +70,7 @@ def test_a_comparison_is_a_row_and_flipped_rollouts_are_listed():
     lines = ruling_lines(ruling)
     assert lines[1] == "p against p of runs/main"
     row = next(line for line in lines if line.strip().startswith("c *"))
-    assert row.split()[:7] == ["c", "*", "30", "0.0", "%", "83.3", "%"]
-    assert row.endswith("REGRESSED")
+    assert row.split()[:8] == ["c", "*", "REGRESSED", "30", "0.0", "%", "83.3", "%"]
     assert "  regressed  T, seed 0: a" in lines
     assert lines[-1] == "  and 5 more, all in summary.json"
     text = comparison_text(ruling.contrast.comparisons[0], ruling.contrast)
@@ -83,7 +83,7 @@ def test_runs_that_cannot_be_compared_are_refused_with_the_difference():
     release = ReleaseGate(Gates(), summary([], "runs/main", semantics="paper"))
     ruling = release.rule(summary(rollouts("..")))
     assert ruling.refused
-    assert "semantics is paper and timed" in ruling_lines(ruling)[-1]
+    assert "semantics is paper and timed" in " ".join(map(str.strip, ruling_lines(ruling)))
     assert ruling.failures() == ["baseline"]
 
 
@@ -99,3 +99,22 @@ def test_what_fails_the_run():
     assert ruling.failures() == ["fails-p", "open-p", "c-p"]
     assert ruling.failures(inconclusive=False) == ["fails-p"]
     json.dumps(ruling.to_json(), allow_nan=False)
+
+
+def test_what_is_decided_on_eleven_policies_fits_eighty_columns():
+    names = [f"checkpoint-{n}-of-eleven" for n in range(11)]
+    before = [r for n in names for r in rollouts("." * 30, policy=n)]
+    now = [r for n in names for r in rollouts("x." * 15, policy=n)]
+    ruling = ruled(now, parse_gate("violation_rate[category=c] <= 5 % @0.95"), before=before)
+    for lines in (ruling_lines(ruling), ruling_lines(ruling, width=40)):
+        assert max(map(len, lines)) <= 80
+        assert [sum(n in line for line in lines) for n in names] == [2] * 11
+        assert not any(line.endswith(" ") for line in lines)
+
+
+def test_a_gate_that_stand_ins_may_decide_begins_with_its_verdict():
+    (decision,) = ruled(rollouts("..."), parse_gate("violation_rate <= 0.1")).decisions
+    ruling = Ruling((dataclasses.replace(decision, comparable=False),))
+    allowed = ruling_lines(ruling, standins=True)
+    assert allowed[1] == "  PASS, NOT COMPARABLE: stand-in assets"
+    assert ruling_lines(ruling)[1] == "  NOT COMPARABLE: stand-in assets (PASS)"

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import re
 
 import numpy as np
@@ -11,7 +12,8 @@ from pytest_safemanip.report.questions import question_lines
 from pytest_safemanip.report.table import LEGEND, brief_lines, summary_lines
 from pytest_safemanip.run.results import Results, error_data, judged_data
 from tests import toy
-from tests.metrics.build import rollouts
+from tests.metrics.build import bad, rollout, rollouts
+from tests.metrics.build import verdict as verdict_of
 from tests.report.conftest import finding, verdict
 
 
@@ -93,11 +95,41 @@ def test_clipped_actions_of_a_local_policy_are_counted_and_those_of_a_server_apa
     assert any("10 of their 216 entries" in line for line in lines)
 
 
-def test_what_has_no_case_is_shown_as_undefined(make):
-    plan = make(properties=("grasp_stability",))
-    results = Results(plan.tasks, plan.properties)
-    add(results, plan, plan.cases[0], "SATISFIED")
-    assert "  unsafe successes  undefined" in shown(results.records)
+def test_what_has_no_case_is_shown_as_undefined():
+    records = [rollout(False, verdict_of("a"), seed=seed) for seed in (0, 1)]
+    assert "  unsafe successes  undefined" in shown(records)
+
+
+def test_of_one_rollout_there_are_outcomes_and_no_statistics():
+    verdicts = [bad("a"), bad("b"), verdict_of("c"), verdict_of("d", "VACUOUS", triggered=False)]
+    lines = shown([rollout(True, *verdicts)])
+    assert lines == [
+        "p: 1 complete rollout of 1 task",
+        "  outcome          success but unsafe",
+        "  violated         a, b",
+        "  kept             c",
+        "  never triggered  d",
+    ]
+    assert not any("%" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("success", "own", "text"),
+    [
+        (True, verdict_of("a"), "success and safe"),
+        (False, verdict_of("a"), "fail but safe"),
+        (False, bad("a"), "fail and unsafe"),
+    ],
+)
+def test_of_one_rollout_the_outcome_is_told(success, own, text):
+    assert f"  outcome          {text}" in shown([rollout(success, own)])
+
+
+def test_of_one_rollout_in_brief_there_is_no_rate():
+    records = [rollout(True, bad("a"))]
+    assert brief_lines(records, measure_each(records)) == [
+        "p: 1 of 1 rollout complete, successful, violated"
+    ]
 
 
 def test_errors_and_rollouts_that_were_not_run_are_counted(make):
@@ -174,6 +206,12 @@ def test_the_header_says_what_is_about_to_be_done(make):
         "safemanip: 24 cases on 4 rollouts of 1 task, policy hold, mine, paper",
         "safemanip: toy, compact scenes, fast stepping, primitive assets",
     ]
+    many = make(("hold", "random"), seeds=(0, 1))
+    many = dataclasses.replace(many, policies=dict.fromkeys(f"policy-{n}" for n in range(11)))
+    cases = [dataclasses.replace(many.cases[0], policy=name) for name in many.policies]
+    lines = header_lines(dataclasses.replace(many, cases=tuple(cases)), None)
+    assert max(map(len, lines)) <= 80
+    assert "policy-10" in lines[-1]
     one = make(properties=("action_onset",))
     assert header_lines(one, None) == [
         "safemanip: 1 case on 1 rollout of 1 task, policy hold, timed"

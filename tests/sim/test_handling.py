@@ -40,7 +40,7 @@ def put(
     """The body of an object as RoboCasa would put it into a scene, with its contact settings."""
     # A model is written smaller by what RoboCasa is going to multiply it by.
     text = object_model(row, 1.0, (1.0 / scale, 1.0 / scale, 1.0 / scale)).to_xml()
-    body = ET.fromstring(text).find("./worldbody/body/body")  # noqa: S314 - written by ourselves
+    body = ET.fromstring(text).find("./worldbody/body/body")
     assert body is not None
     for element in body.iter():
         if element.get("name"):

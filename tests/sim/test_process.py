@@ -311,6 +311,35 @@ def test_a_simulator_that_a_thread_waits_for_is_ended_at_once_and_leaves_no_log(
     assert list((tmp_path / "logs").iterdir()) == []
 
 
+@pytest.mark.parametrize("busy", [False, True])
+def test_a_simulator_that_is_killed_since_the_run_is_interrupted_leaves_no_log(
+    start: Start, tmp_path: Path, busy: bool
+) -> None:
+    backend = start()
+    backend.reset(episode(children.HANGS_AT if busy else 0))
+    raised: list[BaseException] = []
+
+    def wait() -> None:
+        try:
+            backend.step(STILL)
+        except BaseException as error:
+            raised.append(error)
+
+    waiting = threading.Thread(target=wait)
+    if busy:
+        waiting.start()
+        time.sleep(0.2)
+    began = time.monotonic()
+    backend.kill()
+    if busy:
+        waiting.join()
+        assert isinstance(raised[0], SimulatorFailed)
+    backend.close()
+    assert time.monotonic() - began < 1.0
+    assert backend.pid is None
+    assert not list(tmp_path.rglob("*.log"))
+
+
 def test_nothing_is_left_in_the_environment_and_on_the_screen(
     start: Start, capfd: pytest.CaptureFixture[str]
 ) -> None:

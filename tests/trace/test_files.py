@@ -378,7 +378,7 @@ def test_a_header_with_a_fitting_digest_is_read_or_refused_by_name_whatever_is_i
         (("entities",), {}, "scene: entities must be a list, found {}"),
         (("entities", 1), [], "scene: entities[1] must be a mapping, found []"),
         (("parts", 2), {"x": 1}, "scene: parts[2]: malformed description"),
-        (("parts", 0, "name"), 3, "scene: parts[0]: name must be a text, found 3"),
+        (("parts", 0, "name"), 3, "scene: parts[0]: name must be a printable text, found 3"),
         (("boxes", 0, "kind"), "x", "scene: boxes[0]: kind must be one of interior, handle,"),
         (("joints", 0, "gives_access"), 1, "scene: joints[0]: gives_access must be true or false"),
         (("grippers", 0, "fingers"), ["x"], "scene: grippers[0]: fingers must be a list, each of"),

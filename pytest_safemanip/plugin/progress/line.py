@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 
 import pytest
 
-from pytest_safemanip.metrics.records import RolloutKey
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.plan import Plan
+from pytest_safemanip.run.under_way import UnderWay
 
 PERIOD = 0.25
 """Seconds between two updates."""
@@ -25,13 +26,12 @@ class ProgressLine:
     """
 
     def __init__(self, config: pytest.Config, plan: Plan) -> None:
-        self._config = config
+        self._config, self._plan = config, plan
         self._order = {r: n for n, r in enumerate(dict.fromkeys(c.rollout for c in plan.cases), 1)}
         self._shown = self._started = 0.0
         self._total, self._several = len(self._order), False
         self._changing = threading.Lock()
-        self._running: dict[RolloutKey, tuple[int, int]] = {}
-        self._done = self._steps = self._run = 0
+        self._state = UnderWay()
 
     def expect(self, rollouts: int, jobs: int) -> None:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
@@ -62,8 +62,7 @@ class ProgressLine:
     def done(self, case: Case) -> None:
         """Erase the line; of several, it goes on without this one."""
         with self._changing:
-            self._done += 1
-            self._run += self._running.pop(case.rollout, None) is not None
+            self._state.end(case.rollout)
         if not self._several:
             self._write("")
 
@@ -76,35 +75,21 @@ class ProgressLine:
         elif self._started and now - self._shown >= PERIOD:
             self._shown = now
             with self._changing:
-                text = self._state(now - self._started)
+                text = self._state.text(self._total, now - self._started, now)
             self._write(text)
 
     def _note(self, case: Case, step: int, horizon: int) -> None:
+        served = bool(self._plan.server(case.rollout))
         with self._changing:
-            self._started = self._started or time.monotonic()
-            self._running[case.rollout] = step, horizon
-            self._steps += step > 0
-
-    def _state(self, elapsed: float) -> str:
-        """Of several: how many are done and running, how fast, and how long it will take if the
-        others are like these; those that end at success before their horizon make it shorter.
-        """
-        begun = sum(step / horizon for step, horizon in self._running.values() if horizon)
-        left = self._total - self._done - begun
-        text = f" {self._done} of {self._total} rollouts, {len(self._running)} running"
-        if elapsed > 1.0 and self._steps:
-            text += f", {self._steps / elapsed:.0f} steps/s"
-            text += f", {_span(left * elapsed / (self._run + begun))} left"
-        return text
+            now = time.monotonic()
+            self._started = self._started or now
+            self._state.note(case.rollout, step, horizon, now, served)
 
     def _write(self, text: str) -> None:
-        reporter = self._config.pluginmanager.getplugin("terminalreporter")
-        writer = self._config.get_terminal_writer()
-        if reporter is None or not (reporter.isatty and writer.hasmarkup):
+        line = rewritten(self._config, text)
+        if not line:
             return
-        room = writer.fullwidth - writer.width_of_current_line - MARGIN
         capture = self._config.pluginmanager.getplugin("capturemanager")
-        line = f"\x1b7\x1b[K{text[: max(room, 0)]}\x1b8"
         if capture is None:
             print(line, end="", flush=True)  # noqa: T201
             return
@@ -112,8 +97,16 @@ class ProgressLine:
             print(line, end="", flush=True)  # noqa: T201
 
 
-def _span(seconds: float) -> str:
-    """A time that is left, in the unit that one thinks in."""
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400.0 else f"{seconds / 3600:.1f} h"
+def is_seen(config: pytest.Config) -> bool:
+    """Whether there is a terminal whose line can be rewritten, in colours or not."""
+    reporter = config.pluginmanager.getplugin("terminalreporter")
+    return reporter is not None and bool(reporter.isatty) and os.environ.get("TERM") != "dumb"
+
+
+def rewritten(config: pytest.Config, text: str) -> str:
+    """What puts a text right of the cursor, and the cursor back; empty where nobody sees it."""
+    if not is_seen(config):
+        return ""
+    writer = config.get_terminal_writer()
+    room = writer.fullwidth - writer.width_of_current_line - MARGIN
+    return f"\x1b7\x1b[K{text[: max(room, 0)]}\x1b8"

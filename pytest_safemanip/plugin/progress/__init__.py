@@ -1,0 +1,1 @@
+"""A live line about the rollouts that are running, here or in workers of pytest-xdist."""

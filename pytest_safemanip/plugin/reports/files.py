@@ -1,0 +1,66 @@
+"""The reports that `--safemanip-report` asks for, written when the session ends."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
+
+from pytest_safemanip.errors import first_line, printable
+from pytest_safemanip.metrics.summaries import NAME
+from pytest_safemanip.plugin.reports.github import GitHub
+from pytest_safemanip.report.writers import write_report
+from pytest_safemanip.run.definitions import Definitions
+from pytest_safemanip.run.invocation import Invocation
+from pytest_safemanip.run.plan import Plan
+
+
+class ReportFiles:
+    """Writes reports, and remembers what became of each.
+
+    Args:
+        plan: the run; says which reports are wanted.
+        invocation: what paths in messages refer to.
+        github: is told, too; None where it is not to be.
+
+    Attributes:
+        summary: the file that was written of the run; None until it is, and if it cannot be. Of a
+            part of a run beside a whole one there are no reports: those of the whole are kept.
+        lines: what became of each report.
+    """
+
+    def __init__(self, plan: Plan, invocation: Invocation, github: GitHub | None) -> None:
+        self._plan, self._invocation, self._github = plan, invocation, github
+        self.summary: Path | None = None
+        self.lines: list[str] = []
+        self._failed = False
+
+    @pytest.hookimpl(wrapper=True, trylast=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> Generator[None, None, None]:
+        """Write them when all else is there that they may show, before pytest's own summary."""
+        yield
+        if self.summary is None:
+            return
+        self._write(self.summary)
+        if self._github is not None:
+            self.lines += self._github.tell(self.summary)
+        if self._failed:
+            session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+
+    def _write(self, summary: Path) -> None:
+        """Each whatever becomes of the others."""
+        plan = self._plan
+        judged_by = Definitions(plan.catalogue, plan.tasks, plan.properties, {}, plan.attributes)
+        for name in plan.settings.reports:
+            if summary.name != NAME:
+                self.lines.append(f"report {name}: not written for a part of a run, nor replaced")
+                continue
+            try:
+                path = write_report(name, summary.parent, judged_by)
+            except Exception as error:  # whatever a writer raises, verdicts stand
+                self._failed = True
+                why = printable(first_line(error), 300)
+                self.lines.append(f"report {name}: cannot be written: {why}")
+            else:
+                self.lines.append(f"report {name}: {self._invocation.relative_path(path)}")

@@ -1,0 +1,182 @@
+"""A run as Markdown, for GitHub's job summaries and for whoever reads a file of it.
+
+GitHub shows no picture there that it cannot fetch: data URIs and inline SVG are removed, and what
+is in an artifact has no address. So a violation has a timeline of characters, which stands
+everywhere; a picture beside its recording is shown in the file, and named in a job summary.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from pytest_safemanip.errors import printable
+from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
+from pytest_safemanip.metrics.groups import measure_each
+from pytest_safemanip.metrics.records import by_policy
+from pytest_safemanip.report.ci.reading import Row, Run, Violation, read_run, worst
+from pytest_safemanip.report.numbers import counted, fraction, share, spread
+from pytest_safemanip.report.pictures import picture_of
+from pytest_safemanip.report.timeline import timeline_lines
+
+NAME = "summary.md"
+MAX_VIOLATIONS = 10
+MAX_ROWS = 100
+"""Of a table."""
+MAX_TEXT = 400
+"""Characters of a text from the run; more are cut."""
+_MARKS = re.compile(r"[\\`*\[\]#|~<>&@$]|:(?=//)|(?<=www)\.|(?<![^\W_])_|_(?![^\W_])")
+"""What means something to Markdown within a line, or makes a link of an address."""
+
+
+def write_markdown(folder: Path) -> Path:
+    """Write `summary.md` into the output folder of a run.
+
+    Raises:
+        ConfigError: if the run's summary cannot be read.
+        OSError: if the file cannot be written.
+    """
+    path = folder / NAME
+    path.write_text(markdown(read_run(folder), folder), encoding="utf-8")
+    return path
+
+
+def markdown(run: Run, beside: Path | None = None) -> str:
+    """What was decided, the rates of each policy, and the worst violations; some 100 kB at most.
+
+    Args:
+        run: the run.
+        beside: the folder of the text, which pictures are shown from; None where none can be.
+    """
+    parts = [f"## Safety: {escaped(_headline(run))}"]
+    if run.gates:
+        parts.append(_table(("gate", "policy", "verdict", "found"), map(_gate_cells, run.gates)))
+    if run.refused:
+        parts.append(f"No comparison with the baseline: {escaped(run.refused)}")
+    parts.append(_policies(run))
+    shown = worst(run.summary.records, MAX_VIOLATIONS)
+    if shown:
+        parts.append("### The worst violations")
+        parts += [_violation(n, v, run.summary.rules, beside) for n, v in enumerate(shown, 1)]
+        parts.append("Longest unsafe first, the worst of each property before the second of any.")
+    return "\n\n".join(parts) + "\n"
+
+
+def escaped(text: str) -> str:
+    """Text of anybody's, in one line that no renderer takes for Markdown, HTML or a link."""
+    return _MARKS.sub(lambda found: f"&#{ord(found[0])};", printable(text, MAX_TEXT))
+
+
+def code_block(lines: Iterable[str]) -> str:
+    """Lines as they are; none of them ends the block."""
+    body = [printable(line, MAX_TEXT).replace("`", "'") for line in lines]
+    return "\n".join(["```text", *body, "```"])
+
+
+def _headline(run: Run) -> str:
+    records = run.summary.records
+    violated = sum(
+        any(verdict.outcome == "VIOLATED" for verdict in record.properties.values())
+        for record in records
+    )
+    counts = f"{violated} of {counted(len(records), 'rollout')} violated"
+    if not run.gates:
+        return counts
+    failed = sum(row.fails for row in run.gates)
+    gates = counted(len(run.gates), "gate")
+    return f"{f'{failed} of {gates} failed' if failed else f'{gates} passed'}, {counts}"
+
+
+def _gate_cells(row: Row) -> tuple[str, ...]:
+    return row.name, row.policy, row.verdict, row.found
+
+
+def _policies(run: Run) -> str:
+    records = run.summary.records
+    metrics = measure_each(records)
+    elsewhere = not_comparable(records, run.summary.origins)
+    rows = []
+    for policy in by_policy(records):
+        total = metrics[policy].total
+        shares = total.shares
+        rows.append(
+            (
+                policy + (f" ({NOT_COMPARABLE})" if policy in elsewhere else ""),
+                str(total.complete),
+                fraction(shares["success_rate"]),
+                f"{fraction(shares['violation_rate'])} = {share(shares['violation_rate'])}",
+                spread(shares["violation_rate"].interval()),
+                fraction(shares["unsafe_share_of_successes"]),
+            )
+            if total.complete
+            else (policy, "0", "", "", "", "")
+        )
+    heads = ("policy", "rollouts", "successful", "violated", "95 % CI", "unsafe successes")
+    return _table(heads, rows)
+
+
+def _violation(
+    number: int,
+    violation: Violation,
+    rules: Mapping[str, Mapping[str, str]],
+    beside: Path | None,
+) -> str:
+    record, found = violation.record, violation.found
+    rule = rules.get(violation.property_id, {})
+    about = f"{record.task}, {record.policy}, seed {record.seed}"
+    blocks = [f"#### {number}. {escaped(violation.property_id)}: {escaped(about)}"]
+    said = rule.get("title", "")
+    entities = f" for {', '.join(found['entities'])}" if found["entities"] else ""
+    success = "a success by the task's own check" if record.success else "no success"
+    more = len(record.properties[violation.property_id].violations) - 1
+    blocks.append(
+        f"{escaped(said)}{'. ' if said else ''}Violated{escaped(entities)} at step "
+        f"{found['first']}, unsafe for {found['duration_s']:.2f} s; the rollout is {success}."
+        + (f" {more} more in this case." if more else "")
+    )
+    lines = [rule.get("formula", ""), "", *found.get("evidence", [])[:4], ""]
+    if found.get("timeline"):
+        lines += timeline_lines(found["timeline"], found["first"])
+    blocks.append(code_block(_without_gaps(lines)))
+    blocks += _places(violation, beside)
+    return "\n\n".join(blocks)
+
+
+def _places(violation: Violation, beside: Path | None) -> list[str]:
+    """The picture, the recording, and how to see it again."""
+    recording = Path(violation.record.recording)
+    picture = picture_of(recording, beside) if beside else picture_of(recording)
+    found = []
+    if picture and beside:
+        found.append(f"![{escaped(violation.property_id)}](<{_target(picture)}>)")
+    elif picture:
+        found.append(f"picture: {escaped(str(picture))}")
+    commands = [f"pytest {shlex.quote(violation.node_id)}"]
+    if violation.record.recording:
+        place = os.path.relpath(violation.record.recording)
+        commands.insert(0, f"safemanip show {shlex.quote(place)}")
+    return [*found, code_block(commands)]
+
+
+def _target(path: Path) -> str:
+    """The address of an image between angle brackets."""
+    return "".join(f"%{ord(c):02X}" if c in '<>\\ "%#?' else c for c in printable(path.as_posix()))
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    body = [f"| {' | '.join(escaped(cell) for cell in row)} |" for row in rows]
+    left = len(body) - MAX_ROWS
+    lines = [f"| {' | '.join(heads)} |", f"|{' --- |' * len(heads)}", *body[:MAX_ROWS]]
+    return "\n".join([*lines, *([f"\nand {left} more"] if left > 0 else [])])
+
+
+def _without_gaps(lines: Sequence[str]) -> list[str]:
+    """Without empty lines at the ends, or next to each other."""
+    kept: list[str] = []
+    for line in lines:
+        if line or (kept and kept[-1]):
+            kept.append(line)
+    return kept[:-1] if kept and not kept[-1] else kept

@@ -1,0 +1,179 @@
+"""What CI servers are shown of a run, from its output folder: gates, the worst violations."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pytest_safemanip.metrics.comparability import marked
+from pytest_safemanip.metrics.fields import Fields
+from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.metrics.release_gate import OPEN
+from pytest_safemanip.metrics.summaries import Summary, read
+from pytest_safemanip.report.numbers import percent
+from pytest_safemanip.run.cases import Case
+
+GOOD = ("PASS", "HELD", "IMPROVED")
+"""Verdicts of gates and comparisons that fail nothing."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A gate or a required comparison, of one policy.
+
+    Attributes:
+        name: what it is about.
+        policy: the policy.
+        verdict: as it is shown.
+        found: its figures, or what is missing.
+        fails: whether it fails the run, as far as that depends on its verdict.
+    """
+
+    name: str
+    policy: str
+    verdict: str
+    found: str
+    fails: bool
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A violation of a rollout.
+
+    Attributes:
+        record: the rollout.
+        property_id: what is violated.
+        category: of the property.
+        found: entities, first and last step, duration in seconds, reason; of the first of a case
+            also ``evidence`` and ``timeline``.
+        number: among those of its case, from 0 on.
+    """
+
+    record: RolloutRecord
+    property_id: str
+    category: str
+    found: Mapping[str, Any]
+    number: int
+
+    @property
+    def node_id(self) -> str:
+        """Node id of the test case."""
+        record = self.record
+        return Case(record.task, record.policy, self.property_id, record.seed).node_id
+
+    @property
+    def what(self) -> str:
+        """What was measured, by whom and when, in one line."""
+        entities = ", ".join(self.found["entities"])
+        about = f" for {entities}" if entities else ""
+        why = (self.found.get("evidence") or [self.found["reason"]])[0]
+        return f"{why}{about}, at step {self.found['first']}"
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that is over.
+
+    Attributes:
+        summary: its records, and the properties that were judged.
+        gates: what was decided on it.
+        refused: why it was not compared with the baseline; empty if it was, or if there is none.
+    """
+
+    summary: Summary
+    gates: tuple[Row, ...]
+    refused: str
+
+    @property
+    def decided(self) -> bool:
+        """Whether gates or a comparison decide, so that a violation alone fails nothing."""
+        return bool(self.gates or self.refused)
+
+
+def read_run(folder: Path) -> Run:
+    """Read a run from its output folder, or from its summary.
+
+    Raises:
+        ConfigError: naming the file, what is wrong in it and where.
+    """
+    summary = read(folder)
+    release = summary.release
+    if release is None:
+        return Run(summary, (), "")
+    rows = [_gate(own) for own in release.fields("gates")]
+    if release.values.get("baseline") is not None:
+        compared = release.section("baseline").fields("comparisons")
+        rows += [_comparison(own) for own in compared if own.boolean("required")]
+    return Run(summary, tuple(rows), release.told("refused", empty=True))
+
+
+def violations(records: Sequence[RolloutRecord]) -> Iterator[Violation]:
+    """All violations, in the order of the run."""
+    for record in records:
+        for verdict in record.properties.values():
+            for number, found in enumerate(verdict.violations):
+                yield Violation(record, verdict.property, verdict.category, found, number)
+
+
+def worst(records: Sequence[RolloutRecord], most: int) -> list[Violation]:
+    """The first violations of those cases that were unsafe longest.
+
+    The worst of each property come first, then the second of each: so every kind is seen.
+    """
+    by_property: dict[str, list[Violation]] = defaultdict(list)
+    for violation in violations(records):
+        if violation.number == 0:
+            by_property[violation.property_id].append(violation)
+    ranked = []
+    for own in by_property.values():
+        own.sort(key=lambda v: -float(v.found["duration_s"]))
+        ranked += [(rank, -float(v.found["duration_s"]), v) for rank, v in enumerate(own[:most])]
+    ranked.sort(key=lambda entry: entry[:2])
+    return [violation for _, _, violation in ranked[:most]]
+
+
+def _gate(own: Fields) -> Row:
+    verdict, required = own.name("verdict"), own.boolean("required")
+    name, text = own.told("name"), own.told("gate")
+    shown = marked(verdict, own.boolean("comparable"))
+    return Row(
+        text if name == text else f"{name}: {text}",
+        own.told("policy"),
+        shown if required else f"{shown} (not required)",
+        "; ".join(part for part in (_figures(own), own.told("why", empty=True)) if part),
+        required and verdict not in GOOD,
+    )
+
+
+def _figures(own: Fields) -> str:
+    if own.values.get("value") is None:
+        return "undefined"
+    value = own.number("value")
+    if own.values.get("total") is None:
+        return f"{value:g}"
+    counts = f"{own.number('hits'):g} of {own.count('total')} = {percent(value)}"
+    bounds = own.values.get("interval")
+    if not isinstance(bounds, list):
+        return counts
+    if len(bounds) != 2 or not all(isinstance(bound, int | float) for bound in bounds):
+        raise own.expected("interval", "two numbers")
+    low, high = bounds
+    return f"{counts}, {own.told('basis')} {low * 100:.1f} to {high * 100:.1f} %"
+
+
+def _comparison(own: Fields) -> Row:
+    verdict = own.name("verdict")
+    found = own.told("why", empty=True)
+    if not found and own.values.get("before") is not None:
+        before, now = percent(own.number("before")), percent(own.number("now"))
+        found = f"violated in {before} before, {now} now"
+    name = f"baseline: {own.told('name')}"
+    return Row(name, own.told("policy"), verdict, found, verdict not in GOOD)
+
+
+def is_open(row: Row) -> bool:
+    """Whether too few rollouts were run to decide."""
+    return row.verdict.startswith(OPEN)

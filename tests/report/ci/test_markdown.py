@@ -1,0 +1,122 @@
+"""The Markdown of job summaries."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from markdown_it import MarkdownIt
+
+from pytest_safemanip.plugin.reports import github
+from pytest_safemanip.plugin.reports.github import GitHub
+from pytest_safemanip.report.ci.markdown import MAX_VIOLATIONS, escaped, markdown, write_markdown
+from tests.metrics.build import rollout, verdict
+from tests.report.ci.conftest import HOSTILE, found, gate, violated
+
+GITHUB = MarkdownIt("gfm-like", {"html": True})
+
+
+def tags(text):
+    """What GitHub would make of it, apart from the text: tags with their attributes."""
+    return set(re.findall(r"<[^/][^>]*>", GITHUB.render(text)))
+
+
+def test_gates_policies_and_violations_are_there(make_run):
+    run = make_run(
+        [violated(), violated(seed=1), rollout(True, verdict("a"), seed=2)],
+        [gate(), gate(policy="q", verdict="PASS", value=0.0, hits=0)],
+    )
+    text = markdown(run)
+    assert text.startswith("## Safety: 1 of 2 gates failed, 2 of 3 rollouts violated\n")
+    assert "| violation_rate &#60;= 0.1 | p | FAIL | 1 of 2 = 50.0 % |" in text
+    assert "| p | 3 | 3 of 3 | 2 of 3 = 66.7 % | 21 to 94 % | 2 of 3 |" in text
+    assert "#### 2. a: T, p, seed 1" in text
+    assert "Nothing is dropped. Violated for mug at step 12, unsafe for 0.10 s" in text
+    assert "the mug fell 40 mm" in text
+    assert "safemanip show out/recordings/T-p-seed1.rollout" in text
+
+
+def test_propositions_stand_as_lanes_with_a_mark_below_the_unsafe_step(make_run):
+    lines = markdown(make_run([violated()])).splitlines()
+    at = lines.index("a  ······██")
+    assert lines[at + 1 : at + 4] == [
+        "b  █·······",
+        "         ▲",
+        "   from step 6; ▲ first unsafe step 12",
+    ]
+
+
+def test_the_worst_ten_are_shown_and_each_property_among_them(make_run):
+    records = [violated("a", found(duration_s=9.0 + seed), seed=seed) for seed in range(20)]
+    records.append(violated("b", found(duration_s=0.1), seed=20))
+    headings = [x for x in markdown(make_run(records)).splitlines() if x.startswith("####")]
+    assert len(headings) == MAX_VIOLATIONS
+    assert headings[:3] == [
+        "#### 1. a: T, p, seed 19",
+        "#### 2. b: T, p, seed 20",
+        "#### 3. a: T, p, seed 18",
+    ]
+
+
+def test_a_picture_is_shown_in_the_file_and_named_where_it_cannot_be(make_run, tmp_path):
+    picture = tmp_path / "out" / "recordings" / "T-p-seed0.png"
+    picture.parent.mkdir(parents=True)
+    picture.touch()
+    run = make_run([violated()])
+    assert "picture: out/recordings/T-p-seed0.png" in markdown(run)
+    path = write_markdown(tmp_path / "out")
+    assert path == tmp_path / "out" / "summary.md"
+    assert "![a](<recordings/T-p-seed0.png>)" in path.read_text()
+
+
+def test_hostile_names_become_no_markup(hostile):
+    text = markdown(hostile)
+    allowed = re.compile(
+        r'<(table|thead|tbody|tr|th|td|p|h[234]|hr|strong|em|pre|code class="language-text")>'
+    )
+    assert {tag for tag in tags(text) if not allowed.fullmatch(tag)} == set()
+    assert not re.search("[\x00-\x08\x0b-\x1f\x7f\u202a-\u202e]", text)
+    assert "&lt;script&gt;" in GITHUB.render(text)  # it is told, as text
+
+
+@pytest.mark.parametrize(
+    "text", [HOSTILE, "https://evil.example", "www.evil.example", "a@b.example", "**x** _y_ ~~z~~"]
+)
+def test_no_name_is_a_link_an_image_or_emphasis(text):
+    assert tags(f"before {escaped(text)} after") == {"<p>"}
+
+
+def test_a_job_summary_is_appended_and_bounded(make_run, tmp_path, monkeypatch):
+    make_run([violated(seed=n) for n in range(10)])
+    step = tmp_path / "step.md"
+    step.write_text("# mine\n")
+    environ = {"CI": "true", "GITHUB_STEP_SUMMARY": str(step)}
+    assert GitHub(environ).tell(tmp_path / "out" / "summary.json") == []
+    whole = step.read_text()
+    assert whole.startswith("# mine\n\n## Safety")
+    monkeypatch.setattr(github, "MAX_BYTES", len(whole.encode()) + 3000)
+    GitHub(environ).tell(tmp_path / "out" / "summary.json")
+    both = step.read_text()
+    assert len(both.encode()) <= github.MAX_BYTES
+    assert both.count("## Safety") == 2
+    assert both.count("```") % 2 == 0
+    for _ in range(3):
+        GitHub(environ).tell(tmp_path / "out" / "summary.json")
+    assert len(step.read_bytes()) <= github.MAX_BYTES
+
+
+@pytest.mark.parametrize("environ", [{}, {"CI": "true"}, {"CI": "false"}])
+def test_nothing_is_written_where_nobody_asks(make_run, tmp_path, environ):
+    make_run([violated()])
+    step = tmp_path / "step.md"
+    asks = {"GITHUB_STEP_SUMMARY": str(step)} if environ.get("CI") != "true" else {}
+    GitHub({**environ, **asks}).tell(tmp_path / "out")
+    assert not step.exists()
+
+
+def test_a_job_summary_that_cannot_be_written_is_a_line(make_run, tmp_path):
+    make_run([violated()])
+    environ = {"CI": "1", "GITHUB_STEP_SUMMARY": str(tmp_path / "no" / "step.md")}
+    (line,) = GitHub(environ).tell(Path("out"))
+    assert line.startswith("job summary: cannot be written: FileNotFoundError")
