@@ -1,0 +1,636 @@
+/*
+ * Replays a rollout in 3D.
+ *
+ *   const replay = SafemanipReplay.mount(element, data, {onStep: step => ..., controls: true});
+ *   replay.seek(120); replay.highlight(["obj"]); replay.highlight(null); replay.dispose();
+ *
+ * element: filled with the replay, which is as large as it is. data: what
+ * pytest_safemanip.report.replay.pack gives. onStep is called with the step that is shown, whenever
+ * another one is. highlight(null) goes back to the entities of the violations. Needs SafemanipThree
+ * (three.min.js). World frame: metres, z up.
+ */
+(function () {
+  "use strict";
+
+  const STILL = 65535; // -1 as an unsigned 16-bit number
+  const NEWTON_PER_METRE = 100;
+  const SHORTEST_ARROW = 0.035, LONGEST_ARROW = 0.4;
+  const MOST_ARROWS = 96;
+  const NO_WEBGL =
+    "This browser shows no 3D here: WebGL is missing or turned off. The timeline, the table of " +
+    "steps and `safemanip video` show the same.";
+
+  // Okabe and Ito's colours: told apart by colour-blind people.
+  const THEMES = {
+    light: {
+      back: "#f4f5f7", guilty: "#d55e00", contact: "#0072b2", robot: "#e9eaec", hand: "#5d6570",
+      object: "#56b4e9", room: "#dcdfe3", edge: "#49515c",
+    },
+    dark: {
+      back: "#15181c", guilty: "#ff8b33", contact: "#7cc7f2", robot: "#c9cdd2", hand: "#8b949e",
+      object: "#3f8fc0", room: "#33383f", edge: "#0b0d0f",
+    },
+  };
+  const FIXTURES = [
+    [/counter|island/i, {light: "#cfc6b8", dark: "#6e675c"}],
+    [/cabinet|drawer|box|shel|panel/i, {light: "#dcc9a6", dark: "#7d6e53"}],
+    [/./, {light: "#b9c0c7", dark: "#5a626b"}],
+  ];
+
+  // ---------------------------------------------------------------- reading the data
+
+  function bytes(text) {
+    const raw = atob(text);
+    const found = new Uint8Array(raw.length);
+    for (let i = 0; i < raw.length; i++) found[i] = raw.charCodeAt(i);
+    return found.buffer;
+  }
+
+  const uint8 = (text) => new Uint8Array(bytes(text));
+  const uint16 = (text) => new Uint16Array(bytes(text));
+  const int16 = (text) => new Int16Array(bytes(text));
+  const uint32 = (text) => new Uint32Array(bytes(text));
+  const float32 = (text) => new Float32Array(bytes(text));
+
+  /** Reads one place of packed places into a vector; `row` chooses the bounds. */
+  function place(packed, levels, index, row, vector) {
+    const at = (axis) => packed.low[3 * row + axis] +
+      (packed.size[3 * row + axis] * levels[3 * index + axis]) / 65535;
+    return vector.set(at(0), at(1), at(2));
+  }
+
+  /** A quaternion from wxyz. */
+  function turn(values, index, scale, quaternion) {
+    const i = 4 * index;
+    return quaternion.set(
+      values[i + 1] / scale, values[i + 2] / scale, values[i + 3] / scale, values[i] / scale
+    ).normalize();
+  }
+
+  function read(data) {
+    const contacts = data.contacts;
+    const frames = uint32(data.frames);
+    const ofFrame = uint32(contacts.frame);
+    const begins = new Uint32Array(frames.length + 1); // first contact of each frame
+    for (let i = 0; i < ofFrame.length; i++) begins[ofFrame[i] + 1]++;
+    for (let f = 0; f < frames.length; f++) begins[f + 1] += begins[f];
+    return {
+      frames,
+      begins,
+      trackPlaces: uint16(data.tracks.places.data),
+      trackTurns: int16(data.tracks.turns),
+      contactPair: uint32(contacts.pair),
+      contactForce: uint16(contacts.force),
+      contactPlaces: uint16(contacts.places.data),
+      contactNormals: int16(contacts.normals),
+      solids: {
+        entity: uint32(data.solids.entity),
+        form: uint8(data.solids.form),
+        track: uint16(data.solids.track),
+        half: float32(data.solids.half),
+        pose: float32(data.solids.pose),
+      },
+    };
+  }
+
+  // ---------------------------------------------------------------- geometry
+
+  /** Concatenates geometries that have places, normals and indices. */
+  function merged(T, geometries) {
+    let points = 0, corners = 0;
+    for (const g of geometries) {
+      points += g.attributes.position.count;
+      corners += g.index.count;
+    }
+    const position = new Float32Array(3 * points), normal = new Float32Array(3 * points);
+    const index = new Uint32Array(corners);
+    let p = 0, c = 0;
+    for (const g of geometries) {
+      position.set(g.attributes.position.array, 3 * p);
+      normal.set(g.attributes.normal.array, 3 * p);
+      for (let i = 0; i < g.index.count; i++) index[c + i] = g.index.array[i] + p;
+      p += g.attributes.position.count;
+      c += g.index.count;
+      g.dispose();
+    }
+    const found = new T.BufferGeometry();
+    found.setAttribute("position", new T.BufferAttribute(position, 3));
+    found.setAttribute("normal", new T.BufferAttribute(normal, 3));
+    found.setIndex(new T.BufferAttribute(index, 1));
+    return found;
+  }
+
+  function mergedLines(T, geometries) {
+    const total = geometries.reduce((sum, g) => sum + g.attributes.position.count, 0);
+    const position = new Float32Array(3 * total);
+    let p = 0;
+    for (const g of geometries) {
+      position.set(g.attributes.position.array, 3 * p);
+      p += g.attributes.position.count;
+      g.dispose();
+    }
+    const found = new T.BufferGeometry();
+    found.setAttribute("position", new T.BufferAttribute(position, 3));
+    return found;
+  }
+
+  /** The surface and the edges of one solid, placed in the frame of its track. */
+  function shapes(T, solids, index) {
+    const half = solids.half.subarray(3 * index, 3 * index + 3);
+    const p = 7 * index;
+    const matrix = new T.Matrix4().compose(
+      new T.Vector3(solids.pose[p], solids.pose[p + 1], solids.pose[p + 2]),
+      new T.Quaternion(
+        solids.pose[p + 4], solids.pose[p + 5], solids.pose[p + 6], solids.pose[p + 3]),
+      new T.Vector3(1, 1, 1)
+    );
+    const form = solids.form[index];
+    if (form === 1) {
+      // three's capsules lie along y, ours along z.
+      const capsule = new T.CapsuleGeometry(half[0], 2 * half[2], 6, 18);
+      capsule.rotateX(Math.PI / 2);
+      return {surface: capsule.applyMatrix4(matrix), edges: null};
+    }
+    const box = new T.BoxGeometry(2 * half[0], 2 * half[1], 2 * half[2]).applyMatrix4(matrix);
+    const edges = new T.EdgesGeometry(box);
+    if (form === 2) {
+      box.dispose();
+      return {surface: null, edges};
+    }
+    return {surface: box, edges};
+  }
+
+  // ---------------------------------------------------------------- the scene
+
+  /** Builds a mesh for each entity and track; gives them with what they belong to. */
+  function build(T, data, found, scene) {
+    const groups = new Map();
+    for (let i = 0; i < found.solids.entity.length; i++) {
+      const entity = found.solids.entity[i], track = found.solids.track[i];
+      // Walls and floor are hidden one by one, when they are in the way.
+      const alone = data.entities[entity].kind === "room" ? i : "";
+      const key = `${entity}/${track}/${alone}`;
+      if (!groups.has(key)) groups.set(key, {entity, track, surfaces: [], edges: []});
+      const shape = shapes(T, found.solids, i);
+      if (shape.surface) groups.get(key).surfaces.push(shape.surface);
+      if (shape.edges) groups.get(key).edges.push(shape.edges);
+    }
+    const pieces = [];
+    for (const {entity, track, surfaces, edges} of groups.values()) {
+      const group = new T.Group();
+      const piece = {entity, track, group, kind: data.entities[entity].kind};
+      if (surfaces.length) {
+        piece.surface = new T.Mesh(merged(T, surfaces), new T.MeshLambertMaterial());
+        piece.surface.geometry.computeBoundingBox();
+        group.add(piece.surface);
+      }
+      if (edges.length) {
+        const material = new T.LineBasicMaterial({transparent: true});
+        piece.edges = new T.LineSegments(mergedLines(T, edges), material);
+        group.add(piece.edges);
+      }
+      scene.add(group);
+      pieces.push(piece);
+    }
+    return pieces;
+  }
+
+  /** Arrows of contacts: shafts and heads, as many as can be shown at once. */
+  function arrows(T, scene) {
+    const shaft = new T.CylinderGeometry(0.006, 0.006, 1, 10);
+    shaft.translate(0, 0.5, 0);
+    const head = new T.ConeGeometry(0.016, 0.04, 14);
+    const make = (geometry) => {
+      const mesh = new T.InstancedMesh(
+        geometry, new T.MeshLambertMaterial({depthTest: false, transparent: true}), MOST_ARROWS);
+      mesh.count = 0;
+      mesh.frustumCulled = false;
+      mesh.renderOrder = 10;
+      scene.add(mesh);
+      return mesh;
+    };
+    return {shaft: make(shaft), head: make(head)};
+  }
+
+  function fixtureColour(category, theme) {
+    return FIXTURES.find(([pattern]) => pattern.test(category))[1][theme];
+  }
+
+  // ---------------------------------------------------------------- the page's part of it
+
+  function make(name, className, parent, text) {
+    const found = document.createElement(name);
+    found.className = className;
+    if (text !== undefined) found.textContent = text;
+    if (parent) parent.append(found);
+    return found;
+  }
+
+  function seconds(step, dt) {
+    return `${(step * dt).toFixed(2)} s`;
+  }
+
+  function words(data, entity) {
+    const {name, category} = data.entities[entity];
+    return category && category !== name ? `${name} (${category})` : name;
+  }
+
+  /** The buttons, the slider and the lines of text below and above the picture. */
+  function panel(root, data, withControls) {
+    const stage = make("div", "smr-stage", root);
+    const canvas = make("canvas", "smr-canvas", stage);
+    canvas.tabIndex = 0;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `3D replay of ${data.task}, ${data.policy}, seed ${data.seed}`);
+    const labels = make("div", "smr-labels", stage);
+    const message = make("div", "smr-message", stage);
+    const readout = make("div", "smr-readout", stage);
+    const bar = make("div", "smr-bar", root);
+    const play = make("button", "smr-button", bar, "\u25b6");
+    play.type = "button";
+    play.setAttribute("aria-label", "play");
+    const line = make("div", "smr-line", bar);
+    const marks = make("div", "smr-marks", line);
+    for (const finding of data.findings) {
+      const mark = make("span", "smr-mark", marks);
+      const last = Math.max(1, data.steps - 1);
+      mark.style.left = `${(100 * finding.first) / last}%`;
+      mark.style.width = `${(100 * (finding.last - finding.first)) / last}%`;
+      mark.title = `${finding.property}, step ${finding.first}`;
+    }
+    const slider = make("input", "smr-slider", line);
+    slider.type = "range";
+    slider.min = 0;
+    slider.max = data.steps - 1;
+    slider.step = 1;
+    slider.setAttribute("aria-label", "step");
+    const clock = make("span", "smr-clock", bar);
+    const jump = make("button", "smr-button", bar, "Violation");
+    jump.type = "button";
+    jump.hidden = data.findings.length === 0;
+    const reset = make("button", "smr-button", bar, "Reset view");
+    reset.type = "button";
+    bar.hidden = !withControls;
+    return {stage, canvas, labels, message, readout, bar, play, slider, clock, jump, reset};
+  }
+
+  function mount(element, data, options = {}) {
+    if (data.schema !== 1) throw new Error(`replay: schema ${data.schema} is not known`);
+    const T = window.SafemanipThree;
+    const root = make("div", "smr", element);
+    const ui = panel(root, data, options.controls !== false);
+    let renderer;
+    try {
+      renderer = new T.WebGLRenderer({canvas: ui.canvas, antialias: true});
+    } catch (error) {
+      ui.stage.replaceChildren(make("p", "smr-missing", null, NO_WEBGL));
+      ui.bar.hidden = true;
+      return {seek() {}, highlight() {}, dispose: () => root.remove(), webgl: false};
+    }
+    return new Replay(T, root, ui, renderer, data, options.onStep || (() => {}));
+  }
+
+  class Replay {
+    constructor(T, root, ui, renderer, data, onStep) {
+      Object.assign(this, {T, root, ui, renderer, data, onStep, webgl: true});
+      this.found = read(data);
+      this.scene = new T.Scene();
+      this.camera = new T.PerspectiveCamera(42, 1, 0.02, 60);
+      this.camera.up.set(0, 0, 1);
+      this.controls = new T.OrbitControls(this.camera, ui.canvas);
+      this.controls.maxDistance = 15;
+      this.controls.minDistance = 0.15;
+      this.light = new T.HemisphereLight("#ffffff", "#8a8f98", 1.9);
+      this.light.position.set(0, 0, 1);
+      this.sun = new T.DirectionalLight("#ffffff", 1.5);
+      this.scene.add(this.light, this.sun, this.sun.target);
+      this.pieces = build(T, data, this.found, this.scene);
+      this.arrows = arrows(T, this.scene);
+      this.labels = new Map();
+      this.step = data.findings.length ? data.findings[0].first : 0;
+      this.playing = false;
+      this.byViolations = true;
+      this.highlighted = new Set();
+      this._listen();
+      this._resetView();
+      this._theme();
+      this.highlight(null);
+      this._resize();
+      this._show();
+    }
+
+    /** Shows a step; a number with a fraction is between two. */
+    seek(step) {
+      this._pause();
+      this._go(step);
+    }
+
+    /** Marks the entities of these names; null: those of the violations. */
+    highlight(names) {
+      this.byViolations = names === null || names === undefined;
+      const wanted = this.byViolations
+        ? this.data.findings.flatMap((finding) => finding.guilty)
+        : this.data.entities.flatMap((entity, i) => (names.includes(entity.name) ? [i] : []));
+      this.highlighted = new Set(wanted);
+      for (const label of this.labels.values()) label.remove();
+      this.labels.clear();
+      for (const entity of this.highlighted) {
+        this.labels.set(entity, make("span", "smr-label", this.ui.labels, words(this.data, entity)));
+      }
+      this._paint();
+      this._draw();
+    }
+
+    /** Takes everything back. */
+    dispose() {
+      this._pause();
+      cancelAnimationFrame(this.pending);
+      this.observer.disconnect();
+      this.dark.removeEventListener("change", this.onTheme);
+      this.themed.disconnect();
+      this.controls.dispose();
+      this.scene.traverse((thing) => {
+        if (thing.geometry) thing.geometry.dispose();
+        if (thing.material) thing.material.dispose();
+      });
+      this.renderer.dispose();
+      this.renderer.forceContextLoss();
+      this.root.remove();
+    }
+
+    // -------------------------------------------------------------- events
+
+    _listen() {
+      const {ui} = this;
+      this.controls.addEventListener("change", () => this._draw());
+      ui.slider.addEventListener("input", () => this.seek(Number(ui.slider.value)));
+      ui.play.addEventListener("click", () => (this.playing ? this._pause() : this._play()));
+      ui.jump.addEventListener("click", () => this.seek(this._nextViolation()));
+      ui.reset.addEventListener("click", () => this._resetView());
+      ui.canvas.addEventListener("keydown", (event) => this._key(event));
+      ui.canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+      ui.canvas.addEventListener("webglcontextrestored", () => this._draw());
+      this.observer = new ResizeObserver(() => this._resize());
+      this.observer.observe(ui.stage);
+      this.dark = window.matchMedia("(prefers-color-scheme: dark)");
+      this.onTheme = () => this._theme();
+      this.dark.addEventListener("change", this.onTheme);
+      // A page may have a switch of its own.
+      this.themed = new MutationObserver(this.onTheme);
+      this.themed.observe(document.documentElement, {attributeFilter: ["data-theme", "class"]});
+    }
+
+    _key(event) {
+      const jumps = {ArrowLeft: -1, ArrowRight: 1, PageDown: -20, PageUp: 20};
+      if (event.key === " ") (this.playing ? this._pause() : this._play());
+      else if (event.key in jumps) this.seek(Math.round(this.step) + jumps[event.key]);
+      else if (event.key === "Home") this.seek(0);
+      else if (event.key === "End") this.seek(this.data.steps - 1);
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+    }
+
+    _nextViolation() {
+      const firsts = this.data.findings.map((finding) => finding.first);
+      const later = firsts.filter((first) => first > Math.round(this.step));
+      return Math.min(...(later.length ? later : firsts));
+    }
+
+    _play() {
+      this.playing = true;
+      this.ui.play.textContent = "\u275a\u275a";
+      this.ui.play.setAttribute("aria-label", "pause");
+      if (this.step >= this.data.steps - 1) this._go(0);
+      let before = null;
+      const tick = (now) => {
+        if (!this.playing) return;
+        if (before !== null) this._go(this.step + (now - before) / 1000 / this.data.dt);
+        before = now;
+        if (this.step >= this.data.steps - 1) this._pause();
+        else requestAnimationFrame(tick);
+      };
+      requestAnimationFrame(tick);
+    }
+
+    _pause() {
+      this.playing = false;
+      this.ui.play.textContent = "\u25b6";
+      this.ui.play.setAttribute("aria-label", "play");
+    }
+
+    _go(step) {
+      const shown = Math.round(this.step);
+      this.step = Math.min(Math.max(Number(step) || 0, 0), this.data.steps - 1);
+      this._show();
+      if (Math.round(this.step) !== shown) this.onStep(Math.round(this.step));
+    }
+
+    // -------------------------------------------------------------- what is shown
+
+    /** The frame at or before the step, and how far it is to the next. */
+    _frame() {
+      const {frames} = this.found;
+      let low = 0, high = frames.length - 1;
+      while (low < high) {
+        const middle = (low + high + 1) >> 1;
+        if (frames[middle] <= this.step) low = middle;
+        else high = middle - 1;
+      }
+      const next = Math.min(low + 1, frames.length - 1);
+      const gap = frames[next] - frames[low];
+      return [low, next, gap ? (this.step - frames[low]) / gap : 0];
+    }
+
+    _show() {
+      const {T, data, found} = this;
+      const [frame, next, share] = this._frame();
+      const count = data.tracks.count;
+      const at = new T.Vector3(), after = new T.Vector3();
+      const from = new T.Quaternion(), to = new T.Quaternion();
+      const poses = [];
+      for (let track = 0; track < count; track++) {
+        place(data.tracks.places, found.trackPlaces, frame * count + track, track, at);
+        place(data.tracks.places, found.trackPlaces, next * count + track, track, after);
+        turn(found.trackTurns, frame * count + track, 32767, from);
+        turn(found.trackTurns, next * count + track, 32767, to);
+        poses.push([at.clone().lerp(after, share), from.clone().slerp(to, share)]);
+      }
+      for (const piece of this.pieces) {
+        if (piece.track === STILL) continue;
+        piece.group.position.copy(poses[piece.track][0]);
+        piece.group.quaternion.copy(poses[piece.track][1]);
+      }
+      this._touch(share > 0.5 ? next : frame);
+      this._say();
+      this._draw();
+    }
+
+    _touch(frame) {
+      const {T, data, found, arrows: {shaft, head}} = this;
+      const rows = [];
+      for (let i = found.begins[frame]; i < found.begins[frame + 1]; i++) rows.push(i);
+      rows.sort((a, b) => found.contactForce[b] - found.contactForce[a]);
+      const at = new T.Vector3(), along = new T.Vector3(), up = new T.Vector3(0, 1, 0);
+      const rotation = new T.Quaternion(), matrix = new T.Matrix4();
+      this.touching = rows.map((row) => ({
+        pair: data.contacts.pairs[found.contactPair[row]], force: found.contactForce[row] / 10,
+      }));
+      const shown = rows.slice(0, MOST_ARROWS);
+      shown.forEach((row, i) => {
+        const pair = data.contacts.pairs[found.contactPair[row]];
+        place(data.contacts.places, found.contactPlaces, row, 0, at);
+        along.fromArray(found.contactNormals, 3 * row).normalize();
+        // The force on what is not the robot.
+        if (data.entities[pair[2]].kind === "robot") along.negate();
+        const length = Math.min(
+          Math.max(found.contactForce[row] / 10 / NEWTON_PER_METRE, SHORTEST_ARROW), LONGEST_ARROW);
+        rotation.setFromUnitVectors(up, along);
+        matrix.compose(at, rotation, new T.Vector3(1, length, 1));
+        shaft.setMatrixAt(i, matrix);
+        at.addScaledVector(along, length);
+        head.setMatrixAt(i, matrix.compose(at, rotation, new T.Vector3(1, 1, 1)));
+      });
+      for (const mesh of [shaft, head]) {
+        mesh.count = shown.length;
+        mesh.instanceMatrix.needsUpdate = true;
+      }
+    }
+
+    _say() {
+      const {ui, data} = this;
+      const step = Math.round(this.step);
+      ui.slider.value = step;
+      ui.clock.textContent = `step ${step} of ${data.steps - 1}, ${seconds(step, data.dt)}`;
+      ui.readout.replaceChildren();
+      const hard = this.touching.filter(({pair}) =>
+        [pair[0], pair[2]].some((i) => data.entities[i].kind === "robot" || this.highlighted.has(i)));
+      for (const {pair, force} of hard.slice(0, 4)) {
+        const side = (entity, part) => `${data.entities[entity].name}/${part}`;
+        make("div", "", ui.readout,
+          `${force.toFixed(1)} N  ${side(pair[0], pair[1])} on ${side(pair[2], pair[3])}`);
+      }
+      const now = data.findings.filter((f) => f.first <= step && step <= f.last);
+      const near = data.findings.find((f) => f.first <= step) || data.findings[0];
+      ui.message.replaceChildren();
+      ui.message.hidden = data.findings.length === 0;
+      ui.message.classList.toggle("smr-now", now.length > 0);
+      for (const finding of now.length ? now.slice(0, 2) : near ? [near] : []) {
+        const when = `step ${finding.first}, ${seconds(finding.first, data.dt)}`;
+        const head = now.length ? "VIOLATED" : step < finding.first ? "will violate" : "violated";
+        make("b", "", ui.message, `${head} ${finding.property}`);
+        make("div", "", ui.message, [...finding.evidence.slice(0, 2), when].join("; "));
+      }
+    }
+
+    // -------------------------------------------------------------- how it looks
+
+    _theme() {
+      const wish = document.documentElement.dataset.theme;
+      const name = wish === "dark" || wish === "light" ? wish : this.dark.matches ? "dark" : "light";
+      this.themeName = name;
+      this.theme = THEMES[name];
+      this.root.dataset.theme = name;
+      this.renderer.setClearColor(this.theme.back);
+      for (const mesh of Object.values(this.arrows)) mesh.material.color.set(this.theme.contact);
+      this._paint();
+      this._draw();
+    }
+
+    _paint() {
+      const {T, theme, data} = this;
+      const guilty = new T.Color(theme.guilty);
+      for (const piece of this.pieces) {
+        const marked = this.highlighted.has(piece.entity);
+        const {kind, category} = data.entities[piece.entity];
+        const colour = new T.Color(
+          kind === "fixture" ? fixtureColour(category, this.themeName) : theme[kind]);
+        if (piece.surface) {
+          // A guilty object is all of that colour; of a large fixture that would hide the rest.
+          if (marked) colour.lerp(guilty, kind === "fixture" || kind === "room" ? 0.3 : 0.9);
+          piece.surface.material.color.copy(colour);
+        }
+        if (piece.edges) {
+          piece.edges.material.color.set(marked ? theme.guilty : theme.edge);
+          piece.edges.material.opacity = marked ? 1 : kind === "room" ? 0.15 : 0.35;
+          // What is guilty is seen through what is in front of it.
+          piece.edges.material.depthTest = !(marked && kind === "object");
+          piece.edges.renderOrder = marked ? 5 : 0;
+        }
+      }
+    }
+
+    _resetView() {
+      this.camera.position.fromArray(this.data.view.eye);
+      this.controls.target.fromArray(this.data.view.target);
+      this.controls.update();
+      this._draw();
+    }
+
+    _resize() {
+      const {clientWidth: width, clientHeight: height} = this.ui.stage;
+      if (!width || !height) return;
+      this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+      this.renderer.setSize(width, height, false);
+      this.camera.aspect = width / height;
+      // In a narrow element, as much to either side as in a square one.
+      this.camera.fov = width < height ? 2 * Math.atan(0.384 * (height / width)) * 57.29578 : 42;
+      this.camera.updateProjectionMatrix();
+      this._render();
+    }
+
+    /** Draws before the next refresh, once however often it is asked for. */
+    _draw() {
+      if (this.pending) return;
+      this.pending = requestAnimationFrame(() => {
+        this.pending = 0;
+        this._render();
+      });
+    }
+
+    _render() {
+      this._openWalls();
+      this.sun.position.copy(this.camera.position).add(new this.T.Vector3(0.4, -0.3, 1.5));
+      this.sun.target.position.copy(this.controls.target);
+      this.renderer.render(this.scene, this.camera);
+      this._placeLabels();
+    }
+
+    /** Hides a wall, floor or ceiling that is between the camera and what it looks at. */
+    _openWalls() {
+      const {T} = this;
+      const step = new T.Vector3(), way = new T.Vector3();
+      for (const piece of this.pieces) {
+        if (piece.kind !== "room" || !piece.surface) continue;
+        const box = piece.surface.geometry.boundingBox;
+        way.subVectors(this.controls.target, this.camera.position);
+        piece.group.visible = true;
+        for (let share = 0; share < 0.95 && piece.group.visible; share += 0.02) {
+          step.copy(this.camera.position).addScaledVector(way, share);
+          if (box.distanceToPoint(step) < 0.04) piece.group.visible = false;
+        }
+      }
+    }
+
+    _placeLabels() {
+      const {T, ui: {stage}} = this;
+      const point = new T.Vector3();
+      for (const [entity, label] of this.labels) {
+        const own = this.pieces.filter((p) => p.entity === entity && p.surface);
+        if (!own.length) {
+          label.hidden = true;
+          continue;
+        }
+        own[0].surface.geometry.boundingBox.getCenter(point);
+        point.z = own[0].surface.geometry.boundingBox.max.z;
+        point.applyMatrix4(own[0].group.matrixWorld).project(this.camera);
+        label.hidden = point.z > 1 || Math.abs(point.x) > 1.1 || Math.abs(point.y) > 1.1;
+        const x = ((point.x + 1) / 2) * stage.clientWidth;
+        const y = ((1 - point.y) / 2) * stage.clientHeight;
+        label.style.transform = `translate(-50%, -100%) translate(${x}px, ${y - 6}px)`;
+      }
+    }
+  }
+
+  window.SafemanipReplay = {mount};
+})();

@@ -1,0 +1,128 @@
+"""A rollout as the browser's replay reads it: plain builtins, a few hundred kB."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from pytest_safemanip.errors import printable
+from pytest_safemanip.judge import Finding, Verdict
+from pytest_safemanip.report.replay.encoding import pack_tracks, packed
+from pytest_safemanip.report.replay.stage import FORMS, Stage, set_stage
+from pytest_safemanip.report.replay.touches import pack_touches
+from pytest_safemanip.report.replay.views import choose_view
+from pytest_safemanip.trace.geometry import Array
+from pytest_safemanip.trace.recording import Recording, check
+
+SCHEMA = 1
+FRAMES_PER_SECOND = 20.0
+MOST_TRACK_BYTES = 300_000
+"""Of the poses; beyond it there are fewer frames."""
+POSE_BYTES = 14
+MOST_FINDINGS, MOST_EVIDENCE = 40, 6
+MOST_CHARACTERS = 200
+
+
+def pack(recording: Recording, verdicts: Mapping[str, Verdict]) -> dict[str, Any]:
+    """What ``SafemanipReplay.mount`` shows of a rollout.
+
+    Args:
+        recording: the rollout.
+        verdicts: on it, by property.
+
+    Returns:
+        ``dt`` (s), ``steps``, ``acting``; ``entities``; ``frames``, the steps that have poses:
+        at most 20 in a second, and always the first and last unsafe step of each finding;
+        ``solids`` in arrays, carried by ``tracks``; ``contacts``; ``findings`` with the property,
+        the numbers of the guilty entities, first and last unsafe step and what was measured;
+        ``view`` from where to look first. Names have no control characters; they are not escaped
+        for HTML.
+
+    Raises:
+        TraceError: if the recording is physically impossible.
+    """
+    check(recording)
+    found = [(id_, f) for id_, verdict in verdicts.items() for f in verdict.findings]
+    found = sorted(found, key=lambda item: item[1].first)[:MOST_FINDINGS]
+    guilty = {name for _, finding in found for name in guilty_entities(finding, recording)}
+    stage = set_stage(recording, guilty)
+    names = {entity.name: i for i, entity in enumerate(recording.scene.entities)}
+    frames = choose_frames(recording, [f for _, f in found], len(stage.tracks))
+    begin = found[0][1].first if found else 0
+    about = recording.episode
+    return {
+        "schema": SCHEMA,
+        "task": printable(about.task),
+        "policy": printable(about.policy),
+        "seed": about.seed,
+        "instruction": printable(about.instruction),
+        "dt": recording.scene.control_period,
+        "steps": len(recording.steps),
+        "acting": recording.acting,
+        "frames": packed(frames, "<u4"),
+        "entities": _entities(recording),
+        "solids": _solids(stage, names),
+        "tracks": pack_tracks(stage.tracks, frames),
+        "contacts": pack_touches(recording, frames, names, guilty),
+        "verdicts": {id_: verdict.outcome.label for id_, verdict in verdicts.items()},
+        "findings": [_finding(id_, f, recording, names) for id_, f in found],
+        "view": choose_view(recording, stage, begin, guilty),
+    }
+
+
+def guilty_entities(finding: Finding, recording: Recording) -> tuple[str, ...]:
+    """What a violation is about; where its rule is about the robot alone, what was measured of."""
+    if finding.entities:
+        return finding.entities
+    known = recording.scene.entity
+    words = [word for text in finding.evidence for word in re.split(r"[^\w.-]+", text)]
+    return tuple(dict.fromkeys(word for word in words if word in known))
+
+
+def choose_frames(recording: Recording, findings: Sequence[Finding], tracks: int) -> Array:
+    """The steps that have poses (F,), the first and the last among them."""
+    length, period = len(recording.steps), recording.scene.control_period
+    most = max(2, MOST_TRACK_BYTES // (POSE_BYTES * max(tracks, 1)))
+    stride = max(1, round(1.0 / (FRAMES_PER_SECOND * period)), -(-length // most))
+    marked = [step for finding in findings for step in (finding.first, finding.last)]
+    steps = np.concatenate((np.arange(0, length, stride), (length - 1,), np.array(marked, int)))
+    return np.unique(np.clip(steps, 0, length - 1))
+
+
+def _entities(recording: Recording) -> list[dict[str, str]]:
+    return [
+        {
+            "name": printable(entity.name, MOST_CHARACTERS),
+            "kind": entity.kind,
+            "category": printable(entity.category, MOST_CHARACTERS),
+        }
+        for entity in recording.scene.entities
+    ]
+
+
+def _solids(stage: Stage, names: Mapping[str, int]) -> dict[str, Any]:
+    solids = stage.solids
+    return {
+        "count": len(solids),
+        "entity": packed([names[s.entity] for s in solids], "<u4"),
+        "form": packed([FORMS.index(s.form) for s in solids], "<u1"),
+        "track": packed([s.track for s in solids], "<i2"),
+        "half": packed([s.half for s in solids], "<f4"),
+        "pose": packed([s.pose for s in solids], "<f4"),
+    }
+
+
+def _finding(
+    id_: str, finding: Finding, recording: Recording, names: Mapping[str, int]
+) -> dict[str, Any]:
+    return {
+        "property": printable(id_),
+        "guilty": [names[x] for x in guilty_entities(finding, recording) if x in names],
+        "first": finding.first,
+        "last": finding.last,
+        "reason": finding.reason,
+        "evidence": [printable(text, 300) for text in finding.evidence[:MOST_EVIDENCE]],
+    }

@@ -1,0 +1,96 @@
+"""From where a replay is first looked at: near what went wrong, with the least in the way."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from pytest_safemanip.report.replay.placing import composed
+from pytest_safemanip.report.replay.stage import STILL, Stage
+from pytest_safemanip.trace.geometry import Array, rotate, to_local
+from pytest_safemanip.trace.recording import Recording
+
+AZIMUTHS = np.radians((50.0, -50.0, 35.0, -35.0, 70.0, -70.0, 15.0, -15.0))
+"""Directions of the camera from behind the robot, the preferred first, rad."""
+ELEVATIONS = np.radians((22.0, 35.0, 10.0, 50.0))
+LEAST_DISTANCE = 1.1
+NEAR = 1.5
+"""Things this far from the hand are looked at too, m."""
+MARGIN = 0.12
+"""Around a point that is looked at, nothing counts as in its way, m."""
+
+
+def choose_view(
+    recording: Recording, stage: Stage, step: int, guilty: Collection[str]
+) -> dict[str, list[float]]:
+    """Where the camera is (``eye``) and what it looks at (``target``), world frame, m."""
+    points = _points(recording, step, guilty)
+    target = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    spread = float(np.linalg.norm(np.ptp(points, axis=0)))
+    distance = LEAST_DISTANCE + 1.2 * spread
+    facing = rotate(recording.steps.base_pose[step, 3:].astype(float), np.array((1.0, 0.0, 0.0)))
+    heading = float(np.arctan2(facing[1], facing[0]))
+    eyes = [
+        target + distance * _direction(heading + azimuth, elevation)
+        for azimuth in AZIMUTHS
+        for elevation in ELEVATIONS
+    ]
+    boxes = _boxes(stage, step)
+    hidden = [_hidden(eye, points, *boxes) for eye in eyes]
+    eye = eyes[int(np.argmin(hidden))]
+    return {"eye": np.round(eye, 3).tolist(), "target": np.round(target, 3).tolist()}
+
+
+def _direction(azimuth: float, elevation: float) -> Array:
+    """From what is looked at back to a camera that looks along an azimuth, downwards."""
+    flat = np.cos(elevation)
+    return np.array((-flat * np.cos(azimuth), -flat * np.sin(azimuth), np.sin(elevation)))
+
+
+def _points(recording: Recording, step: int, guilty: Collection[str]) -> Array:
+    """The hands and the guilty objects near them, at a step (K, 3)."""
+    steps = recording.steps
+    hands = steps.eef_poses[step, :, :3].astype(float)
+    points = [*hands] or [steps.base_pose[step, :3].astype(float) + (0.0, 0.0, 0.8)]
+    for index, body in enumerate(recording.scene.bodies):
+        place = steps.object_pose[step, index, :3].astype(float)
+        if body.entity in guilty and np.linalg.norm(place - points[0]) < NEAR:
+            points.append(place)
+    return np.array(points)
+
+
+def _boxes(stage: Stage, step: int) -> tuple[Array, Array]:
+    """Poses (N, 7) and half extents (N, 3) of the solid boxes at a step."""
+    solids = [solid for solid in stage.solids if solid.form == "box"]
+    poses = [
+        s.pose if s.track == STILL else composed(stage.tracks[s.track][step], s.pose)
+        for s in solids
+    ]
+    return np.array(poses).reshape(-1, 7), np.array([s.half for s in solids]).reshape(-1, 3)
+
+
+def _hidden(eye: Array, points: Array, poses: Array, half: Array) -> int:
+    """How many boxes are between an eye and points (K, 3), over all points."""
+    count = 0
+    for point in points:
+        way = eye - point
+        length = float(np.linalg.norm(way))
+        if length <= MARGIN or not len(poses):
+            continue
+        start = point + way * (MARGIN / length)
+        local_start = to_local(poses, np.broadcast_to(start, poses[:, :3].shape))
+        local_end = to_local(poses, np.broadcast_to(eye, poses[:, :3].shape))
+        count += int(np.count_nonzero(_crossed(local_start, local_end, half)))
+    return count
+
+
+def _crossed(start: Array, end: Array, half: Array) -> Array:
+    """Whether segments (N, 3) cross boxes of half extents (N, 3) about the origin (N,)."""
+    way = end - start
+    way = np.where(np.abs(way) < 1e-12, 1e-12, way)
+    one, other = (-half - start) / way, (half - start) / way
+    enter = np.minimum(one, other).max(axis=1)
+    leave = np.maximum(one, other).min(axis=1)
+    crossed: Array = (enter <= leave) & (leave >= 0.0) & (enter <= 1.0)
+    return crossed
