@@ -49,7 +49,7 @@ _STROKE = 0.04
 class Piece:
     """A simplified shape in the frame of a link; form and half as of a solid, pose (7,)."""
 
-    form: Literal["box", "capsule", "cylinder"]
+    form: Literal["box", "capsule"]
     half: Sequence[float]
     pose: Sequence[float]
 

@@ -89,7 +89,8 @@ def choose_frames(recording: Recording, findings: Sequence[Finding], tracks: int
     stride = max(1, round(1.0 / (FRAMES_PER_SECOND * period)), -(-length // most))
     marked = [step for finding in findings for step in (finding.first, finding.last)]
     steps = np.concatenate((np.arange(0, length, stride), (length - 1,), np.array(marked, int)))
-    return np.unique(np.clip(steps, 0, length - 1))
+    frames: Array = np.unique(np.clip(steps, 0, length - 1))
+    return frames
 
 
 def _entities(recording: Recording) -> list[dict[str, str]]:

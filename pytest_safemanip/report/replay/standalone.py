@@ -24,7 +24,7 @@ _WHOLE = "html, body { margin: 0; height: 100%; } #replay { height: 100vh; heigh
 
 
 def browser_file(name: str) -> str:
-    """The text of a script or style of the replay: ``three.min.js``, ``replay.js``, ``replay.css``."""
+    """The text of a script or style: ``three.min.js``, ``replay.js`` or ``replay.css``."""
     place = resources.files("pytest_safemanip.report.replay") / "browser" / name
     return place.read_text(encoding="utf-8")
 

@@ -71,7 +71,8 @@ def _hardest(recording: Recording, frames: Array) -> Array:
     last = np.ones(len(order), bool)
     last[:-1] = (keys[1:] != keys[:-1]).any(axis=1)
     rows: Array = order[last]
-    return rows[contacts.peak[rows] >= LEAST_FORCE]
+    felt: Array = rows[contacts.peak[rows] >= LEAST_FORCE]
+    return felt
 
 
 def _kept(recording: Recording, rows: Array, first: Collection[str]) -> Array:
@@ -82,4 +83,5 @@ def _kept(recording: Recording, rows: Array, first: Collection[str]) -> Array:
     matters = np.array([part.entity in first for part in recording.scene.parts])
     weight = (matters[contacts.a] | matters[contacts.b])[rows]
     order = np.lexsort((-contacts.peak[rows], ~weight))[:MOST_TOUCHES]
-    return rows[np.sort(order)]
+    kept: Array = rows[np.sort(order)]
+    return kept

@@ -11,10 +11,14 @@ from pytest_safemanip.report.replay.stage import STILL, Stage
 from pytest_safemanip.trace.geometry import Array, rotate, to_local
 from pytest_safemanip.trace.recording import Recording
 
-AZIMUTHS = np.radians((50.0, -50.0, 35.0, -35.0, 70.0, -70.0, 15.0, -15.0))
-"""Directions of the camera from behind the robot, the preferred first, rad."""
-ELEVATIONS = np.radians((22.0, 35.0, 10.0, 50.0))
-LEAST_DISTANCE = 1.1
+AZIMUTHS = np.radians((35.0, -35.0, 55.0, -55.0, 15.0, -15.0, 75.0, -75.0))
+ELEVATIONS = np.radians((22.0, 10.0, 35.0, 50.0))
+"""Directions of the camera from behind the robot and from above, the best first, rad."""
+WORSE = 0.4
+"""What is between the camera and what it looks at counts one; a worse direction so much, times how
+much it differs from the best one, rad.
+"""
+LEAST_DISTANCE = 1.5
 NEAR = 1.5
 """Things this far from the hand are looked at too, m."""
 MARGIN = 0.12
@@ -31,14 +35,14 @@ def choose_view(
     distance = LEAST_DISTANCE + 1.2 * spread
     facing = rotate(recording.steps.base_pose[step, 3:].astype(float), np.array((1.0, 0.0, 0.0)))
     heading = float(np.arctan2(facing[1], facing[0]))
-    eyes = [
-        target + distance * _direction(heading + azimuth, elevation)
-        for azimuth in AZIMUTHS
-        for elevation in ELEVATIONS
-    ]
     boxes = _boxes(stage, step)
-    hidden = [_hidden(eye, points, *boxes) for eye in eyes]
-    eye = eyes[int(np.argmin(hidden))]
+    ways = [(azimuth, elevation) for elevation in ELEVATIONS for azimuth in AZIMUTHS]
+    eyes = [target + distance * _direction(heading + a, e) for a, e in ways]
+    costs = [
+        _hidden(eye, points, *boxes) + WORSE * (abs(abs(a) - AZIMUTHS[0]) + abs(e - ELEVATIONS[0]))
+        for eye, (a, e) in zip(eyes, ways, strict=True)
+    ]
+    eye = eyes[int(np.argmin(costs))]
     return {"eye": np.round(eye, 3).tolist(), "target": np.round(target, 3).tolist()}
 
 
@@ -49,10 +53,13 @@ def _direction(azimuth: float, elevation: float) -> Array:
 
 
 def _points(recording: Recording, step: int, guilty: Collection[str]) -> Array:
-    """The hands and the guilty objects near them, at a step (K, 3)."""
+    """The hands and the guilty objects near them, at a step (K, 3); of a robot without a hand, its
+    base.
+    """
     steps = recording.steps
-    hands = steps.eef_poses[step, :, :3].astype(float)
-    points = [*hands] or [steps.base_pose[step, :3].astype(float) + (0.0, 0.0, 0.8)]
+    points = list(steps.eef_poses[step, :, :3].astype(float))
+    if not points:
+        points = [steps.base_pose[step, :3].astype(float)]
     for index, body in enumerate(recording.scene.bodies):
         place = steps.object_pose[step, index, :3].astype(float)
         if body.entity in guilty and np.linalg.norm(place - points[0]) < NEAR:
@@ -61,13 +68,15 @@ def _points(recording: Recording, step: int, guilty: Collection[str]) -> Array:
 
 
 def _boxes(stage: Stage, step: int) -> tuple[Array, Array]:
-    """Poses (N, 7) and half extents (N, 3) of the solid boxes at a step."""
-    solids = [solid for solid in stage.solids if solid.form == "box"]
+    """Poses (N, 7) and half extents (N, 3) of boxes around the solids at a step."""
+    solids = [solid for solid in stage.solids if solid.form != "outline"]
     poses = [
         s.pose if s.track == STILL else composed(stage.tracks[s.track][step], s.pose)
         for s in solids
     ]
-    return np.array(poses).reshape(-1, 7), np.array([s.half for s in solids]).reshape(-1, 3)
+    caps = [(0.0, 0.0, s.half[0] if s.form == "capsule" else 0.0) for s in solids]
+    half = np.array([s.half for s in solids]).reshape(-1, 3)
+    return np.array(poses).reshape(-1, 7), half + np.array(caps).reshape(-1, 3)
 
 
 def _hidden(eye: Array, points: Array, poses: Array, half: Array) -> int:

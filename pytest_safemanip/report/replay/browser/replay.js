@@ -14,7 +14,7 @@
 
   const STILL = 65535; // -1 as an unsigned 16-bit number
   const NEWTON_PER_METRE = 100;
-  const SHORTEST_ARROW = 0.035, LONGEST_ARROW = 0.4;
+  const SHORTEST_ARROW = 0.02, LONGEST_ARROW = 0.4, WHOLE_HEAD = 0.08;
   const MOST_ARROWS = 96;
   const NO_WEBGL =
     "This browser shows no 3D here: WebGL is missing or turned off. The timeline, the table of " +
@@ -486,10 +486,10 @@
         const length = Math.min(
           Math.max(found.contactForce[row] / 10 / NEWTON_PER_METRE, SHORTEST_ARROW), LONGEST_ARROW);
         rotation.setFromUnitVectors(up, along);
-        matrix.compose(at, rotation, new T.Vector3(1, length, 1));
-        shaft.setMatrixAt(i, matrix);
+        const size = Math.min(1, length / WHOLE_HEAD);
+        shaft.setMatrixAt(i, matrix.compose(at, rotation, new T.Vector3(size, length, size)));
         at.addScaledVector(along, length);
-        head.setMatrixAt(i, matrix.compose(at, rotation, new T.Vector3(1, 1, 1)));
+        head.setMatrixAt(i, matrix.compose(at, rotation, new T.Vector3(size, size, size)));
       });
       for (const mesh of [shaft, head]) {
         mesh.count = shown.length;
@@ -547,7 +547,7 @@
           kind === "fixture" ? fixtureColour(category, this.themeName) : theme[kind]);
         if (piece.surface) {
           // A guilty object is all of that colour; of a large fixture that would hide the rest.
-          if (marked) colour.lerp(guilty, kind === "fixture" || kind === "room" ? 0.3 : 0.9);
+          if (marked) colour.lerp(guilty, kind === "fixture" || kind === "room" ? 0.15 : 0.85);
           piece.surface.material.color.copy(colour);
         }
         if (piece.edges) {
@@ -624,10 +624,15 @@
         own[0].surface.geometry.boundingBox.getCenter(point);
         point.z = own[0].surface.geometry.boundingBox.max.z;
         point.applyMatrix4(own[0].group.matrixWorld).project(this.camera);
-        label.hidden = point.z > 1 || Math.abs(point.x) > 1.1 || Math.abs(point.y) > 1.1;
-        const x = ((point.x + 1) / 2) * stage.clientWidth;
-        const y = ((1 - point.y) / 2) * stage.clientHeight;
-        label.style.transform = `translate(-50%, -100%) translate(${x}px, ${y - 6}px)`;
+        label.hidden = point.z > 1;
+        // What is beyond the picture has its label at the edge.
+        const {clientWidth: width, clientHeight: height} = stage;
+        const [wide, high] = [label.offsetWidth, label.offsetHeight];
+        const x = ((point.x + 1) / 2) * width - wide / 2;
+        const y = ((1 - point.y) / 2) * height - high - 6;
+        const inside = (value, most) => Math.round(Math.min(Math.max(value, 4), most));
+        label.style.transform =
+          `translate(${inside(x, width - wide - 4)}px, ${inside(y, height - high - 4)}px)`;
       }
     }
   }
