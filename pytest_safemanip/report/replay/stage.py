@@ -21,7 +21,7 @@ STILL = -1
 """The track of what does not move."""
 LEAST_WAY, LEAST_TURN = 5e-4, 4e-3
 """What stays within this of where it begins is drawn as still, m and rad."""
-MOST_SOLIDS = 4000
+MOST_SOLIDS, MOST_OBJECTS = 4000, 500
 _INTERIOR = 2e-3
 """The interior of a fixture is drawn so much smaller than its walls, m: they share faces."""
 
@@ -98,7 +98,7 @@ def set_stage(recording: Recording, guilty: Collection[str]) -> Stage:
         frame = stage.carry(link.poses)
         for piece in link.pieces:
             stage.add(ROBOT, piece.form, piece.half, piece.pose, frame)
-    for index, body in enumerate(recording.scene.bodies):
+    for index, body in enumerate(recording.scene.bodies[:MOST_OBJECTS]):
         frame = stage.carry(steps.object_pose[:, index])
         stage.add(body.entity, "box", body.half, (*body.centre, *IDENTITY[3:]), frame)
     for index, box in enumerate(recording.scene.boxes):
