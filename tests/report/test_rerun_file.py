@@ -28,7 +28,8 @@ def rows(path: Path, entity: str) -> dict[str, dict[int, list]]:
         tables = [chunk.to_record_batch() for chunk in chunks if chunk.entity_path == entity]
     found: dict[str, dict[int, list]] = {}
     for table in tables:
-        values = table.to_pydict()
+        names = [name for name in table.schema.names if name not in ("time", "log_time")]
+        values = {name: table.column(name).to_pylist() for name in names}
         steps = values.get("step", [-1] * table.num_rows)
         for name, column in values.items():
             own = found.setdefault(name.split(":")[-1], {})
@@ -48,7 +49,7 @@ def test_poses_propositions_contacts_and_verdicts_are_read_back(tmp_path):
     verdicts = {"grasp_stability": verdict("VIOLATED", finding(3, 4))}
     path = write_rrd(recording, verdicts, {("obj_grasped", "mug"): grasped}, tmp_path / "a.rrd")
 
-    (scalars,) = by_name(rows(path, "/propositions/obj_grasped/mug"), "calar")
+    (scalars,) = by_name(rows(path, "/propositions/obj_grasped/mug"), "Scalar", "scalars")
     assert [scalars[step][0] for step in range(6)] == grasped.tolist()
     (places,) = by_name(rows(path, "/world/object/mug/moving0"), "ranslation", "ranslation3D")
     true = recording.steps.object_pose[:, 0, :3]
