@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
-from pytest_safemanip.cli.evaluation import add_judging, evaluate
+from pytest_safemanip.cli.evaluation import evaluate
+from pytest_safemanip.cli.replays.meshes import add_viewing, looks, output
 from pytest_safemanip.report.replay import pack, page
 
 EXAMPLE = "safemanip replay .safemanip/recordings/OpenDrawer-scripted-seed0.rollout -o drawer.html"
@@ -14,22 +14,16 @@ EXAMPLE = "safemanip replay .safemanip/recordings/OpenDrawer-scripted-seed0.roll
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    add_judging(parser)
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="default: the recording's name with .html, in the working folder",
-    )
+    add_viewing(parser, ".html")
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the page, and print its path."""
     found = evaluate(options)
-    path = options.output or Path(f"{options.recording.stem}.html")
+    path = output(options, ".html")
+    data = pack(found.recording, found.verdicts, looks(options, found))
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page(pack(found.recording, found.verdicts)), encoding="utf-8")
+    path.write_text(page(data), encoding="utf-8")
     print(path)
     for id_, error in found.errors.items():
         print(f"safemanip replay: {id_} is not shown, it has no verdict: {error}", file=sys.stderr)

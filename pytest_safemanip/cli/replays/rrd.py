@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.cli.evaluation import Evaluation, add_judging, evaluate
+from pytest_safemanip.cli.evaluation import Evaluation, evaluate
+from pytest_safemanip.cli.replays.meshes import add_viewing, looks, output
 from pytest_safemanip.report.replay.rerun_file import MOST_SERIES, load_rerun, write_rrd
 
 EXAMPLE = "safemanip rrd .safemanip/recordings/OpenDrawer-scripted-seed0.rollout -o drawer.rrd"
@@ -18,22 +18,16 @@ EXAMPLE = "safemanip rrd .safemanip/recordings/OpenDrawer-scripted-seed0.rollout
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    add_judging(parser)
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="default: the recording's name with .rrd, in the working folder",
-    )
+    add_viewing(parser, ".rrd")
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the file, and print its path."""
     load_rerun()
     found = evaluate(options)
-    path = options.output or Path(f"{options.recording.stem}.rrd")
-    print(write_rrd(found.recording, found.verdicts, _propositions(found), path))
+    path = output(options, ".rrd")
+    meshes = looks(options, found)
+    print(write_rrd(found.recording, found.verdicts, _propositions(found), path, meshes))
     for id_, error in found.errors.items():
         print(f"safemanip rrd: {id_} is not shown, it has no verdict: {error}", file=sys.stderr)
     return 0

@@ -10,10 +10,11 @@ import numpy as np
 
 from pytest_safemanip.errors import printable
 from pytest_safemanip.judge import Finding, Verdict
-from pytest_safemanip.report.replay.encoding import pack_tracks, packed
-from pytest_safemanip.report.replay.stage import FORMS, Stage, set_stage
+from pytest_safemanip.report.replay.encoding import pack_places, pack_tracks, packed
+from pytest_safemanip.report.replay.stage import FORMS, Skin, Stage, set_stage
 from pytest_safemanip.report.replay.touches import pack_touches
 from pytest_safemanip.report.replay.views import choose_view
+from pytest_safemanip.sim.looks import Look
 from pytest_safemanip.trace.geometry import Array
 from pytest_safemanip.trace.recording import Recording, check
 
@@ -26,20 +27,23 @@ MOST_FINDINGS, MOST_EVIDENCE = 40, 6
 MOST_CHARACTERS = 200
 
 
-def pack(recording: Recording, verdicts: Mapping[str, Verdict]) -> dict[str, Any]:
+def pack(
+    recording: Recording, verdicts: Mapping[str, Verdict], looks: Sequence[Look] = ()
+) -> dict[str, Any]:
     """What ``SafemanipReplay.mount`` shows of a rollout.
 
     Args:
         recording: the rollout.
         verdicts: on it, by property.
+        looks: meshes of its things from a simulator; those without are boxes.
 
     Returns:
         ``dt`` (s), ``steps``, ``acting``; ``entities``; ``frames``, the steps that have poses:
         at most 20 in a second, and always the first and last unsafe step of each finding;
-        ``solids`` in arrays, carried by ``tracks``; ``contacts``; ``findings`` with the property,
-        the numbers of the guilty entities, first and last unsafe step and what was measured;
-        ``view`` from where to look first. Names have no control characters; they are not escaped
-        for HTML.
+        ``solids`` in arrays and ``skins``, meshes, carried by ``tracks``; ``contacts``;
+        ``findings`` with the property, the numbers of the guilty entities, first and last unsafe
+        step and what was measured; ``view`` from where to look first. Names have no control
+        characters; they are not escaped for HTML.
 
     Raises:
         TraceError: if the recording is physically impossible.
@@ -48,7 +52,8 @@ def pack(recording: Recording, verdicts: Mapping[str, Verdict]) -> dict[str, Any
     found = [(id_, f) for id_, verdict in verdicts.items() for f in verdict.findings]
     found = sorted(found, key=lambda item: item[1].first)[:MOST_FINDINGS]
     guilty = {name for _, finding in found for name in guilty_entities(finding, recording)}
-    stage = set_stage(recording, guilty)
+    boxes = set_stage(recording, guilty)
+    stage = set_stage(recording, guilty, looks) if looks else boxes
     names = {entity.name: i for i, entity in enumerate(recording.scene.entities)}
     frames = choose_frames(recording, [f for _, f in found], len(stage.tracks))
     begin = found[0][1].first if found else 0
@@ -65,11 +70,12 @@ def pack(recording: Recording, verdicts: Mapping[str, Verdict]) -> dict[str, Any
         "frames": packed(frames, "<u4"),
         "entities": _entities(recording),
         "solids": _solids(stage, names),
+        "skins": [_skin(skin, names) for skin in stage.skins if skin.entity in names],
         "tracks": pack_tracks(stage.tracks, frames),
         "contacts": pack_touches(recording, frames, names, guilty),
         "verdicts": {id_: verdict.outcome.label for id_, verdict in verdicts.items()},
         "findings": [_finding(id_, f, recording, names) for id_, f in found],
-        "view": choose_view(recording, stage, begin, guilty),
+        "view": choose_view(recording, boxes, begin, guilty),
     }
 
 
@@ -113,6 +119,17 @@ def _solids(stage: Stage, names: Mapping[str, int]) -> dict[str, Any]:
         "track": packed([s.track for s in solids], "<i2"),
         "half": packed([s.half for s in solids], "<f4"),
         "pose": packed([s.pose for s in solids], "<f4"),
+    }
+
+
+def _skin(skin: Skin, names: Mapping[str, int]) -> dict[str, Any]:
+    red, green, blue = (round(255 * min(max(share, 0.0), 1.0)) for share in skin.colour)
+    return {
+        "entity": names[skin.entity],
+        "track": skin.track,
+        "colour": f"#{red:02x}{green:02x}{blue:02x}",
+        "points": pack_places(skin.points, (0,)),
+        "triangles": packed(skin.triangles, "<u2"),
     }
 
 

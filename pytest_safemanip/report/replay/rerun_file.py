@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import ConfigError, install_command, printable
 from pytest_safemanip.judge import Verdict
 from pytest_safemanip.report.replay.packing import guilty_entities
-from pytest_safemanip.report.replay.stage import STILL, Form, Stage, set_stage
+from pytest_safemanip.report.replay.stage import STILL, Form, Skin, Stage, set_stage
 from pytest_safemanip.report.replay.touches import LEAST_FORCE
+from pytest_safemanip.sim.looks import Look
 from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.geometry import Array, rotate
+from pytest_safemanip.trace.geometry import Array, cross, rotate
 from pytest_safemanip.trace.recording import Recording, check
 
 APPLICATION = "safemanip"
@@ -32,7 +33,11 @@ Series = Mapping[tuple[str, ...], NDArray[Any]]
 
 
 def write_rrd(
-    recording: Recording, verdicts: Mapping[str, Verdict], propositions: Series, path: Path
+    recording: Recording,
+    verdicts: Mapping[str, Verdict],
+    propositions: Series,
+    path: Path,
+    looks: Sequence[Look] = (),
 ) -> Path:
     """Write a rollout for Rerun.
 
@@ -45,6 +50,7 @@ def write_rrd(
         verdicts: on it, by property.
         propositions: truth values (T,) by name and arguments; at most 300 are written.
         path: of the file.
+        looks: meshes of its things from a simulator; those without are boxes.
 
     Returns:
         The path.
@@ -71,7 +77,7 @@ def write_rrd(
         stream.send_recording_name(name)
         stream.send_blueprint(_blueprint(rr))
         writer = _Writer(rr, stream, recording)
-        writer.write(set_stage(recording, guilty), guilty)
+        writer.write(set_stage(recording, guilty, looks), guilty)
         writer.write_series(propositions)
         writer.write_log(verdicts)
         stream.flush()
@@ -123,7 +129,7 @@ class _Writer:
         ]
 
     def write(self, stage: Stage, guilty: Iterable[str]) -> None:
-        """The solids, the tracks that carry them, and the contacts."""
+        """The solids and meshes, the tracks that carry them, and the contacts."""
         rr, stream = self._rr, self._stream
         stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         groups: dict[tuple[str, int, Form], list[int]] = {}
@@ -132,13 +138,29 @@ class _Writer:
         entities = self._recording.scene.entity
         for (name, track, form), indices in groups.items():
             kind = entities[name].kind
-            own = self._path("world", kind, name, "still" if track == STILL else f"moving{track}")
+            own = self._place(kind, name, track)
             colour = GUILTY if name in guilty else COLOURS[kind]
             shape = self._shape(stage, indices, form, colour)
             stream.log(f"{own}/{form}", shape, static=True)
             if track != STILL:
                 self._carry(own, stage.tracks[track])
+        for number, skin in enumerate(stage.skins):
+            own = self._place(entities[skin.entity].kind, skin.entity, skin.track)
+            stream.log(f"{own}/mesh{number}", self._mesh(skin, skin.entity in guilty), static=True)
+            if skin.track != STILL:
+                self._carry(own, stage.tracks[skin.track])
         self._write_contacts()
+
+    def _place(self, kind: str, name: str, track: int) -> str:
+        return self._path("world", kind, name, "still" if track == STILL else f"moving{track}")
+
+    def _mesh(self, skin: Skin, guilty: bool) -> Any:
+        colour = [round(255 * share) for share in skin.colour]
+        return self._rr.Mesh3D(
+            vertex_positions=skin.points[skin.triangles].reshape(-1, 3),
+            vertex_normals=np.repeat(_normals(skin.points[skin.triangles]), 3, axis=0),
+            albedo_factor=GUILTY if guilty and skin.track != STILL else [*colour, 255],
+        )
 
     def write_series(self, propositions: Series) -> None:
         """Truth values, and the signals that every recording has."""
@@ -247,3 +269,11 @@ class _Writer:
         """An entity's path; what its parts have of Rerun's own characters is escaped."""
         path: str = self._rr.new_entity_path([printable(part, 120) for part in parts])
         return path
+
+
+def _normals(triangles: Array) -> Array:
+    """Unit normals (F, 3) of triangles (F, 3, 3)."""
+    normals = cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    flat: Array = normals / np.where(length > 0, length, 1.0)
+    return flat

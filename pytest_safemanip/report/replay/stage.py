@@ -10,8 +10,9 @@ import numpy as np
 
 from pytest_safemanip.report.replay.arms import links_of
 from pytest_safemanip.report.replay.placing import IDENTITY, composed
+from pytest_safemanip.sim.looks import Look
 from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.geometry import Array, angle_between
+from pytest_safemanip.trace.geometry import Array, angle_between, to_world
 from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.recording import Recording
 
@@ -46,16 +47,37 @@ class Solid:
     track: int
 
 
-@dataclass
-class Stage:
-    """Solids and the tracks that carry them.
+@dataclass(frozen=True)
+class Skin:
+    """A mesh of an entity.
 
     Attributes:
-        solids: of everything; the pieces of fixtures last.
+        entity: whose it is.
+        colour: red, green and blue, 0 to 1 (3,).
+        points: in the frame of its track, or in the world (V, 3), m.
+        triangles: numbers of points (F, 3).
+        track: number of the track that carries it, or :data:`STILL`.
+    """
+
+    entity: str
+    colour: tuple[float, float, float]
+    points: Array
+    triangles: Array
+    track: int
+
+
+@dataclass
+class Stage:
+    """Solids and meshes, and the tracks that carry them.
+
+    Attributes:
+        solids: of everything that has no mesh; the pieces of fixtures last.
+        skins: the meshes.
         tracks: poses over the steps of the recording (T, 7), each.
     """
 
     solids: list[Solid] = field(default_factory=list)
+    skins: list[Skin] = field(default_factory=list)
     tracks: list[Array] = field(default_factory=list)
 
     def carry(self, poses: Array) -> tuple[int, Array]:
@@ -86,35 +108,52 @@ class Stage:
         self.solids.append(Solid(entity, form, [float(x) for x in half], placed, track))
 
 
-def set_stage(recording: Recording, guilty: Collection[str]) -> Stage:
-    """What a recording alone shows: the robot, and the boxes of objects, fixtures and room.
+def set_stage(recording: Recording, guilty: Collection[str], looks: Sequence[Look] = ()) -> Stage:
+    """What is shown of a rollout: meshes, where there are some, and else what a recording alone
+    has, the robot and the boxes of objects, fixtures and room.
 
     Args:
         recording: the rollout.
         guilty: the entities whose interiors are shown too.
+        looks: meshes; an entity that has some has no boxes.
     """
     stage, steps = Stage(), recording.steps
-    for link in links_of(recording):
+    bare = {entity.name for entity in recording.scene.entities} - {look.entity for look in looks}
+    _add_skins(stage, looks)
+    for link in links_of(recording) if ROBOT in bare else ():
         frame = stage.carry(link.poses)
         for piece in link.pieces:
             stage.add(ROBOT, piece.form, piece.half, piece.pose, frame)
     for index, body in enumerate(recording.scene.bodies[:MOST_OBJECTS]):
-        frame = stage.carry(steps.object_pose[:, index])
-        stage.add(body.entity, "box", body.half, (*body.centre, *IDENTITY[3:]), frame)
+        if body.entity in bare:
+            frame = stage.carry(steps.object_pose[:, index])
+            stage.add(body.entity, "box", body.half, (*body.centre, *IDENTITY[3:]), frame)
     for index, box in enumerate(recording.scene.boxes):
         if box.kind == "interior" and box.entity in guilty:
             half = np.maximum(np.asarray(box.half) - _INTERIOR, 0.0).tolist()
             frame = stage.carry(steps.box_pose[:, index])
             stage.add(box.entity, "outline", half, IDENTITY, frame)
-    _add_fixtures(stage, recording)
+    _add_fixtures(stage, recording, bare)
     return stage
 
 
-def _add_fixtures(stage: Stage, recording: Recording) -> None:
+def _add_skins(stage: Stage, looks: Sequence[Look]) -> None:
+    frames: dict[int, tuple[int, Array]] = {}
+    for look in looks:
+        # Pieces of one body share their poses.
+        track, frame = frames.setdefault(id(look.poses), (STILL, np.empty(0)))
+        if not frame.size:
+            track, frame = frames[id(look.poses)] = stage.carry(look.poses)
+        points = to_world(frame, look.points)
+        stage.skins.append(Skin(look.entity, look.colour, points, look.triangles, track))
+
+
+def _add_fixtures(stage: Stage, recording: Recording, bare: Collection[str]) -> None:
     """The pieces of fixtures and room; the largest of too many."""
     solid = recording.scene.solid
     room = max(0, MOST_SOLIDS - len(stage.solids))
-    chosen = np.argsort(-np.prod(solid.half, axis=1), kind="stable")[:room].tolist()
+    largest = np.argsort(-np.prod(solid.half, axis=1), kind="stable").tolist()
+    chosen = [index for index in largest if solid.entities[index] in bare][:room]
     frames = _joint_frames(stage, recording, {solid.joints[index] for index in chosen})
     for index in chosen:
         frame = frames[solid.joints[index]]

@@ -192,7 +192,31 @@
       scene.add(group);
       pieces.push(piece);
     }
+    for (const skin of data.skins) {
+      const group = new T.Group();
+      const material = new T.MeshLambertMaterial({flatShading: true, side: T.DoubleSide});
+      const surface = new T.Mesh(skinned(T, skin), material);
+      surface.geometry.computeBoundingBox();
+      group.add(surface);
+      scene.add(group);
+      const track = skin.track < 0 ? STILL : skin.track;
+      const kind = data.entities[skin.entity].kind;
+      pieces.push({entity: skin.entity, track, group, kind, surface, colour: skin.colour});
+    }
     return pieces;
+  }
+
+  /** The geometry of a mesh; its triangles are flat, so that it needs no normals. */
+  function skinned(T, skin) {
+    const levels = uint16(skin.points.data);
+    const points = new Float32Array(levels.length);
+    for (let i = 0; i < levels.length; i++) {
+      points[i] = skin.points.low[i % 3] + (skin.points.size[i % 3] * levels[i]) / 65535;
+    }
+    const found = new T.BufferGeometry();
+    found.setAttribute("position", new T.BufferAttribute(points, 3));
+    found.setIndex(new T.BufferAttribute(uint16(skin.triangles), 1));
+    return found;
   }
 
   /** Arrows of contacts: shafts and heads, as many as can be shown at once. */
@@ -543,8 +567,8 @@
       for (const piece of this.pieces) {
         const marked = this.highlighted.has(piece.entity);
         const {kind, category} = data.entities[piece.entity];
-        const colour = new T.Color(
-          kind === "fixture" ? fixtureColour(category, this.themeName) : theme[kind]);
+        const colour = new T.Color(piece.colour ||
+          (kind === "fixture" ? fixtureColour(category, this.themeName) : theme[kind]));
         if (piece.surface) {
           // A guilty object is all of that colour; of a large fixture that would hide the rest.
           if (marked) colour.lerp(guilty, kind === "fixture" || kind === "room" ? 0.15 : 0.85);
