@@ -114,7 +114,7 @@ def set_stage(recording: Recording, guilty: Collection[str], looks: Sequence[Loo
 
     Args:
         recording: the rollout.
-        guilty: the entities whose interiors are shown too.
+        guilty: the entities whose interiors are shown too, and boxes beside their meshes.
         looks: meshes; an entity that has some has no boxes.
     """
     stage, steps = Stage(), recording.steps
@@ -125,9 +125,10 @@ def set_stage(recording: Recording, guilty: Collection[str], looks: Sequence[Loo
         for piece in link.pieces:
             stage.add(ROBOT, piece.form, piece.half, piece.pose, frame)
     for index, body in enumerate(recording.scene.bodies[:MOST_OBJECTS]):
-        if body.entity in bare:
+        if body.entity in bare or body.entity in guilty:
+            form: Form = "box" if body.entity in bare else "outline"
             frame = stage.carry(steps.object_pose[:, index])
-            stage.add(body.entity, "box", body.half, (*body.centre, *IDENTITY[3:]), frame)
+            stage.add(body.entity, form, body.half, (*body.centre, *IDENTITY[3:]), frame)
     for index, box in enumerate(recording.scene.boxes):
         if box.kind == "interior" and box.entity in guilty:
             half = np.maximum(np.asarray(box.half) - _INTERIOR, 0.0).tolist()

@@ -17,7 +17,7 @@ _START = """\
   "use strict";
   const data = JSON.parse(document.getElementById("replay-data").textContent);
   const element = document.getElementById("replay");
-  window.replay = SafemanipReplay.mount(element, data);
+  window.replay = SafemanipReplay.mount(element, data, {wheel: true});
 })();
 """
 _WHOLE = "html, body { margin: 0; height: 100%; } #replay { height: 100vh; height: 100dvh; }\n"

@@ -1,13 +1,19 @@
 /*
  * Replays a rollout in 3D.
  *
- *   const replay = SafemanipReplay.mount(element, data, {onStep: step => ..., controls: true});
+ *   const replay = SafemanipReplay.mount(element, data, {onStep: (step) => ..., controls: true});
  *   replay.seek(120); replay.highlight(["obj"]); replay.highlight(null); replay.dispose();
  *
- * element: filled with the replay, which is as large as it is. data: what
- * pytest_safemanip.report.replay.pack gives. onStep is called with the step that is shown, whenever
- * another one is. highlight(null) goes back to the entities of the violations. Needs SafemanipThree
- * (three.min.js). World frame: metres, z up.
+ * element: filled with the replay, which is as large as it is. A browser draws some 16 of them at a
+ * time: dispose() of what is out of sight.
+ * data: what pytest_safemanip.report.replay.pack gives.
+ * onStep: called with each step that playing or the controls bring; not by seek.
+ * controls: whether there are buttons and a slider below the picture.
+ * wheel: whether the mouse wheel zooms at once; otherwise after a click on the picture, so that it
+ * does not stop who scrolls a page.
+ * highlight(null) goes back to the entities of the violations.
+ *
+ * Needs SafemanipThree (three.min.js). World frame: metres, z up.
  */
 (function () {
   "use strict";
@@ -16,6 +22,7 @@
   const NEWTON_PER_METRE = 100;
   const SHORTEST_ARROW = 0.02, LONGEST_ARROW = 0.4, WHOLE_HEAD = 0.08;
   const MOST_ARROWS = 96;
+  const FADED = 0.6; // how grey the meshes are that are not marked
   const NO_WEBGL =
     "This browser shows no 3D here: WebGL is missing or turned off. The timeline, the table of " +
     "steps and `safemanip video` show the same.";
@@ -236,6 +243,10 @@
     return {shaft: make(shaft), head: make(head)};
   }
 
+  function lightness(colour) {
+    return 0.2126 * colour.r + 0.7152 * colour.g + 0.0722 * colour.b;
+  }
+
   function fixtureColour(category, theme) {
     return FIXTURES.find(([pattern]) => pattern.test(category))[1][theme];
   }
@@ -266,9 +277,9 @@
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", `3D replay of ${data.task}, ${data.policy}, seed ${data.seed}`);
-    const labels = make("div", "smr-labels", stage);
     const message = make("div", "smr-message", stage);
     const readout = make("div", "smr-readout", stage);
+    const labels = make("div", "smr-labels", stage);
     const bar = make("div", "smr-bar", root);
     const play = make("button", "smr-button", bar, "\u25b6");
     play.type = "button";
@@ -311,11 +322,11 @@
       ui.bar.hidden = true;
       return {seek() {}, highlight() {}, dispose: () => root.remove(), webgl: false};
     }
-    return new Replay(T, root, ui, renderer, data, options.onStep || (() => {}));
+    return new Replay(T, root, ui, renderer, data, options.onStep || (() => {}), Boolean(options.wheel));
   }
 
   class Replay {
-    constructor(T, root, ui, renderer, data, onStep) {
+    constructor(T, root, ui, renderer, data, onStep, wheel) {
       Object.assign(this, {T, root, ui, renderer, data, onStep, webgl: true});
       this.found = read(data);
       this.scene = new T.Scene();
@@ -324,6 +335,12 @@
       this.controls = new T.OrbitControls(this.camera, ui.canvas);
       this.controls.maxDistance = 15;
       this.controls.minDistance = 0.15;
+      // Whoever scrolls through a page is not stopped by what is in it.
+      this.controls.enableZoom = wheel;
+      if (!wheel) {
+        ui.canvas.addEventListener("focus", () => (this.controls.enableZoom = true));
+        ui.canvas.addEventListener("blur", () => (this.controls.enableZoom = false));
+      }
       this.light = new T.HemisphereLight("#ffffff", "#8a8f98", 1.9);
       this.light.position.set(0, 0, 1);
       this.sun = new T.DirectionalLight("#ffffff", 1.5);
@@ -335,6 +352,7 @@
       this.playing = false;
       this.byViolations = true;
       this.highlighted = new Set();
+      this._trace();
       this._listen();
       this._resetView();
       this._theme();
@@ -346,7 +364,7 @@
     /** Shows a step; a number with a fraction is between two. */
     seek(step) {
       this._pause();
-      this._go(step);
+      this._go(step, false);
     }
 
     /** Marks the entities of these names; null: those of the violations. */
@@ -358,11 +376,40 @@
       this.highlighted = new Set(wanted);
       for (const label of this.labels.values()) label.remove();
       this.labels.clear();
+      this._trace();
       for (const entity of this.highlighted) {
         this.labels.set(entity, make("span", "smr-label", this.ui.labels, words(this.data, entity)));
       }
       this._paint();
       this._draw();
+    }
+
+    /** Draws the ways of the marked objects. */
+    _trace() {
+      const {T, data, found} = this;
+      if (this.trails) {
+        this.scene.remove(this.trails);
+        this.trails.geometry.dispose();
+        this.trails.material.dispose();
+      }
+      const tracks = new Set(this.pieces.filter((piece) =>
+        piece.kind === "object" && piece.track !== STILL && this.highlighted.has(piece.entity)
+      ).map((piece) => piece.track));
+      const points = [], at = new T.Vector3(), count = data.tracks.count;
+      for (const track of tracks) {
+        for (let frame = 0; frame < found.frames.length; frame++) {
+          place(data.tracks.places, found.trackPlaces, frame * count + track, track, at);
+          points.push(at.x, at.y, at.z);
+          // Each point but the first and the last ends a segment and begins another.
+          if (frame > 0 && frame < found.frames.length - 1) points.push(at.x, at.y, at.z);
+        }
+      }
+      const geometry = new T.BufferGeometry();
+      geometry.setAttribute("position", new T.BufferAttribute(new Float32Array(points), 3));
+      const material = new T.LineBasicMaterial({transparent: true, opacity: 0.7});
+      this.trails = new T.LineSegments(geometry, material);
+      this.trails.frustumCulled = false;
+      this.scene.add(this.trails);
     }
 
     /** Takes everything back. */
@@ -387,9 +434,9 @@
     _listen() {
       const {ui} = this;
       this.controls.addEventListener("change", () => this._draw());
-      ui.slider.addEventListener("input", () => this.seek(Number(ui.slider.value)));
+      ui.slider.addEventListener("input", () => this._chosen(Number(ui.slider.value)));
       ui.play.addEventListener("click", () => (this.playing ? this._pause() : this._play()));
-      ui.jump.addEventListener("click", () => this.seek(this._nextViolation()));
+      ui.jump.addEventListener("click", () => this._chosen(this._nextViolation()));
       ui.reset.addEventListener("click", () => this._resetView());
       ui.canvas.addEventListener("keydown", (event) => this._key(event));
       ui.canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
@@ -407,9 +454,9 @@
     _key(event) {
       const jumps = {ArrowLeft: -1, ArrowRight: 1, PageDown: -20, PageUp: 20};
       if (event.key === " ") (this.playing ? this._pause() : this._play());
-      else if (event.key in jumps) this.seek(Math.round(this.step) + jumps[event.key]);
-      else if (event.key === "Home") this.seek(0);
-      else if (event.key === "End") this.seek(this.data.steps - 1);
+      else if (event.key in jumps) this._chosen(Math.round(this.step) + jumps[event.key]);
+      else if (event.key === "Home") this._chosen(0);
+      else if (event.key === "End") this._chosen(this.data.steps - 1);
       else return;
       event.preventDefault();
       event.stopPropagation();
@@ -443,11 +490,16 @@
       this.ui.play.setAttribute("aria-label", "play");
     }
 
-    _go(step) {
+    _chosen(step) {
+      this._pause();
+      this._go(step);
+    }
+
+    _go(step, told = true) {
       const shown = Math.round(this.step);
       this.step = Math.min(Math.max(Number(step) || 0, 0), this.data.steps - 1);
       this._show();
-      if (Math.round(this.step) !== shown) this.onStep(Math.round(this.step));
+      if (told && Math.round(this.step) !== shown) this.onStep(Math.round(this.step));
     }
 
     // -------------------------------------------------------------- what is shown
@@ -563,7 +615,8 @@
 
     _paint() {
       const {T, theme, data} = this;
-      const guilty = new T.Color(theme.guilty);
+      const guilty = new T.Color(theme.guilty), grey = new T.Color();
+      this.trails.material.color.copy(guilty);
       for (const piece of this.pieces) {
         const marked = this.highlighted.has(piece.entity);
         const {kind, category} = data.entities[piece.entity];
@@ -572,7 +625,12 @@
         if (piece.surface) {
           // A guilty object is all of that colour; of a large fixture that would hide the rest.
           if (marked) colour.lerp(guilty, kind === "fixture" || kind === "room" ? 0.15 : 0.85);
+          // Paler than what is guilty, whatever their own colours are.
+          else if (piece.colour) colour.lerp(grey.setScalar(lightness(colour)), FADED);
           piece.surface.material.color.copy(colour);
+          // Guilty objects glow a little, so that shadow does not change their colour.
+          const glows = marked && kind === "object";
+          piece.surface.material.emissive.copy(guilty).multiplyScalar(glows ? 0.35 : 0);
         }
         if (piece.edges) {
           piece.edges.material.color.set(marked ? theme.guilty : theme.edge);
