@@ -16,6 +16,7 @@ from pytest_safemanip.report.replay.arms import links_of
 from pytest_safemanip.report.replay.placing import composed
 from pytest_safemanip.report.replay.stage import set_stage
 from pytest_safemanip.report.replay.views import choose_view
+from pytest_safemanip.sim.looks import Look
 from pytest_safemanip.trace.elements import Entity
 from pytest_safemanip.trace.geometry import angle_between, corners
 from tests import toy
@@ -35,7 +36,7 @@ def places(packed, shape):
     return low + size * levels / 65535
 
 
-def poses(data):
+def poses_of(data):
     """Poses (F, N, 7) of the tracks, as the browser reads them."""
     shape = (len(numbers(data["frames"], "<u4")), data["tracks"]["count"])
     turns = numbers(data["tracks"]["turns"], "<i2").reshape(*shape, 4) / 32767
@@ -74,7 +75,7 @@ def test_poses_come_back_within_a_tenth_of_a_millimetre_and_a_hundredth_of_a_deg
     ((track, half, local),) = solids(data, "mug")
     assert np.allclose(half, 0.05)
     assert np.allclose(local, (0, 0, 0, *toy.UPRIGHT))
-    back = poses(data)[:, track]
+    back = poses_of(data)[:, track]
     true = recording.steps.object_pose[numbers(data["frames"], "<u4"), 0].astype(float)
     assert np.abs(back[:, :3] - true[:, :3]).max() < 1e-4
     assert np.degrees(angle_between(back[:, 3:], true[:, 3:])).max() < 1e-2
@@ -96,7 +97,7 @@ def test_a_door_moves_with_its_joint():
     ((track, _, pose),) = solids(data, "cabinet")
     assert np.allclose(pose, joint.pose)
     # Opened by 1.5 rad about the vertical through the anchor.
-    last = poses(data)[-1, track]
+    last = poses_of(data)[-1, track]
     from_anchor = np.array(joint.pose[:3]) - joint.anchor
     turned = (np.cos(1.5) * from_anchor[0], np.sin(1.5) * from_anchor[0], 0.0)
     assert np.allclose(composed(last, pose)[:3], np.array(joint.anchor) + turned, atol=2e-4)
@@ -125,7 +126,7 @@ def test_where_a_rule_is_about_the_robot_alone_what_was_measured_names_the_guilt
     about = finding(entities=(), evidence=("robot/link5 pressed on apple (30 N)",))
     data = pack(toy.recording(), {"collision_contact": verdict("VIOLATED", about)})
     guilty = [data["entities"][i]["name"] for i in data["findings"][0]["guilty"]]
-    assert guilty == ["robot", "apple"]
+    assert guilty == ["apple"]
 
 
 def test_the_interior_of_a_guilty_fixture_is_shown():
@@ -225,6 +226,27 @@ def test_of_an_unknown_robot_the_hand_is_shown():
     ((track, half, _),) = solids(pack(toy.recording(), {}), "robot")
     assert track == -1
     assert np.allclose(half, (0.05, 0.1, 0.05))
+
+
+def test_what_has_a_mesh_has_no_box_but_the_guilty():
+    recording = carried_mug()
+    triangle = np.array([(0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.2, 0.3)])
+    poses = recording.steps.object_pose.astype(float)
+    looks = [
+        Look(name, (1.0, 0.5, 0.0), triangle, np.array([(0, 1, 2)]), poses[:, index])
+        for index, name in enumerate(("mug", "apple"))
+    ]
+    data = pack(recording, VIOLATED, looks)
+    assert solids(data, "apple") == []
+    assert len(solids(data, "mug")) == 1  # its outline
+    mug, apple = data["skins"]
+    assert mug["colour"] == "#ff8000"
+    assert numbers(mug["triangles"], "<u2").tolist() == [0, 1, 2]
+    assert np.allclose(places(mug["points"], (3, 3)), triangle, atol=1e-5)
+    assert np.allclose(poses_of(data)[:, mug["track"], :3], poses[:, 0, :3], atol=1e-4)
+    assert apple["track"] == -1
+    still = triangle + poses[0, 1, :3]
+    assert np.allclose(places(apple["points"], (3, 3)), still, atol=1e-5)
 
 
 def test_the_first_view_has_nothing_before_what_went_wrong():

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.report.replay import pack, page
+from pytest_safemanip.sim.looks import Look
+from tests import toy
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow reads the pictures")
 MOUNTED_AGAIN = """
@@ -122,6 +124,20 @@ def test_it_is_as_large_as_its_element_and_as_dark_as_the_page(opened):
 def test_it_leaves_nothing_behind(opened):
     opened.evaluate("replay.dispose()")
     assert opened.locator("#replay").inner_html() == ""
+
+
+def test_meshes_are_drawn(browser, tmp_path):
+    recording = toy.recording()
+    corners = np.array([(0.0, -1.0, -1.0), (0.0, 1.0, -1.0), (0.0, 0.0, 2.0)])
+    poses = np.tile((0.5, -0.5, 1.2, *toy.UPRIGHT), (len(recording.steps), 1))
+    sheet = Look("apple", (0.0, 1.0, 0.0), corners, np.array([(0, 1, 2)]), poses)
+    path = tmp_path / "replay.html"
+    path.write_text(page(pack(recording, {}, [sheet])), encoding="utf-8")
+    tab = browser.new_page(viewport={"width": 640, "height": 480})
+    tab.goto(path.as_uri())
+    red, green, blue = (picture(tab)[..., i].astype(int) for i in range(3))
+    assert ((green > red + 10) & (green > blue + 10)).mean() > 0.1
+    tab.close()
 
 
 def test_without_webgl_it_says_so(browser, violated):

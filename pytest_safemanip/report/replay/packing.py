@@ -15,6 +15,7 @@ from pytest_safemanip.report.replay.stage import FORMS, Skin, Stage, set_stage
 from pytest_safemanip.report.replay.touches import pack_touches
 from pytest_safemanip.report.replay.views import choose_view
 from pytest_safemanip.sim.looks import Look
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import Array
 from pytest_safemanip.trace.recording import Recording, check
 
@@ -80,12 +81,13 @@ def pack(
 
 
 def guilty_entities(finding: Finding, recording: Recording) -> tuple[str, ...]:
-    """What a violation is about; where its rule is about the robot alone, what was measured of."""
+    """What a violation is about; of a rule about the robot, what it was found to do it with."""
     if finding.entities:
         return finding.entities
     known = recording.scene.entity
     words = [word for text in finding.evidence for word in re.split(r"[^\w.-]+", text)]
-    return tuple(dict.fromkeys(word for word in words if word in known))
+    named = tuple(dict.fromkeys(word for word in words if word in known and word != ROBOT))
+    return named or (ROBOT,)
 
 
 def choose_frames(recording: Recording, findings: Sequence[Finding], tracks: int) -> Array:

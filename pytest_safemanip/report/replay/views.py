@@ -8,6 +8,7 @@ import numpy as np
 
 from pytest_safemanip.report.replay.placing import composed
 from pytest_safemanip.report.replay.stage import STILL, Stage
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import Array, rotate, to_local
 from pytest_safemanip.trace.recording import Recording
 
@@ -53,8 +54,8 @@ def _direction(azimuth: float, elevation: float) -> Array:
 
 
 def _points(recording: Recording, step: int, guilty: Collection[str]) -> Array:
-    """The hands and the guilty objects near them, at a step (K, 3); of a robot without a hand, its
-    base.
+    """The hands, the guilty objects near them and the robot's hardest contact, at a step (K, 3); of
+    a robot without a hand, its base.
     """
     steps = recording.steps
     points = list(steps.eef_poses[step, :, :3].astype(float))
@@ -64,6 +65,11 @@ def _points(recording: Recording, step: int, guilty: Collection[str]) -> Array:
         place = steps.object_pose[step, index, :3].astype(float)
         if body.entity in guilty and np.linalg.norm(place - points[0]) < NEAR:
             points.append(place)
+    contacts = steps.contacts.window(step, step + 1)
+    robot = np.array([part.entity == ROBOT for part in recording.scene.parts], bool)
+    own = np.flatnonzero(robot[contacts.a] | robot[contacts.b])
+    if own.size:
+        points.append(contacts.position[own[np.argmax(contacts.peak[own])]].astype(float))
     return np.array(points)
 
 

@@ -695,7 +695,9 @@
     }
 
     _placeLabels() {
-      const {T, ui: {stage}} = this;
+      const {T, ui: {stage, message, readout}} = this;
+      const top = message.hidden ? 4 : message.offsetTop + message.offsetHeight + 4;
+      const bottom = (readout.offsetTop || stage.clientHeight) - 4;
       const point = new T.Vector3();
       for (const [entity, label] of this.labels) {
         const own = this.pieces.filter((p) => p.entity === entity && p.surface);
@@ -712,9 +714,9 @@
         const [wide, high] = [label.offsetWidth, label.offsetHeight];
         const x = ((point.x + 1) / 2) * width - wide / 2;
         const y = ((1 - point.y) / 2) * height - high - 6;
-        const inside = (value, most) => Math.round(Math.min(Math.max(value, 4), most));
+        const inside = (value, least, most) => Math.round(Math.max(Math.min(value, most), least));
         label.style.transform =
-          `translate(${inside(x, width - wide - 4)}px, ${inside(y, height - high - 4)}px)`;
+          `translate(${inside(x, 4, width - wide - 4)}px, ${inside(y, top, bottom - high)}px)`;
       }
     }
   }
