@@ -1,5 +1,5 @@
-"""Draws replay.png: ``python docs/images/replay.py PAGE``, of what ``safemanip replay --meshes`` wrote
-of the failure that the README shows.
+"""Draws replay.png: ``python docs/images/replay.py PAGE``, of the page that ``safemanip replay
+--meshes`` wrote of the failure that the README shows.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-SIZE = {"width": 960, "height": 600}
 COLOURS = 128
 SOFTWARE = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
@@ -21,7 +20,7 @@ def main(page: Path) -> None:
     with sync_playwright() as driver:
         arguments = ["--no-sandbox", *SOFTWARE]
         browser = driver.chromium.launch(executable_path="/usr/bin/chromium", args=arguments)
-        tab = browser.new_page(viewport=SIZE)
+        tab = browser.new_page(viewport={"width": 960, "height": 600})
         tab.goto(page.resolve().as_uri())
         tab.wait_for_timeout(500)
         picture = Image.open(io.BytesIO(tab.screenshot())).convert("RGB")

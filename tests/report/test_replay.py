@@ -179,6 +179,18 @@ def test_a_long_rollout_has_fewer_frames_but_the_steps_of_violations(monkeypatch
     assert {0, 1003, 1017, 1999} <= set(frames)
 
 
+def test_of_too_many_pieces_the_largest_are_shown():
+    small = [
+        toy.Surface("counter", "", (0.01, 0.01, 0.01), (0.01 * i, 1.0, 1.0, *toy.UPRIGHT))
+        for i in range(5000)
+    ]
+    scene = dataclasses.replace(toy.SCENE, surfaces=(*small, *toy.SCENE.surfaces))
+    data = pack(toy.recording(scene=scene), {})
+    assert data["solids"]["count"] == 4000
+    assert any(np.allclose(half, (1.0, 0.5, 0.45)) for _, half, _ in solids(data, "counter"))
+    assert len(json.dumps(data)) < 400_000
+
+
 def test_a_fast_controller_is_shown_at_20_hertz():
     scene = dataclasses.replace(toy.SCENE, control_period=0.01)
     frames = numbers(pack(toy.recording(101, scene=scene), {})["frames"], "<u4")

@@ -22,6 +22,7 @@
   const NEWTON_PER_METRE = 100;
   const SHORTEST_ARROW = 0.02, LONGEST_ARROW = 0.4, WHOLE_HEAD = 0.08;
   const MOST_ARROWS = 96;
+  const SHARP = 40; // degrees between the sides of an edge that is drawn
   const FADED = 0.6; // how grey the meshes are that are not marked
   const NO_WEBGL =
     "This browser shows no 3D here: WebGL is missing or turned off. The timeline, the table of " +
@@ -208,7 +209,14 @@
       scene.add(group);
       const track = skin.track < 0 ? STILL : skin.track;
       const kind = data.entities[skin.entity].kind;
-      pieces.push({entity: skin.entity, track, group, kind, surface, colour: skin.colour});
+      const piece = {entity: skin.entity, track, group, kind, surface, colour: skin.colour};
+      if (kind === "fixture") {
+        // Cupboards are of one colour: without edges, nobody sees their shelves.
+        const edges = new T.EdgesGeometry(surface.geometry, SHARP);
+        piece.edges = new T.LineSegments(edges, new T.LineBasicMaterial({transparent: true}));
+        group.add(piece.edges);
+      }
+      pieces.push(piece);
     }
     return pieces;
   }
@@ -586,6 +594,7 @@
         make("div", "", ui.readout,
           `${force.toFixed(1)} N  ${side(pair[0], pair[1])} on ${side(pair[2], pair[3])}`);
       }
+      if (hard.length) make("div", "smr-scale", ui.readout, "arrows: 10 cm for 10 N");
       const now = data.findings.filter((f) => f.first <= step && step <= f.last);
       const near = data.findings.find((f) => f.first <= step) || data.findings[0];
       ui.message.replaceChildren();
@@ -633,7 +642,9 @@
           piece.surface.material.emissive.copy(guilty).multiplyScalar(glows ? 0.35 : 0);
         }
         if (piece.edges) {
-          piece.edges.material.color.set(marked ? theme.guilty : theme.edge);
+          // On a dark mesh, edges are lighter than it.
+          const dark = piece.colour && lightness(piece.surface.material.color) < 0.1;
+          piece.edges.material.color.set(marked ? theme.guilty : dark ? theme.robot : theme.edge);
           piece.edges.material.opacity = marked ? 1 : kind === "room" ? 0.15 : 0.35;
           // What is guilty is seen through what is in front of it.
           piece.edges.material.depthTest = !(marked && kind === "object");
