@@ -9,8 +9,10 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.fuzz.recordings import recordings
 from pytest_safemanip.report.replay import pack, packing, page, touches
 from pytest_safemanip.report.replay.arms import links_of
 from pytest_safemanip.report.replay.placing import composed
@@ -48,14 +50,9 @@ def solids(data, name):
     own = data["solids"]
     number = [entity["name"] for entity in data["entities"]].index(name)
     rows = np.flatnonzero(numbers(own["entity"], "<u4") == number)
-    return [
-        (
-            numbers(own["track"], "<i2")[row],
-            numbers(own["half"], "<f4").reshape(-1, 3)[row],
-            numbers(own["pose"], "<f4").reshape(-1, 7)[row],
-        )
-        for row in rows
-    ]
+    track = numbers(own["track"], "<i2")[rows]
+    half = numbers(own["half"], "<f4").reshape(-1, 3)[rows]
+    return list(zip(track, half, numbers(own["pose"], "<f4").reshape(-1, 7)[rows], strict=True))
 
 
 def carried_mug(length=60, seed=0):
@@ -202,6 +199,18 @@ def test_an_impossible_recording_is_refused():
     broken.steps.object_pose[3, 0, 0] = np.nan
     with pytest.raises(TraceError, match="not finite at step 3"):
         pack(broken, {})
+
+
+@settings(max_examples=25, deadline=None)
+@given(recordings())
+def test_whatever_can_be_recorded_can_be_replayed(recording):
+    data = pack(recording, {"grasp_stability": verdict("VIOLATED", finding(0, 0, entities=()))})
+    assert len(json.dumps(data, allow_nan=False)) < 1_000_000
+    frames = numbers(data["frames"], "<u4")
+    assert frames[-1] == len(recording.steps) - 1
+    assert (np.diff(frames.astype(int)) > 0).all()
+    assert poses_of(data).shape == (len(frames), data["tracks"]["count"], 7)
+    assert np.isfinite(data["view"]["eye"]).all()
 
 
 def test_a_rollout_is_a_few_hundred_kilobytes(rollouts):

@@ -9,7 +9,7 @@ import numpy as np
 from pytest_safemanip.report.replay.placing import composed
 from pytest_safemanip.report.replay.stage import STILL, Stage
 from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.geometry import Array, rotate, to_local
+from pytest_safemanip.trace.geometry import Array, matrix, rotate
 from pytest_safemanip.trace.recording import Recording
 
 AZIMUTHS = np.radians((35.0, -35.0, 55.0, -55.0, 15.0, -15.0, 75.0, -75.0))
@@ -36,13 +36,10 @@ def choose_view(
     distance = LEAST_DISTANCE + 1.2 * spread
     facing = rotate(recording.steps.base_pose[step, 3:].astype(float), np.array((1.0, 0.0, 0.0)))
     heading = float(np.arctan2(facing[1], facing[0]))
-    boxes = _boxes(stage, step)
     ways = [(azimuth, elevation) for elevation in ELEVATIONS for azimuth in AZIMUTHS]
-    eyes = [target + distance * _direction(heading + a, e) for a, e in ways]
-    costs = [
-        _hidden(eye, points, *boxes) + WORSE * (abs(abs(a) - AZIMUTHS[0]) + abs(e - ELEVATIONS[0]))
-        for eye, (a, e) in zip(eyes, ways, strict=True)
-    ]
+    eyes = target + distance * np.array([_direction(heading + a, e) for a, e in ways])
+    worse = [abs(abs(a) - AZIMUTHS[0]) + abs(e - ELEVATIONS[0]) for a, e in ways]
+    costs = _between(eyes, points, *_boxes(stage, step)) + WORSE * np.array(worse)
     eye = eyes[int(np.argmin(costs))]
     return {"eye": np.round(eye, 3).tolist(), "target": np.round(target, 3).tolist()}
 
@@ -85,27 +82,33 @@ def _boxes(stage: Stage, step: int) -> tuple[Array, Array]:
     return np.array(poses).reshape(-1, 7), half + np.array(caps).reshape(-1, 3)
 
 
-def _hidden(eye: Array, points: Array, poses: Array, half: Array) -> int:
-    """How many boxes are between an eye and points (K, 3), over all points."""
-    count = 0
+def _between(eyes: Array, points: Array, poses: Array, half: Array) -> Array:
+    """How many boxes are between each eye (E, 3) and points (K, 3), over all points (E,).
+
+    Args:
+        eyes: where one may look from.
+        points: what is looked at.
+        poses: of the boxes (N, 7).
+        half: their half extents (N, 3).
+    """
+    turns = matrix(poses[:, 3:])
+    local_eyes = np.einsum("enk,nkj->enj", eyes[:, None] - poses[:, :3], turns)
+    count = np.zeros(len(eyes))
     for point in points:
-        way = eye - point
-        length = float(np.linalg.norm(way))
-        if length <= MARGIN or not len(poses):
-            continue
-        start = point + way * (MARGIN / length)
-        local_start = to_local(poses, np.broadcast_to(start, poses[:, :3].shape))
-        local_end = to_local(poses, np.broadcast_to(eye, poses[:, :3].shape))
-        count += int(np.count_nonzero(_crossed(local_start, local_end, half)))
+        way = eyes - point
+        length = np.linalg.norm(way, axis=1, keepdims=True)
+        starts = point + way * np.minimum(MARGIN / np.maximum(length, MARGIN), 1.0)
+        local_starts = np.einsum("enk,nkj->enj", starts[:, None] - poses[:, :3], turns)
+        count += np.count_nonzero(_crossed(local_starts, local_eyes, half), axis=1)
     return count
 
 
 def _crossed(start: Array, end: Array, half: Array) -> Array:
-    """Whether segments (N, 3) cross boxes of half extents (N, 3) about the origin (N,)."""
+    """Whether segments (..., N, 3) cross boxes of half extents (N, 3) about the origin (..., N)."""
     way = end - start
     way = np.where(np.abs(way) < 1e-12, 1e-12, way)
     one, other = (-half - start) / way, (half - start) / way
-    enter = np.minimum(one, other).max(axis=1)
-    leave = np.maximum(one, other).min(axis=1)
+    enter = np.minimum(one, other).max(axis=-1)
+    leave = np.maximum(one, other).min(axis=-1)
     crossed: Array = (enter <= leave) & (leave >= 0.0) & (enter <= 1.0)
     return crossed
