@@ -13,7 +13,7 @@ from hypothesis import given, settings
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.fuzz.recordings import recordings
-from pytest_safemanip.report.replay import pack, packing, page, touches
+from pytest_safemanip.report.replay import pack, page, touches
 from pytest_safemanip.report.replay.arms import links_of
 from pytest_safemanip.report.replay.placing import composed
 from pytest_safemanip.report.replay.stage import set_stage
@@ -143,8 +143,8 @@ def test_of_a_pair_that_touches_the_hardest_contact_of_a_step_is_shown():
     )
     contacts = pack(toy.recording(contacts=toy.contacts(*rows)), {})["contacts"]
     assert contacts["count"] == 3
-    assert numbers(contacts["frame"], "<u4").tolist() == [1, 1, 4]
-    pairs = [contacts["pairs"][i] for i in numbers(contacts["pair"], "<u4")]
+    assert numbers(contacts["moment"], "<u4").tolist() == [1, 1, 4]
+    pairs = [contacts["pairs"][i] for i in numbers(contacts["pair"], "<u2")]
     assert pairs == [
         [0, "finger_left", 3, "body"],
         [1, "body", 3, "body"],
@@ -157,18 +157,29 @@ def test_of_a_pair_that_touches_the_hardest_contact_of_a_step_is_shown():
     assert np.allclose(normals, [(1, 0, 0), (0, 0, 1), (0, 0, 1)], atol=1e-4)
 
 
+def test_a_contact_that_stays_the_same_is_told_once():
+    forces = [4.0, 4.1, 3.9, 9.0, 9.1]
+    rows = [
+        (step, "counter/body", "mug/body", force, (0, 0, 1)) for step, force in enumerate(forces)
+    ]
+    contacts = pack(toy.recording(contacts=toy.contacts(*rows)), {})["contacts"]
+    assert numbers(contacts["moment"], "<u4").tolist() == [0, 3]
+    assert numbers(contacts["lasting"], "<u2").tolist() == [3, 2]
+    assert (numbers(contacts["force"], "<u2") / 10).tolist() == [4.0, 9.0]
+
+
 def test_of_too_many_contacts_those_of_the_robot_and_the_guilty_are_kept(monkeypatch):
     monkeypatch.setattr(touches, "MOST_TOUCHES", 2)
-    rows = [(step, "counter/body", "apple/body", 90.0, (0, 0, 1)) for step in range(4)]
+    rows = [(i, "counter/body", "apple/body", 90.0 + 30 * i, (0, 0, 1)) for i in range(4)]
     rows += [(4, "robot/link5", "counter/body", 1.0, (0, 0, 1))]
     rows += [(5, "counter/body", "mug/body", 1.0, (0, 0, 1))]
     contacts = pack(toy.recording(contacts=toy.contacts(*rows)), VIOLATED)["contacts"]
-    assert numbers(contacts["frame"], "<u4").tolist() == [4, 5]
+    assert numbers(contacts["moment"], "<u4").tolist() == [4, 5]
     assert contacts["left_out"] == 4
 
 
 def test_a_long_rollout_has_fewer_frames_but_the_steps_of_violations(monkeypatch):
-    monkeypatch.setattr(packing, "MOST_TRACK_BYTES", 1400)
+    monkeypatch.setattr(keyframes, "MOST_TRACK_BYTES", 1400)
     recording = carried_mug(2000)
     data = pack(recording, {"grasp_stability": verdict("VIOLATED", finding(1003, 1017))})
     frames = numbers(data["frames"], "<u4").tolist()
@@ -190,8 +201,10 @@ def test_of_too_many_pieces_the_largest_are_shown():
 
 def test_a_fast_controller_is_shown_at_20_hertz():
     scene = dataclasses.replace(toy.SCENE, control_period=0.01)
-    frames = numbers(pack(toy.recording(101, scene=scene), {})["frames"], "<u4")
-    assert frames.tolist() == list(range(0, 101, 5))
+    recording = dataclasses.replace(carried_mug(101), scene=scene)
+    data = pack(recording, {})
+    assert numbers(data["frames"], "<u4").tolist() == list(range(0, 101, 5))
+    assert data["contacts"]["stride"] == 5
 
 
 def test_an_impossible_recording_is_refused():
@@ -223,6 +236,27 @@ def test_a_rollout_is_a_few_hundred_kilobytes(rollouts):
     assert (shown["first"], shown["last"]) == (first.first, first.last)
     guilty = tuple(data["entities"][i]["name"] for i in shown["guilty"])
     assert guilty == first.entities
+
+
+def test_between_its_frames_everything_is_where_it_was_recorded(rollouts):
+    recording = rollouts.get("PickPlaceCounterToCabinet", "scripted:half_inside").recording
+    data = pack(recording, {})
+    frames = numbers(data["frames"], "<u4").astype(int)
+    assert len(frames) < 0.6 * len(recording.steps)
+    ((track, _, _),) = solids(data, "obj")
+    shown = poses_of(data)[:, track]
+    steps = np.arange(len(recording.steps))
+    true = recording.steps.object_pose[:, recording.scene.object_index["obj"]].astype(float)
+    places = np.stack([np.interp(steps, frames, shown[:, axis]) for axis in range(3)], axis=1)
+    assert np.linalg.norm(places - true[:, :3], axis=1).max() < 1.2e-3
+    before = np.searchsorted(frames, steps, "right") - 1
+    after = np.minimum(before + 1, len(frames) - 1)
+    share = (steps - frames[before]) / np.maximum(frames[after] - frames[before], 1)
+    one, other = shown[before, 3:], shown[after, 3:]
+    other = other * np.where((one * other).sum(axis=1) < 0, -1.0, 1.0)[:, None]
+    turns = one + share[:, None] * (other - one)
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    assert angle_between(turns, true[:, 3:]).max() < 0.012
 
 
 def test_the_arm_leads_from_its_base_to_the_recorded_hand(rollouts):

@@ -6,24 +6,18 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from pytest_safemanip.errors import printable
 from pytest_safemanip.judge import Finding, Verdict
 from pytest_safemanip.report.replay.encoding import pack_places, pack_tracks, packed
+from pytest_safemanip.report.replay.keyframes import choose_frames
 from pytest_safemanip.report.replay.stage import FORMS, Skin, Stage, set_stage
 from pytest_safemanip.report.replay.touches import pack_touches
 from pytest_safemanip.report.replay.views import choose_view
 from pytest_safemanip.sim.looks import Look
 from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.geometry import Array
 from pytest_safemanip.trace.recording import Recording, check
 
 SCHEMA = 1
-FRAMES_PER_SECOND = 20.0
-MOST_TRACK_BYTES = 300_000
-"""Of the poses; beyond it there are fewer frames."""
-POSE_BYTES = 14
 MOST_FINDINGS, MOST_EVIDENCE = 40, 6
 MOST_CHARACTERS = 200
 
@@ -40,7 +34,8 @@ def pack(
 
     Returns:
         ``dt`` (s), ``steps``, ``acting``; ``entities``; ``frames``, the steps that have poses:
-        at most 20 in a second, and always the first and last unsafe step of each finding;
+        at most 20 in a second, as many as keep the motion between them within a millimetre and
+        0.01 rad, and always the first and last unsafe step of each finding;
         ``solids`` in arrays and ``skins``, meshes, carried by ``tracks``; ``contacts``;
         ``findings`` with the property, the numbers of the guilty entities, first and last unsafe
         step and what was measured; ``view`` from where to look first. Names have no control
@@ -56,7 +51,9 @@ def pack(
     boxes = set_stage(recording, guilty)
     stage = set_stage(recording, guilty, looks) if looks else boxes
     names = {entity.name: i for i, entity in enumerate(recording.scene.entities)}
-    frames = choose_frames(recording, [f for _, f in found], len(stage.tracks))
+    length, period = len(recording.steps), recording.scene.control_period
+    marked = [step for _, finding in found for step in (finding.first, finding.last)]
+    frames = choose_frames(length, period, marked, stage.tracks)
     begin = found[0][1].first if found else 0
     about = recording.episode
     return {
@@ -65,15 +62,15 @@ def pack(
         "policy": printable(about.policy),
         "seed": about.seed,
         "instruction": printable(about.instruction),
-        "dt": recording.scene.control_period,
-        "steps": len(recording.steps),
+        "dt": period,
+        "steps": length,
         "acting": recording.acting,
         "frames": packed(frames, "<u4"),
         "entities": _entities(recording),
         "solids": _solids(stage, names),
         "skins": [_skin(skin, names) for skin in stage.skins if skin.entity in names],
         "tracks": pack_tracks(stage.tracks, frames),
-        "contacts": pack_touches(recording, frames, names, guilty),
+        "contacts": pack_touches(recording, names, guilty),
         "verdicts": {id_: verdict.outcome.label for id_, verdict in verdicts.items()},
         "findings": [_finding(id_, f, recording, names) for id_, f in found],
         "view": choose_view(recording, boxes, begin, guilty),
@@ -88,17 +85,6 @@ def guilty_entities(finding: Finding, recording: Recording) -> tuple[str, ...]:
     words = [word for text in finding.evidence for word in re.split(r"[^\w.-]+", text)]
     named = tuple(dict.fromkeys(word for word in words if word in known and word != ROBOT))
     return named or (ROBOT,)
-
-
-def choose_frames(recording: Recording, findings: Sequence[Finding], tracks: int) -> Array:
-    """The steps that have poses (F,), the first and the last among them."""
-    length, period = len(recording.steps), recording.scene.control_period
-    most = max(2, MOST_TRACK_BYTES // (POSE_BYTES * max(tracks, 1)))
-    stride = max(1, round(1.0 / (FRAMES_PER_SECOND * period)), -(-length // most))
-    marked = [step for finding in findings for step in (finding.first, finding.last)]
-    steps = np.concatenate((np.arange(0, length, stride), (length - 1,), np.array(marked, int)))
-    frames: Array = np.unique(np.clip(steps, 0, length - 1))
-    return frames
 
 
 def _entities(recording: Recording) -> list[dict[str, str]]:

@@ -78,16 +78,17 @@
   function read(data) {
     const contacts = data.contacts;
     const frames = uint32(data.frames);
-    const ofFrame = uint32(contacts.frame);
-    const begins = new Uint32Array(frames.length + 1); // first contact of each frame
-    for (let i = 0; i < ofFrame.length; i++) begins[ofFrame[i] + 1]++;
-    for (let f = 0; f < frames.length; f++) begins[f + 1] += begins[f];
+    const moments = Array.from({length: Math.ceil(data.steps / contacts.stride)}, () => []);
+    const moment = uint32(contacts.moment), lasting = uint16(contacts.lasting);
+    for (let row = 0; row < moment.length; row++) {
+      for (let i = 0; i < lasting[row]; i++) moments[moment[row] + i].push(row);
+    }
     return {
       frames,
-      begins,
+      moments,
       trackPlaces: uint16(data.tracks.places.data),
       trackTurns: int16(data.tracks.turns),
-      contactPair: uint32(contacts.pair),
+      contactPair: uint16(contacts.pair),
       contactForce: uint16(contacts.force),
       contactPlaces: uint16(contacts.places.data),
       contactNormals: int16(contacts.normals),
@@ -371,6 +372,8 @@
 
     /** Shows a step; a number with a fraction is between two. */
     seek(step) {
+      // Whoever follows onStep asks for the step that is playing.
+      if (this.playing && Math.round(step) === Math.round(this.step)) return;
       this._pause();
       this._go(step, false);
     }
@@ -545,15 +548,14 @@
         piece.group.position.copy(poses[piece.track][0]);
         piece.group.quaternion.copy(poses[piece.track][1]);
       }
-      this._touch(share > 0.5 ? next : frame);
+      this._touch(Math.floor(Math.round(this.step) / data.contacts.stride));
       this._say();
       this._draw();
     }
 
-    _touch(frame) {
+    _touch(moment) {
       const {T, data, found, arrows: {shaft, head}} = this;
-      const rows = [];
-      for (let i = found.begins[frame]; i < found.begins[frame + 1]; i++) rows.push(i);
+      const rows = [...found.moments[moment]];
       rows.sort((a, b) => found.contactForce[b] - found.contactForce[a]);
       const at = new T.Vector3(), along = new T.Vector3(), up = new T.Vector3(0, 1, 0);
       const rotation = new T.Quaternion(), matrix = new T.Matrix4();
