@@ -36,7 +36,8 @@ def choose_frames(
     between = max(stride(period), -(-length // most))
     wanted = np.clip(np.array([0, length - 1, *marked], int), 0, length - 1)
     if not tracks:
-        return np.unique(wanted)
+        alone: Array = np.unique(wanted)
+        return alone
     candidates = np.unique(np.concatenate((np.arange(0, length, between), wanted)))
     places = np.stack([track[candidates, :3] for track in tracks], axis=1)
     turns = _continuous(np.stack([track[candidates, 3:] for track in tracks], axis=1))
@@ -68,8 +69,8 @@ def _continuous(turns: Array) -> Array:
 
 
 def _worst(steps: Array, places: Array, turns: Array) -> int:
-    """Which of poses (K, N, 3), (K, N, 4) at some steps (K,) differs most from a straight motion from
-    the first to the last; 0 if none does too much.
+    """Which of poses (K, N, 3), (K, N, 4) at steps (K,) differs most from a straight motion from the
+    first to the last; 0 if none does too much.
     """
     if len(steps) < 3:
         return 0

@@ -24,6 +24,9 @@ SAME_FORCE, SAME_SHARE, SAME_PLACE, SAME_WAY = 0.3, 0.1, 3e-3, 0.1
 its direction."""
 LONGEST = 65_535
 
+_Felt = tuple[float, list[float], list[float]]
+"""Force, place and direction of a contact."""
+
 
 def pack_touches(
     recording: Recording, entities: Mapping[str, int], guilty: Collection[str]
@@ -97,12 +100,12 @@ def _runs(recording: Recording, rows: Array, long: int) -> tuple[Array, Array]:
         contacts.normal[rows].tolist(),
         strict=True,
     )
-    begun: dict[tuple[int, int], tuple[int, Any]] = {}
+    begun: dict[tuple[int, int], tuple[int, _Felt]] = {}
     runs: list[int] = []
     lasting: list[int] = []
     begins: list[int] = []
     for row, moment, pair, value in zip(rows.tolist(), moments, pairs, values, strict=True):
-        run, first = begun.get(pair, (-1, None))
+        run, first = begun.get(pair, (-1, value))
         if (
             run >= 0
             and moment == begins[run] + lasting[run]
@@ -118,7 +121,7 @@ def _runs(recording: Recording, rows: Array, long: int) -> tuple[Array, Array]:
     return np.array(runs, np.int64), np.array(lasting, np.int64)
 
 
-def _same(one: Any, other: Any) -> bool:
+def _same(one: _Felt, other: _Felt) -> bool:
     """Whether a force, place and direction differ too little to be shown."""
     (force, place, way), (force2, place2, way2) = one, other
     return (
