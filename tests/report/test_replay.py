@@ -13,7 +13,7 @@ from hypothesis import given, settings
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.fuzz.recordings import recordings
-from pytest_safemanip.report.replay import pack, page, touches
+from pytest_safemanip.report.replay import keyframes, pack, page, touches
 from pytest_safemanip.report.replay.arms import links_of
 from pytest_safemanip.report.replay.placing import composed
 from pytest_safemanip.report.replay.stage import set_stage

@@ -69,8 +69,8 @@ def _continuous(turns: Array) -> Array:
 
 
 def _worst(steps: Array, places: Array, turns: Array) -> int:
-    """Which of poses (K, N, 3), (K, N, 4) at steps (K,) differs most from a straight motion from the
-    first to the last; 0 if none does too much.
+    """Which of poses (K, N, 3), (K, N, 4) at steps (K,) is farthest from a straight motion from the
+    first to the last; 0 if none is too far.
     """
     if len(steps) < 3:
         return 0
