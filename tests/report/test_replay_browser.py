@@ -17,7 +17,8 @@ MOUNTED_AGAIN = """
     window.told = [];
     const data = JSON.parse(document.getElementById("replay-data").textContent);
     const element = document.getElementById("replay");
-    window.replay = SafemanipReplay.mount(element, data, {onStep: step => told.push(step)});
+    const onStep = step => { told.push(step); replay.seek(step); };  // as a timeline does
+    window.replay = SafemanipReplay.mount(element, data, {onStep});
 """
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -42,21 +43,16 @@ def choose_frames(
     places = np.stack([track[candidates, :3] for track in tracks], axis=1)
     turns = _continuous(np.stack([track[candidates, 3:] for track in tracks], axis=1))
     kept = np.isin(candidates, wanted)
-    open_ = [(int(a), int(b)) for a, b in zip(*_pairs(np.flatnonzero(kept)), strict=True)]
-    while open_:
-        first, last = open_.pop()
+    spans = list(pairwise(np.flatnonzero(kept).tolist()))
+    while spans:
+        first, last = spans.pop()
         part = slice(first, last + 1)
         worst = _worst(candidates[part], places[part], turns[part])
         if worst:
             kept[first + worst] = True
-            open_ += [(first, first + worst), (first + worst, last)]
+            spans += [(first, first + worst), (first + worst, last)]
     frames: Array = candidates[kept]
     return frames
-
-
-def _pairs(numbers: Array) -> tuple[Array, Array]:
-    """Neighbours in a row."""
-    return numbers[:-1], numbers[1:]
 
 
 def _continuous(turns: Array) -> Array:
