@@ -122,6 +122,14 @@ def test_it_is_as_large_as_its_element_and_as_dark_as_the_page(opened):
     assert picture(opened).mean() < light.mean() - 60
 
 
+def test_a_page_that_has_its_own_controls_leaves_these_out(opened):
+    opened.evaluate(MOUNTED_AGAIN.replace("{onStep}", "{onStep, controls: false}"))
+    assert opened.evaluate("replay.webgl")
+    assert not opened.locator(".smr-bar").is_visible()
+    assert not opened.locator(".smr-message").is_visible()
+    assert opened.locator(".smr-label").first.is_visible()
+
+
 def test_it_leaves_nothing_behind(opened):
     opened.evaluate("replay.dispose()")
     assert opened.locator("#replay").inner_html() == ""

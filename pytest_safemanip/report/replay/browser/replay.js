@@ -8,7 +8,8 @@
  * time: dispose() of what is out of sight.
  * data: what pytest_safemanip.report.replay.pack gives.
  * onStep: called with each step that playing or the controls bring; not by seek.
- * controls: whether there are buttons and a slider below the picture.
+ * controls: whether there are buttons and a slider below the picture, and the violation is told in
+ * it; without, the page around has its own.
  * wheel: whether the mouse wheel zooms at once; otherwise after a click on the picture, so that it
  * does not stop who scrolls a page.
  * highlight(null) goes back to the entities of the violations.
@@ -22,6 +23,7 @@
   const NEWTON_PER_METRE = 100;
   const SHORTEST_ARROW = 0.02, LONGEST_ARROW = 0.4, WHOLE_HEAD = 0.08;
   const MOST_ARROWS = 96;
+  const SMALL = 320; // pixels: below, fewer contacts are listed
   const SHARP = 40; // degrees between the sides of an edge that is drawn
   const FADED = 0.6; // how grey the meshes are that are not marked
   const NO_WEBGL =
@@ -591,7 +593,7 @@
       ui.readout.replaceChildren();
       const hard = this.touching.filter(({pair}) =>
         [pair[0], pair[2]].some((i) => data.entities[i].kind === "robot" || this.highlighted.has(i)));
-      for (const {pair, force} of hard.slice(0, 4)) {
+      for (const {pair, force} of hard.slice(0, ui.stage.clientHeight < SMALL ? 2 : 4)) {
         const side = (entity, part) => `${data.entities[entity].name}/${part}`;
         make("div", "", ui.readout,
           `${force.toFixed(1)} N  ${side(pair[0], pair[1])} on ${side(pair[2], pair[3])}`);
@@ -600,7 +602,7 @@
       const now = data.findings.filter((f) => f.first <= step && step <= f.last);
       const near = data.findings.find((f) => f.first <= step) || data.findings[0];
       ui.message.replaceChildren();
-      ui.message.hidden = data.findings.length === 0;
+      ui.message.hidden = data.findings.length === 0 || ui.bar.hidden;
       ui.message.classList.toggle("smr-now", now.length > 0);
       for (const finding of now.length ? now.slice(0, 2) : near ? [near] : []) {
         const when = `step ${finding.first}, ${seconds(finding.first, data.dt)}`;
@@ -668,6 +670,7 @@
       this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
       this.renderer.setSize(width, height, false);
       this.camera.aspect = width / height;
+      this.ui.stage.classList.toggle("smr-small", height < SMALL);
       // In a narrow element, as much to either side as in a square one.
       this.camera.fov = width < height ? 2 * Math.atan(0.384 * (height / width)) * 57.29578 : 42;
       this.camera.updateProjectionMatrix();
