@@ -10,6 +10,8 @@ import pytest
 from pytest_safemanip.report.replay import pack, page
 from pytest_safemanip.sim.looks import Look
 from tests import toy
+from tests.report.conftest import finding, verdict
+from tests.report.test_replay import HOSTILE, hostile
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow reads the pictures")
 MOUNTED_AGAIN = """
@@ -146,6 +148,24 @@ def test_meshes_are_drawn(browser, tmp_path):
     tab.goto(path.as_uri())
     red, green, blue = (picture(tab)[..., i].astype(int) for i in range(3))
     assert ((green > red + 10) & (green > blue + 10)).mean() > 0.1
+    tab.close()
+
+
+def test_hostile_names_are_shown_as_text(browser, tmp_path):
+    path = tmp_path / "replay.html"
+    about = finding(entities=("mug",), evidence=(HOSTILE,))
+    path.write_text(page(pack(hostile(), {HOSTILE: verdict("VIOLATED", about)})), encoding="utf-8")
+    tab = browser.new_page()
+    said: list[str] = []
+    tab.on("console", lambda message: said.append(message.text))
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.on("dialog", lambda dialog: said.append(dialog.message))
+    tab.goto(path.as_uri())
+    assert "<img src=x onerror=alert(1)>" in tab.locator(".smr-message").inner_text()
+    assert "<img src=x" in tab.locator(".smr-label").inner_text()
+    assert "<img src=x" in tab.locator(".smr-readout").inner_text()
+    assert tab.locator("img").count() == 0
+    assert said == []
     tab.close()
 
 
