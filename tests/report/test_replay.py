@@ -6,6 +6,7 @@ import base64
 import dataclasses
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from pytest_safemanip.report.replay import keyframes, pack, page, touches
 from pytest_safemanip.report.replay.arms import links_of
 from pytest_safemanip.report.replay.placing import composed
 from pytest_safemanip.report.replay.stage import set_stage
+from pytest_safemanip.report.replay.standalone import browser_file
 from pytest_safemanip.report.replay.views import choose_view
 from pytest_safemanip.sim.looks import Look
 from pytest_safemanip.trace.elements import Entity
@@ -24,6 +26,7 @@ from pytest_safemanip.trace.geometry import angle_between, corners
 from tests import toy
 from tests.report.conftest import finding, verdict
 
+ROOT = Path(__file__).parents[2]
 VIOLATED = {"grasp_stability": verdict("VIOLATED", finding(3, 4))}
 HOSTILE = '</script><img src=x onerror=alert(1)>\n\x1b[2J]]>"\u202e\u2028'
 
@@ -355,3 +358,11 @@ def test_the_page_asks_for_nothing_and_runs_only_its_own_scripts():
     own = re.sub(r"<script.*?</script>|<style.*?</style>", "", text, flags=re.S)
     assert not re.findall(r"https?://", own)
     assert len(text) < 800_000
+
+
+def test_the_library_is_the_version_that_its_build_asks_for_and_comes_with_its_licence():
+    wanted = json.loads((ROOT / "vendor" / "three" / "package.json").read_text())
+    begin = browser_file("three.min.js")[:60]
+    assert begin.startswith(f"/* three.js {wanted['devDependencies']['three']}, MIT licence")
+    assert len(browser_file("three.min.js")) < 600_000
+    assert "The MIT License" in browser_file("three.LICENSE")

@@ -594,9 +594,10 @@
       const hard = this.touching.filter(({pair}) =>
         [pair[0], pair[2]].some((i) => data.entities[i].kind === "robot" || this.highlighted.has(i)));
       for (const {pair, force} of hard.slice(0, ui.stage.clientHeight < SMALL ? 2 : 4)) {
-        const side = (entity, part) => `${data.entities[entity].name}/${part}`;
-        make("div", "", ui.readout,
-          `${force.toFixed(1)} N  ${side(pair[0], pair[1])} on ${side(pair[2], pair[3])}`);
+        const sides = [0, 2].map((i) => `${data.entities[pair[i]].name}/${pair[i + 1]}`);
+        // As the arrow: what the robot does to other things.
+        if (data.entities[pair[2]].kind === "robot") sides.reverse();
+        make("div", "", ui.readout, `${force.toFixed(1)} N  ${sides.join(" on ")}`);
       }
       if (hard.length) make("div", "smr-scale", ui.readout, "arrows: 10 cm for 10 N");
       const now = data.findings.filter((f) => f.first <= step && step <= f.last);
