@@ -351,6 +351,9 @@
       if (!wheel) {
         ui.canvas.addEventListener("focus", () => (this.controls.enableZoom = true));
         ui.canvas.addEventListener("blur", () => (this.controls.enableZoom = false));
+        // Two fingers on the picture mean the picture.
+        const touched = (event) => event.pointerType === "touch" && (this.controls.enableZoom = true);
+        ui.canvas.addEventListener("pointerdown", touched, true);
       }
       this.light = new T.HemisphereLight("#ffffff", "#8a8f98", 1.9);
       this.light.position.set(0, 0, 1);
