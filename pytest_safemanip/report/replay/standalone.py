@@ -11,6 +11,8 @@ from importlib import resources
 from typing import Any
 
 SCRIPTS = ("three.min.js", "replay.js")
+"""In their order."""
+_PARTS = {"replay.js": ("reading.js", "colours.js", "solids.js", "panel.js", "replay.js")}
 STYLE = "replay.css"
 _START = """\
 (function () {
@@ -25,8 +27,9 @@ _WHOLE = "html, body { margin: 0; height: 100%; } #replay { height: 100vh; heigh
 
 def browser_file(name: str) -> str:
     """The text of a script or style: ``three.min.js``, ``replay.js`` or ``replay.css``."""
-    place = resources.files("pytest_safemanip.report.replay") / "browser" / name
-    return place.read_text(encoding="utf-8")
+    folder = resources.files("pytest_safemanip.report.replay") / "browser"
+    parts = _PARTS.get(name, (name,))
+    return "\n".join((folder / part).read_text(encoding="utf-8") for part in parts)
 
 
 def script_json(data: Any) -> str:
