@@ -29,6 +29,7 @@ class Evaluation:
         properties: those that were judged, by id.
         verdicts: by id.
         errors: why there is no verdict, by id.
+        judge: who judged them; has the values of propositions.
     """
 
     recording: Recording
@@ -37,6 +38,7 @@ class Evaluation:
     properties: Mapping[str, Property]
     verdicts: Mapping[str, Verdict]
     errors: Mapping[str, str]
+    judge: Judge
 
 
 def add_judging(parser: argparse.ArgumentParser) -> None:
@@ -99,7 +101,7 @@ def evaluate(options: argparse.Namespace) -> Evaluation:
             verdicts[id_] = judge.judge(prop)
         except Exception as error:  # a user's proposition may raise anything
             errors[id_] = f"{type(error).__name__}: {error}"
-    return Evaluation(recording, folder, task, properties, verdicts, errors)
+    return Evaluation(recording, folder, task, properties, verdicts, errors, judge)
 
 
 def _split(values: Sequence[str]) -> list[str]:

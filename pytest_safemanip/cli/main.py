@@ -32,6 +32,8 @@ COMMANDS = {
     "faults": "list the mistakes that the expert can make on purpose",
     "show": "say what happened in a recording, and what it violates",
     "video": "draw a recording as an animated GIF",
+    "replay": "write a recording as a page that shows it in 3D",
+    "rrd": "write a recording as a file for Rerun",
     "pictures": "draw tasks as they begin on contact sheets",
     "report": "print the summary of a run, and decide gates on it",
     "merge": "merge the summaries of several runs or machines into one",
@@ -39,6 +41,8 @@ COMMANDS = {
     "verify": "compare the automaton of every property with MONA's",
 }
 """Subcommands, each a module of this package, with what it is for."""
+ROOMS = {"replay": "replays.", "rrd": "replays."}
+"""Where the modules of some of them are."""
 EXIT_STATUS = """\
 exit status, as pytest's: 0 fine; 1 something failed (a property is violated, a
 gate does not pass, the simulator breaks off); 2 interrupted; 3 an error of
@@ -100,8 +104,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _internal(name)
 
 
+def load(name: str) -> Any:
+    """The module of a subcommand."""
+    return importlib.import_module(f"pytest_safemanip.cli.{ROOMS.get(name, '')}{name}")
+
+
 def _run(name: str, arguments: Sequence[str]) -> int:
-    command: Any = importlib.import_module(f"pytest_safemanip.cli.{name}")
+    command = load(name)
     parser = Parser(
         prog=f"safemanip {name}",
         description=f"{COMMANDS[name][0].upper()}{COMMANDS[name][1:]}.",

@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
     cameras = parse_cameras(options.cameras)
     found = evaluate(options)
     recording, episode = found.recording, found.recording.episode
-    request = _request(found, options.recording)
+    request = recorded_request(found, options.recording)
     steps, period = recording.steps, recording.scene.control_period
     stride = max(1, round(1 / (FRAMES_PER_SECOND * period)))
     frames = []
@@ -77,8 +77,12 @@ def _violated(found: Evaluation, first: int, last: int) -> list[str]:
     ]
 
 
-def _request(found: Evaluation, path: Path) -> Request:
-    """The episode of the recording."""
+def recorded_request(found: Evaluation, path: Path) -> Request:
+    """The episode of a recording.
+
+    Raises:
+        ConfigError: if it is another backend's, or the recording does not say how it began.
+    """
     episode = found.recording.episode
     if episode.backend not in DRAWN:
         raise ConfigError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 import shlex
 import subprocess
@@ -21,7 +20,7 @@ every_command = pytest.mark.parametrize("name", cli.COMMANDS)
 
 
 def module(name):
-    return importlib.import_module(f"pytest_safemanip.cli.{name}")
+    return cli.load(name)
 
 
 @pytest.mark.parametrize("arguments", [(), ("--help",), ("-h",)])

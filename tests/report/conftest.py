@@ -1,8 +1,12 @@
-"""A run on toy data, as reports see it."""
+"""A run on toy data, as reports see it; and a browser that shows them."""
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterator
 from typing import Any
+
+import pytest
 
 from pytest_safemanip.judge import Finding, Verdict
 from pytest_safemanip.ltlf import Outcome
@@ -43,3 +47,17 @@ def verdict(outcome: str = "SATISFIED", *findings: Finding, **changed: Any) -> V
         "formula": "G a",
     }
     return Verdict(**{**fields, **changed})
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Headless Chromium, which draws 3D without a GPU."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser")
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("needs a browser: apt-get install chromium")
+    software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with api.sync_playwright() as driver:
+        found = driver.chromium.launch(executable_path=chromium, args=["--no-sandbox", *software])
+        yield found
+        found.close()

@@ -70,11 +70,7 @@ class Shot:
         Raises:
             ConfigError: if it is another one.
         """
-        if self._reader.description.scene.bodies != scene.bodies:
-            raise ConfigError(
-                "the recording cannot be drawn: its episode begins with other objects now; it is "
-                "from other assets, or an older one that does not say how its episode began"
-            )
+        check_scene(self._reader.description.scene, scene)
 
     def take(self, camera: str) -> NDArray[np.uint8]:
         """A picture (size, size, 3): ``room``, ``close``, ``solid``, ``left``, ``right``,
@@ -116,6 +112,19 @@ class Shot:
         return (
             FreeCamera((ahead[0], ahead[1], 1.0), 2.6, facing + 20.0, -30.0),
             FreeCamera((middle[0], middle[1], middle[2]), 0.5 + 1.1 * spread, facing - 15.0, -40.0),
+        )
+
+
+def check_scene(found: Scene, recorded: Scene) -> None:
+    """Check that a scene is that of a recording.
+
+    Raises:
+        ConfigError: if it is another one.
+    """
+    if found.bodies != recorded.bodies:
+        raise ConfigError(
+            "the recording cannot be drawn: its episode begins with other objects now; it is "
+            "from other assets, or an older one that does not say how its episode began"
         )
 
 

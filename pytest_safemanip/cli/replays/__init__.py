@@ -1,0 +1,1 @@
+"""The subcommands that write a recording for viewers in 3D."""

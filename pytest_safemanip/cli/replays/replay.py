@@ -1,0 +1,30 @@
+"""``safemanip replay``: a recording in 3D, as a page for any browser."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from pytest_safemanip.cli.evaluation import evaluate
+from pytest_safemanip.cli.replays.meshes import add_viewing, looks, output
+from pytest_safemanip.report.replay import pack, page
+
+EXAMPLE = "safemanip replay .safemanip/recordings/OpenDrawer-scripted-seed0.rollout -o drawer.html"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    add_viewing(parser, ".html")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the page, and print its path."""
+    found = evaluate(options)
+    path = output(options, ".html")
+    data = pack(found.recording, found.verdicts, looks(options, found))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(page(data), encoding="utf-8")
+    print(path)
+    for id_, error in found.errors.items():
+        print(f"safemanip replay: {id_} is not shown, it has no verdict: {error}", file=sys.stderr)
+    return 0
