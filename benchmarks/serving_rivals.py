@@ -42,7 +42,7 @@ SIDE_BY_SIDE = (1, 4, 8)
 CAMERAS = ("robot0_agentview_left", "robot0_agentview_right", "robot0_eye_in_hand")
 
 
-class Sleeps(PredictModelServer):
+class Sleeps(PredictModelServer):  # type: ignore[misc]
     """A policy that takes its time, as a model on a GPU of its own."""
 
     def predict(self, obs: Any, ctx: Any) -> dict[str, Any]:
@@ -51,7 +51,7 @@ class Sleeps(PredictModelServer):
         return {"actions": np.zeros((CHUNK, 12), np.float32)}
 
 
-class Paced(StepBenchmark):
+class Paced(StepBenchmark):  # type: ignore[misc]
     """A simulator that takes its time, in vla-eval's words."""
 
     render_backends = frozenset({"gpu", "cpu"})

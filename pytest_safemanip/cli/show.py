@@ -10,7 +10,7 @@ from typing import Any
 
 from pytest_safemanip.cli.evaluation import Evaluation, add_judging, evaluate
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
-from pytest_safemanip.judge import Verdict
+from pytest_safemanip.judge import Finding, Verdict
 from pytest_safemanip.report.counterexample import first_violation, named, violation_lines
 from pytest_safemanip.trace.recording import Recording
 
@@ -104,6 +104,10 @@ def _proofs(found: Evaluation) -> list[str]:
     ]
 
 
+def _plain_finding(finding: Finding) -> dict[str, Any]:
+    return {name: value for name, value in vars(finding).items() if name != "values"}
+
+
 def _plain(found: Evaluation, path: Path) -> dict[str, Any]:
     recording, episode = found.recording, found.recording.episode
     return {
@@ -114,7 +118,11 @@ def _plain(found: Evaluation, path: Path) -> dict[str, Any]:
         "acting_steps": recording.acting,
         "control_period_s": recording.scene.control_period,
         "verdicts": {
-            id_: {**asdict(verdict), "outcome": verdict.outcome.label}
+            id_: {
+                **asdict(verdict),
+                "outcome": verdict.outcome.label,
+                "findings": [_plain_finding(finding) for finding in verdict.findings],
+            }
             for id_, verdict in found.verdicts.items()
         },
         "errors": dict(found.errors),

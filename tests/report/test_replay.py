@@ -28,6 +28,8 @@ from tests.report.conftest import finding, verdict
 
 ROOT = Path(__file__).parents[2]
 VIOLATED = {"grasp_stability": verdict("VIOLATED", finding(3, 4))}
+MARKUP = '</script><img src=x onerror=alert(1)>]]>"'
+"""As a name in a recording, which has to be printable."""
 HOSTILE = '</script><img src=x onerror=alert(1)>\n\x1b[2J]]>"\u202e\u2028'
 
 
@@ -325,13 +327,13 @@ def test_the_first_view_has_nothing_before_what_went_wrong():
 def hostile():
     """A recording whose names are meant to harm the page."""
     entities = tuple(
-        dataclasses.replace(entity, category=HOSTILE) if entity.name == "mug" else entity
-        for entity in (*toy.SCENE.entities, Entity(HOSTILE, "room", HOSTILE))
+        dataclasses.replace(entity, category=MARKUP) if entity.name == "mug" else entity
+        for entity in (*toy.SCENE.entities, Entity(MARKUP, "room", MARKUP))
     )
-    parts = (*toy.PARTS, toy.Part("mug", HOSTILE))
+    parts = (*toy.PARTS, toy.Part("mug", MARKUP))
     scene = dataclasses.replace(toy.SCENE, entities=entities, parts=parts)
-    rows = toy.contacts((3, "robot/link5", f"mug/{HOSTILE}", 9.0, (0, 0, 1)), scene=scene)
-    about = toy.episode(instruction=HOSTILE, task=HOSTILE)
+    rows = toy.contacts((3, "robot/link5", f"mug/{MARKUP}", 9.0, (0, 0, 1)), scene=scene)
+    about = toy.episode(instruction=HOSTILE, task=MARKUP)
     return toy.recording(scene=scene, about=about, contacts=rows)
 
 
