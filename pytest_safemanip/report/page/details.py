@@ -1,0 +1,145 @@
+"""The recordings of a run, judged once more for what the page shows over their steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pytest_safemanip.errors import SafemanipError, TraceError, first_line
+from pytest_safemanip.judge import Judge, Verdict
+from pytest_safemanip.ltlf import Profile
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+from pytest_safemanip.metrics.summaries import Summary
+from pytest_safemanip.report.page.severity import ranks, worst
+from pytest_safemanip.report.page.timeline import Judged, timeline
+from pytest_safemanip.run.cases import Case
+from pytest_safemanip.run.definitions import Definitions
+from pytest_safemanip.run.invocation import Invocation
+from pytest_safemanip.trace import files
+
+Json = dict[str, Any]
+MAX_UNEVENTFUL = 200
+"""Rollouts without a violation that have a timeline too, in a run that has no more of them."""
+
+
+def details(found: Summary, definitions: Definitions) -> Iterator[tuple[int, Json]]:
+    """The details of rollouts, by their number in the summary, the worst first.
+
+    Keys of each: those of :func:`~pytest_safemanip.report.page.timeline.timeline`, ``recording``
+    and ``commands`` (by property id), ``ranks``, and ``note`` where something is not as it should
+    be; with a note alone where the recording cannot be judged.
+
+    Args:
+        found: the summary.
+        definitions: tasks, properties and propositions.
+    """
+    ranked = _ranked(found.records)
+    for number in _wanted(found.records):
+        record = found.records[number]
+        content: Json = {
+            "recording": record.recording,
+            "commands": {id_: _command(record, id_) for id_ in record.properties},
+            "ranks": ranked.get(number, {}),
+        }
+        try:
+            judged = _judge(record, found.decisive, definitions)
+            content |= timeline(judged)
+            content["note"] = _differs(record, judged)
+        except SafemanipError as error:
+            content["note"] = f"no timeline: {error}"
+        except Exception as error:  # a user's proposition may raise anything
+            content["note"] = f"no timeline: {first_line(error)}"
+        yield number, content
+
+
+def _wanted(records: Sequence[RolloutRecord]) -> list[int]:
+    """Numbers of the rollouts that have details, the worst first."""
+    kept = [n for n, record in enumerate(records) if record.recording]
+    telling = [n for n in kept if _outcomes(records[n]) & {"VIOLATED", "UNRESOLVED"}]
+    others = [n for n in kept if n not in set(telling)]
+    telling.sort(key=lambda n: worst(records[n]), reverse=True)
+    return telling + (others if len(others) <= MAX_UNEVENTFUL else [])
+
+
+def _outcomes(record: RolloutRecord) -> set[str]:
+    return {verdict.outcome for verdict in record.properties.values()}
+
+
+def _ranked(records: Sequence[RolloutRecord]) -> dict[int, dict[str, list[int]]]:
+    """Ranks of the violations of each rollout, by property id."""
+    found: dict[int, dict[str, list[int]]] = {}
+    for (number, id_, _), rank in sorted(ranks(list(records)).items()):
+        found.setdefault(number, {}).setdefault(id_, []).append(rank)
+    return found
+
+
+def _command(record: RolloutRecord, id_: str) -> str:
+    case = Case(record.task, record.policy, id_, record.seed)
+    return Invocation(Path.cwd(), "pytest").reproduce(case.node_id)
+
+
+def _judge(record: RolloutRecord, decisive: Mapping[str, Any], definitions: Definitions) -> Judged:
+    """Judge a recording as the run did.
+
+    Raises:
+        TraceError: if it cannot be read, or what judged it is not known here.
+    """
+    path = Path(record.recording)
+    if path.suffix != files.SUFFIX:
+        raise TraceError(f"{path}: not a recording")
+    recording = files.load(path)
+    if (recording.episode.task, recording.episode.seed) != (record.task, record.seed):
+        raise TraceError(f"{path}: a recording of another rollout")
+    if record.task not in definitions.tasks:
+        raise TraceError(f"unknown task {record.task!r}; name its folder in the ini file")
+    profile: Profile = "paper" if decisive.get("semantics") == "paper" else "timed"
+    judge = Judge(
+        recording,
+        definitions.tasks[record.task],
+        definitions.attributes,
+        definitions.catalogue,
+        definitions.catalogue.parameters(_parameters(decisive, definitions)),
+        profile,
+    )
+    known = [id_ for id_ in record.properties if id_ in definitions.properties]
+    properties = {id_: definitions.properties[id_] for id_ in known}
+    verdicts = {id_: judge.judge(prop) for id_, prop in properties.items()}
+    return Judged(recording, judge, profile, properties, verdicts)
+
+
+def _parameters(decisive: Mapping[str, Any], definitions: Definitions) -> dict[str, float]:
+    """The run's values of the parameters that exist here."""
+    known = definitions.catalogue.parameters({})
+    told = {name.removeprefix("parameters."): value for name, value in decisive.items()}
+    return {
+        name: float(value)
+        for name, value in told.items()
+        if name in known and isinstance(value, int | float) and value != known[name]
+    }
+
+
+def _differs(record: RolloutRecord, judged: Judged) -> str:
+    """That something is not as the summary says; empty if all is."""
+    lacking = sorted(record.properties.keys() - judged.properties.keys())
+    other = [
+        id_
+        for id_, verdict in judged.verdicts.items()
+        if _violations(record.properties[id_]) != _found(verdict)
+    ]
+    notes = []
+    if lacking:
+        notes.append(f"no timeline of {', '.join(lacking)}: not defined here")
+    if other:
+        notes.append(
+            f"{', '.join(other)}: this version judges the recording in another way than the run did"
+        )
+    return "; ".join(notes)
+
+
+def _violations(verdict: PropertyRecord) -> list[tuple[Any, ...]]:
+    return sorted((tuple(v["entities"]), v["first"], v["last"]) for v in verdict.violations)
+
+
+def _found(verdict: Verdict) -> list[tuple[Any, ...]]:
+    return sorted((f.entities, f.first, f.last) for f in verdict.findings)

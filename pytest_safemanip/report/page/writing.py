@@ -1,0 +1,186 @@
+"""Writes the page of a run, and the files beside it that it loads when they are looked at."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.metrics import summaries
+from pytest_safemanip.metrics.fields import Fields
+from pytest_safemanip.report.page.details import details
+from pytest_safemanip.report.page.encoding import script_json
+from pytest_safemanip.report.page.overview import overview
+from pytest_safemanip.report.page.release import read_release
+from pytest_safemanip.run.definitions import Definitions, load_definitions
+
+NAME = "report.html"
+BESIDE = "report"
+"""The folder of the files beside the page."""
+WITHIN = 8_000_000
+"""Characters of details that are within the page; those of further rollouts are beside it."""
+_HERE = Path(__file__).parent
+STYLES = (
+    "vendor/uplot/uPlot.min.css",
+    "styles/page.css",
+    "styles/charts.css",
+    "styles/rollout.css",
+)
+SCRIPTS = (
+    "vendor/uplot/uPlot.iife.min.js",
+    "scripts/dom.js",
+    "scripts/address.js",
+    "scripts/theme.js",
+    "scripts/data.js",
+    "scripts/figures.js",
+    "scripts/overview.js",
+    "scripts/table.js",
+    "scripts/lanes.js",
+    "scripts/signals.js",
+    "scripts/timeline.js",
+    "scripts/violations.js",
+    "scripts/rollout.js",
+    "scripts/page.js",
+)
+"""In the order in which they are run."""
+
+
+def write_page(folder: Path, definitions: Definitions | None = None) -> Path:
+    """Write ``report.html`` from what is in the folder of a run.
+
+    Args:
+        folder: with ``summary.json`` and the recordings that it names.
+        definitions: tasks, properties and propositions; the shipped ones by default.
+
+    Returns:
+        The page.
+
+    Raises:
+        ConfigError: if there is no summary, or it is malformed; naming it and the place in it.
+        OSError: if the folder cannot be written.
+    """
+    found = summaries.read(folder)
+    about = _about(folder)
+    defined = definitions or load_definitions([], [], [])
+    beside = _Beside(folder / BESIDE)
+    within: list[dict[str, Any]] = []
+    room = WITHIN
+    places: dict[int, str] = {}
+    for number, content in details(found, defined):
+        text = script_json(content)
+        room -= len(text)
+        if room >= 0:
+            within.append({"number": number, "json": text})
+            places[number] = ""
+        else:
+            places[number] = f"{BESIDE}/{beside.write(number, text)}"
+    beside.clear()
+    data = {**about, **overview(found), "details": places}
+    return _write(folder / NAME, _render(script_json(data), within))
+
+
+def _about(folder: Path) -> dict[str, Any]:
+    """What the summary says beside its rollouts.
+
+    Raises:
+        ConfigError: if it is malformed.
+    """
+    file = folder / summaries.NAME
+    try:
+        document = json.loads(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{file}: cannot be read: {error}") from None
+    whole = Fields(str(file), document)
+    written = datetime.fromtimestamp(file.stat().st_mtime, UTC)
+    return {
+        "title": folder.resolve().name,
+        "written": written.strftime("%Y-%m-%d %H:%M UTC"),
+        "versions": whole.facts("versions"),
+        "settings": _settings(whole.section("settings")),
+        "release": read_release(str(file), document.get("release")),
+    }
+
+
+def _settings(settings: Fields) -> dict[str, str]:
+    """The settings that are one value each."""
+    told = settings.facts("settings") if "settings" in settings.values else {}
+    for name in ("semantics", "stop", "horizon_scale", "backend", "assets"):
+        value = settings.values.get(name)
+        if isinstance(value, str | int | float):
+            told[name] = str(value)
+    return told
+
+
+class _Beside:
+    """The files of rollouts that are not within the page.
+
+    Args:
+        folder: where they are.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._written: set[str] = set()
+
+    def write(self, number: int, text: str) -> str:
+        """Write the details of a rollout as a script, which a browser loads from a disk, too.
+
+        Returns:
+            Its name.
+        """
+        self._folder.mkdir(parents=True, exist_ok=True)
+        name = f"rollout-{number}.js"
+        (self._folder / name).write_text(f"SafemanipReport.received({number}, {text});\n", "utf-8")
+        self._written.add(name)
+        return name
+
+    def clear(self) -> None:
+        """Remove those of an earlier page."""
+        for path in self._folder.glob("rollout-*.js"):
+            if path.name not in self._written:
+                path.unlink()
+
+
+def _render(data: str, within: list[dict[str, Any]]) -> Iterator[str]:
+    script = "\n".join(_asset(name) for name in SCRIPTS)
+    style = "\n".join(_asset(name) for name in STYLES)
+    policy = (
+        "default-src 'none'; "
+        f"script-src 'strict-dynamic' '{_digest(script)}'; "
+        f"style-src '{_digest(style)}'; "
+        "img-src data: blob:; base-uri 'none'; form-action 'none'"
+    )
+    environment = Environment(
+        loader=PackageLoader("pytest_safemanip.report.page", ""), autoescape=True
+    )
+    template = environment.get_template("page.html")
+    return template.generate(policy=policy, style=style, script=script, data=data, within=within)
+
+
+def _asset(name: str) -> str:
+    return (_HERE / name).read_text("utf-8").strip()
+
+
+def _digest(text: str) -> str:
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+    return f"sha256-{digest}"
+
+
+def _write(path: Path, parts: Iterator[str]) -> Path:
+    """Write it whole or not at all."""
+    scratch = path.with_suffix(f".{os.getpid()}")
+    try:
+        with scratch.open("w", encoding="utf-8", newline="\n") as file:
+            file.writelines(parts)
+        scratch.replace(path)
+    finally:
+        scratch.unlink(missing_ok=True)
+    return path
