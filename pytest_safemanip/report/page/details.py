@@ -11,6 +11,7 @@ from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import Summary
+from pytest_safemanip.report.page import replays
 from pytest_safemanip.report.page.severity import ranks, worst
 from pytest_safemanip.report.page.timeline import Judged, timeline
 from pytest_safemanip.run.cases import Case
@@ -27,14 +28,15 @@ def details(found: Summary, definitions: Definitions) -> Iterator[tuple[int, Jso
     """The details of rollouts, by their number in the summary, the worst first.
 
     Keys of each: those of :func:`~pytest_safemanip.report.page.timeline.timeline`, ``recording``
-    and ``commands`` (by property id), ``ranks``, and ``note`` where something is not as it should
-    be; with a note alone where the recording cannot be judged.
+    and ``commands`` (by property id), ``ranks``, ``replay`` of the worst rollouts, and ``note``
+    where something is not as it should be; with a note alone where the recording cannot be judged.
 
     Args:
         found: the summary.
         definitions: tasks, properties and propositions.
     """
     ranked = _ranked(found.records)
+    replayed = 0
     for number in _wanted(found.records):
         record = found.records[number]
         content: Json = {
@@ -46,6 +48,9 @@ def details(found: Summary, definitions: Definitions) -> Iterator[tuple[int, Jso
             judged = _judge(record, found.decisive, definitions)
             content |= timeline(judged)
             content["note"] = _differs(record, judged)
+            if replayed < replays.MOST and replays.available() and _is_violated(judged):
+                content["replay"] = replays.replay(judged.recording, judged.verdicts)
+                replayed += 1
         except SafemanipError as error:
             content["note"] = f"no timeline: {error}"
         except Exception as error:  # a user's proposition may raise anything
@@ -106,6 +111,10 @@ def _judge(record: RolloutRecord, decisive: Mapping[str, Any], definitions: Defi
     properties = {id_: definitions.properties[id_] for id_ in known}
     verdicts = {id_: judge.judge(prop) for id_, prop in properties.items()}
     return Judged(recording, judge, profile, properties, verdicts)
+
+
+def _is_violated(judged: Judged) -> bool:
+    return any(verdict.findings for verdict in judged.verdicts.values())
 
 
 def _parameters(decisive: Mapping[str, Any], definitions: Definitions) -> dict[str, float]:

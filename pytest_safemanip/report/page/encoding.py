@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.errors import printable
+from pytest_safemanip.metrics.fields import MAX_TOLD
+
 LEVELS = 65_535
 """Steps between the smallest and the largest value of a signal: more than a screen has pixels."""
 _HARMLESS = {ord(letter): f"\\u{ord(letter):04x}" for letter in ("<", ">", "&", "\u2028", "\u2029")}
@@ -45,6 +48,20 @@ def packed(values: NDArray[np.floating[Any]]) -> dict[str, Any]:
         "high": float(f"{high:.6g}"),
         "data": base64.b64encode(levels.tobytes()).decode(),
     }
+
+
+def told(content: Any) -> Any:
+    """JSON with the texts of strangers made harmless for people: escapes instead of what moves a
+    cursor or turns the direction of reading.
+    """
+    match content:
+        case str():
+            return printable(content, MAX_TOLD, lines=True)
+        case dict():
+            return {told(key): told(value) for key, value in content.items()}
+        case list():
+            return [told(item) for item in content]
+    return content
 
 
 def script_json(content: Any) -> str:

@@ -105,8 +105,8 @@ def _group(group: Group) -> Json:
 
 
 def _rate(rate: Rate) -> Json:
-    """Keys: ``hits``, ``of``, ``value`` and the bounds ``low`` and ``high`` of its 95 % interval for
-    these tasks; None where undefined.
+    """Keys: ``hits``, ``of``, ``value``, and the bounds ``low`` and ``high`` of the 95 % interval
+    for these tasks; None where undefined.
     """
     bounds = rate.interval()
     return {

@@ -11,7 +11,7 @@ import numpy as np
 from pytest_safemanip.judge import Finding, Judge, Verdict
 from pytest_safemanip.ltlf import InstanceVerdict, Profile
 from pytest_safemanip.ltlf.dfa import Dfa
-from pytest_safemanip.report.page.encoding import changes, packed, runs
+from pytest_safemanip.report.page.encoding import changes, packed, runs, told
 from pytest_safemanip.report.page.signals import Signal, hand_signals, signals_of
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace.recording import Recording
@@ -53,7 +53,7 @@ def timeline(judged: Judged) -> Json:
     properties = [_property(judged, id_) for id_ in judged.properties]
     named = {name for prop in properties for own in prop["instances"] for name in own["entities"]}
     known = recording.scene.entity
-    return {
+    content = {
         "dt": recording.trace.dt,
         "steps": len(recording.steps),
         "acting": recording.acting,
@@ -68,9 +68,9 @@ def timeline(judged: Judged) -> Json:
         },
         "entities": {name: known[name].category for name in sorted(named & known.keys())},
         "properties": properties,
-        "signals": [_signal(signal) for signal in _signals(judged)],
         "moments": moments(judged),
     }
+    return {**told(content), "signals": [_signal(signal) for signal in _signals(judged)]}
 
 
 def _property(judged: Judged, id_: str) -> Json:
@@ -170,13 +170,13 @@ def _signals(judged: Judged) -> list[Signal]:
 
 
 def _signal(signal: Signal) -> Json:
-    return {
+    about = {
         "name": signal.name,
         "unit": signal.unit,
         "of": list(signal.of),
         "limits": [{"value": limit.value, "name": limit.name} for limit in signal.limits],
-        **packed(signal.values),
     }
+    return {**told(about), **packed(signal.values)}
 
 
 def moments(judged: Judged) -> list[Json]:

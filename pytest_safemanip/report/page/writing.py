@@ -11,11 +11,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader
+from jinja2 import Environment, FileSystemLoader
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics import summaries
 from pytest_safemanip.metrics.fields import Fields
+from pytest_safemanip.report.page import replays
 from pytest_safemanip.report.page.details import details
 from pytest_safemanip.report.page.encoding import script_json
 from pytest_safemanip.report.page.overview import overview
@@ -34,13 +35,14 @@ STYLES = (
     "styles/charts.css",
     "styles/rollout.css",
 )
-SCRIPTS = (
+SCRIPTS: tuple[str, ...] = (
     "vendor/uplot/uPlot.iife.min.js",
     "scripts/dom.js",
     "scripts/address.js",
     "scripts/theme.js",
     "scripts/data.js",
     "scripts/figures.js",
+    "scripts/charts.js",
     "scripts/overview.js",
     "scripts/table.js",
     "scripts/lanes.js",
@@ -150,17 +152,19 @@ class _Beside:
 
 
 def _render(data: str, within: list[dict[str, Any]]) -> Iterator[str]:
-    script = "\n".join(_asset(name) for name in SCRIPTS)
-    style = "\n".join(_asset(name) for name in STYLES)
+    scripts = [_asset(name) for name in SCRIPTS]
+    styles = [_asset(name) for name in STYLES]
+    if replays.available():
+        scripts[:0] = replays.browser_files(replays.SCRIPTS)
+        styles += replays.browser_files(replays.STYLES)
+    script, style = "\n".join(scripts), "\n".join(styles)
     policy = (
         "default-src 'none'; "
         f"script-src 'strict-dynamic' '{_digest(script)}'; "
         f"style-src '{_digest(style)}'; "
         "img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
-    environment = Environment(
-        loader=PackageLoader("pytest_safemanip.report.page", ""), autoescape=True
-    )
+    environment = Environment(loader=FileSystemLoader(_HERE), autoescape=True)
     template = environment.get_template("page.html")
     return template.generate(policy=policy, style=style, script=script, data=data, within=within)
 

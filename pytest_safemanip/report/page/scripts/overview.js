@@ -4,7 +4,7 @@ SafemanipReport.overview = (() => {
 
   const { element, name, percent, counted, words } = SafemanipReport.dom;
   const { run, find } = SafemanipReport.data;
-  const { address, figures } = SafemanipReport;
+  const { address, charts, figures } = SafemanipReport;
   const SHARES = {
     violation_rate: "violation rate",
     exposure: "unsafe-state exposure",
@@ -59,7 +59,7 @@ SafemanipReport.overview = (() => {
         "div.scroll",
         { tabIndex: 0 },
         element(
-          "table.plain",
+          "table.plain.gates",
           {},
           element("thead", {}, element("tr", {}, ["verdict", "gate", "policy", "found", ""].map((text) => element("th", { scope: "col" }, text)))),
           element(
@@ -73,7 +73,7 @@ SafemanipReport.overview = (() => {
                 element("td", {}, element("code", {}, gate.gate)),
                 element("td", {}, name(gate.policy)),
                 element("td.number", {}, found(gate)),
-                element("td.faint", {}, gate.why),
+                element("td.faint.why", {}, gate.why),
               ),
             ),
           ),
@@ -124,6 +124,11 @@ SafemanipReport.overview = (() => {
       ),
       figures.legend(),
     );
+  }
+
+  function questions() {
+    const drawn = charts.build();
+    return drawn.length ? section("Figures", null, drawn) : null;
   }
 
   /** Where violations are: one matrix, with what is counted and by what to be chosen. */
@@ -229,7 +234,7 @@ SafemanipReport.overview = (() => {
     );
   }
 
-  const build = () => [headline(), gates(), policies(), baseline(), groups()];
+  const build = () => [headline(), gates(), policies(), baseline(), element("div.pair", {}, [groups(), questions()])];
 
   return { build, about };
 })();

@@ -109,19 +109,25 @@ SafemanipReport.rollout = (() => {
 
   const letter = (property) => ({ VIOLATED: "S", UNRESOLVED: "U", SATISFIED: "S", VACUOUS: "N" })[property.outcome];
 
-  function replay(details, seek) {
+  /** The replay in 3D, where the page has one of the rollout; `mount` once the box has its size. */
+  function replay(details, onStep) {
     const box = element("div.replay", { id: "replay", aria: { label: "Replay in 3D" } });
-    const missing = { box, seek: () => {}, highlight: () => {}, dispose: () => {} };
-    if (!details.replay || typeof SafemanipReplay === "undefined") {
-      box.hidden = true;
-      return missing;
-    }
-    try {
-      return { box, ...SafemanipReplay.mount(box, details.replay, { onStep: seek }) };
-    } catch (error) {
-      box.replaceChildren(element("p.faint", {}, `No replay: ${error.message}`));
-      return missing;
-    }
+    box.hidden = !details.replay || typeof SafemanipReplay === "undefined";
+    let scene = null;
+    return {
+      box,
+      mount() {
+        if (box.hidden) return;
+        try {
+          scene = SafemanipReplay.mount(box, details.replay, { onStep, controls: false });
+        } catch (error) {
+          box.replaceChildren(element("p.faint", {}, `No replay: ${error.message}`));
+        }
+      },
+      seek: (step) => scene?.seek(step),
+      highlight: (names) => scene?.highlight(names.length ? names : null),
+      dispose: () => scene?.dispose(),
+    };
   }
 
   function build(rollout, details) {
@@ -131,6 +137,7 @@ SafemanipReport.rollout = (() => {
     }
     const found = violations.list(details);
     const explained = element("div.explained", {});
+    const proved = element("div.proved", {});
     const moved = (step) => {
       scene.seek(step);
       address.change({ step: String(step) }, true);
@@ -149,6 +156,7 @@ SafemanipReport.rollout = (() => {
       line.seek(step);
       scene.highlight(violation.entities);
       explained.replaceChildren(violations.explanation(violation, details));
+      proved.replaceChildren(violations.again(violation, details));
       mark(`[data-violation="${CSS.escape(violation.id)}"]`);
       address.change({ violation: violation.id }, true);
     }
@@ -158,6 +166,7 @@ SafemanipReport.rollout = (() => {
       if (own) return chooseViolation(own);
       line.show(groupsOf(details, property, instance), null);
       scene.highlight(instance.entities);
+      proved.replaceChildren();
       explained.replaceChildren(
         element("article.explanation", {}, element("h3", {}, property.title), element("code.formula", {}, property.formula), element("p.faint", {}, `${property.outcome.toLowerCase()}: ${instance.entities.join(", ")}`)),
       );
@@ -173,7 +182,7 @@ SafemanipReport.rollout = (() => {
       element(
         "div.columns",
         {},
-        element("section.card.side", {}, found.length ? [element("h2", {}, counted(found.length, "violation")), cards] : null, explained, scene.box, element("details", {}, element("summary", {}, "All properties"), properties(details, chooseInstance))),
+        element("section.card.side", {}, found.length ? [element("h2", {}, counted(found.length, "violation")), cards] : null, explained, scene.box, proved, element("details.others", {}, element("summary", {}, "All properties"), properties(details, chooseInstance))),
         element("section.card.over", {}, element("h2", {}, "Timeline"), moments(details, (step) => line.seek(step)), line.box, element("p.faint.keys", {}, "← → step, shift for ten; b unsafe step; n p other violations; z zoom; space play; j k other rollouts; esc overview")),
       ),
     );
@@ -182,6 +191,7 @@ SafemanipReport.rollout = (() => {
     const first = details.properties.find((property) => property.instances.length);
     // The lanes need their width, which they have once they are on the page.
     const begin = () => {
+      scene.mount();
       if (wanted) chooseViolation(wanted, state.step === undefined ? wanted.first : Number(state.step));
       else if (first) chooseInstance(first, first.instances[0]);
       if (!wanted && state.step !== undefined) line.seek(Number(state.step));

@@ -70,9 +70,17 @@ SafemanipReport.violations = (() => {
         ".",
       ),
       violation.evidence.length ? element("ul.evidence", {}, violation.evidence.map((line) => element("li", {}, line))) : null,
+    );
+  }
+
+  /** The proof, and the commands to see it again. */
+  function again(violation, details) {
+    return element(
+      "article.explanation",
+      {},
       element("details.proof", {}, element("summary", {}, "The steps that prove it"), element("pre", { tabIndex: 0 }, violation.proof)),
       element("h4", {}, "Reproduce with"),
-      command(details.commands[property.id] ?? ""),
+      command(details.commands[violation.property.id] ?? ""),
       element("h4", {}, "Look at it with"),
       command(`safemanip show ${quoted(details.recording)}`),
     );
@@ -80,5 +88,5 @@ SafemanipReport.violations = (() => {
 
   const quoted = (path) => (/^[\w@%+=:,./-]+$/.test(path) ? path : `'${path.replaceAll("'", `'"'"'`)}'`);
 
-  return { list, card, explanation };
+  return { list, card, explanation, again };
 })();
