@@ -3,7 +3,7 @@ SafemanipReport.timeline = (() => {
   "use strict";
 
   const { element, seconds } = SafemanipReport.dom;
-  const AROUND_S = 2.0;
+  const AROUND_S = 1.0;
 
   /**
    * A timeline in an element.
