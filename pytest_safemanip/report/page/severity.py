@@ -27,8 +27,8 @@ def worst(record: RolloutRecord) -> tuple[float, int]:
 
 
 def ranks(records: list[RolloutRecord]) -> dict[tuple[int, str, int], int]:
-    """Rank of each violation in a run, 1 for the worst, by the number of its rollout, its property
-    and its number there.
+    """Rank of each violation in a run, 1 for the worst, the same for those that are as bad; by the
+    number of its rollout, its property and its number there.
     """
     every = [
         (severity(violation), (number, name, place))
@@ -36,5 +36,8 @@ def ranks(records: list[RolloutRecord]) -> dict[tuple[int, str, int], int]:
         for name, verdict in record.properties.items()
         for place, violation in enumerate(verdict.violations)
     ]
-    ordered = sorted(every, key=lambda item: item[0], reverse=True)
-    return {key: rank for rank, (_, key) in enumerate(ordered, start=1)}
+    ordered = sorted((measure for measure, _ in every), reverse=True)
+    first: dict[tuple[float, int], int] = {}
+    for rank, measure in enumerate(ordered, start=1):
+        first.setdefault(measure, rank)
+    return {key: first[measure] for measure, key in every}

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import read
 from pytest_safemanip.report.page import details, writing
 from pytest_safemanip.report.page.encoding import changes, packed, runs, script_json
-from pytest_safemanip.report.page.severity import ranks, severity
+from pytest_safemanip.report.page.severity import ranks
 from pytest_safemanip.run.definitions import load_definitions
 
 FAULT = "scripted:half_inside"
@@ -133,13 +134,23 @@ def test_a_violation_is_reproduced_with_the_case_s_node_id(fault):
     )
 
 
-def test_the_worst_violation_is_the_longest(run_folder):
-    records = list(read(run_folder.path).records)
-    found = ranks(records)
-    assert sorted(found.values()) == list(range(1, len(found) + 1))
-    by_rank = sorted(found, key=found.__getitem__)
-    measured = [severity(records[n].properties[id_].violations[at]) for n, id_, at in by_rank]
-    assert measured == sorted(measured, reverse=True)
+def violating(*seconds):
+    """A rollout with violations of these durations."""
+    found = tuple({"duration_s": own, "entities": ["mug"]} for own in seconds)
+    verdict = PropertyRecord("grasp_stability", "grasp_stability", "VIOLATED", True, found)
+    return RolloutRecord(
+        "Task", "policy", 0, "suite", "atomic", properties={verdict.property: verdict}
+    )
+
+
+def test_the_worst_violation_is_the_longest_and_equals_share_a_rank():
+    found = ranks([violating(0.1, 2.0), violating(0.1), violating(0.05)])
+    assert [found[n, "grasp_stability", at] for n, at in ((0, 0), (0, 1), (1, 0), (2, 0))] == [
+        2,
+        1,
+        2,
+        4,
+    ]
 
 
 def test_gates_comparisons_and_flips_are_told(content):

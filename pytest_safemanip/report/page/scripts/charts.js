@@ -7,8 +7,10 @@ SafemanipReport.charts = (() => {
   const { theme } = SafemanipReport;
   const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a6a00", "#888888"];
   const live = [];
+  let chosen = null;
 
-  const colour = (at) => COLOURS[at % COLOURS.length];
+  // With a policy chosen, the others fade.
+  const colour = (at) => COLOURS[at % COLOURS.length] + (chosen === null || chosen === at ? "" : "30");
   // A letter beside each point: what is told apart by colour is told apart without it, too.
   const letter = (at) => (at < 26 ? String.fromCharCode(65 + at) : String(at + 1));
 
@@ -18,7 +20,8 @@ SafemanipReport.charts = (() => {
     return {
       label,
       labelFont: "12px system-ui, sans-serif",
-      labelSize: 20,
+      labelSize: 18,
+      size: 26,
       font: "12px system-ui, sans-serif",
       stroke: () => theme.colour("faint"),
       grid: { stroke: () => theme.colour("line"), width: 1 },
@@ -97,6 +100,28 @@ SafemanipReport.charts = (() => {
     );
   }
 
+  /** The letters of policies beside the last points of their lines, none on another. */
+  const ends = (values) => (u) => {
+    const { ctx } = u;
+    const gap = 13 * devicePixelRatio;
+    const places = values
+      .map((own, at) => ({ at, last: own.findLastIndex((value) => value !== null) }))
+      .filter((place) => place.last >= 0)
+      .map((place) => ({ ...place, x: u.valToPos(place.last, "x", true), y: u.valToPos(values[place.at][place.last], "y", true) }))
+      .sort((one, other) => one.y - other.y);
+    ctx.save();
+    ctx.font = `600 ${11 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.textBaseline = "middle";
+    const below = new Map();
+    for (const place of places) {
+      const y = Math.max(place.y, (below.get(place.last) ?? -Infinity) + gap);
+      below.set(place.last, y);
+      ctx.fillStyle = colour(place.at);
+      ctx.fillText(letter(place.at), place.x + 12 * devicePixelRatio, y);
+    }
+    ctx.restore();
+  };
+
   /** A share over the horizons, a line for each policy. */
   function horizons(share, title) {
     const names = [...new Set(run.policies.flatMap((policy) => Object.keys(policy.groups.horizons)))];
@@ -107,13 +132,14 @@ SafemanipReport.charts = (() => {
       {
         legend: { show: false },
         cursor: { show: false },
-        padding: [10, 20, 0, 0],
+        padding: [10, 28, 0, 0],
         scales: { x: { time: false, range: [-0.25, names.length - 0.75] }, y: { range: [-0.02, 1.02] } },
         axes: [
           { ...axis("horizon"), splits: () => names.map((_, at) => at), values: (_, splits) => splits.map((at) => words(names[at] ?? "")) },
           { ...axis(""), values: ticks, size: 48, labelSize: 0 },
         ],
-        series: [{}, ...run.policies.map((_, at) => ({ stroke: colour(at), width: 2, points: { show: true, size: 9, fill: colour(at), stroke: colour(at) } }))],
+        series: [{}, ...run.policies.map((_, at) => ({ stroke: () => colour(at), width: 2, dash: at < COLOURS.length ? undefined : [6, 4], points: { show: true, size: 8, fill: () => colour(at), stroke: () => colour(at) } }))],
+        hooks: { draw: [ends(values)] },
       },
       [names.map((_, at) => at), ...values],
     );
@@ -123,7 +149,14 @@ SafemanipReport.charts = (() => {
     return element(
       "ul.legend",
       {},
-      run.policies.map(({ name: policy }, at) => element("li", {}, element("b", { style: { color: colour(at) } }, letter(at)), " ", name(policy))),
+      run.policies.map(({ name: policy }, at) => {
+        const choose = (value) => () => {
+          chosen = value;
+          live.forEach((draw) => draw());
+        };
+        const on = { mouseenter: choose(at), mouseleave: choose(null), focus: choose(at), blur: choose(null) };
+        return element("li", { tabIndex: 0, on }, element("b", { style: { color: COLOURS[at % COLOURS.length] } }, letter(at)), " ", name(policy));
+      }),
     );
   }
 

@@ -23,6 +23,8 @@ SafemanipReport.signals = (() => {
   function lane(signal) {
     const plot = element("div.lane.signal", {});
     const value = element("span.value", {});
+    const share = element("span.share", {});
+    const limit = signal.limits.find((own) => own.value) ?? null;
     const unit = signal.unit ? ` ${signal.unit}` : "";
     const [low, high] = range(signal);
     const steps = signal.values.map((_, step) => step + 0.5);
@@ -83,8 +85,8 @@ SafemanipReport.signals = (() => {
       seek(step) {
         const now = signal.values[step];
         value.textContent = now === null || now === undefined ? "–" : `${figure(now)}${unit}`;
-        const limit = signal.limits[0];
-        value.title = limit && now !== null && limit.value ? `${(now / limit.value).toFixed(2)} times ${limit.name}` : "";
+        share.textContent = limit && now !== null ? `${figure(now / limit.value)} × limit` : "";
+        value.append(share);
       },
       dispose() {
         chart?.destroy();

@@ -5,7 +5,7 @@ SafemanipReport.table = (() => {
   const { element, name, seconds, counted, words } = SafemanipReport.dom;
   const { run, OUTCOMES } = SafemanipReport.data;
   const { address, figures } = SafemanipReport;
-  const AT_ONCE = 100;
+  const AT_ONCE = 50;
   const RANKS = { fail_and_unsafe: 0, success_but_unsafe: 1, incomplete: 2, fail_but_safe: 3, success_and_safe: 4 };
   const COLUMNS = [
     { id: "worst", label: "worst", title: "how long the worst violation was unsafe", down: true, by: (own) => own.worst[0] * 1000 + own.worst[1] },
@@ -137,7 +137,7 @@ SafemanipReport.table = (() => {
   const section = element("section.card", { id: "rollouts" });
   const count = element("p.faint", { id: "count", role: "status" });
   const table = element("table.rollouts", {});
-  const more = element("button", { type: "button", on: { click: () => ((shown += 5 * AT_ONCE), fill()) } });
+  const more = element("button", { type: "button", on: { click: () => ((shown += 10 * AT_ONCE), fill()) } });
 
   function build() {
     const state = address.read();
