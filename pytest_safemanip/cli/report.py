@@ -62,8 +62,10 @@ def run(options: argparse.Namespace) -> int:
         1 if a gate or the comparison fails, 10 if it has no verdict since the infrastructure
         failed, 11 if a gate or the comparison is about rollouts on stand-in assets.
     """
-    if options.html:
-        return _write_page(options)
+    if options.html and (len(options.runs) != 1 or not options.runs[0].is_dir()):
+        raise ConfigError(
+            "--html: name the folder of one run; safemanip merge makes one of several"
+        )
     found = merge([read(path) for path in options.runs])
     gates = read_gates(options.gates, options.gate, "--gate")
     check_gates(gates, _known(found))
@@ -74,7 +76,12 @@ def run(options: argparse.Namespace) -> int:
     release = ReleaseGate(gates, baseline)
     ruling = release.rule(found) if found.records else release.rule_nothing()
     metrics = measure_each(found.records)
-    if options.json:
+    if options.html:
+        from pytest_safemanip.report.page.writing import write_page
+
+        decided = ruling if gates.gates or baseline else None
+        print(write_page(options.runs[0], read_folder().definitions, decided))
+    elif options.json:
         content = document.merged(found, metrics, Path.cwd())
         print_json({**content, "release": ruling.to_json()})
     else:
@@ -86,15 +93,6 @@ def run(options: argparse.Namespace) -> int:
             lines += ["", *ruling_lines(ruling)]
         print("\n".join(lines))
     return ruling.status(options.inconclusive == "fail", options.allow_standins)
-
-
-def _write_page(options: argparse.Namespace) -> int:
-    from pytest_safemanip.report.page.writing import write_page
-
-    if len(options.runs) != 1 or not options.runs[0].is_dir():
-        raise ConfigError("--html: name the folder of one run")
-    print(write_page(options.runs[0], read_folder().definitions))
-    return 0
 
 
 def _known(found: Summary) -> dict[str, set[str]]:

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
-from pytest_safemanip.metrics.groups import Group, Metrics, measure_each
+from pytest_safemanip.metrics.groups import Group, Metrics, measure, measure_each
 from pytest_safemanip.metrics.rates import Rate
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
 from pytest_safemanip.metrics.release_gate import PARTIAL
 from pytest_safemanip.metrics.shards import missing_line
 from pytest_safemanip.metrics.summaries import Summary
@@ -23,6 +23,8 @@ SHARES = (
     "triggered_rate",
 )
 """The metrics of each group that the page shows."""
+CROSSED = ("suite", "horizon")
+"""What each of whose values has its own metrics by category."""
 GROUPS = ("properties", "categories", "tasks", "suites", "horizons")
 LETTERS = {"VIOLATED": "V", "UNRESOLVED": "U", "SATISFIED": "S", "VACUOUS": "N"}
 """One for each outcome of a property: a run has tens of thousands."""
@@ -32,14 +34,16 @@ ABSENT, UNJUDGED = "-", "E"
 def overview(found: Summary) -> Json:
     """Metrics of each policy, and a row for each rollout.
 
-    Keys: ``notes``, ``policies`` (``name``, ``total``, ``groups``), ``properties`` (id and
-    category), ``rollouts``; see :func:`rollout_row`.
+    Keys: ``notes``, ``policies`` (``name``, ``total``, ``groups``, ``crosses``), ``properties``
+    (id and category), ``rollouts``; see :func:`rollout_row`.
     """
     metrics = measure_each(found.records)
     properties = _properties(found.records)
     return {
         "notes": _notes(found),
-        "policies": [_policy(name, own) for name, own in metrics.items()],
+        "policies": [
+            _policy(name, metrics[name], own) for name, own in by_policy(found.records).items()
+        ],
         "properties": [{"id": id_, "category": own} for id_, own in properties.items()],
         "rollouts": [rollout_row(record, list(properties)) for record in found.records],
     }
@@ -82,11 +86,28 @@ def _properties(records: Sequence[RolloutRecord]) -> dict[str, str]:
     return dict(sorted(found.items(), key=lambda item: (item[1], item[0])))
 
 
-def _policy(name: str, metrics: Metrics) -> Json:
+def _divided(records: Sequence[RolloutRecord], kind: str) -> dict[str, list[RolloutRecord]]:
+    """The rollouts of each suite, or of each horizon."""
+    found: dict[str, list[RolloutRecord]] = {}
+    for record in records:
+        found.setdefault(getattr(record, kind), []).append(record)
+    return found
+
+
+def _policy(name: str, metrics: Metrics, records: Sequence[RolloutRecord]) -> Json:
+    """The metrics of a policy; ``crosses`` are those by category within each suite and horizon."""
     groups: Mapping[str, Mapping[str, Group]] = {kind: getattr(metrics, kind) for kind in GROUPS}
+    crosses = {
+        kind: {
+            value: {category: _group(group) for category, group in measure(own).categories.items()}
+            for value, own in _divided(records, kind).items()
+        }
+        for kind in CROSSED
+    }
     return {
         "name": name,
         "total": _group(metrics.total),
+        "crosses": crosses,
         "groups": {
             kind: {key: _group(group) for key, group in own.items()} for kind, own in groups.items()
         },

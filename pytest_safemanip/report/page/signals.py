@@ -95,13 +95,26 @@ def _settled(view: View, name: str) -> list[Signal]:
     speed, spin = _rates(trace, index)
     speed[found.step[mine]], spin[found.step[mine]] = found.speed[mine], found.spin[mine]
     touch = forces_on(view, robot_parts(view))[:, index].astype(float)
-    height = trace.steps.object_pose[:, index, 2].astype(float)
     return [
         Signal(f"speed of {name}", "m/s", speed, _limits(view, "settled.speed")),
         Signal(f"spin of {name}", "rad/s", spin, _limits(view, "settled.spin")),
         Signal(f"robot's force on {name}", "N", touch, _limits(view, "settled.touch")),
-        Signal(f"height of {name}", "m", height, ()),
+        _height(trace, name),
     ]
+
+
+def _skill(view: View, skill: str, name: str) -> list[Signal]:
+    """How high and fast an object is that a skill begins with, or how open a fixture."""
+    trace, index = view.trace, view.trace.scene.object_index.get(name)
+    if index is None:
+        doors = view.trace.scene.doors_of(name)
+        return [Signal(_door(view, joint), "", _opened(view, joint), ()) for joint in doors]
+    return [_height(trace, name), Signal(f"speed of {name}", "m/s", _rates(trace, index)[0], ())]
+
+
+def _height(trace: Trace, name: str) -> Signal:
+    pose = trace.steps.object_pose[:, trace.scene.object_index[name]]
+    return Signal(f"height of {name}", "m", pose[:, 2].astype(float), ())
 
 
 def _rates(trace: Trace, index: int) -> tuple[Floats, Floats]:
@@ -256,6 +269,8 @@ def _limits(view: View, *names: str) -> tuple[Limit, ...]:
 
 SIGNALS: Mapping[str, Callable[..., list[Signal]]] = {
     "settled": _settled,
+    "skill_onset": _skill,
+    "pre_safe": _skill,
     "obj_grasped": _obj_grasped,
     "stable_grasp": _stable_grasp,
     "obj_released": _obj_released,

@@ -16,6 +16,7 @@ from jinja2 import Environment, FileSystemLoader
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics import summaries
 from pytest_safemanip.metrics.fields import Fields
+from pytest_safemanip.metrics.release_gate import Ruling
 from pytest_safemanip.report.page import replays
 from pytest_safemanip.report.page.details import details
 from pytest_safemanip.report.page.encoding import script_json
@@ -55,12 +56,15 @@ SCRIPTS: tuple[str, ...] = (
 """In the order in which they are run."""
 
 
-def write_page(folder: Path, definitions: Definitions | None = None) -> Path:
+def write_page(
+    folder: Path, definitions: Definitions | None = None, ruling: Ruling | None = None
+) -> Path:
     """Write ``report.html`` from what is in the folder of a run.
 
     Args:
         folder: with ``summary.json`` and the recordings that it names.
         definitions: tasks, properties and propositions; the shipped ones by default.
+        ruling: what gates and a baseline decide; by default what the summary says about it.
 
     Returns:
         The page.
@@ -70,7 +74,7 @@ def write_page(folder: Path, definitions: Definitions | None = None) -> Path:
         OSError: if the folder cannot be written.
     """
     found = summaries.read(folder)
-    about = _about(folder)
+    about = _about(folder, ruling)
     defined = definitions or load_definitions([], [], [])
     beside = _Beside(folder / BESIDE)
     within: list[dict[str, Any]] = []
@@ -89,8 +93,8 @@ def write_page(folder: Path, definitions: Definitions | None = None) -> Path:
     return _write(folder / NAME, _render(script_json(data), within))
 
 
-def _about(folder: Path) -> dict[str, Any]:
-    """What the summary says beside its rollouts.
+def _about(folder: Path, ruling: Ruling | None) -> dict[str, Any]:
+    """What the summary says beside its rollouts, and what was decided.
 
     Raises:
         ConfigError: if it is malformed.
@@ -101,13 +105,14 @@ def _about(folder: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise ConfigError(f"{file}: cannot be read: {error}") from None
     whole = Fields(str(file), document)
+    decided = document.get("release") if ruling is None else ruling.to_json()
     written = datetime.fromtimestamp(file.stat().st_mtime, UTC)
     return {
         "title": folder.resolve().name,
         "written": written.strftime("%Y-%m-%d %H:%M UTC"),
         "versions": whole.facts("versions"),
         "settings": _settings(whole.section("settings")),
-        "release": read_release(str(file), document.get("release")),
+        "release": read_release(str(file), decided),
     }
 
 

@@ -95,6 +95,18 @@ def test_a_cell_of_the_overview_leads_to_its_rollouts(tab):
     assert page.input_value("#filter-category") != ""
 
 
+def test_violations_are_shown_by_category_and_suite_of_a_policy(tab):
+    page = tab.open().page
+    page.select_option("#show-by", "category-suite")
+    page.select_option("#show-policy", FAULT)
+    rows = {
+        row.locator("th").inner_text().strip(): row.locator("td").all_inner_texts()
+        for row in page.locator(".matrix tbody tr").all()
+    }
+    assert rows["enclosure access"] == ["100.0 %"]
+    assert rows["grasp stability"] == ["0.0 %"]
+
+
 def test_the_timeline_begins_at_the_bad_prefix_of_the_summary(tab, run_folder):
     (told,) = [
         violation

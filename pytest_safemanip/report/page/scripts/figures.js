@@ -2,7 +2,7 @@
 SafemanipReport.figures = (() => {
   "use strict";
 
-  const { element, name, percent, counted, words } = SafemanipReport.dom;
+  const { element, name, percent, words } = SafemanipReport.dom;
   const OUTCOMES = {
     success_and_safe: "success and safe",
     success_but_unsafe: "success but unsafe",
@@ -68,41 +68,40 @@ SafemanipReport.figures = (() => {
     );
   }
 
-  /** Groups by policy: a cell for each, shaded by its share. */
-  function matrix({ kind, groups, policies, share, choose }) {
-    const cell = (policy, group) => {
-      const rate = policy.groups[kind][group]?.[share];
+  /**
+   * Groups by columns: a cell for each, shaded by its share.
+   *
+   * @param rows of {id, about}: groups, and what is said beside their names
+   * @param columns of {name, groups}: groups by id
+   * @param share which of the rates of a group
+   * @param choose called with the name of a column and the id of a group
+   */
+  function matrix({ rows, columns, share, choose }) {
+    const cell = (column, { id }) => {
+      const rate = column.groups[id]?.[share];
       if (!rate || rate.value === null) return element("td.cell.undefined", { title: rate ? told(rate) : "not in this group" }, "–");
       return element(
         "td.cell",
-        { style: { "--share": String(rate.value) }, title: `${policy.name}, ${words(group)}: ${told(rate)}` },
+        { style: { "--share": String(rate.value) }, title: `${column.name}, ${words(id)}: ${told(rate)}` },
         element(
           "button",
-          { type: "button", on: { click: () => choose(policy.name, group) } },
+          { type: "button", on: { click: () => choose(column.name, id) } },
           element("span.shade", {}),
           element("span.number", {}, percent(rate.value)),
         ),
       );
     };
-    const tasks = (group) => Math.max(...policies.map((policy) => policy.groups[kind][group]?.tasks ?? 0));
     return element(
       "div.scroll",
       { tabIndex: 0 },
       element(
         "table.matrix",
         {},
-        element("thead", {}, element("tr", {}, element("th", {}, ""), policies.map((policy) => element("th", { scope: "col" }, name(policy.name))))),
+        element("thead", {}, element("tr", {}, element("th", {}, ""), columns.map((column) => element("th", { scope: "col" }, name(column.label ?? column.name))))),
         element(
           "tbody",
           {},
-          groups.map((group) =>
-            element(
-              "tr",
-              {},
-              element("th", { scope: "row" }, words(group), kind === "tasks" ? null : element("span.faint", {}, ` ${counted(tasks(group), "task")}`)),
-              policies.map((policy) => cell(policy, group)),
-            ),
-          ),
+          rows.map((row) => element("tr", {}, element("th", { scope: "row" }, words(row.id), element("span.faint", {}, ` ${row.about}`)), columns.map((column) => cell(column, row)))),
         ),
       ),
     );

@@ -59,7 +59,7 @@ SafemanipReport.lanes = (() => {
   }
 
   /** What the automaton owes: pending obligations, and where they are broken. */
-  function obligation(property, instance, steps) {
+  function obligation(property, instance, steps, dt) {
     const plot = element("div.lane.tall", {});
     const value = element("span.value", {});
     const { states } = property;
@@ -74,6 +74,12 @@ SafemanipReport.lanes = (() => {
           const last = (instance.states[at + 2] ?? steps) - 1;
           const state = states[instance.states[at + 1]];
           if (state.residual && state.kind !== "false") blocks.push(block(window, instance.states[at], last, "pending", `pending: ${state.residual}`, state.residual));
+        }
+        if (property.deadline) {
+          const room = Math.floor(property.deadline / dt + 1e-9);
+          for (const [first, last] of spans(instance.pending)) {
+            if (last - first + 1 >= room) blocks.push(block(window, first + room, first + room, "due", `due within ${property.deadline} s, by step ${first + room}`));
+          }
         }
         for (const [first, last] of spans(instance.unsafe)) blocks.push(block(window, first, last, "unsafe", `unsafe: steps ${first} to ${last}`));
         plot.replaceChildren(...blocks.filter(Boolean));

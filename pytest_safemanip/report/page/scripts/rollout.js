@@ -52,7 +52,7 @@ SafemanipReport.rollout = (() => {
         title: about,
         lanes: [
           ...instance.lanes.map((lane) => lanes.truth(lane.atom, lane.runs, { title: lane.call })),
-          lanes.obligation(property, instance, details.steps),
+          lanes.obligation(property, instance, details.steps, details.dt),
           lanes.automaton(property, instance, details.steps),
         ],
       },
@@ -182,13 +182,14 @@ SafemanipReport.rollout = (() => {
       element(
         "div.columns",
         {},
-        element("section.card.side", {}, found.length ? [element("h2", {}, counted(found.length, "violation")), cards] : null, explained, scene.box, proved, element("details.others", {}, element("summary", {}, "All properties"), properties(details, chooseInstance))),
+        element("section.card.side", {}, found.length ? [element("h2", {}, counted(found.length, "violation")), cards] : null, explained, scene.box, proved, element("details.others", { open: !found.length }, element("summary", {}, "All properties"), properties(details, chooseInstance))),
         element("section.card.over", {}, element("h2", {}, "Timeline"), moments(details, (step) => line.seek(step)), line.box, element("p.faint.keys", {}, "← → step, shift for ten; b unsafe step; n p other violations; z zoom; space play; j k other rollouts; esc overview")),
       ),
     );
     const state = address.read();
     const wanted = found.find((own) => own.id === state.violation) ?? found.find((own) => own.property.id === state.property) ?? found[0];
-    const first = details.properties.find((property) => property.instances.length);
+    const told = details.properties.filter((property) => property.instances.length);
+    const first = told.find((property) => property.outcome === "UNRESOLVED") ?? told[0];
     // The lanes need their width, which they have once they are on the page.
     const begin = () => {
       scene.mount();
@@ -241,6 +242,7 @@ SafemanipReport.rollout = (() => {
     const made = build(rollout, details);
     into.replaceChildren(made.body ?? made);
     made.begin?.();
+    into.focus({ preventScroll: true });
     document.title = `${rollout.task}, ${rollout.policy}, seed ${rollout.seed}`;
   }
 
