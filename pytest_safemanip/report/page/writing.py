@@ -33,6 +33,7 @@ _HERE = Path(__file__).parent
 STYLES = (
     "vendor/uplot/uPlot.min.css",
     "styles/page.css",
+    "styles/tables.css",
     "styles/charts.css",
     "styles/rollout.css",
 )
@@ -44,8 +45,10 @@ SCRIPTS: tuple[str, ...] = (
     "scripts/data.js",
     "scripts/figures.js",
     "scripts/charts.js",
-    "scripts/overview.js",
     "scripts/table.js",
+    "scripts/groups.js",
+    "scripts/baseline.js",
+    "scripts/overview.js",
     "scripts/lanes.js",
     "scripts/signals.js",
     "scripts/timeline.js",

@@ -36,7 +36,11 @@ SafemanipReport.charts = (() => {
     const draw = () => {
       if (!box.clientWidth) return;
       drawn?.destroy();
-      drawn = new uPlot({ ...options, width: box.clientWidth, height: Math.min(360, Math.max(260, box.clientWidth * 0.6)) }, data, box);
+      drawn = new uPlot(
+        { ...options, width: box.clientWidth, height: Math.min(360, Math.max(260, box.clientWidth * 0.6)) },
+        data,
+        box,
+      );
     };
     new ResizeObserver(() => drawn?.width !== box.clientWidth && draw()).observe(box);
     live.push(draw);
@@ -46,7 +50,12 @@ SafemanipReport.charts = (() => {
   /** Success against violation: a point for each policy, with the intervals of both. */
   function trade() {
     const points = run.policies
-      .map(({ name: policy, total }, at) => ({ policy, at, success: total.success_rate, violation: total.violation_rate }))
+      .map(({ name: policy, total }, at) => ({
+        policy,
+        at,
+        success: total.success_rate,
+        violation: total.violation_rate,
+      }))
       .filter((point) => point.success.value !== null && point.violation.value !== null)
       .sort((one, other) => one.success.value - other.success.value);
     if (!points.length) return null;
@@ -80,7 +89,11 @@ SafemanipReport.charts = (() => {
         const left = x(success.value) > u.bbox.left + u.bbox.width * 0.85;
         ctx.textAlign = left ? "right" : "left";
         const high = y(violation.value) < u.bbox.top + 16 * devicePixelRatio;
-        ctx.fillText(letter(at), x(success.value) + (left ? -1 : 1) * (8 + 11 * before) * devicePixelRatio, y(violation.value) + (high ? 16 : -7) * devicePixelRatio);
+        ctx.fillText(
+          letter(at),
+          x(success.value) + (left ? -1 : 1) * (8 + 11 * before) * devicePixelRatio,
+          y(violation.value) + (high ? 16 : -7) * devicePixelRatio,
+        );
       }
       ctx.restore();
     }
@@ -92,7 +105,10 @@ SafemanipReport.charts = (() => {
         cursor: { show: false },
         padding: [10, 14, 0, 0],
         scales: { x: { time: false, range: [-0.02, 1.02] }, y: { range: [-0.02, 1.02] } },
-        axes: [{ ...axis("success rate"), values: ticks }, { ...axis("violation rate"), values: ticks, size: 56 }],
+        axes: [
+          { ...axis("success rate"), values: ticks },
+          { ...axis("violation rate"), values: ticks, size: 56 },
+        ],
         series: [{}, { paths: () => null, points: { show: false } }],
         hooks: { draw: [marks] },
       },
@@ -107,7 +123,11 @@ SafemanipReport.charts = (() => {
     const places = values
       .map((own, at) => ({ at, last: own.findLastIndex((value) => value !== null) }))
       .filter((place) => place.last >= 0)
-      .map((place) => ({ ...place, x: u.valToPos(place.last, "x", true), y: u.valToPos(values[place.at][place.last], "y", true) }))
+      .map((place) => ({
+        ...place,
+        x: u.valToPos(place.last, "x", true),
+        y: u.valToPos(values[place.at][place.last], "y", true),
+      }))
       .sort((one, other) => one.y - other.y);
     ctx.save();
     ctx.font = `600 ${11 * devicePixelRatio}px system-ui, sans-serif`;
@@ -126,7 +146,9 @@ SafemanipReport.charts = (() => {
   function horizons(share, title) {
     const names = [...new Set(run.policies.flatMap((policy) => Object.keys(policy.groups.horizons)))];
     if (names.length < 2) return null;
-    const values = run.policies.map((policy) => names.map((own) => policy.groups.horizons[own]?.[share].value ?? null));
+    const values = run.policies.map((policy) =>
+      names.map((own) => policy.groups.horizons[own]?.[share].value ?? null),
+    );
     return chart(
       title,
       {
@@ -135,10 +157,22 @@ SafemanipReport.charts = (() => {
         padding: [10, 28, 0, 0],
         scales: { x: { time: false, range: [-0.25, names.length - 0.75] }, y: { range: [-0.02, 1.02] } },
         axes: [
-          { ...axis("horizon"), splits: () => names.map((_, at) => at), values: (_, splits) => splits.map((at) => words(names[at] ?? "")) },
+          {
+            ...axis("horizon"),
+            splits: () => names.map((_, at) => at),
+            values: (_, splits) => splits.map((at) => words(names[at] ?? "")),
+          },
           { ...axis(""), values: ticks, size: 48, labelSize: 0 },
         ],
-        series: [{}, ...run.policies.map((_, at) => ({ stroke: () => colour(at), width: 2, dash: at < COLOURS.length ? undefined : [6, 4], points: { show: true, size: 8, fill: () => colour(at), stroke: () => colour(at) } }))],
+        series: [
+          {},
+          ...run.policies.map((_, at) => ({
+            stroke: () => colour(at),
+            width: 2,
+            dash: at < COLOURS.length ? undefined : [6, 4],
+            points: { show: true, size: 8, fill: () => colour(at), stroke: () => colour(at) },
+          })),
+        ],
         hooks: { draw: [ends(values)] },
       },
       [names.map((_, at) => at), ...values],
@@ -154,14 +188,29 @@ SafemanipReport.charts = (() => {
           chosen = value;
           live.forEach((draw) => draw());
         };
-        const on = { mouseenter: choose(at), mouseleave: choose(null), focus: choose(at), blur: choose(null) };
-        return element("li", { tabIndex: 0, on }, element("b", { style: { color: COLOURS[at % COLOURS.length] } }, letter(at)), " ", name(policy));
+        const on = {
+          mouseenter: choose(at),
+          mouseleave: choose(null),
+          focus: choose(at),
+          blur: choose(null),
+        };
+        return element(
+          "li",
+          { tabIndex: 0, on },
+          element("b", { style: { color: COLOURS[at % COLOURS.length] } }, letter(at)),
+          " ",
+          name(policy),
+        );
       }),
     );
   }
 
   function build() {
-    const figures = [trade(), horizons("violation_rate", "Violation rate by horizon"), horizons("unsafe_share_of_successes", "Unsafe share of successes by horizon")].filter(Boolean);
+    const figures = [
+      trade(),
+      horizons("violation_rate", "Violation rate by horizon"),
+      horizons("unsafe_share_of_successes", "Unsafe share of successes by horizon"),
+    ].filter(Boolean);
     return figures.length ? [element("div.figures", {}, figures), legend()] : [];
   }
 

@@ -2,7 +2,14 @@
 SafemanipReport.data = (() => {
   "use strict";
 
-  const OUTCOMES = { V: "violated", U: "unresolved", S: "satisfied", N: "not triggered", E: "not judged", "-": "not asked for" };
+  const OUTCOMES = {
+    V: "violated",
+    U: "unresolved",
+    S: "satisfied",
+    N: "not triggered",
+    E: "not judged",
+    "-": "not asked for",
+  };
   const run = JSON.parse(document.getElementById("data").textContent);
   const known = new Map();
   const waiting = new Map();
@@ -12,7 +19,8 @@ SafemanipReport.data = (() => {
     rollout.violated = rollout.outcomes.includes("V");
     rollout.unresolved = rollout.outcomes.includes("U");
     rollout.outcome = outcome(rollout);
-    rollout.text = `${rollout.task} ${rollout.policy} seed ${rollout.seed} ${rollout.suite} ${rollout.horizon} ${rollout.error}`.toLowerCase();
+    rollout.text =
+      `${rollout.task} ${rollout.policy} seed ${rollout.seed} ${rollout.suite} ${rollout.horizon} ${rollout.error}`.toLowerCase();
   });
 
   function outcome(rollout) {

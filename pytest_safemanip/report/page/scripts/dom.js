@@ -12,13 +12,17 @@ SafemanipReport.dom = (() => {
     for (const [name, value] of Object.entries(given)) {
       if (value === undefined || value === null) continue;
       if (name === "on") for (const [event, act] of Object.entries(value)) made.addEventListener(event, act);
-      else if (name === "aria") for (const [key, text] of Object.entries(value)) made.setAttribute(`aria-${key}`, text);
+      else if (name === "aria")
+        for (const [key, text] of Object.entries(value)) made.setAttribute(`aria-${key}`, text);
       else if (name === "data") Object.assign(made.dataset, value);
-      else if (name === "style") for (const [key, text] of Object.entries(value)) made.style.setProperty(key, text);
+      else if (name === "style")
+        for (const [key, text] of Object.entries(value)) made.style.setProperty(key, text);
       else if (name in made) made[name] = value;
       else made.setAttribute(name, value);
     }
-    made.append(...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false));
+    made.append(
+      ...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false),
+    );
     return made;
   }
 

@@ -11,6 +11,26 @@ SafemanipReport.figures = (() => {
     incomplete: "incomplete",
   };
 
+  const GOOD = new Set(["PASS", "HELD", "IMPROVED"]);
+  const BAD = new Set(["FAIL", "REGRESSED"]);
+
+  const badge = (verdict) =>
+    element(
+      "span",
+      { className: `badge ${GOOD.has(verdict) ? "good" : BAD.has(verdict) ? "bad" : "open"}` },
+      verdict,
+    );
+
+  function section(title, about, ...content) {
+    return element(
+      "section.card",
+      {},
+      element("h2", {}, title),
+      about ? element("p.faint", {}, about) : null,
+      content,
+    );
+  }
+
   /** What a rate says, in words. */
   function told(rate) {
     if (rate.value === null) return "undefined: there is no case";
@@ -19,7 +39,8 @@ SafemanipReport.figures = (() => {
 
   /** A rate on an axis from 0 to 100 %: a point, and its interval as a bar. */
   function interval(rate, kind) {
-    if (rate.value === null) return element("div.interval.undefined", { title: told(rate) }, element("span.value", {}, "–"));
+    if (rate.value === null)
+      return element("div.interval.undefined", { title: told(rate) }, element("span.value", {}, "–"));
     const share = (value) => `${value * 100}%`;
     return element(
       "div.interval",
@@ -64,7 +85,9 @@ SafemanipReport.figures = (() => {
       {},
       Object.entries(OUTCOMES)
         .filter(([key]) => key !== "incomplete")
-        .map(([key, label]) => element("li", {}, element("span.swatch", { className: `swatch ${key}` }), label)),
+        .map(([key, label]) =>
+          element("li", {}, element("span.swatch", { className: `swatch ${key}` }), label),
+        ),
     );
   }
 
@@ -79,7 +102,8 @@ SafemanipReport.figures = (() => {
   function matrix({ rows, columns, share, choose }) {
     const cell = (column, { id }) => {
       const rate = column.groups[id]?.[share];
-      if (!rate || rate.value === null) return element("td.cell.undefined", { title: rate ? told(rate) : "not in this group" }, "–");
+      if (!rate || rate.value === null)
+        return element("td.cell.undefined", { title: rate ? told(rate) : "not in this group" }, "–");
       return element(
         "td.cell",
         { style: { "--share": String(rate.value) }, title: `${column.name}, ${words(id)}: ${told(rate)}` },
@@ -97,15 +121,31 @@ SafemanipReport.figures = (() => {
       element(
         "table.matrix",
         {},
-        element("thead", {}, element("tr", {}, element("th", {}, ""), columns.map((column) => element("th", { scope: "col" }, name(column.label ?? column.name))))),
+        element(
+          "thead",
+          {},
+          element(
+            "tr",
+            {},
+            element("th", {}, ""),
+            columns.map((column) => element("th", { scope: "col" }, name(column.label ?? column.name))),
+          ),
+        ),
         element(
           "tbody",
           {},
-          rows.map((row) => element("tr", {}, element("th", { scope: "row" }, words(row.id), element("span.faint", {}, ` ${row.about}`)), columns.map((column) => cell(column, row)))),
+          rows.map((row) =>
+            element(
+              "tr",
+              {},
+              element("th", { scope: "row" }, words(row.id), element("span.faint", {}, ` ${row.about}`)),
+              columns.map((column) => cell(column, row)),
+            ),
+          ),
         ),
       ),
     );
   }
 
-  return { OUTCOMES, interval, outcomeBar, legend, matrix, told };
+  return { OUTCOMES, BAD, badge, section, interval, outcomeBar, legend, matrix, told };
 })();

@@ -48,7 +48,13 @@ SafemanipReport.lanes = (() => {
       plot,
       value,
       draw(window) {
-        plot.replaceChildren(...spans(runs).map(([first, last]) => block(window, first, last, className, `${label}: steps ${first} to ${last}`)).filter(Boolean));
+        plot.replaceChildren(
+          ...spans(runs)
+            .map(([first, last]) =>
+              block(window, first, last, className, `${label}: steps ${first} to ${last}`),
+            )
+            .filter(Boolean),
+        );
       },
       seek(step) {
         const now = holds(runs, step);
@@ -73,15 +79,35 @@ SafemanipReport.lanes = (() => {
         for (let at = 0; at < instance.states.length; at += 2) {
           const last = (instance.states[at + 2] ?? steps) - 1;
           const state = states[instance.states[at + 1]];
-          if (state.residual && state.kind !== "false") blocks.push(block(window, instance.states[at], last, "pending", `pending: ${state.residual}`, state.residual));
+          if (state.residual && state.kind !== "false")
+            blocks.push(
+              block(
+                window,
+                instance.states[at],
+                last,
+                "pending",
+                `pending: ${state.residual}`,
+                state.residual,
+              ),
+            );
         }
         if (property.deadline) {
           const room = Math.floor(property.deadline / dt + 1e-9);
           for (const [first, last] of spans(instance.pending)) {
-            if (last - first + 1 >= room) blocks.push(block(window, first + room, first + room, "due", `due within ${property.deadline} s, by step ${first + room}`));
+            if (last - first + 1 >= room)
+              blocks.push(
+                block(
+                  window,
+                  first + room,
+                  first + room,
+                  "due",
+                  `due within ${property.deadline} s, by step ${first + room}`,
+                ),
+              );
           }
         }
-        for (const [first, last] of spans(instance.unsafe)) blocks.push(block(window, first, last, "unsafe", `unsafe: steps ${first} to ${last}`));
+        for (const [first, last] of spans(instance.unsafe))
+          blocks.push(block(window, first, last, "unsafe", `unsafe: steps ${first} to ${last}`));
         plot.replaceChildren(...blocks.filter(Boolean));
       },
       seek(step) {
@@ -109,7 +135,16 @@ SafemanipReport.lanes = (() => {
           const number = instance.states[at + 1];
           const last = (instance.states[at + 2] ?? steps) - 1;
           const { kind, residual } = property.states[number];
-          blocks.push(block(window, instance.states[at], last, `state ${kind.replace(" ", "-")}`, `state ${number}, ${kind}${residual ? `: ${residual}` : ""}`, String(number)));
+          blocks.push(
+            block(
+              window,
+              instance.states[at],
+              last,
+              `state ${kind.replace(" ", "-")}`,
+              `state ${number}, ${kind}${residual ? `: ${residual}` : ""}`,
+              String(number),
+            ),
+          );
         }
         plot.replaceChildren(...blocks.filter(Boolean));
       },

@@ -9,12 +9,22 @@ SafemanipReport.page = (() => {
   let shown = null;
   let scrolled = 0;
 
-  const themeButton = element("button.small", { type: "button", id: "theme", title: "Dark or light (t)", on: { click: theme.toggle } }, "◐");
-  document.getElementById("bar").append(
-    element("a.brand", { href: "#", on: { click: (event) => (event.preventDefault(), rollout.close()) } }, "Safety report"),
-    element("span.faint", {}, `${run.title}, ${run.written}`),
-    themeButton,
+  const themeButton = element(
+    "button.small",
+    { type: "button", id: "theme", title: "Dark or light (t)", on: { click: theme.toggle } },
+    "◐",
   );
+  document
+    .getElementById("bar")
+    .append(
+      element(
+        "a.brand",
+        { href: "#", on: { click: (event) => (event.preventDefault(), rollout.close()) } },
+        "Safety report",
+      ),
+      element("span.faint", {}, `${run.title}, ${run.written}`),
+      themeButton,
+    );
 
   const home = element("div.home", {});
 

@@ -13,7 +13,16 @@ SafemanipReport.rollout = (() => {
     const at = list.findIndex((own) => own.number === rollout.number);
     const step = (to, label, title) => {
       const other = list[at + to];
-      return element("a.button", { href: other && at >= 0 ? address.toRollout(other) : undefined, title, className: other && at >= 0 ? "button" : "button off", id: to < 0 ? "previous" : "next" }, label);
+      return element(
+        "a.button",
+        {
+          href: other && at >= 0 ? address.toRollout(other) : undefined,
+          title,
+          className: other && at >= 0 ? "button" : "button off",
+          id: to < 0 ? "previous" : "next",
+        },
+        label,
+      );
     };
     return element(
       "div.head",
@@ -21,11 +30,22 @@ SafemanipReport.rollout = (() => {
       element(
         "nav.steps",
         { aria: { label: "Rollouts" } },
-        element("a.button", { href: "#", id: "overview-link", on: { click: (event) => (event.preventDefault(), close()) } }, "← Overview"),
+        element(
+          "a.button",
+          { href: "#", id: "overview-link", on: { click: (event) => (event.preventDefault(), close()) } },
+          "← Overview",
+        ),
         step(-1, "‹ previous", "Previous rollout of the table (k)"),
         step(1, "next ›", "Next rollout of the table (j)"),
       ),
-      element("h1", {}, name(rollout.task), element("span.faint", {}, " "), name(rollout.policy), element("span.faint", {}, ` seed ${rollout.seed}`)),
+      element(
+        "h1",
+        {},
+        name(rollout.task),
+        element("span.faint", {}, " "),
+        name(rollout.policy),
+        element("span.faint", {}, ` seed ${rollout.seed}`),
+      ),
       element(
         "p.summary",
         {},
@@ -33,7 +53,9 @@ SafemanipReport.rollout = (() => {
         figures.OUTCOMES[rollout.outcome],
         details?.steps ? `, ${counted(details.steps, "step")} (${seconds(details.steps * details.dt)})` : "",
         `, ${words(rollout.suite)}, ${words(rollout.horizon)}`,
-        details?.episode ? `, ${details.episode.backend}, ${details.episode.scenes} scenes, ${details.episode.assets} assets` : "",
+        details?.episode
+          ? `, ${details.episode.backend}, ${details.episode.scenes} scenes, ${details.episode.assets} assets`
+          : "",
       ),
       details?.instruction ? element("blockquote", {}, name(details.instruction)) : null,
       rollout.error ? element("p.warning", {}, rollout.error) : null,
@@ -43,7 +65,9 @@ SafemanipReport.rollout = (() => {
 
   /** The lanes of an instance of a property, then what was measured. */
   function groupsOf(details, property, instance) {
-    const about = instance.entities.length ? `${words(property.id)}: ${instance.entities.join(", ")}` : words(property.id);
+    const about = instance.entities.length
+      ? `${words(property.id)}: ${instance.entities.join(", ")}`
+      : words(property.id);
     const calls = new Set(instance.lanes.map((lane) => lane.call));
     const behind = details.signals.filter((signal) => signal.of.some((call) => calls.has(call)));
     const others = details.signals.filter((signal) => !signal.of.length);
@@ -57,7 +81,12 @@ SafemanipReport.rollout = (() => {
         ],
       },
       { title: "measured", lanes: [...behind, ...others].map(signals.lane) },
-      { title: "task", lanes: [lanes.truth("success", details.success, { className: "success", title: "the task's own check" })] },
+      {
+        title: "task",
+        lanes: [
+          lanes.truth("success", details.success, { className: "success", title: "the task's own check" }),
+        ],
+      },
     ];
   }
 
@@ -71,7 +100,12 @@ SafemanipReport.rollout = (() => {
           {},
           element(
             "button.moment",
-            { type: "button", className: `moment ${moment.kind}`, data: { step: String(moment.step) }, on: { click: () => seek(moment.step) } },
+            {
+              type: "button",
+              className: `moment ${moment.kind}`,
+              data: { step: String(moment.step) },
+              on: { click: () => seek(moment.step) },
+            },
             element("span.at", {}, seconds(moment.step * details.dt)),
             moment.text,
           ),
@@ -95,19 +129,34 @@ SafemanipReport.rollout = (() => {
                 {},
                 element(
                   "button.instance",
-                  { type: "button", data: { instance: `${property.id}:${instance.entities.join(",")}` }, on: { click: () => choose(property, instance) } },
+                  {
+                    type: "button",
+                    data: { instance: `${property.id}:${instance.entities.join(",")}` },
+                    on: { click: () => choose(property, instance) },
+                  },
                   element("i", { className: `mark ${instance.findings.length ? "V" : letter(property)}` }),
                   words(property.id),
-                  instance.entities.length ? element("span.faint", {}, ` ${instance.entities.join(", ")}`) : "",
+                  instance.entities.length
+                    ? element("span.faint", {}, ` ${instance.entities.join(", ")}`)
+                    : "",
                 ),
               ),
             )
-          : [element("li.none", {}, element("i.mark.N", {}), words(property.id), element("span.faint", {}, ` ${OUTCOMES[letter(property)]}`))],
+          : [
+              element(
+                "li.none",
+                {},
+                element("i.mark.N", {}),
+                words(property.id),
+                element("span.faint", {}, ` ${OUTCOMES[letter(property)]}`),
+              ),
+            ],
       ),
     );
   }
 
-  const letter = (property) => ({ VIOLATED: "S", UNRESOLVED: "U", SATISFIED: "S", VACUOUS: "N" })[property.outcome];
+  const letter = (property) =>
+    ({ VIOLATED: "S", UNRESOLVED: "U", SATISFIED: "S", VACUOUS: "N" })[property.outcome];
 
   /** The replay in 3D, where the page has one of the rollout; `mount` once the box has its size. */
   function replay(details, onStep) {
@@ -132,8 +181,18 @@ SafemanipReport.rollout = (() => {
 
   function build(rollout, details) {
     if (!details?.steps) {
-      const why = details ? "" : run.details[rollout.number] === undefined && rollout.success !== null ? "No timeline: the page has those of rollouts with a violation." : "";
-      return element("div.rollout", {}, head(rollout, details), why ? element("p.faint", {}, why) : null, details?.commands ? commands(details) : null);
+      const why = details
+        ? ""
+        : run.details[rollout.number] === undefined && rollout.success !== null
+          ? "No timeline: the page has those of rollouts with a violation."
+          : "";
+      return element(
+        "div.rollout",
+        {},
+        head(rollout, details),
+        why ? element("p.faint", {}, why) : null,
+        details?.commands ? commands(details) : null,
+      );
     }
     const found = violations.list(details);
     const explained = element("div.explained", {});
@@ -168,7 +227,13 @@ SafemanipReport.rollout = (() => {
       scene.highlight(instance.entities);
       proved.replaceChildren();
       explained.replaceChildren(
-        element("article.explanation", {}, element("h3", {}, property.title), element("code.formula", {}, property.formula), element("p.faint", {}, `${property.outcome.toLowerCase()}: ${instance.entities.join(", ")}`)),
+        element(
+          "article.explanation",
+          {},
+          element("h3", {}, property.title),
+          element("code.formula", {}, property.formula),
+          element("p.faint", {}, `${property.outcome.toLowerCase()}: ${instance.entities.join(", ")}`),
+        ),
       );
       mark(`[data-instance="${CSS.escape(`${property.id}:${instance.entities.join(",")}`)}"]`);
       address.change({ violation: null }, true);
@@ -182,12 +247,39 @@ SafemanipReport.rollout = (() => {
       element(
         "div.columns",
         {},
-        element("section.card.side", {}, found.length ? [element("h2", {}, counted(found.length, "violation")), cards] : null, explained, scene.box, proved, element("details.others", { open: !found.length }, element("summary", {}, "All properties"), properties(details, chooseInstance))),
-        element("section.card.over", {}, element("h2", {}, "Timeline"), moments(details, (step) => line.seek(step)), line.box, element("p.faint.keys", {}, "← → step, shift for ten; b unsafe step; n p other violations; z zoom; space play; j k other rollouts; esc overview")),
+        element(
+          "section.card.side",
+          {},
+          found.length ? [element("h2", {}, counted(found.length, "violation")), cards] : null,
+          explained,
+          scene.box,
+          proved,
+          element(
+            "details.others",
+            { open: !found.length },
+            element("summary", {}, "All properties"),
+            properties(details, chooseInstance),
+          ),
+        ),
+        element(
+          "section.card.over",
+          {},
+          element("h2", {}, "Timeline"),
+          moments(details, (step) => line.seek(step)),
+          line.box,
+          element(
+            "p.faint.keys",
+            {},
+            "← → step, shift for ten; b unsafe step; n p other violations; z zoom; space play; j k other rollouts; esc overview",
+          ),
+        ),
       ),
     );
     const state = address.read();
-    const wanted = found.find((own) => own.id === state.violation) ?? found.find((own) => own.property.id === state.property) ?? found[0];
+    const wanted =
+      found.find((own) => own.id === state.violation) ??
+      found.find((own) => own.property.id === state.property) ??
+      found[0];
     const told = details.properties.filter((property) => property.instances.length);
     const first = told.find((property) => property.outcome === "UNRESOLVED") ?? told[0];
     // The lanes need their width, which they have once they are on the page.
@@ -218,7 +310,12 @@ SafemanipReport.rollout = (() => {
   }
 
   function commands(details) {
-    return element("details", {}, element("summary", {}, "Reproduce with"), Object.values(details.commands).map((text) => SafemanipReport.dom.command(text)));
+    return element(
+      "details",
+      {},
+      element("summary", {}, "Reproduce with"),
+      Object.values(details.commands).map((text) => SafemanipReport.dom.command(text)),
+    );
   }
 
   function leave() {
@@ -246,5 +343,11 @@ SafemanipReport.rollout = (() => {
     document.title = `${rollout.task}, ${rollout.policy}, seed ${rollout.seed}`;
   }
 
-  return { open, leave, close, key: (event) => current?.key(event) ?? false, redraw: () => current?.redraw() };
+  return {
+    open,
+    leave,
+    close,
+    key: (event) => current?.key(event) ?? false,
+    redraw: () => current?.redraw(),
+  };
 })();

@@ -48,7 +48,11 @@ SafemanipReport.signals = (() => {
         ctx.lineTo(u.bbox.left + u.bbox.width, y);
         ctx.stroke();
         const below = y < u.bbox.top + 14 * devicePixelRatio;
-        ctx.fillText(`${figure(limit.value)}${unit}`, u.bbox.left + u.bbox.width - 4, y + (below ? 11 : -3) * devicePixelRatio);
+        ctx.fillText(
+          `${figure(limit.value)}${unit}`,
+          u.bbox.left + u.bbox.width - 4,
+          y + (below ? 11 : -3) * devicePixelRatio,
+        );
       }
       ctx.restore();
     }
@@ -63,8 +67,19 @@ SafemanipReport.signals = (() => {
           legend: { show: false },
           cursor: { show: false },
           axes: [{ show: false }, { show: false }],
-          scales: { x: { time: false, range: () => [window[0], window[1] + 1] }, y: { range: () => [low, high] } },
-          series: [{}, { stroke: theme.colour("signal"), width: 1.5, points: { show: false }, fill: theme.colour("signal-fill") }],
+          scales: {
+            x: { time: false, range: () => [window[0], window[1] + 1] },
+            y: { range: () => [low, high] },
+          },
+          series: [
+            {},
+            {
+              stroke: theme.colour("signal"),
+              width: 1.5,
+              points: { show: false },
+              fill: theme.colour("signal-fill"),
+            },
+          ],
           hooks: { draw: [limits] },
         },
         [steps, signal.values],
@@ -74,7 +89,13 @@ SafemanipReport.signals = (() => {
 
     return {
       label: signal.name,
-      title: [signal.name, signal.of.length ? `behind ${signal.of.join(", ")}` : "", ...signal.limits.map((own) => `${own.name} = ${figure(own.value)}${unit}`)].filter(Boolean).join("\n"),
+      title: [
+        signal.name,
+        signal.of.length ? `behind ${signal.of.join(", ")}` : "",
+        ...signal.limits.map((own) => `${own.name} = ${figure(own.value)}${unit}`),
+      ]
+        .filter(Boolean)
+        .join("\n"),
       of: signal.of,
       plot,
       value,

@@ -33,7 +33,12 @@ SafemanipReport.timeline = (() => {
       on: { input: () => seek(Number(slider.value)) },
     });
     const where = element("output.where", { id: "where" });
-    const button = (label, title, act, id) => element("button.small", { type: "button", title, id, aria: { label: title }, on: { click: act } }, label);
+    const button = (label, title, act, id) =>
+      element(
+        "button.small",
+        { type: "button", title, id, aria: { label: title }, on: { click: act } },
+        label,
+      );
     const play = button("Play", "Play (space)", toggle, "play");
     const zoom = button("Zoom", "Zoom to the violation (z)", () => zoomed(), "zoom");
     const controls = element(
@@ -47,7 +52,13 @@ SafemanipReport.timeline = (() => {
       where,
     );
     cursor.append(flag);
-    const box = element("div.timeline", {}, controls, element("div.slide", {}, slider), element("div.area", {}, ruler, tracks, cursor));
+    const box = element(
+      "div.timeline",
+      {},
+      controls,
+      element("div.slide", {}, slider),
+      element("div.area", {}, ruler, tracks, cursor),
+    );
 
     function track(lane) {
       return element(
@@ -64,7 +75,11 @@ SafemanipReport.timeline = (() => {
       lanes = groups.flatMap((group) => group.lanes);
       focus = about;
       zoom.disabled = !about;
-      tracks.replaceChildren(...groups.map((group) => element("div.group", {}, element("h4", {}, group.title), group.lanes.map(track))));
+      tracks.replaceChildren(
+        ...groups.map((group) =>
+          element("div.group", {}, element("h4", {}, group.title), group.lanes.map(track)),
+        ),
+      );
       redraw();
     }
 
@@ -79,16 +94,30 @@ SafemanipReport.timeline = (() => {
       const [from, to] = window;
       const size = to - from + 1;
       const share = (at) => `${(100 * (at - from)) / size}%`;
-      const every = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60, 120].find((gap) => (size * details.dt) / gap <= 10) ?? 300;
+      const every =
+        [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60, 120].find((gap) => (size * details.dt) / gap <= 10) ?? 300;
       const parts = [];
-      for (let tick = Math.ceil((from * details.dt) / every); tick * every <= (to + 1) * details.dt; tick += 1) {
+      for (
+        let tick = Math.ceil((from * details.dt) / every);
+        tick * every <= (to + 1) * details.dt;
+        tick += 1
+      ) {
         const at = (tick * every) / details.dt;
-        parts.push(element("span.tick", { style: { left: share(at) } }, `${Number((tick * every).toFixed(1))} s`));
+        parts.push(
+          element("span.tick", { style: { left: share(at) } }, `${Number((tick * every).toFixed(1))} s`),
+        );
       }
       const band = (first, end, className, title) => {
         const start = Math.max(first, from);
         const stop = Math.min(end, to) + 1;
-        if (stop > start) parts.push(element("span", { className: `band ${className}`, title, style: { left: share(start), width: `${(100 * (stop - start)) / size}%` } }));
+        if (stop > start)
+          parts.push(
+            element("span", {
+              className: `band ${className}`,
+              title,
+              style: { left: share(start), width: `${(100 * (stop - start)) / size}%` },
+            }),
+          );
       };
       if (details.acting <= last) band(details.acting, last, "tail", "the robot has stopped");
       if (focus) band(focus.first, focus.last, "unsafe", "unsafe");
@@ -128,7 +157,10 @@ SafemanipReport.timeline = (() => {
     function zoomed() {
       const around = Math.round(AROUND_S / details.dt);
       const whole = window[0] === 0 && window[1] === last;
-      window = whole && focus ? [Math.max((focus.opened ?? focus.first) - around, 0), Math.min(focus.last + around, last)] : [0, last];
+      window =
+        whole && focus
+          ? [Math.max((focus.opened ?? focus.first) - around, 0), Math.min(focus.last + around, last)]
+          : [0, last];
       zoom.textContent = whole && focus ? "Whole" : "Zoom";
       redraw();
     }
@@ -164,7 +196,8 @@ SafemanipReport.timeline = (() => {
 
     const area = box.querySelector(".area");
     area.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0 || event.clientX < ruler.querySelector(".plot").getBoundingClientRect().left) return;
+      if (event.button !== 0 || event.clientX < ruler.querySelector(".plot").getBoundingClientRect().left)
+        return;
       area.setPointerCapture(event.pointerId);
       seek(below(event));
     });

@@ -22,13 +22,19 @@ SafemanipReport.violations = (() => {
   /** The step since which the obligation was open that was broken. */
   function opening(instance, finding) {
     const { spans } = SafemanipReport.lanes;
-    const before = spans(instance.pending).filter(([first, last]) => first < finding.first && last >= finding.first - 1);
+    const before = spans(instance.pending).filter(
+      ([first, last]) => first < finding.first && last >= finding.first - 1,
+    );
     return before.length ? before[before.length - 1][0] : finding.first;
   }
 
   /** Entities with what they are. */
   function entities(names, known) {
-    return names.flatMap((own, at) => [at ? ", " : "", name(own), known[own] ? element("span.faint", {}, ` (${known[own]})`) : ""]);
+    return names.flatMap((own, at) => [
+      at ? ", " : "",
+      name(own),
+      known[own] ? element("span.faint", {}, ` (${known[own]})`) : "",
+    ]);
   }
 
   /** A violation as a choice among others. */
@@ -36,7 +42,11 @@ SafemanipReport.violations = (() => {
     return element(
       "button.card-violation",
       { type: "button", data: { violation: violation.id }, on: { click: () => choose(violation) } },
-      element("span.rank", { title: `by how long it was unsafe, of ${total} in this run` }, violation.rank ? `#${violation.rank}` : ""),
+      element(
+        "span.rank",
+        { title: `by how long it was unsafe, of ${total} in this run` },
+        violation.rank ? `#${violation.rank}` : "",
+      ),
       element(
         "span.what",
         {},
@@ -44,7 +54,13 @@ SafemanipReport.violations = (() => {
         violation.entities.length ? [" ", entities(violation.entities, details.entities)] : null,
         element("span.evidence", {}, violation.evidence[0] ?? violation.reason),
       ),
-      element("span.when", {}, `step ${violation.first}`, element("br"), `${seconds(violation.duration_s)} unsafe`),
+      element(
+        "span.when",
+        {},
+        `step ${violation.first}`,
+        element("br"),
+        `${seconds(violation.duration_s)} unsafe`,
+      ),
     );
   }
 
@@ -58,7 +74,9 @@ SafemanipReport.violations = (() => {
       element("h3", {}, property.title),
       element("p.faint", {}, `${words(property.id)}, ${words(property.category)}, ${property.source}`),
       element("code.formula", {}, property.formula),
-      property.deadline ? element("p.faint", {}, `within ${property.deadline} s, discharged by ${property.discharged_by}`) : null,
+      property.deadline
+        ? element("p.faint", {}, `within ${property.deadline} s, discharged by ${property.discharged_by}`)
+        : null,
       element(
         "p.finding",
         {},
@@ -66,10 +84,18 @@ SafemanipReport.violations = (() => {
         ` (${seconds(violation.first * dt)})`,
         violation.entities.length ? [" for ", entities(violation.entities, details.entities)] : null,
         `: ${violation.reason}, unsafe for ${seconds(violation.duration_s)}`,
-        violation.opened < violation.first ? `, pending since step ${violation.opened} (${seconds(violation.opened * dt)})` : "",
+        violation.opened < violation.first
+          ? `, pending since step ${violation.opened} (${seconds(violation.opened * dt)})`
+          : "",
         ".",
       ),
-      violation.evidence.length ? element("ul.evidence", {}, violation.evidence.map((line) => element("li", {}, line))) : null,
+      violation.evidence.length
+        ? element(
+            "ul.evidence",
+            {},
+            violation.evidence.map((line) => element("li", {}, line)),
+          )
+        : null,
     );
   }
 
@@ -78,7 +104,12 @@ SafemanipReport.violations = (() => {
     return element(
       "article.explanation",
       {},
-      element("details.proof", {}, element("summary", {}, "The steps that prove it"), element("pre", { tabIndex: 0 }, violation.proof)),
+      element(
+        "details.proof",
+        {},
+        element("summary", {}, "The steps that prove it"),
+        element("pre", { tabIndex: 0 }, violation.proof),
+      ),
       element("h4", {}, "Reproduce with"),
       command(details.commands[violation.property.id] ?? ""),
       element("h4", {}, "Look at it with"),
