@@ -5,6 +5,7 @@ SafemanipReport.groups = (() => {
   const { element, counted, words } = SafemanipReport.dom;
   const { run } = SafemanipReport.data;
   const { figures, table } = SafemanipReport;
+  const { section } = figures;
   const SHARES = {
     violation_rate: "violation rate",
     exposure: "unsafe-state exposure",
