@@ -6,8 +6,9 @@ import json
 import re
 
 import pytest
+from playwright.sync_api import TimeoutError, expect
 
-from pytest_safemanip.report.page import writing
+from pytest_safemanip.report.page import replays, writing
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene
@@ -40,7 +41,10 @@ class Tab:
     def open(self, hash_=""):
         self.page.goto("about:blank")
         self.page.goto(f"{self.path.as_uri()}{hash_}")
-        self.page.wait_for_selector(".home, .rollout")
+        try:
+            self.page.wait_for_selector(".home, .rollout")
+        except TimeoutError as error:
+            raise AssertionError(self.complaints) from error
         return self
 
     def rows(self):
@@ -146,7 +150,64 @@ def test_scrubbing_moves_every_lane(tab, run_folder):
     assert tab.cursor() == pytest.approx(box["x"] + box["width"] * 0.25, abs=4)
     page.fill("#step", "7")
     assert tab.where() == 7
-    assert "step=7" in page.url
+    page.wait_for_url("**step=7*")
+
+
+def test_it_plays_until_it_is_stopped(tab):
+    page = tab.open(f"#rollout={KEY}&step=100").page
+    page.click("#play")
+    expect(page.locator("#where")).to_contain_text(re.compile("step 1[1-9]"))
+    page.click("#play")
+    stopped = tab.where()
+    page.wait_for_timeout(200)
+    assert tab.where() == stopped
+
+
+REPLAY = """
+window.SafemanipReplay = {
+  mount(element, data, { onStep }) {
+    element.textContent = data.name;
+    element.onclick = () => onStep(42);
+    return {
+      seek: (step) => (element.dataset.step = step),
+      highlight: (names) => (element.dataset.guilty = names),
+      dispose: () => (window.disposed = true),
+    };
+  },
+};
+"""
+
+
+def test_the_replay_follows_the_timeline_and_leads_it(chromium, copied, monkeypatch):
+    monkeypatch.setattr(replays, "available", lambda: True)
+    monkeypatch.setattr(replays, "replay", lambda recording, verdicts: {"name": "a replay"})
+    scripts = {replays.SCRIPTS: [REPLAY], replays.STYLES: []}
+    monkeypatch.setattr(replays, "browser_files", scripts.__getitem__)
+    tab = Tab(chromium, writing.write_page(copied.path))
+    page = tab.open(f"#rollout={KEY}").page
+    scene = page.locator("#replay")
+    assert scene.inner_text() == "a replay"
+    assert scene.get_attribute("data-guilty") == "obj,cab_2_main_group"
+    assert scene.get_attribute("data-step") == str(tab.where())
+    page.focus("#step")
+    page.keyboard.press("ArrowLeft")
+    assert scene.get_attribute("data-step") == str(tab.where())
+    scene.click()
+    assert tab.where() == 42
+    page.keyboard.press("Escape")
+    page.wait_for_selector("#rollouts")
+    assert page.evaluate("window.disposed")
+    assert tab.complaints == []
+    tab.context.close()
+
+
+def test_a_run_without_a_rollout_is_a_page(chromium, copied):
+    copied.change({**copied.summary, "rollouts": [], "release": None})
+    tab = Tab(chromium, writing.write_page(copied.path))
+    page = tab.open().page
+    assert page.inner_text("#count") == "0 rollouts of 0, 0 violated"
+    assert tab.complaints == []
+    tab.context.close()
 
 
 def test_zoom_shows_the_steps_around_the_violation(tab):

@@ -93,7 +93,7 @@ SafemanipReport.baseline = (() => {
               "li",
               {},
               rollout
-                ? element("a", { href: address.toRollout(rollout, { property: flip.property }) }, text)
+                ? element("a", { href: address.toRollout(rollout, { about: flip.property }) }, text)
                 : text,
             );
           }),

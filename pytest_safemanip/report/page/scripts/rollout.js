@@ -199,7 +199,7 @@ SafemanipReport.rollout = (() => {
     const proved = element("div.proved", {});
     const moved = (step) => {
       scene.seek(step);
-      address.change({ step: String(step) }, true);
+      address.remember({ step: String(step) });
     };
     const line = SafemanipReport.timeline.build(details, moved);
     const scene = replay(details, (step) => line.seek(step));
@@ -217,7 +217,7 @@ SafemanipReport.rollout = (() => {
       explained.replaceChildren(violations.explanation(violation, details));
       proved.replaceChildren(violations.again(violation, details));
       mark(`[data-violation="${CSS.escape(violation.id)}"]`);
-      address.change({ violation: violation.id }, true);
+      address.remember({ violation: violation.id });
     }
 
     function chooseInstance(property, instance) {
@@ -236,7 +236,7 @@ SafemanipReport.rollout = (() => {
         ),
       );
       mark(`[data-instance="${CSS.escape(`${property.id}:${instance.entities.join(",")}`)}"]`);
-      address.change({ violation: null }, true);
+      address.remember({ violation: null });
     }
 
     cards.append(...found.map((violation) => violations.card(violation, details, total, chooseViolation)));
@@ -278,7 +278,7 @@ SafemanipReport.rollout = (() => {
     const state = address.read();
     const wanted =
       found.find((own) => own.id === state.violation) ??
-      found.find((own) => own.property.id === state.property) ??
+      found.find((own) => own.property.id === state.about) ??
       found[0];
     const told = details.properties.filter((property) => property.instances.length);
     const first = told.find((property) => property.outcome === "UNRESOLVED") ?? told[0];
@@ -323,7 +323,7 @@ SafemanipReport.rollout = (() => {
     current = null;
   }
 
-  const close = () => address.change({ rollout: null, step: null, violation: null });
+  const close = () => address.change({ rollout: null, step: null, violation: null, about: null });
 
   /** Show a rollout in an element. */
   async function open(rollout, into) {

@@ -118,7 +118,11 @@ SafemanipReport.table = (() => {
       value: state.q ?? "",
       autocomplete: "off",
       aria: { label: "Search in task, policy, suite and errors" },
-      on: { input: (event) => address.change({ q: event.target.value }, true) || redraw() },
+      on: { input: (event) => {
+          address.remember({ q: event.target.value });
+          redraw();
+        },
+      },
     });
     const boxes = FILTERS.filter((filter) => filter.values.length > 1).map((filter) =>
       element(
