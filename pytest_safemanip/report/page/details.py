@@ -5,13 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
-from pytest_safemanip.errors import SafemanipError, TraceError, first_line
+from pytest_safemanip.errors import (
+    JudgementError,
+    SafemanipError,
+    TraceError,
+    first_line,
+    printable,
+)
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.page import replays
+from pytest_safemanip.report.page.encoding import told
 from pytest_safemanip.report.page.severity import ranks, worst
 from pytest_safemanip.report.page.timeline import Judged, timeline
 from pytest_safemanip.run.cases import Case
@@ -20,19 +28,23 @@ from pytest_safemanip.run.invocation import Invocation
 from pytest_safemanip.trace import files
 
 Json = dict[str, Any]
+VIDEOS = "videos"
+"""The folder, in that of the run, in which videos are."""
 MAX_UNEVENTFUL = 200
 """Rollouts without a violation that have a timeline too, in a run that has no more of them."""
 
 
-def details(found: Summary, definitions: Definitions) -> Iterator[tuple[int, Json]]:
+def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[tuple[int, Json]]:
     """The details of rollouts, by their number in the summary, the worst first.
 
     Keys of each: those of :func:`~pytest_safemanip.report.page.timeline.timeline`, ``recording``
-    and ``commands`` (by property id), ``ranks``, ``replay`` of the worst rollouts, and ``note``
-    where something is not as it should be; with a note alone where the recording cannot be judged.
+    and ``commands`` (by property id), ``ranks``, ``video``, ``replay`` of the worst rollouts, and
+    ``note`` where something is not as it should be; with a note alone where the recording cannot
+    be judged.
 
     Args:
         found: the summary.
+        folder: of the run.
         definitions: tasks, properties and propositions.
     """
     ranked = _ranked(found.records)
@@ -43,18 +55,18 @@ def details(found: Summary, definitions: Definitions) -> Iterator[tuple[int, Jso
             "recording": record.recording,
             "commands": {id_: _command(record, id_) for id_ in record.properties},
             "ranks": ranked.get(number, {}),
+            "video": _video(record, folder),
         }
         try:
             judged = _judge(record, found.decisive, definitions)
             content |= timeline(judged)
-            content["note"] = _differs(record, judged)
+        except SafemanipError as error:
+            content["note"] = told(f"no timeline: {error}")
+        else:
+            content["note"] = told(_differs(record, judged))
             if replayed < replays.MOST and replays.available() and _is_violated(judged):
                 content["replay"] = replays.replay(judged.recording, judged.verdicts)
                 replayed += 1
-        except SafemanipError as error:
-            content["note"] = f"no timeline: {error}"
-        except Exception as error:  # a user's proposition may raise anything
-            content["note"] = f"no timeline: {first_line(error)}"
         yield number, content
 
 
@@ -62,7 +74,7 @@ def _wanted(records: Sequence[RolloutRecord]) -> list[int]:
     """Numbers of the rollouts that have details, the worst first."""
     kept = [n for n, record in enumerate(records) if record.recording]
     telling = [n for n in kept if _outcomes(records[n]) & {"VIOLATED", "UNRESOLVED"}]
-    others = [n for n in kept if n not in set(telling)]
+    others = [n for n in kept if not _outcomes(records[n]) & {"VIOLATED", "UNRESOLVED"}]
     telling.sort(key=lambda n: worst(records[n]), reverse=True)
     return telling + (others if len(others) <= MAX_UNEVENTFUL else [])
 
@@ -79,6 +91,12 @@ def _ranked(records: Sequence[RolloutRecord]) -> dict[int, dict[str, list[int]]]
     return found
 
 
+def _video(record: RolloutRecord, folder: Path) -> str:
+    """The video of a rollout, from the folder of the run; empty if there is none."""
+    place = f"{VIDEOS}/{Path(record.recording).stem}.mp4"
+    return quote(place) if (folder / place).is_file() else ""
+
+
 def _command(record: RolloutRecord, id_: str) -> str:
     case = Case(record.task, record.policy, id_, record.seed)
     return Invocation(Path.cwd(), "pytest").reproduce(case.node_id)
@@ -89,6 +107,7 @@ def _judge(record: RolloutRecord, decisive: Mapping[str, Any], definitions: Defi
 
     Raises:
         TraceError: if it cannot be read, or what judged it is not known here.
+        JudgementError: if a proposition raises anything else.
     """
     path = Path(record.recording)
     if path.suffix != files.SUFFIX:
@@ -109,7 +128,14 @@ def _judge(record: RolloutRecord, decisive: Mapping[str, Any], definitions: Defi
     )
     known = [id_ for id_ in record.properties if id_ in definitions.properties]
     properties = {id_: definitions.properties[id_] for id_ in known}
-    verdicts = {id_: judge.judge(prop) for id_, prop in properties.items()}
+    verdicts = {}
+    for id_, prop in properties.items():
+        try:
+            verdicts[id_] = judge.judge(prop)
+        except TraceError:
+            raise
+        except Exception as error:  # a user's proposition may raise anything
+            raise JudgementError(f"{path}: {id_}: {first_line(error)}") from error
     return Judged(recording, judge, profile, properties, verdicts)
 
 
@@ -151,4 +177,5 @@ def _violations(verdict: PropertyRecord) -> list[tuple[Any, ...]]:
 
 
 def _found(verdict: Verdict) -> list[tuple[Any, ...]]:
-    return sorted((f.entities, f.first, f.last) for f in verdict.findings)
+    """As a summary is read."""
+    return sorted((tuple(map(printable, f.entities)), f.first, f.last) for f in verdict.findings)

@@ -19,7 +19,7 @@ from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.release_gate import Ruling
 from pytest_safemanip.report.page import replays
 from pytest_safemanip.report.page.details import details
-from pytest_safemanip.report.page.encoding import script_json
+from pytest_safemanip.report.page.encoding import script_json, told
 from pytest_safemanip.report.page.overview import overview
 from pytest_safemanip.report.page.release import read_release
 from pytest_safemanip.run.definitions import Definitions, load_definitions
@@ -30,6 +30,7 @@ BESIDE = "report"
 WITHIN = 8_000_000
 """Characters of details that are within the page; those of further rollouts are beside it."""
 _HERE = Path(__file__).parent
+_SETTINGS = ("semantics", "stop", "horizon_scale", "backend", "assets", "shard")
 STYLES = (
     "vendor/uplot/uPlot.min.css",
     "styles/page.css",
@@ -37,7 +38,7 @@ STYLES = (
     "styles/charts.css",
     "styles/rollout.css",
 )
-SCRIPTS: tuple[str, ...] = (
+SCRIPTS = (
     "vendor/uplot/uPlot.iife.min.js",
     "scripts/dom.js",
     "scripts/address.js",
@@ -83,7 +84,7 @@ def write_page(
     within: list[dict[str, Any]] = []
     room = WITHIN
     places: dict[int, str] = {}
-    for number, content in details(found, defined):
+    for number, content in details(found, folder, defined):
         text = script_json(content)
         room -= len(text)
         if room >= 0:
@@ -120,13 +121,9 @@ def _about(folder: Path, ruling: Ruling | None) -> dict[str, Any]:
 
 
 def _settings(settings: Fields) -> dict[str, str]:
-    """The settings that are one value each."""
-    told = settings.facts("settings") if "settings" in settings.values else {}
-    for name in ("semantics", "stop", "horizon_scale", "backend", "assets"):
-        value = settings.values.get(name)
-        if isinstance(value, str | int | float):
-            told[name] = str(value)
-    return told
+    """The settings that one wants to know."""
+    values = {name: settings.values.get(name) for name in _SETTINGS}
+    return {name: told(str(value)) for name, value in values.items() if value is not None}
 
 
 class _Beside:
@@ -170,7 +167,7 @@ def _render(data: str, within: list[dict[str, Any]]) -> Iterator[str]:
         "default-src 'none'; "
         f"script-src 'strict-dynamic' '{_digest(script)}'; "
         f"style-src '{_digest(style)}'; "
-        "img-src data: blob:; base-uri 'none'; form-action 'none'"
+        "img-src data: blob:; media-src 'self' file:; base-uri 'none'; form-action 'none'"
     )
     environment = Environment(loader=FileSystemLoader(_HERE), autoescape=True)
     template = environment.get_template("page.html")

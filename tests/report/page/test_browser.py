@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import TimeoutError, expect
@@ -198,6 +199,22 @@ def test_the_replay_follows_the_timeline_and_leads_it(chromium, copied, monkeypa
     page.wait_for_selector("#rollouts")
     assert page.evaluate("window.disposed")
     assert tab.complaints == []
+    tab.context.close()
+
+
+def test_a_video_of_the_run_is_beside_its_timeline(chromium, copied):
+    stem = Path(copied.rollout(FAULT)["recording"]).stem
+    (copied.path / "videos").mkdir()
+    (copied.path / "videos" / f"{stem}.mp4").write_bytes(b"none that can be played")
+    tab = Tab(chromium, writing.write_page(copied.path))
+    page = tab.open(f"#rollout={KEY}").page
+    page.wait_for_selector("#video")
+    assert page.evaluate("document.querySelector('#video').src").endswith("seed0.mp4")
+    assert tab.complaints == []  # its security policy lets it be loaded
+    assert any(url.endswith("seed0.mp4") for url in tab.requests)
+    tab.open(f"#rollout={TASK}/0/{DROPPED}")
+    page.wait_for_selector(".timeline")
+    assert page.locator("#video").count() == 0
     tab.context.close()
 
 

@@ -231,7 +231,9 @@ def test_details_beyond_the_page_s_budget_are_files_beside_it_and_old_ones_go(co
     stale = copied.path / "report" / "rollout-99.js"
     stale.parent.mkdir()
     stale.write_text("old")
-    first = next(iter(details.details(read(copied.path), load_definitions([], [], []))))[0]
+    first = next(
+        iter(details.details(read(copied.path), copied.path, load_definitions([], [], [])))
+    )[0]
     monkeypatch.setattr(
         writing, "WITHIN", 1 + len(script_json(data(copied.page())[f"rollout-{first}"]))
     )

@@ -179,6 +179,21 @@ SafemanipReport.rollout = (() => {
     };
   }
 
+  /** The video of the rollout, where the run has one; as long as it is not played, it follows. */
+  function clip(details, onStep) {
+    if (!details.video) return { box: null, seek: () => {} };
+    const video = element("video", {
+      id: "video",
+      src: details.video,
+      controls: true,
+      muted: true,
+      preload: "metadata",
+      on: { timeupdate: () => video.paused || onStep(video.currentTime / details.dt) },
+    });
+    const box = element("details.clip", { open: true }, element("summary", {}, "Video"), video);
+    return { box, seek: (step) => video.paused && (video.currentTime = step * details.dt) };
+  }
+
   function build(rollout, details) {
     if (!details?.steps) {
       const why = details
@@ -199,10 +214,12 @@ SafemanipReport.rollout = (() => {
     const proved = element("div.proved", {});
     const moved = (step) => {
       scene.seek(step);
+      film.seek(step);
       address.remember({ step: String(step) });
     };
     const line = SafemanipReport.timeline.build(details, moved);
     const scene = replay(details, (step) => line.seek(step));
+    const film = clip(details, (step) => line.seek(step));
     const cards = element("div.violations", {});
 
     function mark(selector) {
@@ -253,6 +270,7 @@ SafemanipReport.rollout = (() => {
           found.length ? [element("h2", {}, counted(found.length, "violation")), cards] : null,
           explained,
           scene.box,
+          film.box,
           proved,
           element(
             "details.others",
