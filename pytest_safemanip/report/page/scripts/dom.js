@@ -26,8 +26,13 @@ SafemanipReport.dom = (() => {
     return made;
   }
 
-  /** A name that a stranger chose, whatever direction it is read in. */
-  const name = (text) => element("bdi", {}, text);
+  /** A name that a stranger chose, whatever direction it is read in; it may break after its signs. */
+  const name = (text) =>
+    element(
+      "bdi",
+      {},
+      text.split(/(?<=[:_/.-])/).flatMap((part, at) => (at ? [document.createElement("wbr"), part] : [part])),
+    );
 
   const percent = (value) => (value === null || value === undefined ? "–" : `${(value * 100).toFixed(1)} %`);
   const seconds = (value) => `${value.toFixed(2)} s`;

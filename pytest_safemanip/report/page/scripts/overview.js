@@ -25,14 +25,18 @@ SafemanipReport.overview = (() => {
       [String(violated.filter((rollout) => rollout.success).length), "successful, yet unsafe"],
     ];
     if (run.release?.gates.length)
-      tiles.push([String(failed.length), `of ${counted(run.release.gates.length, "gate")} failed`]);
+      tiles.push([
+        String(failed.length),
+        `of ${counted(run.release.gates.length, "gate")} failed`,
+        failed.length ? "bad" : "",
+      ]);
     return [
       run.notes.map((note) => element("p.warning", { role: "note" }, note)),
       element(
         "div.tiles",
         {},
-        tiles.map(([figure, label]) =>
-          element("div.tile", {}, element("strong", {}, figure), element("span", {}, label)),
+        tiles.map(([figure, label, className = ""]) =>
+          element("div.tile", {}, element("strong", { className }, figure), element("span", {}, label)),
         ),
       ),
     ];

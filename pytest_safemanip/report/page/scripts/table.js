@@ -118,7 +118,8 @@ SafemanipReport.table = (() => {
       value: state.q ?? "",
       autocomplete: "off",
       aria: { label: "Search in task, policy, suite and errors" },
-      on: { input: (event) => {
+      on: {
+        input: (event) => {
           address.remember({ q: event.target.value });
           redraw();
         },
