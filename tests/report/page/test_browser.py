@@ -84,7 +84,14 @@ def test_rollouts_are_filtered_searched_and_sorted_and_the_address_remembers(tab
     page.click("#clear")
     page.fill("#search", "drop_high cabinet")
     assert tab.rows() == [DROPPED]
+    page.fill("#search", "enclosure_release")
+    assert tab.rows() == [FAULT]
     page.fill("#search", "")
+    page.select_option("#filter-verdict", "violated")
+    assert set(tab.rows()) == {FAULT, DROPPED}
+    page.select_option("#filter-verdict", "unresolved")
+    assert tab.rows() == []
+    page.click("#clear")
     page.click("[data-sort=policy]")
     assert tab.rows() == sorted(tab.rows())
     page.click("[data-sort=policy]")
@@ -99,6 +106,15 @@ def test_a_cell_of_the_overview_leads_to_its_rollouts(tab):
     page.locator(".matrix td", has_text="100.0 %").first.locator("button").click()
     assert tab.rows() == [page.input_value("#filter-policy")]
     assert page.input_value("#filter-category") != ""
+
+
+def test_a_flip_leads_to_what_regressed(tab):
+    page = tab.open().page
+    page.click(f".flips a:has-text('{DROPPED}'):has-text('release stability')")
+    page.wait_for_selector(".timeline")
+    assert "release stability" in page.inner_text(".card-violation.chosen")
+    page.click("#overview-link")
+    assert len(tab.rows()) == 3
 
 
 def test_violations_are_shown_by_category_and_suite_of_a_policy(tab):

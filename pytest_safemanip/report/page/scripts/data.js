@@ -19,8 +19,9 @@ SafemanipReport.data = (() => {
     rollout.violated = rollout.outcomes.includes("V");
     rollout.unresolved = rollout.outcomes.includes("U");
     rollout.outcome = outcome(rollout);
-    rollout.text =
-      `${rollout.task} ${rollout.policy} seed ${rollout.seed} ${rollout.suite} ${rollout.horizon} ${rollout.error}`.toLowerCase();
+    const violated = run.properties.filter((_, at) => rollout.outcomes[at] === "V").map((own) => own.id);
+    const { task, policy, seed, suite, horizon, error } = rollout;
+    rollout.text = [task, policy, `seed ${seed}`, suite, horizon, ...violated, error].join(" ").toLowerCase();
   });
 
   function outcome(rollout) {

@@ -47,6 +47,12 @@ SafemanipReport.table = (() => {
       keeps: (own, value) => own.outcome === value,
     },
     {
+      id: "verdict",
+      label: "verdict",
+      values: ["violated", "unresolved"],
+      keeps: (own, value) => own[value],
+    },
+    {
       id: "category",
       label: "violated category",
       values: categories,
@@ -100,6 +106,7 @@ SafemanipReport.table = (() => {
       q: null,
       policy: null,
       outcome: null,
+      verdict: null,
       property: null,
       category: null,
       suite: null,
