@@ -70,6 +70,27 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
         yield number, content
 
 
+def worst_of_each(found: dict[str, Json], number: int, content: Json) -> None:
+    """Take the details of one more rollout into the worst violation of each property.
+
+    Args:
+        found: the worst so far, by property id; ``rollout`` is the number of the rollout.
+        number: of the rollout.
+        content: its details.
+    """
+    for prop in content.get("properties", ()):
+        ranked = content["ranks"].get(prop["id"], [])
+        for instance in prop["instances"]:
+            for finding in instance["findings"]:
+                # Of what this version alone finds there is no rank.
+                rank = ranked[finding["place"]] if finding["place"] < len(ranked) else None
+                known = found.get(prop["id"])
+                if rank is not None and (known is None or rank < known["rank"]):
+                    kept = ("place", "first", "duration_s", "entities", "reason", "evidence")
+                    about = {name: finding[name] for name in kept}
+                    found[prop["id"]] = {"rollout": number, "rank": rank, **about}
+
+
 def _wanted(records: Sequence[RolloutRecord]) -> list[int]:
     """Numbers of the rollouts that have details, the worst first."""
     kept = [n for n, record in enumerate(records) if record.recording]

@@ -18,7 +18,7 @@ from pytest_safemanip.metrics import summaries
 from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.release_gate import Ruling
 from pytest_safemanip.report.page import replays
-from pytest_safemanip.report.page.details import details
+from pytest_safemanip.report.page.details import details, worst_of_each
 from pytest_safemanip.report.page.encoding import script_json, told
 from pytest_safemanip.report.page.overview import overview
 from pytest_safemanip.report.page.release import read_release
@@ -84,7 +84,9 @@ def write_page(
     within: list[dict[str, Any]] = []
     room = WITHIN
     places: dict[int, str] = {}
+    worst: dict[str, dict[str, Any]] = {}
     for number, content in details(found, folder, defined):
+        worst_of_each(worst, number, content)
         text = script_json(content)
         room -= len(text)
         if room >= 0:
@@ -93,7 +95,7 @@ def write_page(
         else:
             places[number] = f"{BESIDE}/{beside.write(number, text)}"
     beside.clear()
-    data = {**about, **overview(found), "details": places}
+    data = {**about, **overview(found), "details": places, "worst": worst}
     return _write(folder / NAME, _render(script_json(data), within))
 
 

@@ -117,6 +117,13 @@ def test_a_flip_leads_to_what_regressed(tab):
     assert len(tab.rows()) == 3
 
 
+def test_the_worst_violations_are_one_click_away(tab):
+    page = tab.open().page
+    page.click("a.worst:has-text('release stability')")
+    page.wait_for_selector(".timeline")
+    assert "release stability" in page.inner_text(".card-violation.chosen")
+
+
 def test_violations_are_shown_by_category_and_suite_of_a_policy(tab):
     page = tab.open().page
     page.select_option("#show-by", "category-suite")

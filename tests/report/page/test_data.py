@@ -153,6 +153,21 @@ def test_the_worst_violation_is_the_longest_and_equals_share_a_rank():
     ]
 
 
+def test_the_worst_violation_of_each_property_is_told_first(run_folder, content):
+    worst = content["data"]["worst"]
+    violated = {
+        verdict["property"]: violation
+        for rollout in run_folder.summary["rollouts"]
+        for verdict in rollout["properties"]
+        for violation in verdict["violations"]
+    }
+    assert worst.keys() == violated.keys()
+    found = worst["enclosure_release"]
+    assert found["first"] == violated["enclosure_release"]["first"]
+    assert content["data"]["rollouts"][found["rollout"]]["policy"] == FAULT
+    assert found["evidence"] == ["4 of 8 corners of obj were inside cab_2_main_group"]
+
+
 def test_gates_comparisons_and_flips_are_told(content):
     release = content["data"]["release"]
     assert {gate["verdict"] for gate in release["gates"]} == {"INCONCLUSIVE"}

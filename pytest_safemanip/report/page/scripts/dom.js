@@ -35,7 +35,7 @@ SafemanipReport.dom = (() => {
     );
 
   const percent = (value) => (value === null || value === undefined ? "–" : `${(value * 100).toFixed(1)} %`);
-  const seconds = (value) => `${value.toFixed(2)} s`;
+  const seconds = (value) => `${value.toFixed(2)}\u00a0s`;
   const counted = (number, noun) => `${number} ${noun}${number === 1 ? "" : "s"}`;
   const words = (id) => id.replaceAll("_", " ");
 

@@ -2,9 +2,9 @@
 SafemanipReport.overview = (() => {
   "use strict";
 
-  const { element, name, percent, counted, words } = SafemanipReport.dom;
+  const { element, name, percent, seconds, counted, words } = SafemanipReport.dom;
   const { run } = SafemanipReport.data;
-  const { baseline, charts, figures, groups, table } = SafemanipReport;
+  const { address, baseline, charts, figures, groups, table } = SafemanipReport;
   const { BAD, badge, section } = figures;
 
   function headline() {
@@ -100,6 +100,31 @@ SafemanipReport.overview = (() => {
       : counts;
   }
 
+  /** The worst violation of each property, which is where one looks first. */
+  function worst() {
+    const found = Object.entries(run.worst).sort(([, one], [, other]) => one.rank - other.rank);
+    if (!found.length) return null;
+    const item = ([id, violation]) => {
+      const rollout = run.rollouts[violation.rollout];
+      const href = address.toRollout(rollout, { violation: `${id}.${violation.place}` });
+      return element(
+        "li",
+        {},
+        element("a.worst", { href }, element("strong", {}, words(id)), ` ${violation.entities.join(", ")}`),
+        element("span.evidence", {}, violation.evidence[0] ?? violation.reason),
+        element(
+          "span.faint",
+          {},
+          name(rollout.task),
+          ", ",
+          name(rollout.policy),
+          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}`,
+        ),
+      );
+    };
+    return section("The worst violation of each property", null, element("ol.worst", {}, found.map(item)));
+  }
+
   function policies() {
     return section(
       "Success against violation",
@@ -184,6 +209,7 @@ SafemanipReport.overview = (() => {
   const build = () => [
     headline(),
     gates(),
+    worst(),
     policies(),
     baseline.build(),
     element("div.pair", {}, [groups.build(), questions()]),
