@@ -10,7 +10,7 @@ from typing import Any
 from pytest_safemanip.judge import Verdict
 from pytest_safemanip.trace.recording import Recording
 
-MOST = 500
+MOST = 200
 """Rollouts with a replay, the worst: each is some tens of kB."""
 _PLACE = "pytest_safemanip.report.replay"
 SCRIPTS, STYLES = ("three.min.js", "replay.js"), ("replay.css",)
