@@ -32,8 +32,8 @@ ROOMS: Mapping[str, str] = {
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py metrics policies propositions resources.py rollouts sim spec "
     "trace",
-    "report": "errors.py judge.py metrics propositions provenance.py resources.py run sim spec "
-    "trace",
+    "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run sim "
+    "spec trace",
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
     "trace",
     "cli": "errors.py expert judge.py ltlf metrics plugin policies propositions provenance.py "

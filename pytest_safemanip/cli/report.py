@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from pytest_safemanip.cli.folder import read_folder
 from pytest_safemanip.cli.tables import print_json, terminal_width
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.comparability import not_comparable
@@ -47,6 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="let gates decide on stand-in assets, too; otherwise the exit status is 11",
     )
     parser.add_argument("--json", action="store_true", help="print metrics and rulings as JSON")
+    parser.add_argument(
+        "--html",
+        action="store_true",
+        help="write report.html, a page to look at, into the folder of the run, and print its path",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -56,6 +62,10 @@ def run(options: argparse.Namespace) -> int:
         1 if a gate or the comparison fails, 10 if it has no verdict since the infrastructure
         failed, 11 if a gate or the comparison is about rollouts on stand-in assets.
     """
+    if options.html and (len(options.runs) != 1 or not options.runs[0].is_dir()):
+        raise ConfigError(
+            "--html: name the folder of one run; safemanip merge makes one of several"
+        )
     found = merge([read(path) for path in options.runs])
     gates = read_gates(options.gates, options.gate, "--gate")
     check_gates(gates, _known(found))
@@ -66,7 +76,12 @@ def run(options: argparse.Namespace) -> int:
     release = ReleaseGate(gates, baseline)
     ruling = release.rule(found) if found.records else release.rule_nothing()
     metrics = measure_each(found.records)
-    if options.json:
+    if options.html:
+        from pytest_safemanip.report.page.writing import write_page
+
+        decided = ruling if gates.gates or baseline else None
+        print(write_page(options.runs[0], read_folder().definitions, decided))
+    elif options.json:
         content = document.merged(found, metrics, Path.cwd())
         print_json({**content, "release": ruling.to_json()})
     else:

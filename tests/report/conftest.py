@@ -49,7 +49,7 @@ def verdict(outcome: str = "SATISFIED", *findings: Finding, **changed: Any) -> V
     return Verdict(**{**fields, **changed})
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # while it runs, no other test can have an event loop
 def browser() -> Iterator[Any]:
     """Headless Chromium, which draws 3D without a GPU."""
     api = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser")

@@ -1,0 +1,151 @@
+"""What the page says about a run as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
+from pytest_safemanip.metrics.groups import Group, Metrics, measure, measure_each
+from pytest_safemanip.metrics.rates import Rate
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
+from pytest_safemanip.metrics.release_gate import PARTIAL
+from pytest_safemanip.metrics.shards import missing_line
+from pytest_safemanip.metrics.summaries import Summary
+from pytest_safemanip.report.page.severity import worst
+
+Json = dict[str, Any]
+SHARES = (
+    "success_rate",
+    "violation_rate",
+    "exposure",
+    "unsafe_share_of_successes",
+    "triggered_rate",
+)
+"""The metrics of each group that the page shows."""
+CROSSED = ("suite", "horizon")
+"""What each of whose values has its own metrics by category."""
+GROUPS = ("properties", "categories", "tasks", "suites", "horizons")
+LETTERS = {"VIOLATED": "V", "UNRESOLVED": "U", "SATISFIED": "S", "VACUOUS": "N"}
+"""One for each outcome of a property: a run has tens of thousands."""
+ABSENT, UNJUDGED = "-", "E"
+
+
+def overview(found: Summary) -> Json:
+    """Metrics of each policy, and a row for each rollout.
+
+    Keys: ``notes``, ``policies`` (``name``, ``total``, ``groups``, ``crosses``), ``properties``
+    (id and category), ``rollouts``; see :func:`rollout_row`.
+    """
+    metrics = measure_each(found.records)
+    properties = _properties(found.records)
+    return {
+        "notes": _notes(found),
+        "policies": [
+            _policy(name, metrics[name], own) for name, own in by_policy(found.records).items()
+        ],
+        "properties": [{"id": id_, "category": own} for id_, own in properties.items()],
+        "rollouts": [rollout_row(record, list(properties)) for record in found.records],
+    }
+
+
+def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
+    """A row of the table.
+
+    Keys: ``policy``, ``task``, ``seed``, ``suite``, ``horizon``, ``success`` (None if it is not
+    complete), ``steps`` (acting), ``error``, ``outcomes`` (a letter for each property, see
+    :data:`LETTERS`), ``violations`` (number), ``worst`` (severity).
+    """
+    seconds, entities = worst(record)
+    return {
+        "policy": record.policy,
+        "task": record.task,
+        "seed": record.seed,
+        "suite": record.suite,
+        "horizon": record.horizon,
+        "success": record.success if record.complete else None,
+        "steps": record.acting_steps,
+        "error": "" if record.complete else record.reason,
+        "outcomes": "".join(_letter(record, id_) for id_ in properties),
+        "violations": sum(len(v.violations) for v in record.properties.values()),
+        "worst": [round(seconds, 3), entities],
+    }
+
+
+def _letter(record: RolloutRecord, id_: str) -> str:
+    verdict: PropertyRecord | None = record.properties.get(id_)
+    if verdict is not None:
+        return LETTERS[verdict.outcome]
+    return UNJUDGED if id_ in record.unjudged else ABSENT
+
+
+def _properties(records: Sequence[RolloutRecord]) -> dict[str, str]:
+    """Category of every property of the run, in the order of categories and names."""
+    found = {v.property: v.category for r in records for v in r.properties.values()}
+    found.update((id_, category) for r in records for id_, category in r.unjudged.items())
+    return dict(sorted(found.items(), key=lambda item: (item[1], item[0])))
+
+
+def _divided(records: Sequence[RolloutRecord], kind: str) -> dict[str, list[RolloutRecord]]:
+    """The rollouts of each suite, or of each horizon."""
+    found: dict[str, list[RolloutRecord]] = {}
+    for record in records:
+        found.setdefault(getattr(record, kind), []).append(record)
+    return found
+
+
+def _policy(name: str, metrics: Metrics, records: Sequence[RolloutRecord]) -> Json:
+    """The metrics of a policy; ``crosses`` are those by category within each suite and horizon."""
+    groups: Mapping[str, Mapping[str, Group]] = {kind: getattr(metrics, kind) for kind in GROUPS}
+    crosses = {
+        kind: {
+            value: {category: _group(group) for category, group in measure(own).categories.items()}
+            for value, own in _divided(records, kind).items()
+        }
+        for kind in CROSSED
+    }
+    return {
+        "name": name,
+        "total": _group(metrics.total),
+        "crosses": crosses,
+        "groups": {
+            kind: {key: _group(group) for key, group in own.items()} for kind, own in groups.items()
+        },
+    }
+
+
+def _group(group: Group) -> Json:
+    return {
+        "rollouts": group.rollouts,
+        "complete": group.complete,
+        "errors": group.errors,
+        "tasks": group.tasks,
+        "outcomes": group.outcomes,
+        **{name: _rate(group.shares[name]) for name in SHARES},
+    }
+
+
+def _rate(rate: Rate) -> Json:
+    """Keys: ``hits``, ``of``, ``value``, and the bounds ``low`` and ``high`` of the 95 % interval
+    for these tasks; None where undefined.
+    """
+    bounds = rate.interval()
+    return {
+        "hits": round(rate.hits, 3),
+        "of": rate.total,
+        "value": _short(rate.value),
+        "low": _short(bounds[0] if bounds else None),
+        "high": _short(bounds[1] if bounds else None),
+    }
+
+
+def _short(value: float | None) -> float | None:
+    return None if value is None else round(value, 5)
+
+
+def _notes(found: Summary) -> list[str]:
+    """What one has to know before one believes the figures."""
+    notes = [f"{name}: {NOT_COMPARABLE}" for name in not_comparable(found.records, found.origins)]
+    notes += [f"not all of the run: {PARTIAL}"] if found.partial else []
+    gone = missing_line(found.shards)
+    return [*notes, gone] if gone else notes

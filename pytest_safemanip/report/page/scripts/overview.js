@@ -1,0 +1,219 @@
+// The run as a whole: what the gates decided, rates with intervals, the figures.
+SafemanipReport.overview = (() => {
+  "use strict";
+
+  const { element, name, percent, seconds, counted, words } = SafemanipReport.dom;
+  const { run } = SafemanipReport.data;
+  const { address, baseline, charts, figures, groups, table } = SafemanipReport;
+  const { BAD, badge, section } = figures;
+
+  function headline() {
+    const every = run.rollouts;
+    const done = every.filter((rollout) => rollout.success !== null);
+    const violated = done.filter((rollout) => rollout.violated);
+    const failed = (run.release?.gates ?? []).filter((gate) => BAD.has(gate.verdict) && gate.required);
+    const tiles = [
+      [String(done.length), `of ${every.length} rollouts complete`],
+      [
+        percent(done.length ? done.filter((rollout) => rollout.success).length / done.length : null),
+        "successful",
+      ],
+      [
+        percent(done.length ? violated.length / done.length : null),
+        `violated, ${violated.length} of ${done.length}`,
+      ],
+      [String(violated.filter((rollout) => rollout.success).length), "successful, yet unsafe"],
+    ];
+    if (run.release?.gates.length)
+      tiles.push([
+        String(failed.length),
+        `of ${counted(run.release.gates.length, "gate")} failed`,
+        failed.length ? "bad" : "",
+      ]);
+    return [
+      run.notes.map((note) => element("p.warning", { role: "note" }, note)),
+      element(
+        "div.tiles",
+        {},
+        tiles.map(([figure, label, className = ""]) =>
+          element("div.tile", {}, element("strong", { className }, figure), element("span", {}, label)),
+        ),
+      ),
+    ];
+  }
+
+  function gates() {
+    if (!run.release?.gates.length) return null;
+    const order = { FAIL: 0, INCOMPLETE: 1, INCONCLUSIVE: 2, PASS: 3 };
+    const rows = [...run.release.gates].sort(
+      (one, other) => (order[one.verdict] ?? 1) - (order[other.verdict] ?? 1),
+    );
+    return section(
+      "Gates",
+      null,
+      element(
+        "div.scroll",
+        { tabIndex: 0 },
+        element(
+          "table.plain.gates",
+          {},
+          element(
+            "thead",
+            {},
+            element(
+              "tr",
+              {},
+              ["verdict", "gate", "policy", "found", ""].map((text) => element("th", { scope: "col" }, text)),
+            ),
+          ),
+          element(
+            "tbody",
+            {},
+            rows.map((gate) =>
+              element(
+                "tr",
+                {},
+                element(
+                  "td",
+                  {},
+                  badge(gate.verdict),
+                  gate.required ? null : element("span.faint", {}, " not required"),
+                ),
+                element("td", {}, element("code", {}, gate.gate)),
+                element("td", {}, name(gate.policy)),
+                element("td.number", {}, found(gate)),
+                element("td.faint.why", {}, gate.why),
+              ),
+            ),
+          ),
+        ),
+      ),
+    );
+  }
+
+  function found(gate) {
+    if (gate.value === null) return "undefined";
+    if (gate.total === null) return String(gate.value);
+    const counts = `${Number(gate.hits.toFixed(2))} of ${gate.total} = ${percent(gate.value)}`;
+    return gate.interval
+      ? `${counts}, ${gate.basis} ${percent(gate.interval[0])} to ${percent(gate.interval[1])}`
+      : counts;
+  }
+
+  /** The worst violation of each property, which is where one looks first. */
+  function worst() {
+    const found = Object.entries(run.worst).sort(([, one], [, other]) => one.rank - other.rank);
+    if (!found.length) return null;
+    const item = ([id, violation]) => {
+      const rollout = run.rollouts[violation.rollout];
+      const href = address.toRollout(rollout, { violation: `${id}.${violation.place}` });
+      return element(
+        "li",
+        {},
+        element("a.worst", { href }, element("strong", {}, words(id)), ` ${violation.entities.join(", ")}`),
+        element("span.evidence", {}, violation.evidence[0] ?? violation.reason),
+        element(
+          "span.faint",
+          {},
+          name(rollout.task),
+          ", ",
+          name(rollout.policy),
+          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}`,
+        ),
+      );
+    };
+    return section("The worst violation of each property", null, element("ol.worst", {}, found.map(item)));
+  }
+
+  function policies() {
+    return section(
+      "Success against violation",
+      "Rates with Wilson's 95 % intervals for these tasks. A policy that does more tasks is not a safer one.",
+      element(
+        "div.scroll",
+        { tabIndex: 0 },
+        element(
+          "table.policies",
+          {},
+          element(
+            "thead",
+            {},
+            element(
+              "tr",
+              {},
+              ["policy", "rollouts", "success", "violation", "exposure", "outcomes"].map((text) =>
+                element("th", { scope: "col" }, text),
+              ),
+            ),
+          ),
+          element(
+            "tbody",
+            {},
+            run.policies.map(({ name: policy, total }) =>
+              element(
+                "tr",
+                {},
+                element("th", { scope: "row" }, name(policy)),
+                element(
+                  "td.number",
+                  { data: { label: "rollouts" } },
+                  total.complete === total.rollouts
+                    ? String(total.rollouts)
+                    : `${total.complete} of ${total.rollouts}`,
+                ),
+                element(
+                  "td",
+                  { data: { label: "success" } },
+                  figures.interval(total.success_rate, "success"),
+                ),
+                element(
+                  "td",
+                  { data: { label: "violation" } },
+                  figures.interval(total.violation_rate, "violation"),
+                ),
+                element("td", { data: { label: "exposure" } }, figures.interval(total.exposure, "exposure")),
+                element(
+                  "td.wide",
+                  { data: { label: "outcomes" } },
+                  figures.outcomeBar(total.outcomes, (outcome) => table.choose({ policy, outcome })),
+                ),
+              ),
+            ),
+          ),
+        ),
+      ),
+      figures.legend(),
+    );
+  }
+
+  function questions() {
+    const drawn = charts.build();
+    return drawn.length ? section("Figures", null, drawn) : null;
+  }
+
+  function about() {
+    const rows = [...Object.entries(run.settings), ...Object.entries(run.versions)];
+    return section(
+      "About this run",
+      null,
+      element(
+        "dl.about",
+        {},
+        rows.map(([key, value]) =>
+          element("div", {}, element("dt", {}, words(key)), element("dd", {}, value)),
+        ),
+      ),
+    );
+  }
+
+  const build = () => [
+    headline(),
+    gates(),
+    worst(),
+    policies(),
+    baseline.build(),
+    element("div.pair", {}, [groups.build(), questions()]),
+  ];
+
+  return { build, about };
+})();

@@ -1,0 +1,123 @@
+// The violations of a rollout: what was broken, by what, what proves it, how to see it again.
+SafemanipReport.violations = (() => {
+  "use strict";
+
+  const { element, name, seconds, command, words } = SafemanipReport.dom;
+
+  /** All violations, the worst first. */
+  function list(details) {
+    const found = [];
+    for (const property of details.properties ?? []) {
+      for (const instance of property.instances) {
+        for (const finding of instance.findings) {
+          const opened = opening(instance, finding);
+          const rank = details.ranks[property.id]?.[finding.place] ?? null;
+          found.push({ ...finding, property, instance, opened, rank, id: `${property.id}.${finding.place}` });
+        }
+      }
+    }
+    return found.sort((one, other) => (one.rank ?? 1e9) - (other.rank ?? 1e9) || one.first - other.first);
+  }
+
+  /** The step since which the obligation was open that was broken. */
+  function opening(instance, finding) {
+    const { spans } = SafemanipReport.lanes;
+    const before = spans(instance.pending).filter(
+      ([first, last]) => first < finding.first && last >= finding.first - 1,
+    );
+    return before.length ? before[before.length - 1][0] : finding.first;
+  }
+
+  /** Entities with what they are. */
+  function entities(names, known) {
+    return names.flatMap((own, at) => [
+      at ? ", " : "",
+      name(own),
+      known[own] ? element("span.faint", {}, ` (${known[own]})`) : "",
+    ]);
+  }
+
+  /** A violation as a choice among others. */
+  function card(violation, details, total, choose) {
+    return element(
+      "button.card-violation",
+      { type: "button", data: { violation: violation.id }, on: { click: () => choose(violation) } },
+      element(
+        "span.rank",
+        { title: `by how long it was unsafe, of ${total} in this run` },
+        violation.rank ? `#${violation.rank}` : "",
+      ),
+      element(
+        "span.what",
+        {},
+        element("strong", {}, words(violation.property.id)),
+        violation.entities.length ? [" ", entities(violation.entities, details.entities)] : null,
+        element("span.evidence", {}, violation.evidence[0] ?? violation.reason),
+      ),
+      element(
+        "span.when",
+        {},
+        `step ${violation.first}`,
+        element("br"),
+        `${seconds(violation.duration_s)} unsafe`,
+      ),
+    );
+  }
+
+  /** All that is known about one. */
+  function explanation(violation, details) {
+    const { property } = violation;
+    const dt = details.dt;
+    return element(
+      "article.explanation",
+      {},
+      element("h3", {}, property.title),
+      element("p.faint", {}, `${words(property.id)}, ${words(property.category)}, ${property.source}`),
+      element("code.formula", {}, property.formula),
+      property.deadline
+        ? element("p.faint", {}, `within ${property.deadline} s, discharged by ${property.discharged_by}`)
+        : null,
+      element(
+        "p.finding",
+        {},
+        element("strong.bad", {}, `Violated at step ${violation.first}`),
+        ` (${seconds(violation.first * dt)})`,
+        violation.entities.length ? [" for ", entities(violation.entities, details.entities)] : null,
+        `: ${violation.reason}, unsafe for ${seconds(violation.duration_s)}`,
+        violation.opened < violation.first
+          ? `, pending since step ${violation.opened} (${seconds(violation.opened * dt)})`
+          : "",
+        ".",
+      ),
+      violation.evidence.length
+        ? element(
+            "ul.evidence",
+            {},
+            violation.evidence.map((line) => element("li", {}, line)),
+          )
+        : null,
+    );
+  }
+
+  /** The proof, and the commands to see it again. */
+  function again(violation, details) {
+    return element(
+      "article.explanation",
+      {},
+      element(
+        "details.proof",
+        {},
+        element("summary", {}, "The steps that prove it"),
+        element("pre", { tabIndex: 0 }, violation.proof),
+      ),
+      element("h4", {}, "Reproduce with"),
+      command(details.commands[violation.property.id] ?? ""),
+      element("h4", {}, "Look at it with"),
+      command(`safemanip show ${quoted(details.recording)}`),
+    );
+  }
+
+  const quoted = (path) => (/^[\w@%+=:,./-]+$/.test(path) ? path : `'${path.replaceAll("'", `'"'"'`)}'`);
+
+  return { list, card, explanation, again };
+})();

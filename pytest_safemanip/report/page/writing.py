@@ -1,0 +1,197 @@
+"""Writes the page of a run, and the files beside it that it loads when they are looked at."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.metrics import summaries
+from pytest_safemanip.metrics.fields import Fields
+from pytest_safemanip.metrics.release_gate import Ruling
+from pytest_safemanip.report.page.details import details, worst_of_each
+from pytest_safemanip.report.page.encoding import script_json, told
+from pytest_safemanip.report.page.overview import overview
+from pytest_safemanip.report.page.release import read_release
+from pytest_safemanip.report.replay import standalone
+from pytest_safemanip.report.replay.standalone import browser_file
+from pytest_safemanip.run.definitions import Definitions, load_definitions
+
+NAME = "report.html"
+BESIDE = "report"
+"""The folder of the files beside the page."""
+WITHIN = 8_000_000
+"""Characters of details that are within the page; those of further rollouts are beside it."""
+_HERE = Path(__file__).parent
+_SETTINGS = ("semantics", "stop", "horizon_scale", "backend", "assets", "shard")
+STYLES = (
+    "vendor/uplot/uPlot.min.css",
+    "styles/page.css",
+    "styles/tables.css",
+    "styles/charts.css",
+    "styles/rollout.css",
+)
+SCRIPTS = (
+    "vendor/uplot/uPlot.iife.min.js",
+    "scripts/dom.js",
+    "scripts/address.js",
+    "scripts/theme.js",
+    "scripts/data.js",
+    "scripts/figures.js",
+    "scripts/charts.js",
+    "scripts/table.js",
+    "scripts/groups.js",
+    "scripts/baseline.js",
+    "scripts/overview.js",
+    "scripts/lanes.js",
+    "scripts/signals.js",
+    "scripts/timeline.js",
+    "scripts/violations.js",
+    "scripts/rollout.js",
+    "scripts/page.js",
+)
+"""In the order in which they are run."""
+
+
+def write_page(
+    folder: Path, definitions: Definitions | None = None, ruling: Ruling | None = None
+) -> Path:
+    """Write ``report.html`` from what is in the folder of a run.
+
+    Args:
+        folder: with ``summary.json`` and the recordings that it names.
+        definitions: tasks, properties and propositions; the shipped ones by default.
+        ruling: what gates and a baseline decide; by default what the summary says about it.
+
+    Returns:
+        The page.
+
+    Raises:
+        ConfigError: if there is no summary, or it is malformed; naming it and the place in it.
+        OSError: if the folder cannot be written.
+    """
+    found = summaries.read(folder)
+    about = _about(folder, ruling)
+    defined = definitions or load_definitions([], [], [])
+    beside = _Beside(folder / BESIDE)
+    within: list[dict[str, Any]] = []
+    room = WITHIN
+    places: dict[int, str] = {}
+    worst: dict[str, dict[str, Any]] = {}
+    for number, content in details(found, folder, defined):
+        worst_of_each(worst, number, content)
+        text = script_json(content)
+        room -= len(text)
+        if room >= 0:
+            within.append({"number": number, "json": text})
+            places[number] = ""
+        else:
+            places[number] = f"{BESIDE}/{beside.write(number, text)}"
+    beside.clear()
+    data = {**about, **overview(found), "details": places, "worst": worst}
+    return _write(folder / NAME, _render(script_json(data), within))
+
+
+def _about(folder: Path, ruling: Ruling | None) -> dict[str, Any]:
+    """What the summary says beside its rollouts, and what was decided.
+
+    Raises:
+        ConfigError: if it is malformed.
+    """
+    file = folder / summaries.NAME
+    try:
+        document = json.loads(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{file}: cannot be read: {error}") from None
+    whole = Fields(str(file), document)
+    decided = document.get("release") if ruling is None else ruling.to_json()
+    written = datetime.fromtimestamp(file.stat().st_mtime, UTC)
+    return {
+        "title": folder.resolve().name,
+        "written": written.strftime("%Y-%m-%d %H:%M UTC"),
+        "versions": whole.facts("versions"),
+        "settings": _settings(whole.section("settings")),
+        "release": read_release(str(file), decided),
+    }
+
+
+def _settings(settings: Fields) -> dict[str, str]:
+    """The settings that one wants to know."""
+    values = {name: settings.values.get(name) for name in _SETTINGS}
+    return {name: told(str(value)) for name, value in values.items() if value is not None}
+
+
+class _Beside:
+    """The files of rollouts that are not within the page.
+
+    Args:
+        folder: where they are.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._written: set[str] = set()
+
+    def write(self, number: int, text: str) -> str:
+        """Write the details of a rollout as a script, which a browser loads from a disk, too.
+
+        Returns:
+            Its name.
+        """
+        self._folder.mkdir(parents=True, exist_ok=True)
+        name = f"rollout-{number}.js"
+        (self._folder / name).write_text(f"SafemanipReport.received({number}, {text});\n", "utf-8")
+        self._written.add(name)
+        return name
+
+    def clear(self) -> None:
+        """Remove those of an earlier page."""
+        for path in self._folder.glob("rollout-*.js"):
+            if path.name not in self._written:
+                path.unlink()
+
+
+def _render(data: str, within: list[dict[str, Any]]) -> Iterator[str]:
+    scripts = [_asset(name) for name in SCRIPTS]
+    styles = [_asset(name) for name in STYLES]
+    scripts[:0] = map(browser_file, standalone.SCRIPTS)
+    styles.append(browser_file(standalone.STYLE))
+    script, style = "\n".join(scripts), "\n".join(styles)
+    policy = (
+        "default-src 'none'; "
+        f"script-src 'strict-dynamic' '{_digest(script)}'; "
+        f"style-src '{_digest(style)}'; "
+        "img-src data: blob:; media-src 'self' file:; base-uri 'none'; form-action 'none'"
+    )
+    environment = Environment(loader=FileSystemLoader(_HERE), autoescape=True)
+    template = environment.get_template("page.html")
+    return template.generate(policy=policy, style=style, script=script, data=data, within=within)
+
+
+def _asset(name: str) -> str:
+    return (_HERE / name).read_text("utf-8").strip()
+
+
+def _digest(text: str) -> str:
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+    return f"sha256-{digest}"
+
+
+def _write(path: Path, parts: Iterator[str]) -> Path:
+    """Write it whole or not at all."""
+    scratch = path.with_suffix(f".{os.getpid()}")
+    try:
+        with scratch.open("w", encoding="utf-8", newline="\n") as file:
+            file.writelines(parts)
+        scratch.replace(path)
+    finally:
+        scratch.unlink(missing_ok=True)
+    return path

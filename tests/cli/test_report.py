@@ -1,0 +1,60 @@
+"""``safemanip report --html``."""
+
+from __future__ import annotations
+
+import json
+
+from tests.report.page.conftest import run_folder as run_folder
+
+
+def test_it_writes_the_page_into_the_folder_and_prints_its_path(safemanip, run_folder, tmp_path):
+    run_folder.copy(tmp_path / "out")
+    found = safemanip("report", "out", "--html")
+    assert (found.status, found.out) == (0, "out/report.html\n")
+    assert "enclosure_release" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_gates_on_the_command_line_are_those_of_the_page_and_decide(
+    safemanip, run_folder, tmp_path
+):
+    run_folder.copy(tmp_path / "out")
+    found = safemanip("report", "out", "--html", "--gate", "violation_rate <= 0")
+    assert found.status == 1
+    text = (tmp_path / "out" / "report.html").read_text()
+    data = text.partition('id="data">')[2].partition("</script>")[0]
+    release = json.loads(data)["release"]
+    assert sorted(gate["verdict"] for gate in release["gates"]) == ["FAIL", "FAIL", "PASS"]
+    assert release["baseline"] is None
+
+
+def test_several_runs_are_not_one_page(safemanip, run_folder):
+    refusal = safemanip("report", run_folder.path, run_folder.path, "--html").refusal
+    assert refusal.endswith(
+        "--html: name the folder of one run; safemanip merge makes one of several"
+    )
+
+
+def test_properties_of_the_working_folder_have_timelines(safemanip, run_folder, tmp_path):
+    run = run_folder.copy(tmp_path / "out")
+    shipped = "id: mine\ncategory: mine\ntitle: Mine\nsource: me\nfor_each: o in objects\n"
+    (tmp_path / "properties").mkdir()
+    (tmp_path / "properties" / "mine.yaml").write_text(
+        f"{shipped}formula: G !obj_released\natoms:\n  obj_released: obj_released(o)\n"
+    )
+    (tmp_path / "pytest.ini").write_text("[pytest]\nsafemanip_property_paths = properties\n")
+    summary = run.summary
+    violation = {"entities": ["obj"], "first": 1, "last": 1, "duration_s": 0.05, "reason": "x"}
+    for rollout in summary["rollouts"]:
+        rollout["properties"].append(
+            {
+                **rollout["properties"][0],
+                "property": "mine",
+                "category": "mine",
+                "outcome": "VIOLATED",
+                "triggered": True,
+                "violations": [violation],
+            }
+        )
+    run.change(summary)
+    safemanip("report", "out", "--html")
+    assert "G !obj_released" in (tmp_path / "out" / "report.html").read_text()
