@@ -16,6 +16,8 @@ from pytest_safemanip.trace.scene import Scene
 from tests.report.page.conftest import TASK
 
 FAULT, DROPPED = "scripted:half_inside", "scripted:drop_high"
+MARKUP = "</script><img src=x onerror=alert(1)>'\"]]>&amp;"
+"""As a name in a recording, which has to be printable."""
 HOSTILE = "</script><img src=x onerror=alert(1)>'\"]]>\u202egnp\x1b[31m\n&amp;"
 KEY = f"{TASK}/0/{FAULT}"
 
@@ -296,7 +298,7 @@ def test_hostile_names_harm_nothing(browser, copied):
         for verdict in rollout["properties"]:
             for violation in verdict["violations"]:
                 violation["entities"] = [
-                    HOSTILE if own == "obj" else own for own in violation["entities"]
+                    MARKUP if own == "obj" else own for own in violation["entities"]
                 ]
     summary["rollouts"][0] |= {"error": HOSTILE, "success": None}
     summary["settings"]["assets"] = HOSTILE
@@ -327,10 +329,10 @@ def test_hostile_names_harm_nothing(browser, copied):
 def renamed(recording: Recording) -> Recording:
     """With an object and an instruction of an enemy's."""
     scene = recording.scene.to_json()
-    text = json.dumps(scene).replace('"obj"', json.dumps(HOSTILE))
+    text = json.dumps(scene).replace('"obj"', json.dumps(MARKUP))
     found = json.loads(text)
     found["roles"] = {
-        "obj" if role == HOSTILE else role: own for role, own in found["roles"].items()
+        "obj" if role == MARKUP else role: own for role, own in found["roles"].items()
     }
     episode = type(recording.episode)(**{**vars(recording.episode), "instruction": HOSTILE})
     return Recording(episode, Scene.from_json(found), recording.steps)
