@@ -49,10 +49,15 @@ class TorsoController:
         """Goal of its joint, m."""
         return float(self._controller.goal_qpos.item())
 
+    @property
     def gains(self) -> tuple[float, float]:
-        """Force per m of error and per m/s of velocity: the law times what the joint carries."""
-        c, inertia = self._controller, self._inertia[self._where]
-        return (inertia * c.kp).item(), (inertia * c.kd).item()
+        """Acceleration per m of error and per m/s of velocity."""
+        return self._controller.kp.item(), self._controller.kd.item()
+
+    @property
+    def inertia(self) -> float:
+        """What the joint carries, kg."""
+        return float(self._inertia[self._where])
 
     def torques(self) -> Floats:
         """Torque (1,)."""
@@ -114,12 +119,12 @@ class ArmController:
         mujoco.mj_jacSite(self._model, self._data, end[:3], end[3:], self._site)
         mujoco.mj_jacSite(self._model, self._data, base[:3], base[3:], self._centre)
         jac, mass = end[:, self.dofs], self._inertia[self._where]
-        mobility = np.dot(jac, _solve(mass, jac.T))
+        mobility = jac.dot(_solve(mass, jac.T))
         # Inertias are symmetric: what solving for the rows gives is the transpose of the push.
         push = np.empty((6, len(mass)))
         for half in (slice(3), slice(3, 6)):
             push[half] = _solve(mobility[half, half], jac[half])
-        free = mass - np.dot(jac.T, _solve(mobility, jac))
+        free = mass - jac.T.dot(_solve(mobility, jac))
         return push.T, end[:, moving] - base[:, moving], free
 
     def torques(self) -> Floats:
