@@ -98,6 +98,25 @@ class ArmController:
         c.ref_pos[:], c.ref_ori_mat[:] = self.position, self.frame
         c.new_update = False
 
+    def set_goal(self, action: Floats) -> None:
+        """Set the controller's goal as it does itself, but for rounding.
+
+        In between, robosuite makes quaternions of single precision, and one that nobody reads.
+
+        Args:
+            action: displacement and rotation vector (6,), in units of the controller's input.
+        """
+        c = self.controller
+        scaled = c.scale_action(action)
+        if c._goal_update_mode == "achieved":
+            back = c.origin_ori.T
+            c.goal_pos, c.goal_ori = back.dot(self.position - c.origin_pos), back.dot(self.frame)
+        c.goal_pos = c.goal_pos + scaled[:3]
+        quat, turn = np.array((1.0, 0.0, 0.0, 0.0)), np.empty(9)
+        mujoco.mju_quatIntegrate(quat, scaled[3:], 1.0)
+        mujoco.mju_quat2Mat(turn, quat)
+        c.goal_ori = turn.reshape(3, 3).dot(c.goal_ori)
+
     def note_origin(self) -> tuple[Floats, Floats]:
         """Position and frame of the arm's base; the controller's next goal is relative to them."""
         origin, turn = self.origin[0].copy(), self.origin[1].copy()

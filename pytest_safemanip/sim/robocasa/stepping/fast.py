@@ -50,6 +50,7 @@ class FastStepper(Stepper):
         self._asleep = asleep or Asleep(self._model)
         env.check_contact = ContactCheck(env.sim, self._asleep.pairs)
         controls = self._controls
+        controls.arm.controller.set_goal = controls.arm.set_goal
         self._law = _Law(self._model, self._data, controls.arm, controls.torso)
         parts = [controls.actuators[name].index for name in ("torso", "right")]
         self._index = np.concatenate(parts)
