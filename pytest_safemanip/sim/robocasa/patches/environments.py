@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 
 from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck, LastCorners, Unchanged
 
@@ -51,19 +52,25 @@ def _remember(fixture: Any, methods: Sequence[str], seen: Callable[[], Any]) -> 
 
 def _positions(env: Any, fixture: Any) -> Callable[[], bytes]:
     """Reads the positions of a fixture's joints."""
-    model, qpos = env.sim.model, env.sim.data._data.qpos
+    model = env.sim.model
     own = [name for name in model.joint_names if name.startswith(fixture.naming_prefix)]
-    at = np.array([model.get_joint_qpos_addr(name) for name in own], np.intp)
-    return lambda: qpos[at].tobytes()
+    return _rows(env.sim.data._data.qpos, [model.get_joint_qpos_addr(name) for name in own])
 
 
 def _interiors(env: Any, fixture: Any) -> Callable[[], bytes]:
-    """Reads the places of the regions that go with a fixture's drawers."""
-    model, places = env.sim.model, env.sim.data._data.geom_xpos
-    prefix = f"{fixture.naming_prefix}reg_"
+    """Reads the places of a fixture's regions, some of which go with its drawers."""
+    model, prefix = env.sim.model, f"{fixture.naming_prefix}reg_"
     own = [name for name in model.geom_names if name.startswith(prefix)]
-    at = np.array([model.geom_name2id(name) for name in own], np.intp)
-    return lambda: places[at].tobytes()
+    return _rows(env.sim.data._data.geom_xpos, [model.geom_name2id(name) for name in own])
+
+
+def _rows(live: NDArray[Any], index: Sequence[int]) -> Callable[[], bytes]:
+    rows = np.array(index, np.intp)
+
+    def read() -> bytes:
+        return live[rows].tobytes()
+
+    return read
 
 
 def _regions(fixture: Any) -> Callable[[], tuple[Any, ...]]:

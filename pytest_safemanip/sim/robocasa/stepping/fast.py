@@ -83,10 +83,9 @@ class FastStepper(Stepper):
 class _Law:
     """Torques of torso and arm (1 + 7) as a matrix times what is measured, plus the bias.
 
-    Measured are, in this order: where the end effector should be and where the arm's base is, and
-    where the end effector is (3 each); its orientation as it should be times the inverse of what
-    it is (9); the positions of the torso's and the arm's joints (8), what they should be (8), and
-    the velocities of the robot's dofs (D).
+    Measured are, in this order: how far the end effector is from where it should be (3); its
+    orientation as it should be times the inverse of what it is (9); how far the torso's and the
+    arm's joints are from where they should be (8); and the velocities of the robot's dofs (D).
 
     The matrix is a product: torques per acceleration (8, 14), which the posture decides, times
     accelerations of the torso, the end effector (6) and, towards home, the arm (7).
@@ -98,35 +97,24 @@ class _Law:
         rows = 1 + len(arm.controller.qvel_index)
         moving = np.flatnonzero(model.dof_treeid == model.dof_treeid[torso.dof])
         self._moving = slice(moving[0], moving[-1] + 1)
-        positions = data.qpos[torso.address : torso.address + rows]
-        self._measure(positions, data.qvel[self._moving])
         self._bias = data.qfrc_bias[torso.dof : torso.dof + rows]
+        self._positions = data.qpos[torso.address : torso.address + rows]
+        self._velocities = data.qvel[self._moving]
+        self._base, self._base_frame = arm.origin
+        self._end, self._inverse = arm.position, arm.frame.T
+        self._goal, self._turned, self._home = np.zeros((3, 4)), np.zeros((3, 4)), np.zeros(rows)
+        self._axes, self._aim = self._turned[:, :3], self._turned[:, 3]
+        ends = np.cumsum((3, 9, rows, len(moving)))
+        self._inputs, self._torques = np.zeros(ends[-1]), np.zeros(rows)
+        self._apart, turn, self._away, self._velocity = np.split(self._inputs, ends[:-1])
+        self._turn = turn.reshape(3, 3)
         self._inertias = np.zeros((rows, 6 + rows))
         self._accelerations = self._constant(rows, torso.dof - int(moving[0]))
         # For the present substep, as computed last and before, and the change per substep.
         shape = rows, len(self._inputs)
         self._matrix, self._now, self._before, self._drift = (np.zeros(shape) for _ in range(4))
-        self._torques = np.zeros(rows)
         self._fill(self._now)
         self._interval, self._left = 1, 0
-
-    def _measure(self, positions: Floats, velocities: Floats) -> None:
-        """Make room for what is measured, beside live views of what it is copied from."""
-        arm, rows = self._arm, len(positions)
-        ends = np.cumsum((3, 3, 3, 9, rows, rows, len(velocities)))
-        self._inputs = np.zeros(ends[-1])
-        aim, origin, position, turn, at, self._home, velocity = np.split(self._inputs, ends[:-1])
-        base, self._base_frame = arm.origin
-        self._goal, self._turned = np.zeros((3, 4)), np.zeros((3, 4))
-        self._axes, self._inverse = self._turned[:, :3], arm.frame.T
-        self._turn = turn.reshape(3, 3)
-        self._copied = (
-            (aim, self._turned[:, 3]),
-            (origin, base),
-            (position, arm.position),
-            (at, positions),
-            (velocity, velocities),
-        )
 
     def _constant(self, rows: int, own: int) -> Floats:
         """The accelerations, but for what velocities do to the end effector's.
@@ -138,12 +126,11 @@ class _Law:
         arm, controller, towards_home = self._arm, self._arm.controller, np.eye(rows)[1:]
         made = np.zeros((6 + rows, len(self._inputs)))
         torso, end, joints = made[0], made[1:7], made[7:]
-        at, home, velocity = 18, 18 + rows, 18 + 2 * rows
-        kp, kd = self._torso.gains
-        torso[at], torso[home], torso[velocity + own] = -kp, kp, -kd
-        end[:, :at] = controller.kp[:, None] * _ERROR
-        joints[:, at:home] = -arm.stiffness * towards_home
-        joints[:, home:velocity] = arm.stiffness * towards_home
+        away, velocity = 12, 12 + rows
+        torso[away], damping = self._torso.gains
+        torso[velocity + own] = -damping
+        end[:, :away] = controller.kp[:, None] * _ERROR
+        joints[:, away:velocity] = arm.stiffness * towards_home
         joints[:, velocity + own :][:, :rows] = -arm.damping * towards_home
         self._friction, self._damping = end[:, velocity:], -controller.kd[:, None]
         return made
@@ -159,18 +146,23 @@ class _Law:
 
         To be called once a substep, when the state is up to date.
         """
+        self._measure()
         if self._left == 0:
             self._refresh()
         else:
             self._matrix += self._drift
         self._left -= 1
-        self._base_frame.dot(self._goal, self._turned)
-        self._axes.dot(self._inverse, self._turn)
-        for measured, source in self._copied:
-            measured[:] = source
         torques = self._matrix.dot(self._inputs, self._torques)
         torques += self._bias
         return torques
+
+    def _measure(self) -> None:
+        self._base_frame.dot(self._goal, self._turned)
+        self._axes.dot(self._inverse, self._turn)
+        np.add(self._aim, self._base, out=self._apart)
+        self._apart -= self._end
+        np.subtract(self._home, self._positions, out=self._away)
+        self._velocity[:] = self._velocities
 
     def _refresh(self) -> None:
         """Compute the matrix for the present posture, and decide when to do so next."""
@@ -197,12 +189,12 @@ class _Law:
 
 
 def _error() -> Floats:
-    """The end effector's error (6) as a matrix times the first eighteen of what is measured."""
-    error = np.zeros((6, 18))
-    error[:3, :9] = np.hstack((np.eye(3), np.eye(3), -np.eye(3)))
+    """The end effector's error (6) as a matrix times the first twelve of what is measured."""
+    error = np.zeros((6, 12))
+    error[:3, :3] = np.eye(3)
     # Half the sum of the cross products of the frames' axes: how far the product is from symmetric.
     for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        error[3 + x, 9 + 3 * z + y], error[3 + x, 9 + 3 * y + z] = 0.5, -0.5
+        error[3 + x, 3 + 3 * z + y], error[3 + x, 3 + 3 * y + z] = 0.5, -0.5
     return error
 
 
