@@ -2,9 +2,9 @@
 
 The physics and the controllers' laws are the same. Operational-space control multiplies errors and
 velocities, which follow the state at every physics substep here too, by matrices that depend on the
-posture alone. These cost ten times as much as the rest, and within 14 ms a joint turns by less than
-0.04 rad: they are continued, along a parabola, for as many substeps as that hardly changes a torque.
-What lies still is left out of the physics meanwhile.
+posture alone. These cost ten times as much as the rest, and within 10 ms a joint turns by less than
+0.03 rad: they are continued linearly for as many substeps as that hardly changes a torque. What
+lies still is left out of the physics meanwhile.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pytest_safemanip.sim.robocasa.stepping.sleeping import Asleep
 
 Floats = NDArray[np.float64]
 
-EVERY = 7
+EVERY = 5
 """Most substeps between two evaluations of the matrices."""
 WRONG = 0.15
 """By how much continuing them may make a torque wrong before they are evaluated again, N m: in
@@ -105,17 +105,16 @@ class _Law:
         self._goal, self._turned, self._home = np.zeros((3, 4)), np.zeros((3, 4)), np.zeros(rows)
         self._axes, self._aim = self._turned[:, :3], self._turned[:, 3]
         ends = np.cumsum((3, 9, rows, len(moving)))
-        self._inputs = np.zeros(ends[-1])
-        self._distance, turn, self._away, self._velocity = np.split(self._inputs, ends[:-1])
+        self._inputs, self._torques = np.zeros(ends[-1]), np.zeros(rows)
+        self._apart, turn, self._away, self._velocity = np.split(self._inputs, ends[:-1])
         self._turn = turn.reshape(3, 3)
         self._inertias = np.zeros((rows, 6 + rows))
         self._accelerations = self._constant(rows, torso.dof - int(moving[0]))
-        # As computed last, its change from substep to substep then, and half of what that changes by.
-        self._terms = np.zeros((3, rows, len(self._inputs)))
-        self._flat, self._effects = self._terms.reshape(3 * rows, -1), np.zeros(3 * rows)
-        self._matrix, self._slope, self._before = (np.zeros_like(self._terms[0]) for _ in range(3))
-        self._fill(self._terms[0])
-        self._since, self._interval, self._previous = 0, 1, 1
+        # For the present substep, as computed last and before, and the change per substep.
+        shape = rows, len(self._inputs)
+        self._matrix, self._now, self._before, self._drift = (np.zeros(shape) for _ in range(4))
+        self._fill(self._now)
+        self._interval, self._left = 1, 0
 
     def _constant(self, rows: int, own: int) -> Floats:
         """The accelerations, but for what velocities do to the end effector's.
@@ -148,49 +147,37 @@ class _Law:
         To be called once a substep, when the state is up to date.
         """
         self._measure()
-        self._since += 1
-        self._flat.dot(self._inputs, self._effects)
-        torques = _POWERS[self._since].dot(self._effects.reshape(3, -1))
-        if self._since == self._interval:
-            torques = self._refresh(torques)
+        if self._left == 0:
+            self._refresh()
+        else:
+            self._matrix += self._drift
+        self._left -= 1
+        torques = self._matrix.dot(self._inputs, self._torques)
         torques += self._bias
         return torques
 
     def _measure(self) -> None:
         self._base_frame.dot(self._goal, self._turned)
         self._axes.dot(self._inverse, self._turn)
-        np.add(self._aim, self._base, out=self._distance)
-        self._distance -= self._end
+        np.add(self._aim, self._base, out=self._apart)
+        self._apart -= self._end
         np.subtract(self._home, self._positions, out=self._away)
         self._velocity[:] = self._velocities
 
-    def _refresh(self, continued: Floats) -> Floats:
-        """Compute the matrix for the present posture, and decide when to do so next.
-
-        Args:
-            continued: torques of the one that was continued to this substep (8,).
-
-        Returns:
-            Torques of the new one (8,).
-        """
-        matrix, (last, change, bend), interval = self._matrix, self._terms, self._interval
-        self._fill(matrix)
-        torques = matrix.dot(self._inputs)
-        # The parabola through the last three; slopes are those half way between two of them.
-        self._slope, self._before = self._before, self._slope
-        np.subtract(matrix, last, out=self._slope)
-        self._slope /= interval
-        np.subtract(self._slope, self._before, out=bend)
-        bend /= interval + self._previous
-        np.multiply(bend, interval, out=change)
-        change += self._slope
-        last[:] = matrix
-        wrong = max(map(abs, (continued - torques).tolist()))
-        # It grows with the cube of the time.
-        longest = interval * math.cbrt(WRONG / max(wrong, 1e-9))
-        self._previous, self._interval = interval, int(min(max(longest, 1), 2 * interval, EVERY))
-        self._since = 0
-        return torques
+    def _refresh(self) -> None:
+        """Compute the matrix for the present posture, and decide when to do so next."""
+        self._now, self._before = self._before, self._now
+        self._fill(self._now)
+        # What the matrix continued to this substep would have been wrong by, in torque.
+        self._matrix += self._drift
+        self._matrix -= self._now
+        wrong = max(map(abs, self._matrix.dot(self._inputs).tolist()))
+        self._matrix[:] = self._now
+        np.subtract(self._now, self._before, out=self._drift)
+        self._drift /= self._interval
+        # It grows with the square of the time; after short intervals little is known of long ones.
+        longest = self._interval * math.sqrt(WRONG / max(wrong, 1e-9))
+        self._interval = self._left = int(min(max(longest, 1), 2 * self._interval, EVERY))
 
     def _fill(self, matrix: Floats) -> None:
         push, relative, free = self._arm.gains(self._moving)
@@ -212,4 +199,3 @@ def _error() -> Floats:
 
 
 _ERROR = _error()
-_POWERS = np.arange(EVERY + 1.0)[:, None] ** np.arange(3)
