@@ -94,6 +94,25 @@ def test_near_a_singular_posture_joints_stay_as_near(
     assert np.abs(found - expected).max() < 2e-3
 
 
+def test_the_arms_goals_are_those_that_its_controller_would_set(make_kitchen: Make) -> None:
+    env = make_kitchen("OpenDrawer")
+    stepper = FastStepper(env, lambda _: None)
+    arm = env.robots[0].composite_controller.part_controllers["right"]
+    for action in random_actions(24):  # of the arm, then of the base
+        before = arm.goal_pos, arm.goal_ori
+        stepper.step(action)
+        commanded = np.append(action[:3], 2.0 * action[3:6])  # some beyond the limits
+        goals = [np.column_stack((before[1], before[0]))]
+        for set_goal in (arm.set_goal, type(arm).set_goal.__get__(arm)):
+            arm.goal_pos, arm.goal_ori = before
+            arm.new_update = False
+            stepper._controls.arm.refresh()
+            set_goal(commanded)
+            goals.append(np.column_stack((arm.goal_ori, arm.goal_pos)))
+        assert np.abs(goals[1] - goals[2]).max() < 1e-6
+        assert np.abs(goals[1] - goals[0]).max() > 1e-3
+
+
 def test_every_substep_is_shown_and_the_clocks_go_on(make_kitchen: Make) -> None:
     exact, fast = make_kitchen("OpenDrawer"), make_kitchen("OpenDrawer")
     seen: list[float] = []

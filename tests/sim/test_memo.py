@@ -103,24 +103,58 @@ def test_corners_are_those_of_the_place_that_was_asked_for(make_kitchen: Make) -
             found[0][:] = 5.0
 
 
-def test_a_drawers_interior_goes_with_it(make_kitchen: Make) -> None:
-    env = make_kitchen("OpenDrawer")
+def test_fixtures_that_moved_are_as_robocasa_would_have_them(make_kitchen: Make) -> None:
+    from robocasa.models import fixtures
+
+    kinds = [getattr(fixtures, name) for name in ("Sink", "Stove", "Oven", "Dishwasher", "Fridge")]
+    env = make_kitchen("PickPlaceCounterToCabinet", "target")
     stepper = Stepper(env, lambda _: None)
-    drawer = env.drawer
-    joint = next(iter(drawer.door_joint_names))
-    seen = set()
-    for opened in (0.0, 0.0, -0.05, -0.1):
-        env.sim.data.set_joint_qpos(joint, opened)
+    drawer = next(f for f in env.fixtures.values() if isinstance(f, fixtures.Drawer))
+    watched = [drawer, *(f for f in env.fixtures.values() if isinstance(f, tuple(kinds)))]
+    assert all(any(isinstance(f, kind) for f in watched) for kind in kinds)
+    model, random, seen = env.sim.model._model, np.random.default_rng(0), []
+    for moved in (False, True, False, True, True):
+        for fixture in watched if moved else ():
+            for joint in map(model.joint, env.sim.model.joint_names):
+                if joint.name.startswith(fixture.naming_prefix):
+                    env.sim.data.qpos[joint.qposadr[0]] = random.uniform(*joint.range)
         stepper.step(np.zeros(12))
-        found = {key: value.tobytes() for key, value in points(drawer).items()}
-        type(drawer).update_state(drawer, env)
-        assert found == {key: value.tobytes() for key, value in points(drawer).items()}
-        seen.add(found["p0"])
-    assert len(seen) > 1
+        found = [state(env, fixture) for fixture in watched]
+        for fixture in watched:
+            type(fixture).update_state(fixture, env)
+        assert found == [state(env, fixture) for fixture in watched]
+        for fixture in watched:
+            for name in ("get_handle_state", "get_knobs_state"):
+                if hasattr(fixture, name):
+                    expected = getattr(type(fixture), name)(fixture, env)
+                    assert getattr(fixture, name)(env=env) == expected
+            answer, expected = (
+                ask(relative=False)
+                for ask in (fixture.get_int_sites, type(fixture).get_int_sites.__get__(fixture))
+            )
+            assert {key: np.array(points).tobytes() for key, points in answer.items()} == {
+                key: np.array(points).tobytes() for key, points in expected.items()
+            }
+            for points in answer.values():
+                points[0][:] = 5.0  # nobody else sees this
+        seen.append(found)
+    for states in zip(*seen, strict=True):
+        assert any(states[0] != later for later in states[1:])
 
 
-def points(drawer: Any) -> dict[str, Any]:
-    return {key: drawer._regions["int"][key] for key in ("p0", "px", "py", "pz")}
+def state(env: Any, fixture: Any) -> list[Any]:
+    """What ``update_state`` of a fixture writes: its state, its interiors, its sites."""
+    points = [
+        (name, region[key].tobytes())
+        for name, region in fixture._regions.items()
+        for key in ("p0", "px", "py", "pz")
+    ]
+    own = {key: value for key, value in vars(fixture).items() if isinstance(value, (float, dict))}
+    own = {key: dict(value) if isinstance(value, dict) else value for key, value in own.items()}
+    own.pop("_regions")
+    model = env.sim.model._model
+    sites = [n for n in range(model.nsite) if model.site(n).name.startswith(fixture.naming_prefix)]
+    return [points, own, model.site_rgba[sites].tobytes(), model.site_size[sites].tobytes()]
 
 
 @pytest.mark.parametrize(("task", "scenes"), [("OpenDrawer", "compact"), ("OpenCabinet", "target")])

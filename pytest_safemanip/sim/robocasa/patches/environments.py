@@ -11,24 +11,78 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
 import yaml
+from numpy.typing import NDArray
 
-from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck, DrawerUpdate, LastCorners
+from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck, LastCorners, Unchanged
 
 
 def quicken(env: Any) -> None:
     """Let fixtures and tasks have the same answers sooner: at every step, and some several times,
-    they ask for joints' addresses, buttons' contacts, drawers' interiors and objects' corners.
+    they ask for joints' addresses, buttons' contacts, fixtures' states and interiors and objects'
+    corners.
     """
-    from robocasa.models.fixtures import Drawer
+    from robocasa.models import fixtures
 
+    joints = {
+        fixtures.Sink: ("update_state", "get_handle_state"),
+        fixtures.Stove: ("update_state", "get_knobs_state"),
+        fixtures.Oven: ("update_state",),
+        fixtures.Dishwasher: ("update_state",),
+    }
     env.sim.model.get_joint_qpos_addr = functools.cache(env.sim.model.get_joint_qpos_addr)
     env.check_contact = ContactCheck(env.sim)
     for fixture in env.fixtures.values():
-        if type(fixture).update_state is Drawer.update_state:
-            fixture.update_state = DrawerUpdate(fixture, env.sim)
+        for kind, methods in joints.items():
+            if isinstance(fixture, kind):
+                _remember(fixture, methods, _positions(env, fixture))
+        if isinstance(fixture, (fixtures.Drawer, fixtures.Fridge)):
+            _remember(fixture, ("update_state",), _interiors(env, fixture))
+        if isinstance(fixture, fixtures.Fixture):
+            _remember(fixture, ("get_int_sites",), _regions(fixture))
     for thing in env.objects.values():
         thing.get_bbox_points = LastCorners(thing.get_bbox_points)
+
+
+def _remember(fixture: Any, methods: Sequence[str], seen: Callable[[], Any]) -> None:
+    for name in methods:
+        setattr(fixture, name, Unchanged(getattr(type(fixture), name).__get__(fixture), seen))
+
+
+def _positions(env: Any, fixture: Any) -> Callable[[], bytes]:
+    """Reads the positions of a fixture's joints."""
+    model = env.sim.model
+    own = [name for name in model.joint_names if name.startswith(fixture.naming_prefix)]
+    return _rows(env.sim.data._data.qpos, [model.get_joint_qpos_addr(name) for name in own])
+
+
+def _interiors(env: Any, fixture: Any) -> Callable[[], bytes]:
+    """Reads the places of a fixture's regions, some of which go with its drawers."""
+    model, prefix = env.sim.model, f"{fixture.naming_prefix}reg_"
+    own = [name for name in model.geom_names if name.startswith(prefix)]
+    return _rows(env.sim.data._data.geom_xpos, [model.geom_name2id(name) for name in own])
+
+
+def _rows(live: NDArray[Any], index: Sequence[int]) -> Callable[[], bytes]:
+    rows = np.array(index, np.intp)
+
+    def read() -> bytes:
+        return live[rows].tobytes()
+
+    return read
+
+
+def _regions(fixture: Any) -> Callable[[], tuple[Any, ...]]:
+    """Reads where a fixture and the corners of its regions are."""
+    place = fixture._obj.attrib
+
+    def read() -> tuple[Any, ...]:
+        regions = (fixture._regions.get(name) for name in fixture.get_reset_region_names())
+        corners = (r[key].tobytes() for r in regions if r for key in ("p0", "px", "py", "pz"))
+        return place.get("pos"), place.get("euler"), *corners
+
+    return read
 
 
 class Acts(Protocol):

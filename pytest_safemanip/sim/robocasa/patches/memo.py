@@ -140,11 +140,12 @@ class ContactCheck:
     def _group(self, geoms: Any) -> frozenset[int]:
         if isinstance(geoms, str):
             return self._numbers((geoms,))
+        if id(geoms) in self._models:
+            return self._models[id(geoms)][1]
         if not hasattr(geoms, "contact_geoms"):
             return self._numbers(geoms)
         # The model is kept too: its identity must not be given to another one.
-        if id(geoms) not in self._models:
-            self._models[id(geoms)] = geoms, self._numbers(geoms.contact_geoms)
+        self._models[id(geoms)] = geoms, self._numbers(geoms.contact_geoms)
         return self._models[id(geoms)][1]
 
     def _numbers(self, names: Iterable[str]) -> frozenset[int]:
@@ -152,27 +153,33 @@ class ContactCheck:
         return frozenset(known[name] for name in names if name in known)
 
 
-class DrawerUpdate:
-    """Acts as a drawer's ``update_state``, which puts its interior to where it is now, where it
-    has moved since the last time.
+class Unchanged:
+    """Answers as a method, which is asked again only when what it depends on has changed.
 
     Args:
-        drawer: a fixture.
-        sim: robosuite's simulation, whose geoms do not change any more.
+        method: it changes nothing but what it would leave as it is if it were called again.
+        seen: gives all that its answer depends on, besides its arguments.
     """
 
-    def __init__(self, drawer: Any, sim: Any) -> None:
-        self._update = type(drawer).update_state.__get__(drawer)
-        interior = sim.model.geom_name2id(f"{drawer.naming_prefix}reg_int")
-        self._position = sim.data._data.geom_xpos[interior]
-        self._known = b""
+    def __init__(self, method: Callable[..., Any], seen: Callable[[], Any]) -> None:
+        self._method, self._seen = method, seen
+        self._known: Any = None
+        self._answer: Any = None
 
-    def __call__(self, env: Any) -> None:
-        """Update the drawer."""
-        known = self._position.tobytes()
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        """What it answers, or a copy of what it answered last."""
+        known = args, named, self._seen()
         if known != self._known:
-            self._update(env)
-            self._known = known
+            self._answer, self._known = self._method(*args, **named), known
+        return _copied(self._answer)
+
+
+def _copied(answer: Any) -> Any:
+    if isinstance(answer, dict):
+        return {key: _copied(value) for key, value in answer.items()}
+    if isinstance(answer, list):
+        return [_copied(value) for value in answer]
+    return answer.copy() if isinstance(answer, np.ndarray) else answer
 
 
 class LastCorners:

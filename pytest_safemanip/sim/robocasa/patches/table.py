@@ -58,6 +58,7 @@ def _lacks(module: str, text: str) -> Callable[[], bool]:
 
 
 _UTILS, _SCENES = "robosuite.utils", "robocasa.models.scenes"
+_FIXTURES = "robocasa.models.fixtures"
 
 PATCHES = (
     Patch(
@@ -164,11 +165,25 @@ PATCHES = (
         _lacks(f"{_UTILS}.binding_utils", "cache"),
     ),
     Patch(
-        "known_drawers",
-        "robocasa.models.fixtures.cabinets:Drawer.update_state",
-        "the interiors of all drawers are computed at every step, of those too that did not move",
+        "known_fixtures",
+        ", ".join(
+            f"{_FIXTURES}.{name}"
+            for name in (
+                "sink:Sink.update_state",
+                "sink:Sink.get_handle_state",
+                "stove:Stove.update_state",
+                "stove:Stove.get_knobs_state",
+                "oven:Oven.update_state",
+                "dishwasher:Dishwasher.update_state",
+                "fridge:Fridge.update_state",
+                "cabinets:Drawer.update_state",
+                "fixture:Fixture.get_int_sites",
+            )
+        ),
+        "states and interiors of fixtures are computed at every step, of those too that did not "
+        "move",
         "environments",
-        _has("robocasa.models.fixtures.cabinets", "reg_int"),
+        _has(f"{_FIXTURES}.cabinets", "reg_int"),
     ),
     Patch(
         "known_corners",

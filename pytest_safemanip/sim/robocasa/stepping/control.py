@@ -49,10 +49,15 @@ class TorsoController:
         """Goal of its joint, m."""
         return float(self._controller.goal_qpos.item())
 
+    @property
     def gains(self) -> tuple[float, float]:
-        """Force per m of error and per m/s of velocity: the law times what the joint carries."""
-        c, inertia = self._controller, self._inertia[self._where]
-        return (inertia * c.kp).item(), (inertia * c.kd).item()
+        """Acceleration per m of error and per m/s of velocity."""
+        return self._controller.kp.item(), self._controller.kd.item()
+
+    @property
+    def inertia(self) -> float:
+        """What the joint carries, kg."""
+        return float(self._inertia[self._where])
 
     def torques(self) -> Floats:
         """Torque (1,)."""
@@ -93,6 +98,25 @@ class ArmController:
         c.ref_pos[:], c.ref_ori_mat[:] = self.position, self.frame
         c.new_update = False
 
+    def set_goal(self, action: Floats) -> None:
+        """Set the controller's goal as it does itself, but for rounding.
+
+        In between, robosuite makes quaternions of single precision, and one that nobody reads.
+
+        Args:
+            action: displacement and rotation vector (6,), in units of the controller's input.
+        """
+        c = self.controller
+        scaled = c.scale_action(action)
+        if c._goal_update_mode == "achieved":
+            back = c.origin_ori.T
+            c.goal_pos, c.goal_ori = back.dot(self.position - c.origin_pos), back.dot(self.frame)
+        c.goal_pos = c.goal_pos + scaled[:3]
+        quat, turn = np.array((1.0, 0.0, 0.0, 0.0)), np.empty(9)
+        mujoco.mju_quatIntegrate(quat, scaled[3:], 1.0)
+        mujoco.mju_quat2Mat(turn, quat)
+        c.goal_ori = turn.reshape(3, 3).dot(c.goal_ori)
+
     def note_origin(self) -> tuple[Floats, Floats]:
         """Position and frame of the arm's base; the controller's next goal is relative to them."""
         origin, turn = self.origin[0].copy(), self.origin[1].copy()
@@ -114,12 +138,12 @@ class ArmController:
         mujoco.mj_jacSite(self._model, self._data, end[:3], end[3:], self._site)
         mujoco.mj_jacSite(self._model, self._data, base[:3], base[3:], self._centre)
         jac, mass = end[:, self.dofs], self._inertia[self._where]
-        mobility = np.dot(jac, _solve(mass, jac.T))
+        mobility = jac.dot(_solve(mass, jac.T))
         # Inertias are symmetric: what solving for the rows gives is the transpose of the push.
         push = np.empty((6, len(mass)))
         for half in (slice(3), slice(3, 6)):
             push[half] = _solve(mobility[half, half], jac[half])
-        free = mass - np.dot(jac.T, _solve(mobility, jac))
+        free = mass - jac.T.dot(_solve(mobility, jac))
         return push.T, end[:, moving] - base[:, moving], free
 
     def torques(self) -> Floats:

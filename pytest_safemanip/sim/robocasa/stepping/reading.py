@@ -42,6 +42,7 @@ class Reader:
         boxes = self.description.box_geom
         self._box_body = self._model.geom_bodyid[boxes]
         self._box_quat = self._model.geom_quat[boxes]
+        self._boxes_at, self._boxes = b"", np.zeros((0, 7), np.float32)
 
     def fingerprint(self) -> str:
         """Digest of the episode's state as it is now."""
@@ -76,7 +77,7 @@ class Reader:
             object_pose=_f32(np.concatenate((d.xpos[body], d.xquat[body]), axis=1)),
             object_twist=_f32(twist[:-1]),
             joint=_f32(np.stack((opening, d.qvel[info.joint_dof] / info.joint_open), axis=1)),
-            box_pose=_f32(np.concatenate((self._geom_boxes(), self._site_boxes()))),
+            box_pose=self._box_poses(),
             switch=np.array([on for read in info.read_switches for on in read()], np.float32),
             qpos=_f32(d.qpos),
             qvel=_f32(d.qvel),
@@ -84,16 +85,20 @@ class Reader:
             contacts=contacts,
         )
 
-    def _geom_boxes(self) -> NDArray[np.float64]:
-        turns = multiply(self._scratch.xquat[self._box_body], self._box_quat).reshape(-1, 4)
-        return np.concatenate((self._scratch.geom_xpos[self.description.box_geom], turns), axis=1)
-
-    def _site_boxes(self) -> NDArray[np.float64]:
-        poses = np.empty((len(self.description.box_site), 7))
-        for pose, site in zip(poses, self.description.box_site, strict=True):
-            pose[:3] = self._scratch.site_xpos[site]
-            mujoco.mju_mat2Quat(pose[3:], self._scratch.site_xmat[site])
-        return poses
+    def _box_poses(self) -> NDArray[np.float32]:
+        """Poses of the scene's boxes (B, 7); those of the last time where none has moved."""
+        d, geom, site = self._scratch, self.description.box_geom, self.description.box_site
+        places = d.geom_xpos[geom], d.xquat[self._box_body], d.site_xpos[site], d.site_xmat[site]
+        seen = b"".join(place.tobytes() for place in places)
+        if seen != self._boxes_at:
+            turned = multiply(places[1], self._box_quat).reshape(-1, 4)
+            sites = np.empty((len(site), 4))
+            for quat, axes in zip(sites, places[3], strict=True):
+                mujoco.mju_mat2Quat(quat, axes)
+            positions, turns = np.concatenate(places[::2]), np.concatenate((turned, sites))
+            self._boxes = _f32(np.concatenate((positions, turns), axis=1))
+            self._boxes_at = seen
+        return self._boxes
 
     def _refresh(self) -> None:
         m = self._model
