@@ -26,6 +26,7 @@ class Evaluation:
         recording: what happened.
         folder: the working folder.
         task: of the recording.
+        judge: of the recording.
         properties: those that were judged, by id.
         verdicts: by id.
         errors: why there is no verdict, by id.
@@ -34,6 +35,7 @@ class Evaluation:
     recording: Recording
     folder: Folder
     task: Task
+    judge: Judge
     properties: Mapping[str, Property]
     verdicts: Mapping[str, Verdict]
     errors: Mapping[str, str]
@@ -99,7 +101,7 @@ def evaluate(options: argparse.Namespace) -> Evaluation:
             verdicts[id_] = judge.judge(prop)
         except Exception as error:  # a user's proposition may raise anything
             errors[id_] = f"{type(error).__name__}: {error}"
-    return Evaluation(recording, folder, task, properties, verdicts, errors)
+    return Evaluation(recording, folder, task, judge, properties, verdicts, errors)
 
 
 def _split(values: Sequence[str]) -> list[str]:
