@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from pathlib import Path
 
 from pytest_safemanip.cli.drawing import add_drawing, parse_cameras
@@ -35,14 +36,25 @@ def run(options: argparse.Namespace) -> int:
     request = request_of(recording, options.recording)
     board = storyboard(recording, found.judge, found.properties, found.verdicts)
     assets = options.assets or found.folder.settings.assets
-    with Bar(f"drawing {path.name}") as bar:
+    pictures, began = 0, time.monotonic()
+
+    def show(drawn: int, total: int) -> None:
+        nonlocal pictures
+        pictures = drawn
+        bar.show(path.name, drawn, total)
+
+    with Bar() as bar:
+        bar.say(f"setting up the scene of {path.name}")
         studio = open_studio(assets, options.size, draft=True)
         try:
             with studio.visit(request) as shot:
-                shoot(recording, board, shot, cameras, path, bar.show)
+                shoot(recording, board, shot, cameras, path, show)
         finally:
             studio.close()
     print(path)
+    if not sys.stderr.isatty():
+        seconds = time.monotonic() - began
+        print(f"safemanip video: {pictures} pictures in {seconds:.1f} s", file=sys.stderr)
     for id_, error in found.errors.items():
         print(f"safemanip video: {id_} is not marked, it has no verdict: {error}", file=sys.stderr)
     return 0

@@ -83,6 +83,7 @@ def read_settings(config: pytest.Config) -> Settings:
         shard=parse_shard(shard, "--safemanip-shard") if shard else None,
         out=_path(config, values["safemanip_out"]),
         store=values["safemanip_store"],
+        video=values["safemanip_video"],
         params=parse_params(parse_names(values["safemanip_params"])),
         fuzz=bool(values["safemanip_fuzz"]),
         fuzz_propositions=parse_names(values["safemanip_fuzz_propositions"]),

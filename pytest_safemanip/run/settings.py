@@ -51,6 +51,7 @@ class Settings:
     shard: Shard | None
     out: Path
     store: str
+    video: str
     params: Mapping[str, float]
     fuzz: bool
     fuzz_propositions: tuple[str, ...]

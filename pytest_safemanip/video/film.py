@@ -14,6 +14,7 @@ from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.codec import decode_request
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.video.encoding import open_encoder
+from pytest_safemanip.video.halves import drawn
 from pytest_safemanip.video.imaging import Image, pillow
 from pytest_safemanip.video.lanes import LanePicture
 from pytest_safemanip.video.storyboard import Storyboard
@@ -79,50 +80,53 @@ def shoot(
     """
     shot.check(recording.scene)
     stride = stride_of(board.period)
-    shown = range(0, board.length, stride)
+    steps = range(0, board.length, stride)
     path.parent.mkdir(parents=True, exist_ok=True)
-    sheet = _Sheet(board, stride)
-    first = _scene(shot, recording, 0, cameras)
-    height, width = sheet.compose(first, 0).shape[:2]
+    sheet = _Sheet(board, stride, shot.size, shot.size * len(cameras))
+
+    def draw(number: int) -> Image:
+        step = steps[number]
+        shot.pose(recording.steps.qpos[step])
+        return sheet.compose([shot.take(camera) for camera in cameras], step)
+
+    height, width, _ = sheet.shape
     with open_encoder(path, (width, height), 1 / (stride * board.period)) as encoder:
-        for number, step in enumerate(shown):
-            encoder.add(sheet.compose(_scene(shot, recording, step, cameras), step))
-            progress(number + 1, len(shown))
+        for number, picture in enumerate(drawn(draw, sheet.shape, len(steps))):
+            encoder.add(picture)
+            progress(number + 1, len(steps))
     return path
 
 
-def _scene(shot: Any, recording: Recording, step: int, cameras: Sequence[str]) -> Image:
-    shot.pose(recording.steps.qpos[step])
-    return np.concatenate([shot.take(camera) for camera in cameras], axis=1)
-
-
 class _Sheet:
-    """Puts a picture together: captions, scene, lanes."""
+    """Puts pictures together: captions, the scene (height, width), lanes.
 
-    def __init__(self, board: Storyboard, stride: int) -> None:
+    Attributes:
+        shape: of a picture: even height, even width, 3.
+    """
+
+    def __init__(self, board: Storyboard, stride: int, height: int, width: int) -> None:
         self._board, self._stride = board, stride
         self._held = round(SHOWN_FOR / board.period)
         self._drawn = pillow()
         self._font = self._drawn.ImageFont.load_default(13)
-        self._lanes: LanePicture | None = None
-
-    def compose(self, scene: Image, step: int) -> Image:
-        """The picture (h, w, 3) of a step, of even height and width."""
-        height, width = scene.shape[:2]
-        if self._lanes is None:
-            self._lanes = LanePicture(self._board, width)
+        self._lanes = LanePicture(board, width)
+        self._scene = slice(CAPTION, CAPTION + height), slice(0, width)
         total = CAPTION + height + self._lanes.height
-        picture = np.full((total + total % 2, width + width % 2, 3), 255, np.uint8)
-        until = step + self._stride - 1
-        unsafe = self._board.unsafe(step - self._held, until)
-        picture[:CAPTION, :width] = self._caption(step, unsafe, width)
-        shown = picture[CAPTION : CAPTION + height, :width]
-        shown[:] = scene
+        self.shape = total + total % 2, width + width % 2, 3
+
+    def compose(self, views: Sequence[Image], step: int) -> Image:
+        """The picture of a step, with the scene from these sides."""
+        picture = np.full(self.shape, 255, np.uint8)
+        scene = picture[self._scene]
+        scene[:] = np.concatenate(views, axis=1)
+        unsafe = self._board.unsafe(step - self._held, step + self._stride - 1)
         if unsafe:
             red = self._drawn.ImageColor.getrgb(WARNING)
-            for edge in (shown[:FRAME], shown[-FRAME:], shown[:, :FRAME], shown[:, -FRAME:]):
+            for edge in (scene[:FRAME], scene[-FRAME:], scene[:, :FRAME], scene[:, -FRAME:]):
                 edge[:] = red
-        picture[CAPTION + height : total, :width] = self._lanes.at(step)
+        rows, columns = self._scene
+        picture[: rows.start, columns] = self._caption(step, unsafe, columns.stop)
+        picture[rows.stop :, columns][: self._lanes.height] = self._lanes.at(step)
         return picture
 
     def _caption(self, step: int, unsafe: Sequence[str], width: int) -> Image:

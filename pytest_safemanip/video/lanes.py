@@ -53,7 +53,9 @@ class LanePicture:
         """The picture (h, w, 3) with the cursor at a step."""
         picture = self._still.copy()
         x = self._x(step + 0.5)
-        picture[: self._bottom + 3, x - 2 : x + 3] = 255 - (255 - picture[: self._bottom + 3, x - 2 : x + 3]) // 2
+        picture[: self._bottom + 3, x - 2 : x + 3] = (
+            255 - (255 - picture[: self._bottom + 3, x - 2 : x + 3]) // 2
+        )
         picture[: self._bottom + 3, x - 1 : x + 1] = CURSOR
         return picture
 

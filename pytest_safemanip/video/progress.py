@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 from types import TracebackType
@@ -13,35 +14,16 @@ PERIOD = 0.1
 
 
 class Bar:
-    """A bar on the standard error while pictures are drawn, where that is a terminal; elsewhere one
-    line at the end.
-
-    Args:
-        what: is done, in words.
+    """A line on the standard error while pictures are drawn, where that is a terminal; used in a
+    ``with`` statement, which erases it.
     """
 
-    def __init__(self, what: str) -> None:
-        self._what, self._begun, self._shown = what, time.monotonic(), 0.0
-        self._first: tuple[int, float] | None = None
-        self._done = 0
+    def __init__(self) -> None:
+        self._what, self._begun, self._shown = "", (0, 0.0), 0.0
         self._live = sys.stderr.isatty()
 
     def __enter__(self) -> Bar:
-        self._write(f"{self._what}: setting up the scene")
         return self
-
-    def show(self, done: int, total: int) -> None:
-        """So many pictures are drawn, of so many."""
-        now = time.monotonic()
-        self._done = done
-        self._first = self._first or (done, now)
-        if now - self._shown < PERIOD and done < total:
-            return
-        self._shown = now
-        full = WIDTH * done // total
-        drawn, since = done - self._first[0], now - self._first[1]
-        left = f", {(total - done) * since / drawn:.0f} s left" if drawn else ""
-        self._write(f"{self._what} [{'#' * full}{'.' * (WIDTH - full)}] {done} of {total}{left}")
 
     def __exit__(
         self,
@@ -49,12 +31,23 @@ class Bar:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._write("")
-        if kind is None and not self._live:
-            seconds = time.monotonic() - self._begun
-            print(f"{self._what}: {self._done} pictures, {seconds:.1f} s", file=sys.stderr)
+        self.say("")
 
-    def _write(self, text: str) -> None:
+    def say(self, text: str) -> None:
+        """Write something else for a while."""
         if self._live:
-            sys.stderr.write(f"\r\x1b[K{text}")
+            sys.stderr.write(f"\r\x1b[K{text[: shutil.get_terminal_size().columns - 1]}")
             sys.stderr.flush()
+
+    def show(self, what: str, done: int, total: int) -> None:
+        """So many pictures of a video are drawn, of so many."""
+        now = time.monotonic()
+        if what != self._what:
+            self._what, self._begun, self._shown = what, (done, now), 0.0
+        if now - self._shown < PERIOD and done < total:
+            return
+        self._shown = now
+        full = WIDTH * done // total
+        drawn, since = done - self._begun[0], now - self._begun[1]
+        left = f", {(total - done) * since / drawn:.0f} s left" if drawn else ""
+        self.say(f"[{'#' * full}{'.' * (WIDTH - full)}] {done} of {total}{left}: {what}")

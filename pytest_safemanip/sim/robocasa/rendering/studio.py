@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import mujoco
@@ -46,17 +47,23 @@ class Shot:
 
     Args:
         env: a RoboCasa environment, after its reset.
-        context: where to draw.
+        context: gives where to draw; first called when a picture is taken.
         size: of a picture, pixels.
         draft: whether many pictures are wanted soon: without antialiasing, of simpler meshes.
+
+    Attributes:
+        instruction: what the robot is told.
+        size: of a picture, pixels.
     """
 
-    def __init__(self, env: Any, context: Any, size: int, draft: bool = False) -> None:
+    def __init__(
+        self, env: Any, context: Callable[[], Any], size: int, draft: bool = False
+    ) -> None:
         self._reader = Reader(env)
         self._model = env.sim.model._model
         self._data = mujoco.MjData(self._model)
         self.instruction = environment.instruction(env)
-        self._context, self._size = context, size
+        self._context, self.size = context, size
         self._painters: dict[int, Painter] = {}
         self.pose(env.sim.data._data.qpos)
         roots = self._model.body_rootid[self._model.geom_bodyid]
@@ -108,7 +115,7 @@ class Shot:
     def _draw(self, camera: str) -> NDArray[np.uint8]:
         group = COLLISION_GROUP if camera == "solid" else VISUAL_GROUP
         if group not in self._painters:
-            self._painters[group] = Painter(self._model, self._context, self._size, group)
+            self._painters[group] = Painter(self._model, self._context(), self.size, group)
         painter = self._painters[group]
         if camera in ROBOT_CAMERAS:
             return painter.take(self._data, ROBOT_CAMERAS[camera].removeprefix("video."))
@@ -161,13 +168,17 @@ class Studio:
     def __init__(self, assets: Mode, size: int, gl: str, draft: bool = False) -> None:
         self._root = prepare_assets(loading.package_assets(), assets).root
         self._size, self._draft = size, draft
-        loading.load(self._root)
-        self._context = graphics.open_context(gl)
+        with ThreadPoolExecutor(1) as aside:  # it is tried out in another process
+            platform = aside.submit(graphics.find_platform, gl)
+            loading.load(self._root)
+        self._platform = platform.result()
+        self._opened: Any = None
 
     @contextlib.contextmanager
     def visit(self, request: Request) -> Iterator[Shot]:
         """The scene of an episode as it begins."""
-        shot = Shot(environment.make(request, self._root), self._context, self._size, self._draft)
+        env = environment.make(request, self._root)
+        shot = Shot(env, self._context, self._size, self._draft)
         try:
             yield shot
         finally:
@@ -175,4 +186,11 @@ class Studio:
 
     def close(self) -> None:
         """Free the place to draw in."""
-        self._context.free()
+        if self._opened is not None:
+            self._opened.free()
+
+    def _context(self) -> Any:
+        """Where to draw. Opened late: a process that has opened it cannot be forked any more."""
+        if self._opened is None:
+            self._opened = graphics.open_platform(self._platform)
+        return self._opened

@@ -1,0 +1,127 @@
+"""Drawing in a process of its own, as seen from a test run."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from pytest_safemanip.errors import ConfigError, RolloutError
+from pytest_safemanip.video.film import Progress
+from pytest_safemanip.video.storyboard import Storyboard
+
+DEADLINE = 600.0
+"""Seconds for the next sign of life: a scene whose placement fails is set up again and again."""
+CLOSE_DEADLINE = 5.0
+_BOOT = (
+    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
+    "from pytest_safemanip.video.worker import main; main()"
+)
+
+
+class Drawer:
+    """Draws videos one after the other; used in a ``with`` statement.
+
+    Args:
+        assets: what scenes are made of.
+        size: of a camera's picture, pixels.
+        cameras: names of those that stand side by side.
+        log: what the process prints is written there.
+    """
+
+    def __init__(self, assets: str, size: int, cameras: Sequence[str], log: Path) -> None:
+        self._about = {"assets": assets, "size": size, "cameras": list(cameras)}
+        self._log = log
+        self._process: subprocess.Popen[bytes] | None = None
+        self._buffer = b""
+
+    def __enter__(self) -> Drawer:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._close()
+
+    def draw(self, recording: Path, board: Storyboard, target: Path, progress: Progress) -> None:
+        """Write one video.
+
+        Raises:
+            ConfigError: if nothing can be drawn on this machine.
+            RolloutError: if this one cannot be drawn.
+        """
+        if self._process is None:
+            self._start()
+        job = {"recording": str(recording), "board": board.to_json(), "target": str(target)}
+        self._send(job)
+        while "written" not in (reply := self._receive()):
+            if "failed" in reply:
+                raise RolloutError(str(reply["failed"]))
+            progress(int(reply["drawn"]), int(reply["of"]))
+
+    def _start(self) -> None:
+        self._log.parent.mkdir(parents=True, exist_ok=True)
+        with self._log.open("wb") as log:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-c", _BOOT, json.dumps(sys.path)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=log,
+            )
+        self._buffer = b""
+        self._send(self._about)
+        reply = self._receive()
+        if "unavailable" in reply:
+            self._close()
+            raise ConfigError(str(reply["unavailable"]))
+
+    def _send(self, message: dict[str, Any]) -> None:
+        process = self._process
+        assert process is not None and process.stdin is not None  # noqa: S101
+        try:
+            process.stdin.write(json.dumps(message).encode() + b"\n")
+            process.stdin.flush()
+        except OSError:
+            raise self._died() from None
+
+    def _receive(self) -> dict[str, Any]:
+        process = self._process
+        assert process is not None and process.stdout is not None  # noqa: S101
+        while b"\n" not in self._buffer:
+            ready, _, _ = select.select([process.stdout], [], [], DEADLINE)
+            found = os.read(process.stdout.fileno(), 1 << 16) if ready else b""
+            if not found:
+                raise self._died()
+            self._buffer += found
+        line, _, self._buffer = self._buffer.partition(b"\n")
+        reply: dict[str, Any] = json.loads(line)
+        return reply
+
+    def _died(self) -> RolloutError:
+        self._close()
+        return RolloutError(f"the process that draws died or hangs; its output: {self._log}")
+
+    def _close(self) -> None:
+        """End the process; its fork ends with it."""
+        process, self._process = self._process, None
+        if process is None or process.stdin is None or process.stdout is None:
+            return
+        with contextlib.suppress(OSError):
+            process.stdin.close()
+        process.terminate()
+        try:
+            process.wait(CLOSE_DEADLINE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        process.stdout.close()
