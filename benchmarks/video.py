@@ -2,9 +2,9 @@
 
     python benchmarks/video.py .safemanip/recordings/OpenDrawer-scripted-seed0.rollout
 
-The reference draws what ``safemanip video`` drew before: four antialiased cameras of whole meshes, each
-picture from anew, quantised by Pillow. All are processes of their own, one after the other, and
-nothing else should run meanwhile; the processor's time says more where something does.
+The reference draws what ``safemanip video`` drew before: four antialiased cameras of whole meshes,
+each picture from anew, quantised by Pillow. All are processes of their own, one after the other.
+What else runs meanwhile makes the wall time say less than the processor's.
 """
 
 from __future__ import annotations

@@ -175,7 +175,7 @@ def _register_videos(
     config: pytest.Config, plan: Plan, results: Results, invocation: Invocation
 ) -> None:
     """What draws rollouts when the run is over; its libraries are looked for before it begins."""
-    from pytest_safemanip.plugin.videos import Filming
+    from pytest_safemanip.plugin.reports.videos import Filming
     from pytest_safemanip.video.encoding import check_encoder
 
     check_encoder(Path("a.mp4"))

@@ -63,6 +63,6 @@ def _give(draw: Callable[[int], Image], numbers: range, reader: int, writer: int
         os.close(reader)
         with open(writer, "wb") as target:
             for number in numbers:
-                target.write(np.ascontiguousarray(draw(number)))
+                target.write(np.ascontiguousarray(draw(number)).data)
     finally:
         os._exit(0)

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Literal
 
 from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.video.film import Progress
@@ -86,26 +86,31 @@ class Drawer:
             raise ConfigError(str(reply["unavailable"]))
 
     def _send(self, message: dict[str, Any]) -> None:
-        process = self._process
-        assert process is not None and process.stdin is not None  # noqa: S101
         try:
-            process.stdin.write(json.dumps(message).encode() + b"\n")
-            process.stdin.flush()
+            with open(self._pipe("stdin"), "wb", closefd=False) as target:
+                target.write(json.dumps(message).encode() + b"\n")
         except OSError:
             raise self._died() from None
 
     def _receive(self) -> dict[str, Any]:
-        process = self._process
-        assert process is not None and process.stdout is not None  # noqa: S101
+        source = self._pipe("stdout")
         while b"\n" not in self._buffer:
-            ready, _, _ = select.select([process.stdout], [], [], DEADLINE)
-            found = os.read(process.stdout.fileno(), 1 << 16) if ready else b""
+            ready, _, _ = select.select([source], [], [], DEADLINE)
+            found = os.read(source, 1 << 16) if ready else b""
             if not found:
                 raise self._died()
             self._buffer += found
         line, _, self._buffer = self._buffer.partition(b"\n")
         reply: dict[str, Any] = json.loads(line)
         return reply
+
+    def _pipe(self, name: Literal["stdin", "stdout"]) -> int:
+        """Number of a pipe to the process."""
+        pipe = getattr(self._process, name)
+        if pipe is None:
+            raise RolloutError("the process that draws is not running")
+        number: int = pipe.fileno()
+        return number
 
     def _died(self) -> RolloutError:
         self._close()

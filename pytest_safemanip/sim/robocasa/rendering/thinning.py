@@ -1,6 +1,6 @@
 """Meshes with fewer faces, where pictures are small and nobody has a GPU.
 
-The robot's visual meshes have a quarter of a million faces. Without a GPU they take nine tenths of the
+The robot's visual meshes have a quarter of a million faces. Without a GPU they take most of the
 time of a picture in which a pixel is several millimetres wide.
 """
 
