@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -11,8 +12,8 @@ from pytest_safemanip.cli.drawing import add_drawing, parse_cameras
 from pytest_safemanip.cli.evaluation import add_judging, evaluate
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.video.encoding import SUFFIXES, check_encoder
-from pytest_safemanip.video.film import request_of, shoot
-from pytest_safemanip.video.imaging import open_studio
+from pytest_safemanip.video.film import request_of
+from pytest_safemanip.video.process import Drawer
 from pytest_safemanip.video.progress import Bar
 from pytest_safemanip.video.storyboard import storyboard
 
@@ -33,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     check_encoder(path)
     found = evaluate(options)
     recording = found.recording
-    request = request_of(recording, options.recording)
+    request_of(recording, options.recording)  # refuses what cannot be drawn
     board = storyboard(recording, found.judge, found.properties, found.verdicts)
     assets = options.assets or found.folder.settings.assets
     pictures, began = 0, time.monotonic()
@@ -43,14 +44,10 @@ def run(options: argparse.Namespace) -> int:
         pictures = drawn
         bar.show(path.name, drawn, total)
 
-    with Bar() as bar:
+    with Bar() as bar, tempfile.TemporaryDirectory() as folder:
         bar.say(f"setting up the scene of {path.name}")
-        studio = open_studio(assets, options.size, draft=True)
-        try:
-            with studio.visit(request) as shot:
-                shoot(recording, board, shot, cameras, path, show)
-        finally:
-            studio.close()
+        with Drawer(assets, options.size, cameras, Path(folder, "video.log")) as drawer:
+            drawer.draw(options.recording, board, path, show)
     print(path)
     if not sys.stderr.isatty():
         seconds = time.monotonic() - began

@@ -5,18 +5,19 @@ from __future__ import annotations
 import contextlib
 import importlib
 import os
-from collections.abc import Generator
+import subprocess
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
 
-from pytest_safemanip.errors import ConfigError, install_command
+from pytest_safemanip.errors import ConfigError, RolloutError, install_command, printable
 from pytest_safemanip.video.imaging import Image, pillow
 
 SUFFIXES = (".mp4", ".gif")
 COLOURS = 128
 """Of a GIF's picture."""
 _H264 = (
+    *("-an", "-c:v", "libx264", "-pix_fmt", "yuv420p"),
     *("-preset", "veryfast", "-crf", "23"),
     *("-movflags", "+faststart"),  # plays before it is loaded whole
     *("-map_metadata", "-1"),
@@ -75,24 +76,29 @@ class Mp4:
 
     def __init__(self, path: Path, size: tuple[int, int], rate: float) -> None:
         self._path, self._scratch = path, _scratch(path)
-        self._feed: Generator[None, Any, None] = _ffmpeg().write_frames(
-            str(self._scratch),
-            size,
-            fps=rate,
-            codec="libx264",
-            quality=None,
-            macro_block_size=2,
-            ffmpeg_log_level="error",
-            output_params=list(_H264),
-        )
+        shape = f"{size[0]}x{size[1]}"
+        source = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", shape, "-r", f"{rate:g}", "-i", "-")
+        self._command = [
+            *(_ffmpeg().get_ffmpeg_exe(), "-y", "-v", "error"),
+            *source,
+            *_H264,
+            str(self._scratch.resolve()),
+        ]
 
     def __enter__(self) -> Mp4:
-        self._feed.send(None)
+        self._process = subprocess.Popen(
+            self._command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            process_group=0,  # Ctrl-C is for us, who end it
+        )
         return self
 
     def add(self, picture: Image) -> None:
         """See :class:`Encoder`."""
-        self._feed.send(picture)
+        if self._process.stdin is not None:
+            self._process.stdin.write(picture.data)
 
     def __exit__(
         self,
@@ -100,12 +106,23 @@ class Mp4:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        broken = kind is not None and issubclass(kind, BrokenPipeError)
+        if kind is not None and not broken:
+            self._process.kill()
         try:
-            self._feed.close()
-            if kind is None:
+            said = self._last_words()
+            if kind is None or broken:
+                if self._process.wait() != 0:
+                    why = printable(said.decode(errors="replace"))
+                    raise RolloutError(f"{self._path}: cannot be encoded: {why}")
                 self._scratch.replace(self._path)
         finally:
             self._scratch.unlink(missing_ok=True)
+
+    def _last_words(self) -> bytes:
+        """What it says when its input ends; waits for its end."""
+        _, said = self._process.communicate()  # it ignores that nobody reads any more
+        return bytes(said)
 
 
 class Gif:

@@ -1,7 +1,8 @@
 """Drawing on two cores: every other picture is drawn by a fork of this process.
 
 MuJoCo draws one picture at a time in a process, and setting up the scene takes longer than drawing
-half of it: so the process is forked once the scene stands, and before it opens a GL context.
+half of it: so the process is forked once the scene stands, and before it opens a GL context. It has
+to be one that does nothing else: what locks other threads hold, they hold in the fork forever.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import os
+import select
 import signal
 import warnings
 from collections.abc import Callable, Iterator
@@ -19,6 +21,8 @@ from pytest_safemanip.video.imaging import Image
 
 FEWEST = 8
 """Pictures for which it is worth it."""
+DEADLINE = 30.0
+"""Seconds for a picture; the first one uploads the scene."""
 AHEAD = 1 << 20
 """Bytes that the fork may be ahead; what the kernel allows everybody."""
 
@@ -44,17 +48,39 @@ def drawn(draw: Callable[[int], Image], shape: tuple[int, int, int], count: int)
     if child == 0:
         _give(draw, range(1, count, 2), reader, writer)
     os.close(writer)
-    size = int(np.prod(shape))
+    source = _Pipe(reader, int(np.prod(shape)))
     try:
-        with open(reader, "rb") as source:
-            for number in range(count):
-                found = source.read(size) if number % 2 else b""
-                # Without the fork, if it was killed, all that is left is drawn here.
-                whole = len(found) == size
-                yield np.frombuffer(found, np.uint8).reshape(shape) if whole else draw(number)
+        for number in range(count):
+            found = source.read() if number % 2 else b""
+            # Without the fork, if it was killed, all that is left is drawn here.
+            yield np.frombuffer(found, np.uint8).reshape(shape) if found else draw(number)
     finally:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
+        os.close(reader)
+
+
+class _Pipe:
+    """Pictures from the fork.
+
+    Args:
+        reader: number of the pipe.
+        size: of a picture, bytes.
+    """
+
+    def __init__(self, reader: int, size: int) -> None:
+        self._reader, self._size = reader, size
+        self._works = True
+
+    def read(self) -> bytes:
+        """The next picture; nothing once the fork has died or hangs."""
+        found = bytearray()
+        while self._works and len(found) < self._size:
+            ready, _, _ = select.select([self._reader], [], [], DEADLINE)
+            more = os.read(self._reader, self._size - len(found)) if ready else b""
+            self._works = bool(more)
+            found += more
+        return bytes(found) if self._works else b""
 
 
 def _give(draw: Callable[[int], Image], numbers: range, reader: int, writer: int) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pytest_safemanip.errors import ConfigError, SafemanipError
+from pytest_safemanip.errors import ConfigError, RolloutError, SafemanipError, TraceError
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.report.counterexample import DRAWN
@@ -83,9 +83,12 @@ def draw_videos(
                 target = folder / FOLDER / f"{source.stem}.mp4"
                 try:
                     board = _board(plan, record, source)
+                    drawer.start()
+                except (RolloutError, TraceError) as error:
+                    found.failed.append(f"{target.name}: {error}")
+                    continue
+                try:
                     drawer.draw(source, board, target, show(number, target))
-                except ConfigError:
-                    raise
                 except SafemanipError as error:
                     found.failed.append(f"{target.name}: {error}")
                 else:

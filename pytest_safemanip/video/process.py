@@ -1,4 +1,4 @@
-"""Drawing in a process of its own, as seen from a test run."""
+"""Drawing in a process of its own, as seen from the one that asks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
 
-from pytest_safemanip.errors import ConfigError, RolloutError
+from pytest_safemanip.errors import ConfigError, RolloutError, printable
 from pytest_safemanip.video.film import Progress
 from pytest_safemanip.video.storyboard import Storyboard
 
@@ -57,19 +57,27 @@ class Drawer:
         """Write one video.
 
         Raises:
-            ConfigError: if nothing can be drawn on this machine.
-            RolloutError: if this one cannot be drawn.
+            ConfigError: if nothing can be drawn on this machine, or this recording never.
+            RolloutError: if this one failed.
         """
-        if self._process is None:
-            self._start()
+        self.start()
         job = {"recording": str(recording), "board": board.to_json(), "target": str(target)}
         self._send(job)
         while "written" not in (reply := self._receive()):
             if "failed" in reply:
-                raise RolloutError(str(reply["failed"]))
+                kind = ConfigError if reply.get("asked") else RolloutError
+                raise kind(str(reply["failed"]))
             progress(int(reply["drawn"]), int(reply["of"]))
 
-    def _start(self) -> None:
+    def start(self) -> None:
+        """Begin, if it has not begun.
+
+        Raises:
+            ConfigError: if nothing can be drawn on this machine.
+            RolloutError: if the process died.
+        """
+        if self._process is not None:
+            return
         self._log.parent.mkdir(parents=True, exist_ok=True)
         with self._log.open("wb") as log:
             self._process = subprocess.Popen(
@@ -114,7 +122,9 @@ class Drawer:
 
     def _died(self) -> RolloutError:
         self._close()
-        return RolloutError(f"the process that draws died or hangs; its output: {self._log}")
+        lines = self._log.read_text(errors="replace").strip().splitlines()
+        said = f": {printable(lines[-1])}" if lines else ""
+        return RolloutError(f"the process that draws died or hangs{said}")
 
     def _close(self) -> None:
         """End the process; its fork ends with it."""

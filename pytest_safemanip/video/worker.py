@@ -1,4 +1,4 @@
-"""The process that draws videos for a test run: RoboCasa and GL libraries stay out of pytest's.
+"""The process that draws videos: RoboCasa and GL libraries stay out of the one that asks.
 
 A line of JSON is a message. The first one given says what to draw with, every other is a recording;
 see :class:`~pytest_safemanip.video.process.Drawer`, the other side.
@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from pytest_safemanip.errors import SafemanipError, first_line
+from pytest_safemanip.errors import ConfigError, SafemanipError, first_line
 from pytest_safemanip.trace import files
 from pytest_safemanip.video.film import request_of, shoot
 from pytest_safemanip.video.imaging import open_studio
@@ -43,7 +43,7 @@ def main() -> None:
         try:
             _draw(studio, about["cameras"], job, lambda n, of: reply(drawn=n, of=of))
         except SafemanipError as error:
-            reply(failed=str(error))
+            reply(failed=str(error), asked=isinstance(error, ConfigError))
         except Exception as error:  # a simulator's code may raise anything
             reply(failed=first_line(error))
         else:
