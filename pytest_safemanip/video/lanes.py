@@ -17,6 +17,8 @@ AXIS = 18
 LABELS = 0.36
 """The labels' share of the width."""
 MARGIN = 8
+UNSAFE_WIDTH = 8
+"""Of what is unsafe for a moment, pixels."""
 TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
 """Distances between the axis's ticks, s; about eight are drawn."""
 HOLDS, UNSAFE, TAIL, INK, CURSOR = "#27598f", "#c22b1e", "#ececec", "#222222", (0, 0, 0)
@@ -74,8 +76,10 @@ class LanePicture:
                 pen.rectangle(self._box(row, span), fill=HOLDS)
         for row, name in enumerate(self._names, start=len(board.lanes)):
             self._label(row, f"unsafe: {name}", UNSAFE)
-            for span in (span for found, span in board.violations if found == name):
-                self._hatch(self._box(row, span))
+            own = [span for found, span in board.violations if found == name]
+            for span in own:
+                self._hatch(self._box(row, span, UNSAFE_WIDTH))
+            self._step(row, own[0][0])
         for _, (first, _) in board.violations[:1]:
             x = self._x(first)
             pen.line((x, 0, x, self._bottom), fill=UNSAFE, width=1)
@@ -95,10 +99,17 @@ class LanePicture:
         self._pen.line((self._left, y + ROW - 1, self._right, y + ROW - 1), fill="#d0d0d0")
         self._text((self._left - 6, y + 1), text, colour, "ra")
 
-    def _box(self, row: int, span: Span) -> tuple[int, int, int, int]:
-        """Of a span, at least three pixels wide."""
+    def _step(self, row: int, step: int) -> None:
+        """Write at which step something became unsafe, where there is room."""
+        y, x = MARGIN // 2 + ROW * row + 1, self._x(step)
+        right = x < (self._left + self._right) // 2
+        place = x + 2 * UNSAFE_WIDTH if right else x - 4
+        self._text((place, y), f"from step {step}", UNSAFE, "la" if right else "ra")
+
+    def _box(self, row: int, span: Span, least: int = 3) -> tuple[int, int, int, int]:
+        """Of a span, at least so many pixels wide."""
         y, x = MARGIN // 2 + ROW * row, self._x(span[0])
-        return x, y + 2, max(self._x(span[1] + 1) - 1, x + 2), y + ROW - 3
+        return x, y + 2, max(self._x(span[1] + 1) - 1, x + least - 1), y + ROW - 3
 
     def _hatch(self, box: tuple[int, int, int, int]) -> None:
         x0, y0, x1, y1 = box
