@@ -6,13 +6,14 @@ import argparse
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 from pytest_safemanip.cli.drawing import add_drawing, parse_cameras
 from pytest_safemanip.cli.evaluation import add_judging, evaluate
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.video.encoding import SUFFIXES, check_encoder
-from pytest_safemanip.video.film import request_of
+from pytest_safemanip.video.film import request_of, stride_of
 from pytest_safemanip.video.process import Drawer
 from pytest_safemanip.video.progress import Bar
 from pytest_safemanip.video.storyboard import storyboard
@@ -32,24 +33,22 @@ def run(options: argparse.Namespace) -> int:
     cameras = parse_cameras(options.cameras)
     path = _target(options.out, options.recording)
     check_encoder(path)
-    found = evaluate(options)
-    recording = found.recording
-    request_of(recording, options.recording)  # refuses what cannot be drawn
-    board = storyboard(recording, found.judge, found.properties, found.verdicts)
-    assets = options.assets or found.folder.settings.assets
-    pictures, began = 0, time.monotonic()
-
-    def show(drawn: int, total: int) -> None:
-        nonlocal pictures
-        pictures = drawn
-        bar.show(path.name, drawn, total)
-
-    with Bar() as bar, tempfile.TemporaryDirectory() as folder:
+    began = time.monotonic()
+    with (
+        Bar() as bar,
+        tempfile.TemporaryDirectory() as folder,
+        Drawer(options.size, cameras, Path(folder, "video.log")) as drawer,
+    ):
+        found = evaluate(options)
+        recording = found.recording
+        request_of(recording, options.recording)  # refuses what cannot be drawn
+        board = storyboard(recording, found.judge, found.properties, found.verdicts)
         bar.say(f"setting up the scene of {path.name}")
-        with Drawer(assets, options.size, cameras, Path(folder, "video.log")) as drawer:
-            drawer.draw(options.recording, board, path, show)
+        drawer.assets = options.assets or found.folder.settings.assets
+        drawer.draw(options.recording, board, path, partial(bar.show, path.name))
     print(path)
     if not sys.stderr.isatty():
+        pictures = len(range(0, board.length, stride_of(board.period)))
         seconds = time.monotonic() - began
         print(f"safemanip video: {pictures} pictures in {seconds:.1f} s", file=sys.stderr)
     for id_, error in found.errors.items():

@@ -76,7 +76,8 @@ def draw_videos(
     """
     found, folder = Drawn(len(records)), plan.settings.out
     log = folder / "logs" / "video.log"
-    with Drawer(plan.settings.assets, SIZE, CAMERAS, log) as drawer:
+    with Drawer(SIZE, CAMERAS, log) as drawer:
+        drawer.assets = plan.settings.assets
         try:
             for number, record in enumerate(records, 1):
                 source = Path(record.recording)

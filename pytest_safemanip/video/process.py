@@ -29,20 +29,25 @@ _BOOT = (
 class Drawer:
     """Draws videos one after the other; used in a ``with`` statement.
 
+    The process begins with its imports as soon as the statement is entered.
+
     Args:
-        assets: what scenes are made of.
         size: of a camera's picture, pixels.
         cameras: names of those that stand side by side.
         log: what the process prints is written there.
+
+    Attributes:
+        assets: what scenes are made of; may be set before the first video.
     """
 
-    def __init__(self, assets: str, size: int, cameras: Sequence[str], log: Path) -> None:
-        self._about = {"assets": assets, "size": size, "cameras": list(cameras)}
-        self._log = log
+    def __init__(self, size: int, cameras: Sequence[str], log: Path) -> None:
+        self.assets = "auto"
+        self._size, self._cameras, self._log = size, list(cameras), log
         self._process: subprocess.Popen[bytes] | None = None
-        self._buffer = b""
+        self._buffer, self._ready = b"", False
 
     def __enter__(self) -> Drawer:
+        self._launch()
         return self
 
     def __exit__(
@@ -76,8 +81,21 @@ class Drawer:
             ConfigError: if nothing can be drawn on this machine.
             RolloutError: if the process died.
         """
+        if self._ready:
+            return
+        self._launch()
+        self._send({"assets": self.assets, "size": self._size, "cameras": self._cameras})
+        reply = self._receive()
+        if "unavailable" in reply:
+            self._close()
+            raise ConfigError(str(reply["unavailable"]))
+        self._ready = True
+
+    def _launch(self) -> None:
+        """Start the process, if it is not there; it begins with its imports."""
         if self._process is not None:
             return
+        self._buffer = b""
         self._log.parent.mkdir(parents=True, exist_ok=True)
         with self._log.open("wb") as log:
             self._process = subprocess.Popen(
@@ -86,12 +104,6 @@ class Drawer:
                 stdout=subprocess.PIPE,
                 stderr=log,
             )
-        self._buffer = b""
-        self._send(self._about)
-        reply = self._receive()
-        if "unavailable" in reply:
-            self._close()
-            raise ConfigError(str(reply["unavailable"]))
 
     def _send(self, message: dict[str, Any]) -> None:
         try:
@@ -128,7 +140,7 @@ class Drawer:
 
     def _close(self) -> None:
         """End the process; its fork ends with it."""
-        process, self._process = self._process, None
+        process, self._process, self._ready = self._process, None, False
         if process is None or process.stdin is None or process.stdout is None:
             return
         with contextlib.suppress(OSError):

@@ -6,6 +6,8 @@ see :class:`~pytest_safemanip.video.process.Drawer`, the other side.
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import json
 import os
 import signal
@@ -31,8 +33,11 @@ def main() -> None:
         replies.write(json.dumps(message) + "\n")
         replies.flush()
 
+    _import_early()
     asked = (json.loads(line) for line in sys.stdin)
-    about = next(asked)
+    about = next(asked, None)
+    if about is None:
+        return
     try:
         studio = open_studio(about["assets"], about["size"], draft=True)
     except SafemanipError as error:
@@ -49,6 +54,15 @@ def main() -> None:
         else:
             reply(written=job["target"])
     studio.close()
+
+
+def _import_early() -> None:
+    """Import while the other side still judges; what is not there is said later."""
+    wanted = os.environ.pop("MUJOCO_GL", None)  # see open_studio
+    with contextlib.suppress(ImportError):
+        importlib.import_module("pytest_safemanip.sim.robocasa.rendering.studio")
+    if wanted is not None:
+        os.environ["MUJOCO_GL"] = wanted
 
 
 def _draw(studio: Any, cameras: list[str], job: dict[str, Any], progress: Any) -> None:
