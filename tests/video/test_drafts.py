@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
+from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.robocasa.rendering.thinning import KEPT_WHOLE, thin_meshes
+from pytest_safemanip.video.imaging import open_studio
+from tests.sim.test_observing import require
 
 
 def ball(rings: int) -> mujoco.MjModel:
@@ -51,3 +55,35 @@ def test_fine_meshes_get_coarser_and_stay_where_they_are() -> None:
     )
     assert 0.9 < area.sum() / 2 / (4 * np.pi * 0.1**2) < 1.02, "no hole in it"
     np.testing.assert_array_equal(model.mesh_face[model.mesh_faceadr[1] :], cube)
+
+
+def test_a_draft_looks_like_the_picture_and_what_did_not_move_is_not_drawn_again() -> None:
+    require("osmesa")
+    request = Request("OpenDrawer", 0, "compact", kitchen="small")
+    views = {}
+    for draft in (False, True):
+        studio = open_studio("primitive", 64, draft)
+        with studio.visit(request) as shot:
+            start = shot._data.qpos.copy()
+            views[draft] = {camera: shot.take(camera) for camera in ("room", "close", "wrist")}
+            arm = start.copy()
+            arm[shot._model.joint("robot0_joint2").qposadr] += 0.2
+            shot.pose(arm)
+            same = [shot.take(camera) is views[draft][camera] for camera in views[draft]]
+            # The near view is without the robot.
+            assert same == [False, draft, False]
+            shot.pose(start)
+            for camera, picture in views[draft].items():
+                np.testing.assert_array_equal(shot.take(camera), picture)
+            shot._model.geom_group[shot._robot] = 5  # not drawn
+            bare = {camera: shot._draw(camera) for camera in views[draft]}
+        studio.close()
+    for camera in ("room", "wrist"):
+        off = np.abs(coarse(views[False][camera]) - coarse(views[True][camera]))
+        gone = np.abs(coarse(views[False][camera]) - coarse(bare[camera]))
+        assert off.mean() < gone.mean() / 2, f"{camera}: as different as without the robot"
+
+
+def coarse(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Without the edges, which antialiasing changes."""
+    return np.asarray(picture.reshape(8, 8, 8, 8, 3).mean(axis=(1, 3)))
