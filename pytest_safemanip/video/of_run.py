@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pytest_safemanip.errors import ConfigError, RolloutError, SafemanipError, TraceError
+from pytest_safemanip.errors import ConfigError, SafemanipError
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.report.counterexample import DRAWN
@@ -85,7 +85,9 @@ def draw_videos(
                 try:
                     board = _board(plan, record, source)
                     drawer.start()
-                except (RolloutError, TraceError) as error:
+                except ConfigError:
+                    raise
+                except Exception as error:  # a user's proposition may raise anything
                     found.failed.append(f"{target.name}: {error}")
                     continue
                 try:

@@ -9,6 +9,7 @@ from pathlib import Path
 import imageio_ffmpeg
 import pytest
 
+from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.trace import files
 from pytest_safemanip.video.process import Drawer
 from tests.plugin.conftest import MODES, Suite
@@ -75,6 +76,18 @@ def test_ctrl_c_keeps_what_was_drawn(one_suite: Suite, monkeypatch: pytest.Monke
         ["summary: .safemanip/summary.json", "videos: .safemanip/videos, 1 of 2 videos (interr*"]
     )
     assert [path.name[:10] for path in (one_suite.out / "videos").iterdir()] == ["OpenDrawer"]
+
+
+def test_one_that_cannot_be_drawn_does_not_keep_the_others_from_it(
+    one_suite: Suite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one_suite.has_recorded(FAULT, FINE)
+    monkeypatch.setattr(Drawer, "draw", ends_by(RolloutError))
+    result = one_suite.run("--safemanip-recordings=.safemanip/recordings", "--safemanip-video=all")
+    result.stdout.fnmatch_lines(
+        ["videos: .safemanip/videos, 1 of 2 videos", "not drawn: PickPlace*.mp4: enough"]
+    )
+    assert result.ret == pytest.ExitCode.TESTS_FAILED  # of the violation
 
 
 def test_without_ffmpeg_the_run_is_refused_before_it_begins(
