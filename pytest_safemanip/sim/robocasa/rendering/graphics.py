@@ -88,9 +88,16 @@ def _failure(platform: str) -> str | None:
     from it.
     """
     command = [sys.executable, "-P", "-c", _PROBE, platform, *sys.path]
+    # Each platform sets this to its own, and refuses another's.
+    environment = {k: v for k, v in os.environ.items() if k != "PYOPENGL_PLATFORM"}
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, timeout=PROBE_DEADLINE, check=False
+            command,
+            capture_output=True,
+            text=True,
+            timeout=PROBE_DEADLINE,
+            check=False,
+            env=environment,
         )
     except subprocess.TimeoutExpired:
         return f"no answer within {PROBE_DEADLINE:g} s"
