@@ -1,3 +1,27 @@
 """Temporal safety tests for robot manipulation policies, as pytest items."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pytest_safemanip.api import (
+        Rollout,
+        Violation,
+        load,
+        plot_summary,
+        plot_timeline,
+        read_summary,
+    )
+
 __version__ = "0.1.0"
+__all__ = ["Rollout", "Violation", "load", "plot_summary", "plot_timeline", "read_summary"]
+
+
+def __getattr__(name: str) -> Any:
+    """What notebooks use, imported when it is asked for: every pytest run imports this package."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from pytest_safemanip import api
+
+    return getattr(api, name)

@@ -17,6 +17,7 @@ from pytest_safemanip.ltlf import (
     explain,
     worst,
 )
+from pytest_safemanip.markup import table
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.properties import Property
@@ -88,6 +89,23 @@ class Verdict:
     def __repr__(self) -> str:
         first = f": {self.findings[0]}" if self.findings else ""
         return f"<Verdict {self.property_id} {self.outcome.label}{first}>"
+
+    def _repr_html_(self) -> str:
+        """The violations, for a notebook."""
+        about = f"{self.property_id}: {self.outcome.label}, {self.triggered} of {self.instances} "
+        about += f"triggered, exposure {self.exposure:.1%}\n{self.formula}"
+        rows = [
+            (
+                ", ".join(f.entities),
+                f.first,
+                f.last,
+                f"{f.duration_s:.2f}",
+                f.reason,
+                "; ".join(f.evidence),
+            )
+            for f in self.findings
+        ]
+        return table(about, ("for", "first step", "last step", "s", "reason", "measured"), rows)
 
     @property
     def exposure(self) -> float:

@@ -14,6 +14,7 @@ PACKAGE = Path(pytest_safemanip.__file__).parent
 MAX_MODULES = 20
 ROOMS: Mapping[str, str] = {
     "errors.py": "",
+    "markup.py": "errors.py",
     "strategies.py": "",
     "provenance.py": "",
     "hookspecs.py": "",
@@ -22,22 +23,25 @@ ROOMS: Mapping[str, str] = {
     "trace": "errors.py strategies.py",
     "propositions": "errors.py trace",
     "spec": "errors.py ltlf propositions trace",
-    "judge.py": "errors.py ltlf propositions spec trace",
+    "judge.py": "errors.py ltlf markup.py propositions spec trace",
     "live.py": "errors.py ltlf propositions spec trace",
     "sim": "errors.py provenance.py trace",
     "policies": "errors.py provenance.py sim trace",
     "rollouts": "errors.py policies sim trace",
-    "metrics": "errors.py spec trace",
+    "metrics": "errors.py markup.py spec trace",
     "expert": "errors.py policies provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py metrics policies propositions resources.py rollouts sim spec "
     "trace",
     "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run sim "
     "spec trace",
+    "video": "errors.py judge.py metrics report run sim spec trace",
+    "plots": "errors.py judge.py metrics report spec",
+    "api.py": "errors.py judge.py ltlf markup.py metrics plots propositions report run trace",
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
-    "trace",
+    "trace video",
     "cli": "errors.py expert judge.py ltlf metrics plugin policies propositions provenance.py "
-    "report resources.py run sim spec trace",
+    "report resources.py run sim spec trace video",
 }
 """What each room may import; a room imports those above it only."""
 

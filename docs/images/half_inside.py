@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pytest_safemanip.cli.drawing import draw, open_studio, pillow
+from pytest_safemanip.cli.drawing import draw
 from pytest_safemanip.sim.codec import decode_request
 from pytest_safemanip.trace import files
+from pytest_safemanip.video.imaging import open_studio, pillow
 
 SIZE = 320
 SAFE, UNSAFE = "white", "#ffb0b0"

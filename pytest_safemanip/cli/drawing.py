@@ -3,35 +3,34 @@
 from __future__ import annotations
 
 import argparse
-import importlib
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, install_command
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import BackendSpec, Request
 from pytest_safemanip.spec.task import Task
+from pytest_safemanip.video.imaging import CAMERAS, Image, pillow
 
 CAPTION = 34
 """Height of the lines of text above a picture, pixels."""
-CAMERAS = ("room", "close", "left", "right", "wrist", "solid")
-"""The room over the robot's shoulder, the task's things from near by without the robot, the three
-that policies see, and the near things again as what collides."""
-
-Image = NDArray[np.uint8]
 
 
-def add_drawing(parser: argparse.ArgumentParser) -> None:
-    """Declare the options of what is drawn and where it is written."""
+def add_drawing(parser: argparse.ArgumentParser, cameras: str, where: str) -> None:
+    """Declare the options of what is drawn and where it is written.
+
+    Args:
+        parser: of a subcommand.
+        cameras: those that are drawn by default.
+        where: what ``--out`` may be, in words.
+    """
     parser.add_argument(
         "--cameras",
-        default="room,close,left,wrist",
+        default=cameras,
         metavar="NAME[,...]",
         help=f"of {', '.join(CAMERAS)}; default: %(default)s",
     )
@@ -40,24 +39,13 @@ def add_drawing(parser: argparse.ArgumentParser) -> None:
         "--size", type=int, default=256, metavar="PIXELS", help="of a picture; %(default)s"
     )
     parser.add_argument(
-        "--out", type=Path, default=Path("pictures"), metavar="DIR", help="default: %(default)s"
+        "-o",
+        "--out",
+        type=Path,
+        default=Path("pictures"),
+        metavar="PATH",
+        help=f"{where}; default: %(default)s",
     )
-
-
-def pillow() -> Any:
-    """The library that pictures are written with.
-
-    Raises:
-        ConfigError: if it is not installed.
-    """
-    try:
-        for module in ("PIL.Image", "PIL.ImageDraw"):
-            importlib.import_module(module)
-        return importlib.import_module("PIL")
-    except ImportError as error:
-        raise ConfigError(
-            f"pictures are written with Pillow: {install_command('robocasa')} ({error})"
-        ) from error
 
 
 def parse_cameras(text: str) -> list[str]:
@@ -71,21 +59,6 @@ def parse_cameras(text: str) -> list[str]:
         if camera not in CAMERAS:
             raise ConfigError(f"--cameras: {camera!r} is none of {', '.join(CAMERAS)}")
     return cameras
-
-
-def open_studio(assets: Literal["auto", "official", "primitive"], size: int) -> Any:
-    """Where scenes are drawn.
-
-    Raises:
-        ConfigError: if RoboCasa is not installed, or nothing can be drawn on this machine.
-    """
-    if not 16 <= size <= 2048:
-        raise ConfigError(f"--size: expected 16 to 2048 pixels, found {size}")
-    # With a GL library named that is not there, MuJoCo cannot be imported; see graphics.py.
-    wanted = os.environ.pop("MUJOCO_GL", "")
-    from pytest_safemanip.sim.robocasa.rendering.studio import Studio
-
-    return Studio(assets, size, wanted)
 
 
 def task_request(task: Task, seed: int, scenes: str, spec: BackendSpec) -> Request:

@@ -7,19 +7,17 @@ import argparse
 import numpy as np
 
 from pytest_safemanip.cli.drawing import (
-    Image,
     ProgressLine,
     add_drawing,
     draw,
-    open_studio,
     parse_cameras,
-    pillow,
     task_request,
 )
 from pytest_safemanip.cli.folder import read_folder
 from pytest_safemanip.run.cases import select_tasks
 from pytest_safemanip.run.option_values import parse_seeds
 from pytest_safemanip.sim.robocasa.robot import SPEC
+from pytest_safemanip.video.imaging import Image, open_studio, pillow
 
 EXAMPLE = "safemanip pictures 'PickPlace*' --seeds 2 --cameras room,wrist"
 ROWS = 6
@@ -33,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seeds", default="1", help="N, A:B or A,B,C; 1")
     parser.add_argument("--scenes", choices=SPEC.scenes, help=SPEC.scenes[0])
-    add_drawing(parser)
+    add_drawing(parser, "room,close,left,wrist", "a folder")
 
 
 def run(options: argparse.Namespace) -> int:

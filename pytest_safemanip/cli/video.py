@@ -1,94 +1,65 @@
-"""``safemanip video``: a recording's joint positions in its episode's scene, step by step."""
+"""``safemanip video``: a recording as a moving picture."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+import tempfile
+import time
+from functools import partial
 from pathlib import Path
 
-from pytest_safemanip.cli.drawing import (
-    ProgressLine,
-    add_drawing,
-    draw,
-    open_studio,
-    parse_cameras,
-    pillow,
-)
-from pytest_safemanip.cli.evaluation import Evaluation, add_judging, evaluate
+from pytest_safemanip.cli.drawing import add_drawing, parse_cameras
+from pytest_safemanip.cli.evaluation import add_judging, evaluate
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.report.counterexample import DRAWN
-from pytest_safemanip.sim.backend import Request
-from pytest_safemanip.sim.codec import decode_request
+from pytest_safemanip.video.encoding import SUFFIXES, check_encoder
+from pytest_safemanip.video.film import request_of, stride_of
+from pytest_safemanip.video.process import Drawer
+from pytest_safemanip.video.progress import Bar
+from pytest_safemanip.video.storyboard import storyboard
 
-EXAMPLE = "safemanip video .safemanip/recordings/OpenDrawer-scripted-seed0.rollout --cameras room"
-FRAMES_PER_SECOND = 10
-UNSAFE = "#ffb0b0"
-"""Behind the caption of steps at which a property is violated."""
+EXAMPLE = "safemanip video .safemanip/recordings/OpenDrawer-scripted-seed0.rollout -o drawer.mp4"
+CAMERAS = "room,close,wrist"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_judging(parser)
-    add_drawing(parser)
+    add_drawing(parser, CAMERAS, "a .mp4 or .gif file, or a folder")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draw the GIF, and print its path."""
-    drawn = pillow()
+    """Draw the video, and print its path."""
     cameras = parse_cameras(options.cameras)
-    found = evaluate(options)
-    recording, episode = found.recording, found.recording.episode
-    request = recorded_request(found, options.recording)
-    steps, period = recording.steps, recording.scene.control_period
-    stride = max(1, round(1 / (FRAMES_PER_SECOND * period)))
-    frames = []
-    studio = open_studio(options.assets or found.folder.settings.assets, options.size)
-    try:
-        with studio.visit(request) as shot, ProgressLine(-(-len(steps) // stride)) as progress:
-            shot.check(recording.scene)
-            for step in range(0, len(steps), stride):
-                progress.show(f"step {step} of {len(steps) - 1}")
-                shot.pose(steps.qpos[step])
-                unsafe = _violated(found, step, step + stride - 1)
-                text = f"{episode.task}, {episode.policy}, seed {episode.seed}\n"
-                text += f"VIOLATED {', '.join(unsafe)}, " if unsafe else ""
-                text += f"step {step}, {step * period:.2f} s"
-                text += ", settling" if steps.tail[step] else ""
-                picture = draw(shot, cameras, text, UNSAFE if unsafe else "white")
-                frames.append(drawn.Image.fromarray(picture))
-    finally:
-        studio.close()
-    path = options.out / f"{options.recording.stem}.gif"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    duration = round(1000 * stride * period)
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=duration, loop=0)
+    path = _target(options.out, options.recording)
+    check_encoder(path)
+    began = time.monotonic()
+    with (
+        Bar() as bar,
+        tempfile.TemporaryDirectory() as folder,
+        Drawer(options.size, cameras, Path(folder, "video.log")) as drawer,
+    ):
+        found = evaluate(options)
+        recording = found.recording
+        request_of(recording, options.recording)  # refuses what cannot be drawn
+        board = storyboard(recording, found.judge, found.properties, found.verdicts)
+        bar.say(f"setting up the scene of {path.name}")
+        drawer.assets = options.assets or found.folder.settings.assets
+        drawer.draw(options.recording, board, path, partial(bar.show, path.name))
     print(path)
+    if not sys.stderr.isatty():
+        pictures = len(range(0, board.length, stride_of(board.period)))
+        seconds = time.monotonic() - began
+        print(f"safemanip video: {pictures} pictures in {seconds:.1f} s", file=sys.stderr)
     for id_, error in found.errors.items():
         print(f"safemanip video: {id_} is not marked, it has no verdict: {error}", file=sys.stderr)
     return 0
 
 
-def _violated(found: Evaluation, first: int, last: int) -> list[str]:
-    """The properties that are violated at some of these steps."""
-    return [
-        id_
-        for id_, verdict in found.verdicts.items()
-        if any(finding.first <= last and first <= finding.last for finding in verdict.findings)
-    ]
-
-
-def recorded_request(found: Evaluation, path: Path) -> Request:
-    """The episode of a recording.
-
-    Raises:
-        ConfigError: if it is another backend's, or the recording does not say how it began.
-    """
-    episode = found.recording.episode
-    if episode.backend not in DRAWN:
-        raise ConfigError(
-            f"{path}: recorded with the backend {episode.backend!r}; only recordings of "
-            f"{', '.join(DRAWN)} can be drawn"
-        )
-    if not episode.request:
-        raise ConfigError(f"{path}: the recording does not say what the simulator was asked for")
-    return decode_request(episode.request)
+def _target(out: Path, recording: Path) -> Path:
+    """The file that is written: named by the user, or after the recording in the user's folder."""
+    if out.suffix in SUFFIXES:
+        return out
+    if out.suffix and not out.is_dir():
+        raise ConfigError(f"--out: expected a {' or '.join(SUFFIXES)} file or a folder: {out}")
+    return out / f"{recording.stem}.mp4"

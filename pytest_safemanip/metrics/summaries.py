@@ -9,13 +9,17 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pytest_safemanip.errors import ConfigError, printable
+from pytest_safemanip.metrics import frames
 from pytest_safemanip.metrics.fields import MAX_TOLD, Fields
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.shards import Shard, parse_shard
 from pytest_safemanip.trace.episode import POLICY_NAME, served_fault
+
+if TYPE_CHECKING:
+    import pandas
 
 SCHEMA = 1
 NAME = "summary.json"
@@ -61,6 +65,17 @@ class Summary:
     def place(self) -> str:
         """The files, in words."""
         return ", ".join(self.places)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row for each verdict, and one for each rollout without any.
+
+        Raises:
+            ConfigError: if pandas is not installed.
+        """
+        return frames.verdicts(self.records)
+
+    def _repr_html_(self) -> str:
+        return frames.overview(self.place, self.records)
 
 
 def read(path: Path) -> Summary:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -54,6 +55,7 @@ IMPLIED = (
     "--safemanip-fuzz",
     "--safemanip-fresh",
     "--safemanip-jobs",
+    "--safemanip-video",
 )
 """Options that a node id stands for, or that the recording makes unnecessary."""
 
@@ -201,6 +203,19 @@ def _register_reports(
     config.pluginmanager.register(files, "safemanip-files")
     reporting = Reporting(plan, source, rollouts, results, gating, invocation, files, junit)
     config.pluginmanager.register(reporting, "safemanip-report")
+    if settings.video != "none" and not config.option.collectonly:
+        _register_videos(config, plan, results, invocation)
+
+
+def _register_videos(
+    config: pytest.Config, plan: Plan, results: Results, invocation: Invocation
+) -> None:
+    """What draws rollouts when the run is over; its libraries are looked for before it begins."""
+    from pytest_safemanip.plugin.reports.videos import Filming
+    from pytest_safemanip.video.encoding import check_encoder
+
+    check_encoder(Path("a.mp4"))
+    config.pluginmanager.register(Filming(plan, results, invocation), "safemanip-video")
 
 
 def _origins(plan: Plan, source: Provenance | None) -> dict[str, dict[str, object]]:

@@ -252,6 +252,13 @@ OPTIONS = (
         rollouts=True,
     ),
     Option(
+        "--safemanip-video",
+        "draw videos of the rollouts when the run is over, into the folder videos of the output: "
+        "of those with violations, or of all",
+        "none",
+        choices=("violations", "all", "none"),
+    ),
+    Option(
         "--safemanip-params",
         "a proposition parameter, for example settled.speed=0.05 (repeatable)",
         "",

@@ -86,6 +86,7 @@ def read_settings(config: pytest.Config) -> Settings:
         reports=parse_reports(values["safemanip_report"]),
         ci=values["safemanip_ci"],
         store=values["safemanip_store"],
+        video=values["safemanip_video"],
         params=parse_params(parse_names(values["safemanip_params"])),
         fuzz=bool(values["safemanip_fuzz"]),
         fuzz_propositions=parse_names(values["safemanip_fuzz_propositions"]),

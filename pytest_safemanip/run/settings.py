@@ -53,6 +53,7 @@ class Settings:
     reports: tuple[str, ...]
     ci: str
     store: str
+    video: str
     params: Mapping[str, float]
     fuzz: bool
     fuzz_propositions: tuple[str, ...]

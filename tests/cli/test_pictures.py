@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import re
 import struct
 import sys
 from pathlib import Path
 from typing import Any
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
 
@@ -55,10 +57,11 @@ def test_tasks_are_drawn_on_a_sheet_and_a_recording_moves(
     recording = rollout.run(job, backend, Hold())
     path = tmp_path / "OpenDrawer-hold-seed0.rollout"
     files.save(recording, path)
-    assert safemanip("video", path, "--cameras", "room", *small).status == 0
-    with pillow.open(path.with_suffix(".gif")) as video:
-        assert video.size == (48, 48 + CAPTION)
-        assert video.n_frames == -(-len(recording.steps) // 2)  # 20 steps a second, 10 frames
+    done = safemanip("video", path, "--cameras", "room,wrist", *small)
+    assert (done.status, done.out) == (0, f"{path.with_suffix('.mp4')}\n")
+    assert re.fullmatch(r"safemanip video: \d+ pictures in [\d.]+ s\n", done.err)
+    pictures, _ = imageio_ffmpeg.count_frames_and_secs(str(path.with_suffix(".mp4")))
+    assert pictures == -(-len(recording.steps) // 2)  # 20 steps a second, 10 pictures
 
     others = tuple(dataclasses.replace(body, half=(1, 1, 1)) for body in recording.scene.bodies)
     scene = dataclasses.replace(recording.scene, bodies=others)
@@ -95,3 +98,8 @@ def test_mistakes_are_named_before_anything_is_built(
 def test_a_recording_of_another_simulator_is_not_drawn(safemanip: Command, recorded: Any) -> None:
     pytest.importorskip("PIL.Image")
     assert "recorded with the backend 'toy'; only" in safemanip("video", recorded()).refusal
+
+
+def test_of_another_kind_no_video_is_written(safemanip: Command, recorded: Any) -> None:
+    said = safemanip("video", recorded(), "-o", "one.avi").refusal
+    assert "--out: expected a .mp4 or .gif file or a folder: one.avi" in said

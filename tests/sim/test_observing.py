@@ -109,10 +109,11 @@ def start(backend: Backend, request_: Request) -> Start:
 
 def works(platform: str) -> bool:
     code = f"from mujoco.{platform} import GLContext; GLContext(8, 8).make_current()"
-    return (
-        subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode
-        == 0
-    )
+    # What has drawn in this process has set this to its own platform.
+    environment = {k: v for k, v in os.environ.items() if k != "PYOPENGL_PLATFORM"}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, check=False, env=environment)
+    return done.returncode == 0
 
 
 def require(platform: str) -> None:
@@ -143,6 +144,7 @@ def test_observations_are_those_of_the_official_wrapper(
     # One library is enough here, and each takes a quarter minute: both draw with the same Mesa.
     platform = "osmesa" if works("osmesa") else "egl"
     monkeypatch.setenv("MUJOCO_GL", platform)
+    monkeypatch.delenv("PYOPENGL_PLATFORM", raising=False)
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     actions, out = tmp_path / "actions.npy", tmp_path / "out.npz"
     np.save(actions, moving(5))

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_safemanip.cli.evaluation import Evaluation, add_judging
-from pytest_safemanip.cli.video import recorded_request
 from pytest_safemanip.sim.looks import Look
+from pytest_safemanip.video.film import request_of
 
 
 def add_viewing(parser: argparse.ArgumentParser, ending: str) -> None:
@@ -44,7 +44,7 @@ def looks(options: argparse.Namespace, found: Evaluation) -> Sequence[Look]:
     """
     if not options.meshes:
         return ()
-    request = recorded_request(found, options.recording)
+    request = request_of(found.recording, options.recording)
     os.environ.pop("MUJOCO_GL", None)  # with one that is not there, MuJoCo cannot be imported
     from pytest_safemanip.sim.robocasa.rendering.meshes import read_looks
 

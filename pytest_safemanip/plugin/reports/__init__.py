@@ -1,1 +1,1 @@
-"""What happens when a session ends: reports are written, and Ctrl-C ends it soon."""
+"""What happens when a session ends: reports and videos are written, and Ctrl-C ends it soon."""

@@ -37,7 +37,7 @@ def open_context(wanted: str) -> Any:
     """Make a GL context, current in this thread.
 
     Args:
-        wanted: ``egl`` or ``osmesa`` for that one alone; anything else for the first that works.
+        wanted: see :func:`find_platform`.
 
     Returns:
         The context, with ``make_current()`` and ``free()``.
@@ -45,16 +45,33 @@ def open_context(wanted: str) -> Any:
     Raises:
         ConfigError: if none can be had; names the packages to install.
     """
+    return open_platform(find_platform(wanted))
+
+
+def open_platform(platform: str) -> Any:
+    """Make a GL context on a platform that works; see :func:`open_context`."""
+    os.environ["PYOPENGL_PLATFORM"] = platform
+    module = importlib.import_module(f"mujoco.{platform}")
+    context = module.GLContext(IMAGE_SIZE, IMAGE_SIZE)
+    context.make_current()
+    return context
+
+
+def find_platform(wanted: str) -> str:
+    """The platform that works here.
+
+    Args:
+        wanted: ``egl`` or ``osmesa`` for that one alone; anything else for the first that works.
+
+    Raises:
+        ConfigError: if none does; names the packages to install.
+    """
     platforms = (wanted,) if wanted in PLATFORMS else PLATFORMS
     failures = []
     for platform in platforms:
         failure = _failure(platform)
         if failure is None:
-            os.environ["PYOPENGL_PLATFORM"] = platform
-            module = importlib.import_module(f"mujoco.{platform}")
-            context = module.GLContext(IMAGE_SIZE, IMAGE_SIZE)
-            context.make_current()
-            return context
+            return platform
         failures.append(f"{platform}: {failure}")
     packages = " or ".join(f"`apt-get install {PACKAGES[platform]}`" for platform in platforms)
     asked = f" (MUJOCO_GL={wanted})" if wanted in PLATFORMS else ""
@@ -71,9 +88,16 @@ def _failure(platform: str) -> str | None:
     from it.
     """
     command = [sys.executable, "-P", "-c", _PROBE, platform, *sys.path]
+    # Each platform sets this to its own, and refuses another's.
+    environment = {k: v for k, v in os.environ.items() if k != "PYOPENGL_PLATFORM"}
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, timeout=PROBE_DEADLINE, check=False
+            command,
+            capture_output=True,
+            text=True,
+            timeout=PROBE_DEADLINE,
+            check=False,
+            env=environment,
         )
     except subprocess.TimeoutExpired:
         return f"no answer within {PROBE_DEADLINE:g} s"

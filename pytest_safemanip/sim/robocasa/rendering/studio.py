@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import mujoco
@@ -23,6 +24,7 @@ from pytest_safemanip.sim.robocasa.rendering.drawing import (
     FreeCamera,
     Painter,
 )
+from pytest_safemanip.sim.robocasa.rendering.thinning import simplify
 from pytest_safemanip.sim.robocasa.stepping.reading import Reader
 from pytest_safemanip.trace.scene import Scene
 
@@ -31,6 +33,8 @@ ROBOT_CAMERAS = {
     "right": observation.RIGHT,
     "wrist": observation.WRIST,
 }
+STILL = 2e-4
+"""What has moved less than this, m, or turned less, rad, is not drawn again: a tenth of a pixel."""
 UNDRAWN = 5
 """A group of geoms that no painter draws."""
 REACH = 1.5
@@ -43,21 +47,32 @@ class Shot:
 
     Args:
         env: a RoboCasa environment, after its reset.
-        context: where to draw.
+        context: gives where to draw; first called when a picture is taken.
+        size: of a picture, pixels.
+        draft: whether many pictures are wanted soon: without antialiasing, of simpler meshes.
+
+    Attributes:
+        instruction: what the robot is told.
         size: of a picture, pixels.
     """
 
-    def __init__(self, env: Any, context: Any, size: int) -> None:
+    def __init__(
+        self, env: Any, context: Callable[[], Any], size: int, draft: bool = False
+    ) -> None:
         self._reader = Reader(env)
         self._model = env.sim.model._model
         self._data = mujoco.MjData(self._model)
         self.instruction = environment.instruction(env)
-        self._context, self._size = context, size
+        self._context, self.size = context, size
         self._painters: dict[int, Painter] = {}
         self.pose(env.sim.data._data.qpos)
         roots = self._model.body_rootid[self._model.geom_bodyid]
         self._robot = [g for g, root in enumerate(roots) if is_robot(self._model.body(root).name)]
         self._room, self._close = self._choose_views(env)
+        self._known: dict[str, tuple[NDArray[np.float64], NDArray[np.uint8]]] | None = None
+        if draft:
+            simplify(self._model)
+            self._known = {}
 
     def pose(self, qpos: NDArray[Any]) -> None:
         """Set the joint positions (nq,)."""
@@ -74,11 +89,29 @@ class Shot:
 
     def take(self, camera: str) -> NDArray[np.uint8]:
         """A picture (size, size, 3): ``room``, ``close``, ``solid``, ``left``, ``right``,
-        ``wrist``.
+        ``wrist``. In a draft, the last one again where nothing has moved.
         """
+        if self._known is None:
+            return self._draw(camera)
+        places = self._places(camera)
+        known = self._known.get(camera)
+        if known is None or np.abs(places - known[0]).max() > STILL:
+            known = self._known[camera] = places, self._draw(camera)
+        return known[1]
+
+    def _places(self, camera: str) -> NDArray[np.float64]:
+        """Where everything is that decides a picture, and how it is turned."""
+        data = self._data
+        geoms = np.concatenate([data.geom_xpos, data.geom_xmat], axis=1)
+        if camera in ROBOT_CAMERAS:
+            eye = data.camera(ROBOT_CAMERAS[camera].removeprefix("video."))
+            return np.concatenate([geoms.ravel(), eye.xpos, eye.xmat])
+        return geoms.ravel() if camera == "room" else np.delete(geoms, self._robot, axis=0).ravel()
+
+    def _draw(self, camera: str) -> NDArray[np.uint8]:
         group = COLLISION_GROUP if camera == "solid" else VISUAL_GROUP
         if group not in self._painters:
-            self._painters[group] = Painter(self._model, self._context, self._size, group)
+            self._painters[group] = Painter(self._model, self._context(), self.size, group)
         painter = self._painters[group]
         if camera in ROBOT_CAMERAS:
             return painter.take(self._data, ROBOT_CAMERAS[camera].removeprefix("video."))
@@ -135,21 +168,26 @@ class Studio:
         assets: ``auto``, ``official`` or ``primitive``.
         size: of a picture, pixels.
         gl: ``egl``, ``osmesa``, or anything else for what there is.
+        draft: see :class:`Shot`.
 
     Raises:
         ConfigError: if RoboCasa is not installed, or nothing can be drawn on this machine.
     """
 
-    def __init__(self, assets: Mode, size: int, gl: str) -> None:
+    def __init__(self, assets: Mode, size: int, gl: str, draft: bool = False) -> None:
         self._root = prepare_assets(loading.package_assets(), assets).root
-        self._size = size
-        loading.load(self._root)
-        self._context = graphics.open_context(gl)
+        self._size, self._draft = size, draft
+        with ThreadPoolExecutor(1) as aside:  # it is tried out in another process
+            platform = aside.submit(graphics.find_platform, gl)
+            loading.load(self._root)
+        self._platform = platform.result()
+        self._opened: Any = None
 
     @contextlib.contextmanager
     def visit(self, request: Request) -> Iterator[Shot]:
         """The scene of an episode as it begins."""
-        shot = Shot(environment.make(request, self._root), self._context, self._size)
+        env = environment.make(request, self._root)
+        shot = Shot(env, self._context, self._size, self._draft)
         try:
             yield shot
         finally:
@@ -157,4 +195,11 @@ class Studio:
 
     def close(self) -> None:
         """Free the place to draw in."""
-        self._context.free()
+        if self._opened is not None:
+            self._opened.free()
+
+    def _context(self) -> Any:
+        """Where to draw. Opened late: a process that has opened it cannot be forked any more."""
+        if self._opened is None:
+            self._opened = graphics.open_platform(self._platform)
+        return self._opened

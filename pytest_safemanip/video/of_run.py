@@ -1,0 +1,127 @@
+"""The videos of a test run, after it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pytest_safemanip.errors import ConfigError, SafemanipError
+from pytest_safemanip.judge import Judge
+from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.report.counterexample import DRAWN
+from pytest_safemanip.run.plan import Plan
+from pytest_safemanip.trace import files
+from pytest_safemanip.video.film import Progress
+from pytest_safemanip.video.process import Drawer
+from pytest_safemanip.video.storyboard import Storyboard, storyboard
+
+FOLDER = "videos"
+"""In the output folder."""
+CAMERAS = ("room", "close", "wrist")
+SIZE = 256
+
+
+@dataclass
+class Drawn:
+    """What became of the videos of a run.
+
+    Attributes:
+        wanted: how many were to be drawn.
+        written: the files.
+        unavailable: why none can be drawn here; empty if they can.
+        failed: why single ones were not drawn.
+        interrupted: whether somebody did not want to wait.
+    """
+
+    wanted: int = 0
+    written: list[Path] = field(default_factory=list)
+    unavailable: str = ""
+    failed: list[str] = field(default_factory=list)
+    interrupted: bool = False
+
+
+def wanted_of(records: Sequence[RolloutRecord], which: str) -> list[RolloutRecord]:
+    """The rollouts that a video is wanted of.
+
+    Args:
+        records: all of the run.
+        which: ``violations``, ``all`` or ``none``.
+    """
+    return [
+        record
+        for record in records
+        if record.recording
+        and (
+            which == "all"
+            or (which == "violations" and any(p.violations for p in record.properties.values()))
+        )
+    ]
+
+
+def draw_videos(
+    plan: Plan,
+    records: Sequence[RolloutRecord],
+    show: Callable[[int, Path], Progress],
+) -> Drawn:
+    """Draw the rollouts of a run, one after the other, into its folder.
+
+    Args:
+        plan: the run.
+        records: the rollouts.
+        show: given the number of a video, from 1, and its file, what is told how far it is.
+
+    Returns:
+        What was written, also after Ctrl-C.
+    """
+    found, folder = Drawn(len(records)), plan.settings.out
+    log = folder / "logs" / "video.log"
+    with Drawer(SIZE, CAMERAS, log) as drawer:
+        drawer.assets = plan.settings.assets
+        try:
+            for number, record in enumerate(records, 1):
+                source = Path(record.recording)
+                target = folder / FOLDER / f"{source.stem}.mp4"
+                try:
+                    board = _board(plan, record, source)
+                    drawer.start()
+                except ConfigError:
+                    raise
+                except Exception as error:  # a user's proposition may raise anything
+                    found.failed.append(f"{target.name}: {error}")
+                    continue
+                try:
+                    drawer.draw(source, board, target, show(number, target))
+                except SafemanipError as error:
+                    found.failed.append(f"{target.name}: {error}")
+                else:
+                    found.written.append(target)
+        except ConfigError as error:
+            found.unavailable = str(error)
+        except KeyboardInterrupt:
+            found.interrupted = True
+    return found
+
+
+def _board(plan: Plan, record: RolloutRecord, source: Path) -> Storyboard:
+    """What the video shows beside the scene: the verdicts of the run, found again.
+
+    Raises:
+        ConfigError: if recordings of this backend cannot be drawn.
+    """
+    recording = files.load(source)
+    backend = recording.episode.backend
+    if backend not in DRAWN:
+        known = ", ".join(DRAWN)
+        raise ConfigError(f"recordings of the backend {backend!r} cannot be drawn, only of {known}")
+    judge = Judge(
+        recording,
+        plan.tasks[record.task],
+        plan.attributes,
+        plan.catalogue,
+        plan.parameters,
+        plan.settings.semantics,
+    )
+    properties = {id_: plan.properties[id_] for id_ in record.properties}
+    verdicts = {id_: judge.judge(prop) for id_, prop in properties.items()}
+    return storyboard(recording, judge, properties, verdicts)
