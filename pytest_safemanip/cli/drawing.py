@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -82,39 +80,3 @@ def draw(shot: Any, cameras: Sequence[str], text: str, colour: str = "white") ->
     strip = drawn.Image.new("RGB", (pictures.shape[1], CAPTION), colour)
     drawn.ImageDraw.Draw(strip).multiline_text((4, 2), text, fill="black")
     return np.concatenate((np.asarray(strip), pictures))
-
-
-class ProgressLine:
-    """A line about what is being drawn, where the standard error is a terminal.
-
-    Args:
-        total: how many pictures there will be.
-    """
-
-    def __init__(self, total: int) -> None:
-        self._total, self._done = total, 0
-
-    def __enter__(self) -> ProgressLine:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.clear()
-
-    def clear(self) -> None:
-        """Erase the line."""
-        self._write("")
-
-    def show(self, what: str) -> None:
-        """One more picture is begun."""
-        self._done += 1
-        self._write(f"drawing {self._done} of {self._total}: {what}")
-
-    def _write(self, text: str) -> None:
-        if sys.stderr.isatty():
-            sys.stderr.write(f"\r\x1b[K{text}")
-            sys.stderr.flush()

@@ -7,7 +7,6 @@ import argparse
 import numpy as np
 
 from pytest_safemanip.cli.drawing import (
-    ProgressLine,
     add_drawing,
     draw,
     parse_cameras,
@@ -18,6 +17,7 @@ from pytest_safemanip.run.cases import select_tasks
 from pytest_safemanip.run.option_values import parse_seeds
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.video.imaging import Image, open_studio, pillow
+from pytest_safemanip.video.progress import Bar
 
 EXAMPLE = "safemanip pictures 'PickPlace*' --seeds 2 --cameras room,wrist"
 ROWS = 6
@@ -47,9 +47,9 @@ def run(options: argparse.Namespace) -> int:
     sheets = 0
     episodes = [(task, seed) for task in chosen for seed in seeds]
     try:
-        with ProgressLine(len(episodes)) as progress:
+        with Bar() as bar:
             for number, (task, seed) in enumerate(episodes, 1):
-                progress.show(f"{task.name}, seed {seed}")
+                bar.show("episodes", number - 1, len(episodes))
                 with studio.visit(task_request(task, seed, scenes, SPEC)) as shot:
                     text = f"{task.name}, seed {seed}\n{shot.instruction}"
                     rows.append(draw(shot, cameras, text))
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
                     path.parent.mkdir(parents=True, exist_ok=True)
                     drawn.Image.fromarray(np.concatenate(rows)).save(path)
                     rows = []
-                    progress.clear()
+                    bar.say("")
                     print(path)
     finally:
         studio.close()

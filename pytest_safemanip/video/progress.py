@@ -40,7 +40,7 @@ class Bar:
             sys.stderr.flush()
 
     def show(self, what: str, done: int, total: int) -> None:
-        """So many pictures of a video are drawn, of so many."""
+        """So much of something is drawn, of so much."""
         now = time.monotonic()
         if what != self._what:
             self._what, self._begun, self._shown = what, (done, now), 0.0
