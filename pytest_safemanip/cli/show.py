@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
         for text in _proofs(found):
             print(f"\n{text}")
         if _violated(found):
-            print(f"\nwatch  safemanip video {options.recording}")
+            print(f"\nwatch  safemanip replay {shlex.quote(str(options.recording))}")
     return 1 if _violated(found) or found.errors else 0
 
 

@@ -15,8 +15,6 @@ MAX_FINDINGS = 3
 """Violations shown in full; the others are one line in all."""
 MAX_CHARACTERS = 4000
 """Reports are read on screens and cut by CI servers."""
-DRAWN = ("robocasa",)
-"""Backends whose recordings ``safemanip video`` can draw."""
 
 
 def headline(verdict: Verdict, recording: Recording) -> str:
@@ -68,10 +66,12 @@ def counterexample(
         f"step {end} ({end * recording.trace.dt:.2f} s)",
         f"  {episode.instruction!r}",
     ]
-    foot = ["", f"recording       {path}"]
-    if episode.backend in DRAWN:
-        foot.append(f"watch           safemanip video {shlex.quote(str(path))}")
-    foot.append(f"reproduce with  {command}")
+    foot = [
+        "",
+        f"recording       {path}",
+        f"watch           safemanip replay {shlex.quote(str(path))}",
+        f"reproduce with  {command}",
+    ]
     room = MAX_CHARACTERS - len("\n".join([*head, *foot]))
     return "\n".join([*head, *_body(verdict.findings, recording, room), *foot])
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.report.counterexample import DRAWN
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.codec import decode_request
 from pytest_safemanip.trace.recording import Recording
@@ -19,6 +18,8 @@ from pytest_safemanip.video.imaging import Image, pillow
 from pytest_safemanip.video.lanes import LanePicture
 from pytest_safemanip.video.storyboard import Storyboard
 
+DRAWN = ("robocasa",)
+"""Backends whose recordings can be drawn."""
 FRAMES_PER_SECOND = 10
 CAPTION = 40
 """Height of the two lines above the scene, pixels."""

@@ -9,10 +9,9 @@ from pathlib import Path
 from pytest_safemanip.errors import ConfigError, SafemanipError
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.records import RolloutRecord
-from pytest_safemanip.report.counterexample import DRAWN
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.trace import files
-from pytest_safemanip.video.film import Progress
+from pytest_safemanip.video.film import DRAWN, Progress
 from pytest_safemanip.video.process import Drawer
 from pytest_safemanip.video.storyboard import Storyboard, storyboard
 

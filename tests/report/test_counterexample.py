@@ -41,6 +41,7 @@ def test_a_counterexample_tells_the_rule_the_rollout_the_step_and_the_way_back(t
         "  step 3 breaks it",
         "",
         f"recording       {PATH}",
+        f"watch           safemanip replay {PATH}",
         f"reproduce with  {COMMAND}",
     ]
 
