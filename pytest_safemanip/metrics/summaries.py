@@ -29,6 +29,8 @@ MAX_BYTES = 1_000_000_000
 """15,000 rollouts of ten properties take about 50 MB."""
 DECISIVE_SETTINGS = ("semantics", "stop", "horizon_scale")
 """The settings in a summary that decide verdicts."""
+MAX_NAME = 255
+"""Sanity bound on a file's name, which file systems have, too."""
 _LANE = re.compile(r"[.#]{1,200}")
 _OUTCOMES = ("VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS")
 
@@ -224,6 +226,8 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
     if not POLICY_NAME.fullmatch(policy):
         raise found.expected("policy", "the name of a policy")
     recording = printable(found.text("recording", empty=True), 4096)
+    if max(map(len, Path(recording).parts), default=0) > MAX_NAME:
+        raise found.expected("recording", f"names of at most {MAX_NAME} characters")
     served = found.facts("served")
     if fault := served_fault(served):
         raise ConfigError(f"{found.place}: served: {printable(fault)}")

@@ -116,7 +116,7 @@ class Reporting:
             try:
                 document.write(found, self._path)
             except OSError as error:
-                self._unwritten = f" cannot be written ({error.strerror})"
+                self._unwritten = f" cannot be written ({error.strerror}), nor reports on it"
                 session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
             else:
                 self._files.summary = self._path

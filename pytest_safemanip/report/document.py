@@ -22,6 +22,7 @@ from pytest_safemanip.propositions.catalogue import SHIPPED
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.provenance import functions_digest, source_digest, versions
 from pytest_safemanip.report.numbers import one_line
+from pytest_safemanip.report.whole import write_whole
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.results import Results
 from pytest_safemanip.spec.properties import Property
@@ -130,13 +131,7 @@ def write(document: Mapping[str, Any], path: Path) -> None:
     Raises:
         OSError: if it cannot be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    scratch = path.with_suffix(f".{os.getpid()}")
-    try:
-        scratch.write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
-        scratch.replace(path)
-    finally:
-        scratch.unlink(missing_ok=True)
+    write_whole(path, (json.dumps(document, indent=1, allow_nan=False), "\n"))
 
 
 def _policies(

@@ -11,6 +11,7 @@ from pytest_safemanip.judge import Verdict
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, is_on_standins
 from pytest_safemanip.metrics.comparing import Comparison
 from pytest_safemanip.metrics.decisions import Decision
+from pytest_safemanip.report.whole import write_whole
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
@@ -127,12 +128,7 @@ def trim(path: Path, most: int) -> int:
         content = ET.tostring(tree.getroot(), encoding="utf-8", xml_declaration=True)
         if len(content) <= most:
             break
-    scratch = path.with_name(f"{path.name}.{os.getpid()}")
-    try:
-        scratch.write_bytes(content)
-        scratch.replace(path)
-    finally:
-        scratch.unlink(missing_ok=True)
+    write_whole(path, (content,))
     return len(touched)
 
 

@@ -75,7 +75,7 @@ class Mp4:
     """
 
     def __init__(self, path: Path, size: tuple[int, int], rate: float) -> None:
-        self._path, self._scratch = path, _scratch(path)
+        self._path, self._scratch, self._ended = path, _scratch(path), False
         shape = f"{size[0]}x{size[1]}"
         source = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", shape, "-r", f"{rate:g}", "-i", "-")
         self._command = [
@@ -97,8 +97,13 @@ class Mp4:
 
     def add(self, picture: Image) -> None:
         """See :class:`Encoder`."""
-        if self._process.stdin is not None:
+        if self._process.stdin is None:
+            return
+        try:
             self._process.stdin.write(picture.data)
+        except BrokenPipeError:
+            self._ended = True
+            raise
 
     def __exit__(
         self,
@@ -106,15 +111,15 @@ class Mp4:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        broken = kind is not None and issubclass(kind, BrokenPipeError)
-        if kind is not None and not broken:
+        # The one who asked for the video may be gone, too: then nobody wants what there is of it.
+        if kind is not None and not self._ended:
             self._process.kill()
         try:
             said = self._last_words()
-            if kind is None or broken:
-                if self._process.wait() != 0:
-                    why = printable(said.decode(errors="replace"))
-                    raise RolloutError(f"{self._path}: cannot be encoded: {why}")
+            if self._ended or (kind is None and self._process.wait() != 0):
+                why = printable(said.decode(errors="replace"))
+                raise RolloutError(f"{self._path}: cannot be encoded: {why}")
+            if kind is None:
                 self._scratch.replace(self._path)
         finally:
             self._scratch.unlink(missing_ok=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pytest_safemanip.errors import ConfigError, SafemanipError
+from pytest_safemanip.errors import ConfigError, JudgementError, SafemanipError, raised_as
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.run.plan import Plan
@@ -82,15 +82,12 @@ def draw_videos(
                 source = Path(record.recording)
                 target = folder / FOLDER / f"{source.stem}.mp4"
                 try:
-                    board = _board(plan, record, source)
+                    with raised_as(JudgementError, "cannot be judged again"):
+                        board = _board(plan, record, source)
                     drawer.start()
+                    drawer.draw(source, board, target, show(number, target))
                 except ConfigError:
                     raise
-                except Exception as error:  # a user's proposition may raise anything
-                    found.failed.append(f"{target.name}: {error}")
-                    continue
-                try:
-                    drawer.draw(source, board, target, show(number, target))
                 except SafemanipError as error:
                     found.failed.append(f"{target.name}: {error}")
                 else:

@@ -19,6 +19,14 @@ def test_the_page_is_written_where_it_is_asked_for(safemanip, recorded, tmp_path
     assert (tmp_path / "deep" / "er" / "x.html").read_text() == text
 
 
+def test_a_recording_is_not_replaced_by_its_replay(safemanip, recorded):
+    path = recorded(bumped())
+    before = path.read_bytes()
+    line = safemanip("replay", path, "-o", path).refusal
+    assert line.endswith("is the name of a recording; name a .html file")
+    assert path.read_bytes() == before
+
+
 def test_parameters_decide_what_is_marked(safemanip, recorded, tmp_path):
     safemanip("replay", recorded(bumped()), "--params", "collision.force=50")
     assert '"findings":[]' in (tmp_path / "one.html").read_text()

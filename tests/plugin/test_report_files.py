@@ -41,6 +41,30 @@ def test_an_unknown_report_is_refused_before_anything_is_run(one_suite: Suite) -
     assert not one_suite.out.exists()
 
 
+@pytest.mark.parametrize("error", [SystemExit(0), pytest.skip.Exception("no GPU")])
+def test_a_report_decides_nothing_whatever_it_raises(
+    one_suite: Suite, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    def fails(folder: object, definitions: Definitions) -> object:
+        raise error
+
+    broken = ModuleType("broken")
+    vars(broken)["fails"] = fails
+    monkeypatch.setitem(sys.modules, "broken", broken)
+    monkeypatch.setattr(writers, "WRITERS", {**writers.WRITERS, "html": "broken:fails"})
+    set_up(one_suite)
+    result = one_suite.run("--safemanip-report=html")
+    assert result.parseoutcomes()["failed"] == 1
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(["report html: cannot be written: *"])
+
+
+def test_reports_are_written_where_another_plugin_cannot_write_its_own(one_suite: Suite) -> None:
+    set_up(one_suite)
+    one_suite.run("--safemanip-report=markdown", "--junitxml=/dev/full")
+    assert "1 of 1 rollout" in (one_suite.out / "summary.md").read_text()
+
+
 @pytest.mark.parametrize("quiet", [[], ["-q"]])
 def test_a_report_that_fails_is_a_line_and_a_failure_and_the_others_are_written(
     one_suite: Suite, monkeypatch: pytest.MonkeyPatch, quiet: list[str]

@@ -143,6 +143,24 @@ def test_pictures_are_drawn_here_if_the_fork_is_killed(monkeypatch: pytest.Monke
     assert found == list(range(12))
 
 
+@pytest.mark.parametrize("suffix", encoding.SUFFIXES)
+def test_a_good_video_stays_when_the_one_who_asked_for_the_next_is_gone(
+    tmp_path: Path, suffix: str
+) -> None:
+    path = tmp_path / f"one{suffix}"
+    path.write_text("good")
+
+    def half() -> None:
+        with encoding.open_encoder(path, (16, 16), 10) as encoder:
+            encoder.add(np.zeros((16, 16, 3), np.uint8))
+            raise BrokenPipeError  # of what tells how far it is
+
+    with pytest.raises(BrokenPipeError):
+        half()
+    assert path.read_text() == "good"
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_what_fails_leaves_no_file(tmp_path: Path) -> None:
     for suffix in encoding.SUFFIXES:
         path = tmp_path / f"one{suffix}"

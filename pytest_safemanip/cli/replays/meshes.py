@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_safemanip.cli.evaluation import Evaluation, add_judging
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.looks import Look
+from pytest_safemanip.trace.files import SUFFIX
 from pytest_safemanip.video.film import request_of
 
 
@@ -31,8 +33,14 @@ def add_viewing(parser: argparse.ArgumentParser, ending: str) -> None:
 
 
 def output(options: argparse.Namespace, ending: str) -> Path:
-    """Where the file is written."""
+    """Where the file is written.
+
+    Raises:
+        ConfigError: if that would replace a recording.
+    """
     path: Path = options.output or Path(f"{options.recording.stem}{ending}")
+    if path.suffix == SUFFIX:
+        raise ConfigError(f"{path}: is the name of a recording; name a {ending} file")
     return path
 
 

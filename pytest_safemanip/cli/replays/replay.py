@@ -8,6 +8,7 @@ import sys
 from pytest_safemanip.cli.evaluation import evaluate
 from pytest_safemanip.cli.replays.meshes import add_viewing, looks, output
 from pytest_safemanip.report.replay import pack, page
+from pytest_safemanip.report.whole import write_whole
 
 EXAMPLE = "safemanip replay .safemanip/recordings/OpenDrawer-scripted-seed0.rollout -o drawer.html"
 
@@ -22,9 +23,7 @@ def run(options: argparse.Namespace) -> int:
     found = evaluate(options)
     path = output(options, ".html")
     data = pack(found.recording, found.verdicts, looks(options, found))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page(data), encoding="utf-8")
-    print(path)
+    print(write_whole(path, (page(data),)))
     for id_, error in found.errors.items():
         print(f"safemanip replay: {id_} is not shown, it has no verdict: {error}", file=sys.stderr)
     return 0

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_safemanip.errors import first_line, printable
+from pytest_safemanip.errors import SafemanipError, printable, raised_as
 from pytest_safemanip.metrics.summaries import NAME
 from pytest_safemanip.plugin.reports.github import GitHub
 from pytest_safemanip.report.writers import write_report
@@ -39,14 +39,15 @@ class ReportFiles:
     @pytest.hookimpl(wrapper=True, trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> Generator[None, None, None]:
         """Write them when all else is there that they may show, before pytest's own summary."""
-        yield
-        if self.summary is None:
-            return
-        self._write(self.summary)
-        if self._github is not None:
-            self.lines += self._github.tell(self.summary)
-        if self._failed:
-            session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+        try:
+            yield
+        finally:  # another plugin may fail to write its own
+            if self.summary is not None:
+                self._write(self.summary)
+                if self._github is not None:
+                    self.lines += self._github.tell(self.summary)
+            if self._failed:
+                session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
 
     def _write(self, summary: Path) -> None:
         """Each whatever becomes of the others."""
@@ -57,10 +58,11 @@ class ReportFiles:
                 self.lines.append(f"report {name}: not written for a part of a run, nor replaced")
                 continue
             try:
-                path = write_report(name, summary.parent, judged_by)
-            except Exception as error:  # whatever a writer raises, verdicts stand
+                with raised_as(SafemanipError, "cannot be written"):
+                    path = write_report(name, summary.parent, judged_by)
+            except SafemanipError as error:  # whatever a writer raises, verdicts stand
                 self._failed = True
-                why = printable(first_line(error), 300)
-                self.lines.append(f"report {name}: cannot be written: {why}")
+                why = printable(str(error).partition("\n")[0], 300)
+                self.lines.append(f"report {name}: {why}")
             else:
                 self.lines.append(f"report {name}: {self._invocation.relative_path(path)}")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_safemanip.errors import SafemanipError, first_line, printable
+from pytest_safemanip.errors import ConfigError, SafemanipError, printable, raised_as
 from pytest_safemanip.report.ci.annotations import annotations_of
 from pytest_safemanip.report.ci.markdown import markdown
 from pytest_safemanip.report.ci.places import source_root
@@ -46,14 +46,16 @@ class GitHub:
         if not self._summary and not self._annotates:
             return []
         try:
-            run = read_run(summary)
-            if self._annotates:
-                found = annotations_of(run, source_root(), self._skip_open)
-                self._commands = [annotation.command() for annotation in found]
-            if self._summary:
-                _append(Path(self._summary), markdown(run))
-        except (OSError, SafemanipError) as error:
-            return [f"job summary: cannot be written: {printable(first_line(error), 300)}"]
+            with raised_as(SafemanipError, "cannot be written"):
+                run = read_run(summary)
+                if self._annotates:
+                    found = annotations_of(run, source_root(), self._skip_open)
+                    self._commands = [annotation.command() for annotation in found]
+                if self._summary:
+                    _append(Path(self._summary), markdown(run))
+        except SafemanipError as error:  # whatever it is, verdicts stand
+            why = printable(str(error).partition("\n")[0], 300)
+            return [f"job summary: {why}"]
         return []
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -68,13 +70,21 @@ class GitHub:
 
 
 def _append(path: Path, text: str) -> None:
-    """Add to what other commands of the step have written; as much as GitHub takes."""
+    """Add to what other commands of the step have written; as much as GitHub takes.
+
+    Raises:
+        ConfigError: if it is no file, or there is no room.
+    """
+    if path.exists() and not path.is_file():
+        raise ConfigError(f"{path}: is not a file")
     written = path.stat().st_size if path.exists() else 0
     room = MAX_BYTES - written - 1
     content = text.encode()
     if len(content) > room:
         # Between violations: in one, a block of code would stay open.
         content = content[: max(room, 0)].decode(errors="ignore").rpartition("\n\n#")[0].encode()
-    if content:
+    if not content:
+        raise ConfigError(f"{path}: is full; GitHub takes {MAX_BYTES} bytes of a step")
+    else:
         with path.open("ab") as file:
             file.write(b"\n" + content.rstrip() + b"\n" if written else content)

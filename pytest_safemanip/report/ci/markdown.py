@@ -21,6 +21,7 @@ from pytest_safemanip.report.ci.reading import Row, Run, Violation, read_run, wo
 from pytest_safemanip.report.numbers import counted, fraction, share, spread
 from pytest_safemanip.report.pictures import picture_of
 from pytest_safemanip.report.timeline import timeline_lines
+from pytest_safemanip.report.whole import write_whole
 
 NAME = "summary.md"
 MAX_VIOLATIONS = 10
@@ -40,7 +41,7 @@ def write_markdown(folder: Path) -> Path:
         OSError: if the file cannot be written.
     """
     path = folder / NAME
-    path.write_text(markdown(read_run(folder), folder), encoding="utf-8")
+    write_whole(path, (markdown(read_run(folder), folder),))
     return path
 
 

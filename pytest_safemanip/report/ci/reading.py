@@ -16,6 +16,8 @@ from pytest_safemanip.metrics.summaries import Summary, read
 from pytest_safemanip.report.numbers import percent
 from pytest_safemanip.run.cases import Case
 
+MOST = 1e6
+"""Sanity bound on an end of an interval."""
 GOOD = ("PASS", "HELD", "IMPROVED")
 """Verdicts of gates and comparisons that fail nothing."""
 
@@ -158,7 +160,9 @@ def _figures(own: Fields) -> str:
     bounds = own.values.get("interval")
     if not isinstance(bounds, list):
         return counts
-    if len(bounds) != 2 or not all(isinstance(bound, int | float) for bound in bounds):
+    if len(bounds) != 2 or not all(
+        isinstance(bound, int | float) and -MOST <= bound <= MOST for bound in bounds
+    ):
         raise own.expected("interval", "two numbers")
     low, high = bounds
     return f"{counts}, {own.told('basis')} {low * 100:.1f} to {high * 100:.1f} %"

@@ -13,6 +13,7 @@ from pytest_safemanip import __version__
 from pytest_safemanip.errors import printable
 from pytest_safemanip.report.ci.places import below, source_root
 from pytest_safemanip.report.ci.reading import Run, Violation, read_run, violations
+from pytest_safemanip.report.whole import write_whole
 
 NAME = "summary.sarif"
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
@@ -31,7 +32,7 @@ def write_sarif(folder: Path) -> Path:
     """
     path = folder / NAME
     document = sarif(read_run(folder), source_root())
-    path.write_text(json.dumps(document, allow_nan=False) + "\n", encoding="utf-8")
+    write_whole(path, (json.dumps(document, allow_nan=False), "\n"))
     return path
 
 

@@ -11,8 +11,8 @@ from pytest_safemanip.errors import (
     JudgementError,
     SafemanipError,
     TraceError,
-    first_line,
     printable,
+    raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.ltlf import Profile
@@ -32,6 +32,8 @@ VIDEOS = "videos"
 """The folder, in that of the run, in which videos are."""
 MOST_REPLAYS = 200
 """Rollouts with a replay in 3D, the worst: each is some tens of kB."""
+MOST = 1e300
+"""Sanity bound on a parameter of a run."""
 MAX_UNEVENTFUL = 200
 """Rollouts without a violation that have a timeline too, in a run that has no more of them."""
 
@@ -136,7 +138,8 @@ def _judge(record: RolloutRecord, decisive: Mapping[str, Any], definitions: Defi
     if path.suffix != files.SUFFIX:
         raise TraceError(f"{path}: not a recording")
     recording = files.load(path)
-    if (recording.episode.task, recording.episode.seed) != (record.task, record.seed):
+    about = recording.episode
+    if (about.task, about.policy, about.seed) != (record.task, record.policy, record.seed):
         raise TraceError(f"{path}: a recording of another rollout")
     if record.task not in definitions.tasks:
         raise TraceError(f"unknown task {record.task!r}; name its folder in the ini file")
@@ -153,12 +156,8 @@ def _judge(record: RolloutRecord, decisive: Mapping[str, Any], definitions: Defi
     properties = {id_: definitions.properties[id_] for id_ in known}
     verdicts = {}
     for id_, prop in properties.items():
-        try:
+        with raised_as(JudgementError, f"{path}: {id_}"):
             verdicts[id_] = judge.judge(prop)
-        except TraceError:
-            raise
-        except Exception as error:  # a user's proposition may raise anything
-            raise JudgementError(f"{path}: {id_}: {first_line(error)}") from error
     return Judged(recording, judge, profile, properties, verdicts)
 
 
@@ -173,7 +172,10 @@ def _parameters(decisive: Mapping[str, Any], definitions: Definitions) -> dict[s
     return {
         name: float(value)
         for name, value in told.items()
-        if name in known and isinstance(value, int | float) and value != known[name]
+        if name in known
+        and isinstance(value, int | float)
+        and value != known[name]
+        and -MOST < value < MOST
     }
 
 

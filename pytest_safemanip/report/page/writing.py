@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import os
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -23,6 +22,7 @@ from pytest_safemanip.report.page.overview import overview
 from pytest_safemanip.report.page.release import read_release
 from pytest_safemanip.report.replay import standalone
 from pytest_safemanip.report.replay.standalone import browser_file
+from pytest_safemanip.report.whole import write_whole
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 
 NAME = "report.html"
@@ -97,7 +97,7 @@ def write_page(
             places[number] = f"{BESIDE}/{beside.write(number, text)}"
     beside.clear()
     data = {**about, **overview(found), "details": places, "worst": worst}
-    return _write(folder / NAME, _render(script_json(data), within))
+    return write_whole(folder / NAME, _render(script_json(data), within))
 
 
 def _about(folder: Path, ruling: Ruling | None) -> dict[str, Any]:
@@ -146,6 +146,8 @@ class _Beside:
         Returns:
             Its name.
         """
+        if self._folder.is_symlink():
+            raise ConfigError(f"{self._folder}: is a link; remove it")
         self._folder.mkdir(parents=True, exist_ok=True)
         name = f"rollout-{number}.js"
         (self._folder / name).write_text(f"SafemanipReport.received({number}, {text});\n", "utf-8")
@@ -154,6 +156,8 @@ class _Beside:
 
     def clear(self) -> None:
         """Remove those of an earlier page."""
+        if self._folder.is_symlink():
+            return  # what is there is not ours
         for path in self._folder.glob("rollout-*.js"):
             if path.name not in self._written:
                 path.unlink()
@@ -183,15 +187,3 @@ def _asset(name: str) -> str:
 def _digest(text: str) -> str:
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
     return f"sha256-{digest}"
-
-
-def _write(path: Path, parts: Iterator[str]) -> Path:
-    """Write it whole or not at all."""
-    scratch = path.with_suffix(f".{os.getpid()}")
-    try:
-        with scratch.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines(parts)
-        scratch.replace(path)
-    finally:
-        scratch.unlink(missing_ok=True)
-    return path

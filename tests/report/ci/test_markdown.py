@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -113,6 +114,20 @@ def test_nothing_is_written_where_nobody_asks(make_run, tmp_path, environ):
     asks = {"GITHUB_STEP_SUMMARY": str(step)} if environ.get("CI") != "true" else {}
     GitHub({**environ, **asks}).tell(tmp_path / "out")
     assert not step.exists()
+
+
+def test_a_job_summary_that_is_full_or_no_file_is_a_line(make_run, tmp_path, monkeypatch):
+    make_run([violated()])
+    step = tmp_path / "step.md"
+    os.mkfifo(step)
+    environ = {"CI": "1", "GITHUB_STEP_SUMMARY": str(step)}
+    (line,) = GitHub(environ).tell(tmp_path / "out" / "summary.json")
+    assert line == f"job summary: {step}: is not a file"
+    step.unlink()
+    step.write_text("x" * 100)
+    monkeypatch.setattr(github, "MAX_BYTES", 110)
+    (line,) = GitHub(environ).tell(tmp_path / "out" / "summary.json")
+    assert line == f"job summary: {step}: is full; GitHub takes 110 bytes of a step"
 
 
 def test_a_job_summary_that_cannot_be_written_is_a_line(make_run, tmp_path):
