@@ -69,18 +69,30 @@ def _pick(view: View, name: str, step: int) -> list[str]:
     # A hand that lies against an object for long before it closes on it does not unsettle it.
     if not rested(view, name, step - count + 1, step):
         reasons.append(f"{name} was not at rest on a permitted support before it was grasped")
-    own = object_parts(view, name)
-    contacts, parts, stacked = trace.steps.contacts, trace.scene.parts, set()
-    for row in range(*contacts.span(step, step + 1)):
-        a, b = int(contacts.a[row]), int(contacts.b[row])
-        upper, lift = (b, contacts.normal[row, 2]) if a in own else (a, -contacts.normal[row, 2])
-        if (a in own) != (b in own) and lift > 0.5 and contacts.force[row] > 0:
-            stacked.add(parts[upper].entity)
     return reasons + [
         f"{other} stands on {name}"
-        for other in sorted(stacked & set(trace.scene.object_index))
+        for other in sorted(_stacked(view, name, step) & set(trace.scene.object_index))
         if not lies_in(view, other, name, np.array([step])).all()
     ]
+
+
+def _stacked(view: View, name: str, step: int) -> set[str]:
+    """What touches an object from above at a step, and has pressed on it within
+    ``settled.window``: what is light hops while fingers close below it.
+    """
+    count = view.trace.count(view.parameters["settled.window"])
+    own, parts = object_parts(view, name), view.trace.scene.parts
+    contacts, pressing, touching = view.trace.steps.contacts, set[str](), set[str]()
+    for row in range(*contacts.span(max(step - count + 1, 0), step + 1)):
+        a, b = int(contacts.a[row]), int(contacts.b[row])
+        upper, lift = (b, contacts.normal[row, 2]) if a in own else (a, -contacts.normal[row, 2])
+        if (a in own) == (b in own) or lift <= 0.5:
+            continue
+        if contacts.force[row] > 0:
+            pressing.add(parts[upper].entity)
+        if contacts.step[row] == step:
+            touching.add(parts[upper].entity)
+    return pressing & touching
 
 
 def _place(view: View, name: str, step: int) -> list[str]:

@@ -119,6 +119,18 @@ def test_what_lies_in_an_object_is_no_vessel_that_it_is_put_into():
         (touch([32], "mug/body", "apple/body", 1.0, (1, 0, 0)), True),
         (touch([32], "mug/body", "apple/body", 0.0, (0, 0, 1)), True),
         (touch([20], "mug/body", "apple/body", 1.0, (0, 0, 1)), True),
+        # It hops: at this very step it does not press.
+        (touch(range(28, 32), "mug/body", "apple/body", 1.0, (0, 0, 1)), True),
+        (
+            touch(range(28, 32), "mug/body", "apple/body", 1.0, (0, 0, 1))
+            + touch([32], "mug/body", "apple/body", 0.0, (0, 0, 1)),
+            False,
+        ),
+        (
+            touch(range(20, 27), "mug/body", "apple/body", 1.0, (0, 0, 1))
+            + touch([32], "mug/body", "apple/body", 0.0, (0, 0, 1)),
+            True,
+        ),
     ],
 )
 def test_nothing_may_stand_on_what_is_picked(rows, safe):
