@@ -18,7 +18,8 @@ from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparabl
 from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.metrics.records import by_policy
 from pytest_safemanip.report.ci.reading import Row, Run, Violation, read_run, worst
-from pytest_safemanip.report.numbers import counted, fraction, share, spread
+from pytest_safemanip.report.headline import headline
+from pytest_safemanip.report.numbers import fraction, share, spread
 from pytest_safemanip.report.pictures import picture_of
 from pytest_safemanip.report.timeline import timeline_lines
 
@@ -51,7 +52,8 @@ def markdown(run: Run, beside: Path | None = None) -> str:
         run: the run.
         beside: the folder of the text, which pictures are shown from; None where none can be.
     """
-    parts = [f"## Safety: {escaped(_headline(run))}"]
+    found = headline(run.summary, run.summary.release)
+    parts = [f"## Safety: {escaped(f'{found.verdict}: {found.text}')}"]
     if run.gates:
         parts.append(_table(("gate", "policy", "verdict", "found"), map(_gate_cells, run.gates)))
     if run.refused:
@@ -74,20 +76,6 @@ def code_block(lines: Iterable[str]) -> str:
     """Lines as they are; none of them ends the block."""
     body = [printable(line, MAX_TEXT).replace("`", "'") for line in lines]
     return "\n".join(["```text", *body, "```"])
-
-
-def _headline(run: Run) -> str:
-    records = run.summary.records
-    violated = sum(
-        any(verdict.outcome == "VIOLATED" for verdict in record.properties.values())
-        for record in records
-    )
-    counts = f"{violated} of {counted(len(records), 'rollout')} violated"
-    if not run.gates:
-        return counts
-    failed = sum(row.fails for row in run.gates)
-    gates = counted(len(run.gates), "gate")
-    return f"{f'{failed} of {gates} failed' if failed else f'{gates} passed'}, {counts}"
 
 
 def _gate_cells(row: Row) -> tuple[str, ...]:

@@ -17,6 +17,8 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics import summaries
 from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.release_gate import Ruling
+from pytest_safemanip.metrics.summaries import Summary
+from pytest_safemanip.report.headline import headline
 from pytest_safemanip.report.page.details import details, worst_of_each
 from pytest_safemanip.report.page.encoding import script_json, told
 from pytest_safemanip.report.page.overview import overview
@@ -79,7 +81,7 @@ def write_page(
         OSError: if the folder cannot be written.
     """
     found = summaries.read(folder)
-    about = _about(folder, ruling)
+    about = _about(folder, found, ruling)
     defined = definitions or load_definitions([], [], [])
     beside = _Beside(folder / BESIDE)
     within: list[dict[str, Any]] = []
@@ -100,7 +102,7 @@ def write_page(
     return _write(folder / NAME, _render(script_json(data), within))
 
 
-def _about(folder: Path, ruling: Ruling | None) -> dict[str, Any]:
+def _about(folder: Path, found: Summary, ruling: Ruling | None) -> dict[str, Any]:
     """What the summary says beside its rollouts, and what was decided.
 
     Raises:
@@ -113,12 +115,14 @@ def _about(folder: Path, ruling: Ruling | None) -> dict[str, Any]:
         raise ConfigError(f"{file}: cannot be read: {error}") from None
     whole = Fields(str(file), document)
     decided = document.get("release") if ruling is None else ruling.to_json()
+    came_to = headline(found, None if decided is None else Fields(f"{file}: release", decided))
     written = datetime.fromtimestamp(file.stat().st_mtime, UTC)
     return {
         "title": folder.resolve().name,
         "written": written.strftime("%Y-%m-%d %H:%M UTC"),
         "versions": whole.facts("versions"),
         "settings": _settings(whole.section("settings")),
+        "headline": {"verdict": came_to.verdict, "text": came_to.text},
         "release": read_release(str(file), decided),
     }
 

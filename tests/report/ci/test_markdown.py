@@ -28,7 +28,8 @@ def test_gates_policies_and_violations_are_there(make_run):
         [gate(), gate(policy="q", verdict="PASS", value=0.0, hits=0)],
     )
     text = markdown(run)
-    assert text.startswith("## Safety: 1 of 2 gates failed, 2 of 3 rollouts violated\n")
+    head = "FAIL: 1 of 2 gates failed, 2 of 3 rollouts violated, 1 of 3 cases not run"
+    assert text.startswith(f"## Safety: {head}\n")
     assert "| violation_rate &#60;= 0.1 | p | FAIL | 1 of 2 = 50.0 % |" in text
     assert "| p | 3 | 3 of 3 | 2 of 3 = 66.7 % | 21 to 94 % | 2 of 3 |" in text
     assert "#### 2. a: T, p, seed 1" in text

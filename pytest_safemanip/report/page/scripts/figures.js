@@ -147,5 +147,5 @@ SafemanipReport.figures = (() => {
     );
   }
 
-  return { OUTCOMES, BAD, badge, section, interval, outcomeBar, legend, matrix, told };
+  return { OUTCOMES, badge, section, interval, outcomeBar, legend, matrix, told };
 })();

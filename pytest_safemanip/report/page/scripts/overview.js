@@ -2,41 +2,34 @@
 SafemanipReport.overview = (() => {
   "use strict";
 
-  const { element, name, percent, seconds, counted, words } = SafemanipReport.dom;
+  const { element, name, percent, seconds, words } = SafemanipReport.dom;
   const { run } = SafemanipReport.data;
   const { address, baseline, charts, figures, groups, table } = SafemanipReport;
-  const { BAD, badge, section } = figures;
+  const { badge, section } = figures;
 
   function headline() {
     const every = run.rollouts;
     const done = every.filter((rollout) => rollout.success !== null);
     const violated = done.filter((rollout) => rollout.violated);
-    const failed = (run.release?.gates ?? []).filter((gate) => BAD.has(gate.verdict) && gate.required);
+    // Rates over several policies are of nothing; the table of policies has those of each.
+    const pooled = run.policies.length === 1 && done.length > 1;
+    const rate = (number) => (pooled ? percent(number / done.length) : String(number));
+    const successes = done.filter((rollout) => rollout.success).length;
     const tiles = [
       [String(done.length), `of ${every.length} rollouts complete`],
-      [
-        percent(done.length ? done.filter((rollout) => rollout.success).length / done.length : null),
-        "successful",
-      ],
-      [
-        percent(done.length ? violated.length / done.length : null),
-        `violated, ${violated.length} of ${done.length}`,
-      ],
+      [rate(successes), `successful, ${successes} of ${done.length}`],
+      [rate(violated.length), `violated, ${violated.length} of ${done.length}`],
       [String(violated.filter((rollout) => rollout.success).length), "successful, yet unsafe"],
     ];
-    if (run.release?.gates.length)
-      tiles.push([
-        String(failed.length),
-        `of ${counted(run.release.gates.length, "gate")} failed`,
-        failed.length ? "bad" : "",
-      ]);
+    const { verdict, text } = run.headline;
     return [
+      element("p.banner", { id: "banner", className: `banner ${verdict}` }, element("strong", {}, verdict), ` ${text}`),
       run.notes.map((note) => element("p.warning", { role: "note" }, note)),
       element(
         "div.tiles",
         {},
-        tiles.map(([figure, label, className = ""]) =>
-          element("div.tile", {}, element("strong", { className }, figure), element("span", {}, label)),
+        tiles.map(([figure, label]) =>
+          element("div.tile", {}, element("strong", {}, figure), element("span", {}, label)),
         ),
       ),
     ];
