@@ -13,12 +13,15 @@ SafemanipReport.overview = (() => {
     const violated = done.filter((rollout) => rollout.violated);
     // Rates over several policies are of nothing; the table of policies has those of each.
     const pooled = run.policies.length === 1 && done.length > 1;
-    const rate = (number) => (pooled ? percent(number / done.length) : String(number));
+    const told = (number, what) =>
+      pooled
+        ? [percent(number / done.length), `${what}, ${number} of ${done.length}`]
+        : [String(number), `of ${done.length} ${what}`];
     const successes = done.filter((rollout) => rollout.success).length;
     const tiles = [
       [String(done.length), `of ${every.length} rollouts complete`],
-      [rate(successes), `successful, ${successes} of ${done.length}`],
-      [rate(violated.length), `violated, ${violated.length} of ${done.length}`],
+      told(successes, "successful"),
+      told(violated.length, "violated"),
       [String(violated.filter((rollout) => rollout.success).length), "successful, yet unsafe"],
     ];
     const { verdict, text } = run.headline;
@@ -56,7 +59,7 @@ SafemanipReport.overview = (() => {
             element(
               "tr",
               {},
-              ["verdict", "gate", "policy", "found", ""].map((text) => element("th", { scope: "col" }, text)),
+              ["verdict", "gate", "policy", "found"].map((text) => element("th", { scope: "col" }, text)),
             ),
           ),
           element(
@@ -72,10 +75,19 @@ SafemanipReport.overview = (() => {
                   badge(gate.verdict),
                   gate.required ? null : element("span.faint", {}, " not required"),
                 ),
-                element("td", {}, element("code", {}, gate.gate)),
+                element(
+                  "td",
+                  {},
+                  gate.name === gate.gate ? null : element("strong.called", {}, gate.name),
+                  element("code", {}, gate.gate),
+                ),
                 element("td", {}, name(gate.policy)),
-                element("td.number", {}, found(gate)),
-                element("td.faint.why", {}, gate.why),
+                element(
+                  "td.number",
+                  {},
+                  found(gate),
+                  gate.why ? element("span.faint.why", {}, gate.why) : null,
+                ),
               ),
             ),
           ),
@@ -205,7 +217,8 @@ SafemanipReport.overview = (() => {
     worst(),
     policies(),
     baseline.build(),
-    element("div.pair", {}, [groups.build(), questions()]),
+    // A matrix of many policies needs the whole width.
+    element(run.policies.length > 6 ? "div.stacked" : "div.pair", {}, [groups.build(), questions()]),
   ];
 
   return { build, about };

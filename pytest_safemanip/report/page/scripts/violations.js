@@ -72,7 +72,11 @@ SafemanipReport.violations = (() => {
       "article.explanation",
       {},
       element("h3", {}, property.title),
-      element("p.faint", {}, `${words(property.id)}, ${words(property.category)}, ${property.source}`),
+      element(
+        "p.faint",
+        {},
+        [...new Set([words(property.id), words(property.category), property.source])].join(", "),
+      ),
       element("code.formula", {}, property.formula),
       property.deadline
         ? element("p.faint", {}, `within ${property.deadline} s, discharged by ${property.discharged_by}`)
