@@ -19,12 +19,12 @@ from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.page.encoding import told
-from pytest_safemanip.report.page.severity import ranks, worst
+from pytest_safemanip.report.page.severity import Key, worst
 from pytest_safemanip.report.page.timeline import Judged, timeline
 from pytest_safemanip.report.replay.packing import pack
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.definitions import Definitions
-from pytest_safemanip.run.invocation import Invocation
+from pytest_safemanip.run.invocation import Invocation, relative_path
 from pytest_safemanip.trace import files
 
 Json = dict[str, Any]
@@ -40,23 +40,21 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
     """The details of rollouts, by their number in the summary, the worst first.
 
     Keys of each: those of :func:`~pytest_safemanip.report.page.timeline.timeline`, ``recording``
-    and ``commands`` (by property id), ``ranks``, ``video``, ``replay`` of the worst rollouts, and
-    ``note`` where something is not as it should be; with a note alone where the recording cannot
-    be judged.
+    and ``commands`` (by property id), ``video``, ``replay`` of the worst rollouts, and ``note``
+    where something is not as it should be; instead of a timeline, ``violations`` as the summary
+    has them where the recording cannot be judged.
 
     Args:
         found: the summary.
         folder: of the run.
         definitions: tasks, properties and propositions.
     """
-    ranked = _ranked(found.records)
     replayed = 0
     for number in _wanted(found.records):
         record = found.records[number]
         content: Json = {
-            "recording": record.recording,
+            "recording": str(_told_place(Path(record.recording), folder)),
             "commands": {id_: _command(record, id_) for id_ in record.properties},
-            "ranks": ranked.get(number, {}),
             "video": _video(record, folder),
         }
         try:
@@ -64,6 +62,7 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
             content |= timeline(judged)
         except SafemanipError as error:
             content["note"] = told(f"no timeline: {error}")
+            content["violations"] = told(_as_told(record))
         else:
             content["note"] = told(_differs(record, judged))
             if replayed < MOST_REPLAYS and _is_violated(judged):
@@ -72,25 +71,54 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
         yield number, content
 
 
-def worst_of_each(found: dict[str, Json], number: int, content: Json) -> None:
-    """Take the details of one more rollout into the worst violation of each property.
+def excesses(number: int, content: Json) -> dict[Key, float]:
+    """Forces over their limits in the details of a rollout."""
+    return {
+        (number, prop["id"], finding["place"]): finding["excess"]
+        for prop in content.get("properties", ())
+        for instance in prop["instances"]
+        for finding in instance["findings"]
+        if finding["excess"] is not None
+    }
 
-    Args:
-        found: the worst so far, by property id; ``rollout`` is the number of the rollout.
-        number: of the rollout.
-        content: its details.
+
+def worst_of_each(
+    records: Sequence[RolloutRecord], ranked: Mapping[Key, int], excess: Mapping[Key, float]
+) -> Json:
+    """The worst violation of each property, by its id: what the summary says, ``rollout`` (its
+    number), ``place``, ``rank`` and ``excess``.
     """
-    for prop in content.get("properties", ()):
-        ranked = content["ranks"].get(prop["id"], [])
-        for instance in prop["instances"]:
-            for finding in instance["findings"]:
-                # Of what this version alone finds there is no rank.
-                rank = ranked[finding["place"]] if finding["place"] < len(ranked) else None
-                known = found.get(prop["id"])
-                if rank is not None and (known is None or rank < known["rank"]):
-                    kept = ("place", "first", "duration_s", "entities", "reason", "evidence")
-                    about = {name: finding[name] for name in kept}
-                    found[prop["id"]] = {"rollout": number, "rank": rank, **about}
+    found: Json = {}
+    for key, rank in ranked.items():
+        number, id_, place = key
+        if id_ not in found or rank < found[id_]["rank"]:
+            told_of = _told_violation(records[number].properties[id_].violations[place])
+            about = {"rollout": number, "place": place, "rank": rank, "excess": excess.get(key)}
+            found[id_] = {**about, **told_of}
+    return found
+
+
+def _as_told(record: RolloutRecord) -> list[Json]:
+    """The violations of a rollout, as the summary has them."""
+    return [
+        {"property": id_, **_told_violation(violation)}
+        for id_, verdict in record.properties.items()
+        for violation in verdict.violations
+    ]
+
+
+def _told_violation(violation: Mapping[str, Any]) -> Json:
+    kept = ("first", "duration_s", "entities", "reason")
+    about = {name: violation[name] for name in kept}
+    return {**about, "evidence": list(violation.get("evidence", ()))}
+
+
+def _told_place(recording: Path, folder: Path) -> Path:
+    """The path of a recording in a command: as from here, or as from where the run's folder is."""
+    shown = relative_path(recording, Path.cwd())
+    if not shown.is_absolute() or not recording.is_relative_to(folder.resolve()):
+        return shown
+    return folder.resolve().name / recording.relative_to(folder.resolve())
 
 
 def _wanted(records: Sequence[RolloutRecord]) -> list[int]:
@@ -104,14 +132,6 @@ def _wanted(records: Sequence[RolloutRecord]) -> list[int]:
 
 def _outcomes(record: RolloutRecord) -> set[str]:
     return {verdict.outcome for verdict in record.properties.values()}
-
-
-def _ranked(records: Sequence[RolloutRecord]) -> dict[int, dict[str, list[int]]]:
-    """Ranks of the violations of each rollout, by property id."""
-    found: dict[int, dict[str, list[int]]] = {}
-    for (number, id_, _), rank in sorted(ranks(list(records)).items()):
-        found.setdefault(number, {}).setdefault(id_, []).append(rank)
-    return found
 
 
 def _video(record: RolloutRecord, folder: Path) -> str:

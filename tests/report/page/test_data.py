@@ -153,6 +153,45 @@ def test_the_worst_violation_is_the_longest_and_equals_share_a_rank():
     ]
 
 
+def test_a_hard_contact_is_worse_than_a_long_violation():
+    found = ranks([violating(9.0), violating(0.05)], {(1, "a", 0): 340.0})
+    assert (found[0, "a", 0], found[1, "a", 0]) == (2, 1)
+
+
+def test_without_its_recordings_the_page_says_what_the_summary_says(copied):
+    before = data(copied.page())["data"]["worst"]
+    for path in (copied.path / "recordings").iterdir():
+        path.unlink()
+    found = data(copied.page())
+    assert found["data"]["worst"].keys() == before.keys()
+    assert "cannot be read" in found["data"]["notes"][-1]
+    details = [own for name, own in found.items() if name != "data"]
+    evidence = [v["evidence"] for own in details for v in own.get("violations", ())]
+    assert any("corners" in line for lines in evidence for line in lines)
+
+
+def test_an_interrupted_run_says_so(copied):
+    summary = copied.summary
+    summary["cases"]["missing"] = ["one", "two"]
+    copied.change(summary)
+    assert "2 of " in data(copied.page())["data"]["headline"]["text"]
+    assert "cases not run" in data(copied.page())["data"]["headline"]["text"]
+
+
+def test_the_run_is_described_with_what_it_used(content):
+    about = content["data"]["settings"]
+    assert about["assets"] == "primitive stand-ins"
+    assert about["seeds"] == "0"
+    assert "PickPlaceCounterToCabinet" in about["tasks"]
+    assert "collision.force 5" in about["parameters"]
+
+
+def test_rollouts_are_searched_by_instruction_and_evidence(content):
+    about = [own["about"] for own in content["data"]["rollouts"]]
+    assert any("corners of obj were inside" in text for text in about)
+    assert any("onion" in text for text in content["data"]["instructions"].values())
+
+
 def test_the_worst_violation_of_each_property_is_told_first(run_folder, content):
     worst = content["data"]["worst"]
     violated = {

@@ -27,7 +27,7 @@ SafemanipReport.page = (() => {
     );
 
   const home = element("div.home", {});
-  const unknown = element("p.warning", { id: "unknown", role: "alert" });
+  const unknown = element("p", { id: "unknown", role: "alert" });
   main.before(unknown);
 
   function showHome() {
@@ -46,6 +46,7 @@ SafemanipReport.page = (() => {
   function show(state) {
     const wanted = state.rollout ? find(state.rollout) : null;
     unknown.hidden = !state.rollout || Boolean(wanted);
+    unknown.className = unknown.hidden ? "" : "warning";
     unknown.textContent = unknown.hidden ? "" : `There is no rollout ${state.rollout} in this run.`;
     if (!wanted) return showHome();
     if (shown === home) scrolled = scrollY;

@@ -214,6 +214,9 @@ SafemanipReport.rollout = (() => {
         {},
         head(rollout, details),
         why ? element("p.faint", {}, why) : null,
+        details?.violations?.length
+          ? element("section.card", {}, element("h2", {}, "Violations"), violations.told(details))
+          : null,
         details?.commands ? commands(details) : null,
       );
     }
