@@ -154,8 +154,8 @@ def test_the_worst_violation_is_the_longest_and_equals_share_a_rank():
 
 
 def test_a_hard_contact_is_worse_than_a_long_violation():
-    found = ranks([violating(9.0), violating(0.05)], {(1, "a", 0): 340.0})
-    assert (found[0, "a", 0], found[1, "a", 0]) == (2, 1)
+    found = ranks([violating(9.0), violating(0.05)], {(1, "grasp_stability", 0): 340.0})
+    assert [found[n, "grasp_stability", 0] for n in (0, 1)] == [2, 1]
 
 
 def test_without_its_recordings_the_page_says_what_the_summary_says(copied):
