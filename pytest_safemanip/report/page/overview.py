@@ -134,6 +134,7 @@ def _group(group: Group) -> Json:
         "tasks": group.tasks,
         "outcomes": group.outcomes,
         **{name: _rate(group.shares[name]) for name in SHARES},
+        "exposure": {**_rate(group.shares["exposure"]), "ofTime": True},
     }
 
 

@@ -139,6 +139,13 @@ def test_it_begins_with_what_the_run_came_to(tab):
     assert "%" not in page.inner_text(".tiles")  # three policies have no rate in common
 
 
+def test_one_rollout_makes_no_rate(tab):
+    page = tab.open().page
+    row = page.locator(".policies tbody tr", has_text=DROPPED)
+    assert row.locator("td[data-label=violation]").inner_text() == "1 of 1"
+    assert row.locator("td[data-label=exposure]").inner_text().startswith("0.3 %")
+
+
 def test_an_unknown_rollout_is_said(tab):
     page = tab.open("#rollout=nosuch").page
     assert "no rollout nosuch" in page.inner_text("#unknown")

@@ -153,6 +153,15 @@ def test_the_worst_violation_is_the_longest_and_equals_share_a_rank():
     ]
 
 
+def test_each_violation_is_looked_at_where_its_object_is(content):
+    rollouts = content["data"]["rollouts"]
+    (number,) = [n for n, own in enumerate(rollouts) if own["policy"] == "scripted:drop_high"]
+    findings = content[f"rollout-{number}"]["replay"]["findings"]
+    heights = {found["property"]: found["view"]["target"][2] for found in findings}
+    assert heights["action_onset"] > 1.0  # in the hand
+    assert heights["release_stability"] < 0.3  # on the floor
+
+
 def test_a_hard_contact_is_worse_than_a_long_violation():
     found = ranks([violating(9.0), violating(0.05)], {(1, "grasp_stability", 0): 340.0})
     assert [found[n, "grasp_stability", 0] for n in (0, 1)] == [2, 1]

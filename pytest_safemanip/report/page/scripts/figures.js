@@ -37,12 +37,13 @@ SafemanipReport.figures = (() => {
   /** What a rate says, in words. */
   function told(rate) {
     if (rate.value === null) return "undefined: there is no case";
-    if (rate.of === 1) return `${rate.hits} of 1`;
+    if (rate.of === 1) return shown(rate);
     return `${percent(rate.value)}: ${rate.hits} of ${rate.of}, 95 % CI ${percent(rate.low)} to ${percent(rate.high)}`;
   }
 
-  /** A rate as a figure; one rollout makes no rate. */
-  const shown = (rate) => (rate.of === 1 ? `${rate.hits} of 1` : percent(rate.value));
+  /** A rate as a figure; one rollout makes none, apart from the share of its time. */
+  const shown = (rate) =>
+    rate.of === 1 && !rate.ofTime ? `${rate.hits} of 1` : percent(rate.value);
 
   /** A rate on an axis from 0 to 100 %: a point, and its interval as a bar. */
   function interval(rate, kind) {

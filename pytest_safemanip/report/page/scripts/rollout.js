@@ -183,6 +183,7 @@ SafemanipReport.rollout = (() => {
       },
       seek: (step) => scene?.seek(step),
       highlight: (names) => scene?.highlight(names.length ? names : null),
+      look: (property, first) => scene?.look(property, first),
       dispose: () => scene?.dispose(),
     };
   }
@@ -248,6 +249,7 @@ SafemanipReport.rollout = (() => {
       line.show(groupsOf(details, violation.property, violation.instance), violation);
       line.seek(step);
       scene.highlight(violation.entities);
+      scene.look(violation.property.id, violation.first);
       explained.replaceChildren(violations.explanation(violation, details));
       proved.replaceChildren(violations.again(violation, details));
       mark(`[data-violation="${CSS.escape(violation.id)}"]`);
