@@ -16,6 +16,7 @@ from pathlib import Path
 from pytest_safemanip.errors import printable
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
 from pytest_safemanip.metrics.groups import measure_each
+from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.records import by_policy
 from pytest_safemanip.report.ci.reading import Row, Run, Violation, read_run, worst
 from pytest_safemanip.report.headline import headline
@@ -95,8 +96,7 @@ def _policies(run: Run) -> str:
                 policy + (f" ({NOT_COMPARABLE})" if policy in elsewhere else ""),
                 str(total.complete),
                 fraction(shares["success_rate"]),
-                f"{fraction(shares['violation_rate'])} = {share(shares['violation_rate'])}",
-                spread(shares["violation_rate"].interval()),
+                *_violated(shares["violation_rate"]),
                 fraction(shares["unsafe_share_of_successes"]),
             )
             if total.complete
@@ -104,6 +104,13 @@ def _policies(run: Run) -> str:
         )
     heads = ("policy", "rollouts", "successful", "violated", "95 % CI", "unsafe successes")
     return _table(heads, rows)
+
+
+def _violated(rate: Rate) -> tuple[str, str]:
+    """How many are violated, and the interval of their share; one rollout makes no rate."""
+    if rate.total == 1:
+        return fraction(rate), "-"
+    return f"{fraction(rate)} = {share(rate)}", spread(rate.interval())
 
 
 def _violation(

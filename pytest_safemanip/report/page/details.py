@@ -19,7 +19,7 @@ from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.page.encoding import told
-from pytest_safemanip.report.page.severity import Key, worst
+from pytest_safemanip.report.page.severity import Key, Measured, worst
 from pytest_safemanip.report.page.timeline import Judged, timeline
 from pytest_safemanip.report.replay.packing import pack
 from pytest_safemanip.run.cases import Case
@@ -71,30 +71,34 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
         yield number, content
 
 
-def excesses(number: int, content: Json) -> dict[Key, float]:
-    """Forces over their limits in the details of a rollout."""
+def measured_in(number: int, content: Json) -> dict[Key, Measured]:
+    """What was measured in the violations of a rollout, of its details."""
     return {
-        (number, prop["id"], finding["place"]): finding["excess"]
+        (number, prop["id"], finding["place"]): Measured(
+            finding["excess"], next(iter(finding["evidence"]), "")
+        )
         for prop in content.get("properties", ())
         for instance in prop["instances"]
         for finding in instance["findings"]
-        if finding["excess"] is not None
     }
 
 
 def worst_of_each(
-    records: Sequence[RolloutRecord], ranked: Mapping[Key, int], excess: Mapping[Key, float]
+    records: Sequence[RolloutRecord], ranked: Mapping[Key, int], measured: Mapping[Key, Measured]
 ) -> Json:
     """The worst violation of each property, by its id: what the summary says, ``rollout`` (its
-    number), ``place``, ``rank`` and ``excess``.
+    number), ``place``, ``rank``, ``excess``, and the first line of the ``evidence``.
     """
     found: Json = {}
     for key, rank in ranked.items():
         number, id_, place = key
         if id_ not in found or rank < found[id_]["rank"]:
+            known = measured.get(key, Measured(None, ""))
             told_of = _told_violation(records[number].properties[id_].violations[place])
-            about = {"rollout": number, "place": place, "rank": rank, "excess": excess.get(key)}
-            found[id_] = {**about, **told_of}
+            # A summary has the evidence of the first violation of a case only.
+            lines = [known.evidence] if known.evidence else told_of["evidence"][:1]
+            about = {"rollout": number, "place": place, "rank": rank, "excess": known.excess}
+            found[id_] = {**told_of, **about, "evidence": lines}
     return found
 
 

@@ -3,10 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 from pytest_safemanip.metrics.records import RolloutRecord
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was measured in a violation.
+
+    Attributes:
+        excess: the force over its limit; None if no contact was beyond one.
+        evidence: the first line of it.
+    """
+
+    excess: float | None
+    evidence: str
+
 
 NONE: Mapping[Any, float] = MappingProxyType({})
 

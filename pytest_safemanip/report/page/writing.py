@@ -20,11 +20,11 @@ from pytest_safemanip.metrics.release_gate import Ruling
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.headline import headline
 from pytest_safemanip.report.numbers import counted
-from pytest_safemanip.report.page.details import details, excesses, worst_of_each
+from pytest_safemanip.report.page.details import details, measured_in, worst_of_each
 from pytest_safemanip.report.page.encoding import script_json, told
 from pytest_safemanip.report.page.overview import overview
 from pytest_safemanip.report.page.release import read_release
-from pytest_safemanip.report.page.severity import Key, ranks
+from pytest_safemanip.report.page.severity import Key, Measured, ranks
 from pytest_safemanip.report.replay import standalone
 from pytest_safemanip.report.replay.standalone import browser_file
 from pytest_safemanip.run.definitions import Definitions, load_definitions
@@ -101,11 +101,11 @@ def write_page(
     within: list[dict[str, Any]] = []
     room = WITHIN
     places: dict[int, str] = {}
-    excess: dict[Key, float] = {}
+    measured: dict[Key, Measured] = {}
     instructions: dict[int, str] = {}
     unreadable = 0
     for number, content in details(found, folder, defined):
-        excess |= excesses(number, content)
+        measured |= measured_in(number, content)
         instructions[number] = content.get("instruction", "")
         unreadable += "violations" in content
         text = script_json(content)
@@ -116,12 +116,13 @@ def write_page(
         else:
             places[number] = f"{BESIDE}/{beside.write(number, text)}"
     beside.clear()
+    excess = {key: own.excess for key, own in measured.items() if own.excess is not None}
     ranked = ranks(found.records, excess)
     data = {
         **about,
         **overview(found, excess),
         "details": places,
-        "worst": told(worst_of_each(found.records, ranked, excess)),
+        "worst": told(worst_of_each(found.records, ranked, measured)),
         "ranks": _by_rollout(ranked),
         "instructions": instructions,
     }

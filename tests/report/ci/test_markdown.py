@@ -38,6 +38,10 @@ def test_gates_policies_and_violations_are_there(make_run):
     assert "safemanip show out/recordings/T-p-seed1.rollout" in text
 
 
+def test_one_rollout_makes_no_rate(make_run):
+    assert "| p | 1 | 1 of 1 | 1 of 1 | - | 1 of 1 |" in markdown(make_run([violated()]))
+
+
 def test_propositions_stand_as_lanes_with_a_mark_below_the_unsafe_step(make_run):
     lines = markdown(make_run([violated()])).splitlines()
     at = lines.index("a  ······██")
