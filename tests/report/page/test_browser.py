@@ -153,6 +153,15 @@ def test_an_unknown_rollout_is_said(tab):
     expect(page.locator("#unknown")).to_be_hidden()
 
 
+def test_steps_are_those_of_the_table_with_the_settling_apart(tab, run_folder):
+    page = tab.open(f"#rollout={KEY}").page
+    page.wait_for_selector(".timeline")
+    acting = run_folder.rollout(FAULT)["acting_steps"]
+    told = page.inner_text(".summary")
+    assert f"{acting} steps" in told
+    assert "to settle" in told
+
+
 def test_a_search_without_a_hit_says_so(tab):
     page = tab.open("#q=nosuchword").page
     assert page.inner_text("#rollouts tbody").strip() == "No rollout matches."
