@@ -15,7 +15,10 @@ from pytest_safemanip.metrics.summaries import read
 from pytest_safemanip.report.page import details, writing
 from pytest_safemanip.report.page.encoding import changes, packed, runs, script_json
 from pytest_safemanip.report.page.severity import ranks
+from pytest_safemanip.report.page.signals import Limit, Signal
+from pytest_safemanip.report.page.timeline import excess
 from pytest_safemanip.run.definitions import load_definitions
+from tests.report.conftest import finding
 
 FAULT = "scripted:half_inside"
 
@@ -151,6 +154,14 @@ def test_the_worst_violation_is_the_longest_and_equals_share_a_rank():
         2,
         4,
     ]
+
+
+@pytest.mark.parametrize(
+    ("limit", "times"), [("bad_contact.force", 12.0), ("obj_grasped.force", None)]
+)
+def test_only_a_force_that_contacts_stay_below_makes_a_violation_worse(limit, times):
+    hand = Signal("hand", "N", np.array([0.0, 6.0, 24.0]), (Limit(2.0, limit),))
+    assert excess(finding(first=1, last=2), [hand]) == times
 
 
 def test_each_violation_is_looked_at_where_its_object_is(content):
