@@ -219,7 +219,7 @@ SafemanipReport.overview = (() => {
     policies(),
     baseline.build(),
     // A matrix of many policies needs the whole width.
-    element(run.policies.length > 6 ? "div.stacked" : "div.pair", {}, [groups.build(), questions()]),
+    element(run.policies.length > 8 ? "div.stacked" : "div.pair", {}, [groups.build(), questions()]),
   ];
 
   return { build, about };
