@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -53,7 +54,7 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
     for number in _wanted(found.records):
         record = found.records[number]
         content: Json = {
-            "recording": str(_told_place(Path(record.recording), folder)),
+            "recording": str(_told_place(Path(os.path.normpath(record.recording)), folder)),
             "commands": {id_: _command(record, id_) for id_ in record.properties},
             "video": _video(record, folder),
         }

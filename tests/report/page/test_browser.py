@@ -198,6 +198,22 @@ def test_a_violation_is_seen_beside_the_cursor_wherever_it_is(tab):
     assert block["x"] + block["width"] <= lane["x"] + lane["width"] + 1
 
 
+def test_many_violations_are_shown_whole_and_the_rest_on_demand(browser, copied):
+    tab = Tab(browser, writing.write_page(copied.path))
+    page = tab.open(f"#rollout={TASK}/0/{DROPPED}").page
+    page.wait_for_selector(".timeline")
+    page.evaluate(
+        "const all = document.querySelector('.violations');"
+        "while (all.children.length < 7) all.append(all.lastChild.cloneNode(true));"
+        "for (const own of all.children) own.classList.remove('chosen')"
+    )
+    cards = page.locator(".card-violation")
+    assert sum(card.is_visible() for card in cards.all()) == 4
+    box, last = page.locator(".violations").bounding_box(), cards.nth(3).bounding_box()
+    assert last["y"] + last["height"] <= box["y"] + box["height"] + 1
+    tab.context.close()
+
+
 def test_a_flip_leads_to_what_regressed(tab):
     page = tab.open().page
     page.click(f".flips a:has-text('{DROPPED}'):has-text('release stability')")
