@@ -16,9 +16,11 @@ from pathlib import Path
 from pytest_safemanip.errors import printable
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
 from pytest_safemanip.metrics.groups import measure_each
+from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.records import by_policy
 from pytest_safemanip.report.ci.reading import Row, Run, Violation, read_run, worst
-from pytest_safemanip.report.numbers import counted, fraction, share, spread
+from pytest_safemanip.report.headline import headline
+from pytest_safemanip.report.numbers import fraction, share, spread
 from pytest_safemanip.report.pictures import picture_of
 from pytest_safemanip.report.timeline import timeline_lines
 from pytest_safemanip.report.whole import write_whole
@@ -52,7 +54,8 @@ def markdown(run: Run, beside: Path | None = None) -> str:
         run: the run.
         beside: the folder of the text, which pictures are shown from; None where none can be.
     """
-    parts = [f"## Safety: {escaped(_headline(run))}"]
+    found = headline(run.summary, run.summary.release)
+    parts = [f"## Safety: {escaped(f'{found.verdict}: {found.text}')}"]
     if run.gates:
         parts.append(_table(("gate", "policy", "verdict", "found"), map(_gate_cells, run.gates)))
     if run.refused:
@@ -77,20 +80,6 @@ def code_block(lines: Iterable[str]) -> str:
     return "\n".join(["```text", *body, "```"])
 
 
-def _headline(run: Run) -> str:
-    records = run.summary.records
-    violated = sum(
-        any(verdict.outcome == "VIOLATED" for verdict in record.properties.values())
-        for record in records
-    )
-    counts = f"{violated} of {counted(len(records), 'rollout')} violated"
-    if not run.gates:
-        return counts
-    failed = sum(row.fails for row in run.gates)
-    gates = counted(len(run.gates), "gate")
-    return f"{f'{failed} of {gates} failed' if failed else f'{gates} passed'}, {counts}"
-
-
 def _gate_cells(row: Row) -> tuple[str, ...]:
     return row.name, row.policy, row.verdict, row.found
 
@@ -108,8 +97,7 @@ def _policies(run: Run) -> str:
                 policy + (f" ({NOT_COMPARABLE})" if policy in elsewhere else ""),
                 str(total.complete),
                 fraction(shares["success_rate"]),
-                f"{fraction(shares['violation_rate'])} = {share(shares['violation_rate'])}",
-                spread(shares["violation_rate"].interval()),
+                *_violated(shares["violation_rate"]),
                 fraction(shares["unsafe_share_of_successes"]),
             )
             if total.complete
@@ -117,6 +105,13 @@ def _policies(run: Run) -> str:
         )
     heads = ("policy", "rollouts", "successful", "violated", "95 % CI", "unsafe successes")
     return _table(heads, rows)
+
+
+def _violated(rate: Rate) -> tuple[str, str]:
+    """How many are violated, and the interval of their share; one rollout makes no rate."""
+    if rate.total == 1:
+        return fraction(rate), "-"
+    return f"{fraction(rate)} = {share(rate)}", spread(rate.interval())
 
 
 def _violation(

@@ -13,13 +13,12 @@ from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.metrics.release_gate import OPEN
 from pytest_safemanip.metrics.summaries import Summary, read
+from pytest_safemanip.report.headline import GOOD
 from pytest_safemanip.report.numbers import percent
 from pytest_safemanip.run.cases import Case
 
 MOST = 1e6
 """Sanity bound on an end of an interval."""
-GOOD = ("PASS", "HELD", "IMPROVED")
-"""Verdicts of gates and comparisons that fail nothing."""
 
 
 @dataclass(frozen=True)

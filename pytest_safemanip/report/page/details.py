@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,12 +20,12 @@ from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.page.encoding import told
-from pytest_safemanip.report.page.severity import ranks, worst
+from pytest_safemanip.report.page.severity import Key, Measured, worst
 from pytest_safemanip.report.page.timeline import Judged, timeline
 from pytest_safemanip.report.replay.packing import pack
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.definitions import Definitions
-from pytest_safemanip.run.invocation import Invocation
+from pytest_safemanip.run.invocation import Invocation, relative_path
 from pytest_safemanip.trace import files
 
 Json = dict[str, Any]
@@ -42,23 +43,21 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
     """The details of rollouts, by their number in the summary, the worst first.
 
     Keys of each: those of :func:`~pytest_safemanip.report.page.timeline.timeline`, ``recording``
-    and ``commands`` (by property id), ``ranks``, ``video``, ``replay`` of the worst rollouts, and
-    ``note`` where something is not as it should be; with a note alone where the recording cannot
-    be judged.
+    and ``commands`` (by property id), ``video``, ``replay`` of the worst rollouts, and ``note``
+    where something is not as it should be; instead of a timeline, ``violations`` as the summary
+    has them where the recording cannot be judged.
 
     Args:
         found: the summary.
         folder: of the run.
         definitions: tasks, properties and propositions.
     """
-    ranked = _ranked(found.records)
     replayed = 0
     for number in _wanted(found.records):
         record = found.records[number]
         content: Json = {
-            "recording": record.recording,
+            "recording": str(_told_place(Path(os.path.normpath(record.recording)), folder)),
             "commands": {id_: _command(record, id_) for id_ in record.properties},
-            "ranks": ranked.get(number, {}),
             "video": _video(record, folder),
         }
         try:
@@ -66,6 +65,7 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
             content |= timeline(judged)
         except SafemanipError as error:
             content["note"] = told(f"no timeline: {error}")
+            content["violations"] = told(_as_told(record))
         else:
             content["note"] = told(_differs(record, judged))
             if replayed < MOST_REPLAYS and _is_violated(judged):
@@ -74,25 +74,58 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
         yield number, content
 
 
-def worst_of_each(found: dict[str, Json], number: int, content: Json) -> None:
-    """Take the details of one more rollout into the worst violation of each property.
+def measured_in(number: int, content: Json) -> dict[Key, Measured]:
+    """What was measured in the violations of a rollout, of its details."""
+    return {
+        (number, prop["id"], finding["place"]): Measured(
+            finding["excess"], next(iter(finding["evidence"]), "")
+        )
+        for prop in content.get("properties", ())
+        for instance in prop["instances"]
+        for finding in instance["findings"]
+    }
 
-    Args:
-        found: the worst so far, by property id; ``rollout`` is the number of the rollout.
-        number: of the rollout.
-        content: its details.
+
+def worst_of_each(
+    records: Sequence[RolloutRecord], ranked: Mapping[Key, int], measured: Mapping[Key, Measured]
+) -> Json:
+    """The worst violation of each property, by its id: what the summary says, ``rollout`` (its
+    number), ``place``, ``rank``, ``excess``, and the first line of the ``evidence``.
     """
-    for prop in content.get("properties", ()):
-        ranked = content["ranks"].get(prop["id"], [])
-        for instance in prop["instances"]:
-            for finding in instance["findings"]:
-                # Of what this version alone finds there is no rank.
-                rank = ranked[finding["place"]] if finding["place"] < len(ranked) else None
-                known = found.get(prop["id"])
-                if rank is not None and (known is None or rank < known["rank"]):
-                    kept = ("place", "first", "duration_s", "entities", "reason", "evidence")
-                    about = {name: finding[name] for name in kept}
-                    found[prop["id"]] = {"rollout": number, "rank": rank, **about}
+    found: Json = {}
+    for key, rank in ranked.items():
+        number, id_, place = key
+        if id_ not in found or rank < found[id_]["rank"]:
+            known = measured.get(key, Measured(None, ""))
+            told_of = _told_violation(records[number].properties[id_].violations[place])
+            # A summary has the evidence of the first violation of a case only.
+            lines = [known.evidence] if known.evidence else told_of["evidence"][:1]
+            about = {"rollout": number, "place": place, "rank": rank, "excess": known.excess}
+            found[id_] = {**told_of, **about, "evidence": lines}
+    return found
+
+
+def _as_told(record: RolloutRecord) -> list[Json]:
+    """The violations of a rollout, as the summary has them."""
+    return [
+        {"property": id_, **_told_violation(violation)}
+        for id_, verdict in record.properties.items()
+        for violation in verdict.violations
+    ]
+
+
+def _told_violation(violation: Mapping[str, Any]) -> Json:
+    kept = ("first", "duration_s", "entities", "reason")
+    about = {name: violation[name] for name in kept}
+    return {**about, "evidence": list(violation.get("evidence", ()))}
+
+
+def _told_place(recording: Path, folder: Path) -> Path:
+    """The path of a recording in a command: as from here, or as from where the run's folder is."""
+    shown = relative_path(recording, Path.cwd())
+    if not shown.is_absolute() or not recording.is_relative_to(folder.resolve()):
+        return shown
+    return folder.resolve().name / recording.relative_to(folder.resolve())
 
 
 def _wanted(records: Sequence[RolloutRecord]) -> list[int]:
@@ -106,14 +139,6 @@ def _wanted(records: Sequence[RolloutRecord]) -> list[int]:
 
 def _outcomes(record: RolloutRecord) -> set[str]:
     return {verdict.outcome for verdict in record.properties.values()}
-
-
-def _ranked(records: Sequence[RolloutRecord]) -> dict[int, dict[str, list[int]]]:
-    """Ranks of the violations of each rollout, by property id."""
-    found: dict[int, dict[str, list[int]]] = {}
-    for (number, id_, _), rank in sorted(ranks(list(records)).items()):
-        found.setdefault(number, {}).setdefault(id_, []).append(rank)
-    return found
 
 
 def _video(record: RolloutRecord, folder: Path) -> str:

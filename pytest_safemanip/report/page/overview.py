@@ -12,7 +12,7 @@ from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_p
 from pytest_safemanip.metrics.release_gate import PARTIAL
 from pytest_safemanip.metrics.shards import missing_line
 from pytest_safemanip.metrics.summaries import Summary
-from pytest_safemanip.report.page.severity import worst
+from pytest_safemanip.report.page.severity import Key, Severity, worst
 
 Json = dict[str, Any]
 SHARES = (
@@ -28,14 +28,20 @@ CROSSED = ("suite", "horizon")
 GROUPS = ("properties", "categories", "tasks", "suites", "horizons")
 LETTERS = {"VIOLATED": "V", "UNRESOLVED": "U", "SATISFIED": "S", "VACUOUS": "N"}
 """One for each outcome of a property: a run has tens of thousands."""
+MAX_ABOUT = 2_000
+"""Characters of what is measured in the violations of a rollout, to be searched."""
 ABSENT, UNJUDGED = "-", "E"
 
 
-def overview(found: Summary) -> Json:
+def overview(found: Summary, excess: Mapping[Key, float]) -> Json:
     """Metrics of each policy, and a row for each rollout.
 
     Keys: ``notes``, ``policies`` (``name``, ``total``, ``groups``, ``crosses``), ``properties``
     (id and category), ``rollouts``; see :func:`rollout_row`.
+
+    Args:
+        found: the run.
+        excess: what is known of forces over their limits.
     """
     metrics = measure_each(found.records)
     properties = _properties(found.records)
@@ -45,18 +51,23 @@ def overview(found: Summary) -> Json:
             _policy(name, metrics[name], own) for name, own in by_policy(found.records).items()
         ],
         "properties": [{"id": id_, "category": own} for id_, own in properties.items()],
-        "rollouts": [rollout_row(record, list(properties)) for record in found.records],
+        "rollouts": [
+            rollout_row(record, list(properties), worst(record, number, excess))
+            for number, record in enumerate(found.records)
+        ],
     }
 
 
-def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
+def rollout_row(record: RolloutRecord, properties: Sequence[str], bad: Severity) -> Json:
     """A row of the table.
 
     Keys: ``policy``, ``task``, ``seed``, ``suite``, ``horizon``, ``success`` (None if it is not
     complete), ``steps`` (acting), ``error``, ``outcomes`` (a letter for each property, see
-    :data:`LETTERS`), ``violations`` (number), ``worst`` (severity).
+    :data:`LETTERS`), ``violations`` (number), ``worst`` (severity), ``about`` (what to search in).
     """
-    seconds, entities = worst(record)
+    excess, seconds, entities = bad
+    violations = [v for p in record.properties.values() for v in p.violations]
+    about = dict.fromkeys(t for v in violations for t in (*v["entities"], *v.get("evidence", ())))
     return {
         "policy": record.policy,
         "task": record.task,
@@ -67,8 +78,9 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
         "steps": record.acting_steps,
         "error": "" if record.complete else record.reason,
         "outcomes": "".join(_letter(record, id_) for id_ in properties),
-        "violations": sum(len(v.violations) for v in record.properties.values()),
-        "worst": [round(seconds, 3), entities],
+        "violations": len(violations),
+        "worst": [excess, round(seconds, 3), entities],
+        "about": " ".join(about)[:MAX_ABOUT],
     }
 
 
@@ -122,6 +134,7 @@ def _group(group: Group) -> Json:
         "tasks": group.tasks,
         "outcomes": group.outcomes,
         **{name: _rate(group.shares[name]) for name in SHARES},
+        "exposure": {**_rate(group.shares["exposure"]), "ofTime": True},
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +19,8 @@ from pytest_safemanip.trace.recording import Recording
 Json = dict[str, Any]
 MAX_SIGNALS = 16
 """Of a rollout: those behind its first violations."""
+MOST = ("collision.force", "bad_contact.force", "bad_contact.limit")
+"""Limits that a contact should stay below; others are forces that a grasp or a touch needs."""
 MAX_PROOF = 8_000
 """Characters of the text that proves a violation."""
 
@@ -108,6 +110,9 @@ def _instances(judged: Judged, prop: Property, dfa: Dfa) -> list[Json]:
     found = judged.verdicts[prop.id].findings
     if not judged.verdicts[prop.id].triggered and not found:
         return []
+    behind = {
+        row: signals_of(view, prop.calls(row)) for row in {finding.entities for finding in found}
+    }
     calls = [prop.calls(row) for row in rows]
     values = np.stack([np.stack([view(*call) for call in own], axis=1) for own in calls], axis=1)
     monitor = prop.monitor(rows, dt=recording.trace.dt, profile=judged.profile)
@@ -125,7 +130,9 @@ def _instances(judged: Judged, prop: Property, dfa: Dfa) -> list[Json]:
             "pending": runs(_pending(dfa, verdicts[n])),
             "unsafe": runs(verdicts[n].unsafe),
             "findings": [
-                _finding(f, place) for place, f in enumerate(found) if f.entities == rows[n]
+                _finding(f, place, excess(f, behind[f.entities]))
+                for place, f in enumerate(found)
+                if f.entities == rows[n]
             ],
         }
         for n in shown
@@ -138,10 +145,27 @@ def _pending(dfa: Dfa, verdict: InstanceVerdict) -> np.ndarray[Any, np.dtype[np.
     return ~idle[verdict.states] & ~verdict.unsafe
 
 
-def _finding(finding: Finding, place: int) -> Json:
+def excess(finding: Finding, signals: Sequence[Signal]) -> float | None:
+    """The hardest contact of a violation over the highest limit that it is beyond; None if it is
+    beyond none.
+
+    Args:
+        finding: the violation.
+        signals: behind its property.
+    """
+    found = []
+    for signal in signals:
+        hardest = float(np.nanmax(signal.values[finding.first : finding.last + 1], initial=0.0))
+        beyond = [own.value for own in signal.limits if own.name in MOST and own.value < hardest]
+        found += [hardest / max(beyond)] if beyond else []
+    return round(max(found), 2) if found else None
+
+
+def _finding(finding: Finding, place: int, beyond: float | None) -> Json:
     """A violation; ``place`` is its number among those of its property."""
     return {
         "place": place,
+        "excess": beyond,
         "first": finding.first,
         "last": finding.last,
         "duration_s": finding.duration_s,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -16,10 +16,14 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics import summaries
 from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.release_gate import Ruling
-from pytest_safemanip.report.page.details import details, worst_of_each
+from pytest_safemanip.metrics.summaries import Summary
+from pytest_safemanip.report.headline import headline
+from pytest_safemanip.report.numbers import counted
+from pytest_safemanip.report.page.details import details, measured_in, worst_of_each
 from pytest_safemanip.report.page.encoding import script_json, told
 from pytest_safemanip.report.page.overview import overview
 from pytest_safemanip.report.page.release import read_release
+from pytest_safemanip.report.page.severity import Key, Measured, ranks
 from pytest_safemanip.report.replay import standalone
 from pytest_safemanip.report.replay.standalone import browser_file
 from pytest_safemanip.report.whole import write_whole
@@ -31,7 +35,19 @@ BESIDE = "report"
 WITHIN = 8_000_000
 """Characters of details that are within the page; those of further rollouts are beside it."""
 _HERE = Path(__file__).parent
-_SETTINGS = ("semantics", "stop", "horizon_scale", "backend", "assets", "shard")
+_SETTINGS = (
+    "semantics",
+    "stop",
+    "horizon_scale",
+    "backend",
+    "scenes",
+    "stepping",
+    "assets",
+    "prompt",
+    "seeds",
+    "recordings",
+    "shard",
+)
 STYLES = (
     "vendor/uplot/uPlot.min.css",
     "styles/page.css",
@@ -79,15 +95,19 @@ def write_page(
         OSError: if the folder cannot be written.
     """
     found = summaries.read(folder)
-    about = _about(folder, ruling)
+    about = _about(folder, found, ruling)
     defined = definitions or load_definitions([], [], [])
     beside = _Beside(folder / BESIDE)
     within: list[dict[str, Any]] = []
     room = WITHIN
     places: dict[int, str] = {}
-    worst: dict[str, dict[str, Any]] = {}
+    measured: dict[Key, Measured] = {}
+    instructions: dict[int, str] = {}
+    unreadable = 0
     for number, content in details(found, folder, defined):
-        worst_of_each(worst, number, content)
+        measured |= measured_in(number, content)
+        instructions[number] = content.get("instruction", "")
+        unreadable += "violations" in content
         text = script_json(content)
         room -= len(text)
         if room >= 0:
@@ -96,11 +116,23 @@ def write_page(
         else:
             places[number] = f"{BESIDE}/{beside.write(number, text)}"
     beside.clear()
-    data = {**about, **overview(found), "details": places, "worst": worst}
+    excess = {key: own.excess for key, own in measured.items() if own.excess is not None}
+    ranked = ranks(found.records, excess)
+    data = {
+        **about,
+        **overview(found, excess),
+        "details": places,
+        "worst": told(worst_of_each(found.records, ranked, measured)),
+        "ranks": _by_rollout(ranked),
+        "instructions": instructions,
+    }
+    if unreadable:
+        gone = counted(unreadable, "recording")
+        data["notes"].append(f"{gone} cannot be read: what the summary says is shown instead")
     return write_whole(folder / NAME, _render(script_json(data), within))
 
 
-def _about(folder: Path, ruling: Ruling | None) -> dict[str, Any]:
+def _about(folder: Path, found: Summary, ruling: Ruling | None) -> dict[str, Any]:
     """What the summary says beside its rollouts, and what was decided.
 
     Raises:
@@ -113,12 +145,18 @@ def _about(folder: Path, ruling: Ruling | None) -> dict[str, Any]:
         raise ConfigError(f"{file}: cannot be read: {error}") from None
     whole = Fields(str(file), document)
     decided = document.get("release") if ruling is None else ruling.to_json()
+    came_to = headline(found, None if decided is None else Fields(f"{file}: release", decided))
     written = datetime.fromtimestamp(file.stat().st_mtime, UTC)
     return {
         "title": folder.resolve().name,
         "written": written.strftime("%Y-%m-%d %H:%M UTC"),
         "versions": whole.facts("versions"),
-        "settings": _settings(whole.section("settings")),
+        "settings": {
+            **_settings(whole.section("settings")),
+            **_judged(found),
+            **_rendered(found),
+        },
+        "headline": {"verdict": came_to.verdict, "text": came_to.text},
         "release": read_release(str(file), decided),
     }
 
@@ -126,7 +164,43 @@ def _about(folder: Path, ruling: Ruling | None) -> dict[str, Any]:
 def _settings(settings: Fields) -> dict[str, str]:
     """The settings that one wants to know."""
     values = {name: settings.values.get(name) for name in _SETTINGS}
-    return {name: told(str(value)) for name, value in values.items() if value is not None}
+    return {name: told(_in_words(value)) for name, value in values.items() if value is not None}
+
+
+def _in_words(value: Any) -> str:
+    """A setting; one of each policy where they differ."""
+    if isinstance(value, dict):
+        same = len({str(own) for own in value.values()}) == 1
+        told_of = [f"{name}: {own}" for name, own in value.items()]
+        return str(next(iter(value.values()))) if same else ", ".join(told_of)
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def _judged(found: Summary) -> dict[str, str]:
+    """The tasks, and the parameters that propositions were judged with."""
+    tasks = dict.fromkeys(record.task for record in found.records)
+    parameters = [
+        f"{name.removeprefix('parameters.')} {value:g}"
+        for name, value in found.decisive.items()
+        if name.startswith("parameters.") and isinstance(value, int | float)
+    ]
+    shown = {"tasks": ", ".join(tasks), "parameters": ", ".join(parameters)}
+    return {name: told(text) for name, text in shown.items() if text}
+
+
+def _rendered(found: Summary) -> dict[str, str]:
+    """The assets that rollouts were run with, whatever was asked for."""
+    used = sorted({str(o["assets"]) for o in found.origins if o.get("assets")})
+    used = [f"{name} stand-ins" if name == "primitive" else name for name in used]
+    return {"assets": told(", ".join(used))} if used else {}
+
+
+def _by_rollout(ranked: Mapping[Key, int]) -> dict[int, dict[str, list[int]]]:
+    """Ranks of the violations of each rollout, by property id."""
+    found: dict[int, dict[str, list[int]]] = {}
+    for (number, id_, _), rank in sorted(ranked.items()):
+        found.setdefault(number, {}).setdefault(id_, []).append(rank)
+    return found
 
 
 class _Beside:

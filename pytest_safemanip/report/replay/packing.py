@@ -38,8 +38,8 @@ def pack(
         0.01 rad, and always the first and last unsafe step of each finding;
         ``solids`` in arrays and ``skins``, meshes, carried by ``tracks``; ``contacts``;
         ``findings`` with the property, the numbers of the guilty entities, first and last unsafe
-        step and what was measured; ``view`` from where to look first. Names have no control
-        characters; they are not escaped for HTML.
+        step, what was measured and the ``view`` of it; ``view`` from where to look first. Names
+        have no control characters; they are not escaped for HTML.
 
     Raises:
         TraceError: if the recording is physically impossible.
@@ -72,7 +72,13 @@ def pack(
         "tracks": pack_tracks(stage.tracks, frames),
         "contacts": pack_touches(recording, names, guilty),
         "verdicts": {id_: verdict.outcome.label for id_, verdict in verdicts.items()},
-        "findings": [_finding(id_, f, recording, names) for id_, f in found],
+        "findings": [
+            {
+                **_finding(id_, f, recording, names),
+                "view": choose_view(recording, boxes, f.first, guilty_entities(f, recording)),
+            }
+            for id_, f in found
+        ],
         "view": choose_view(recording, boxes, begin, guilty),
     }
 

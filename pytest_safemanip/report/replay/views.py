@@ -19,6 +19,8 @@ WORSE = 0.4
 """What is between the camera and what it looks at counts one; a worse direction so much, times how
 much it differs from the best one, rad.
 """
+GUILTY = 3.0
+"""What hides a guilty object counts so much."""
 LEAST_DISTANCE = 1.5
 NEAR = 1.5
 """Things this far from the hand are looked at too, m."""
@@ -30,7 +32,7 @@ def choose_view(
     recording: Recording, stage: Stage, step: int, guilty: Collection[str]
 ) -> dict[str, list[float]]:
     """Where the camera is (``eye``) and what it looks at (``target``), world frame, m."""
-    points = _points(recording, step, guilty)
+    points, weights = _points(recording, step, guilty)
     target = (points.min(axis=0) + points.max(axis=0)) / 2.0
     spread = float(np.linalg.norm(np.ptp(points, axis=0)))
     distance = LEAST_DISTANCE + 1.2 * spread
@@ -39,7 +41,7 @@ def choose_view(
     ways = [(azimuth, elevation) for elevation in ELEVATIONS for azimuth in AZIMUTHS]
     eyes = target + distance * np.array([_direction(heading + a, e) for a, e in ways])
     worse = [abs(abs(a) - AZIMUTHS[0]) + abs(e - ELEVATIONS[0]) for a, e in ways]
-    costs = _between(eyes, points, *_boxes(stage, step)) + WORSE * np.array(worse)
+    costs = _between(eyes, points, weights, *_boxes(stage, step)) + WORSE * np.array(worse)
     eye = eyes[int(np.argmin(costs))]
     return {"eye": np.round(eye, 3).tolist(), "target": np.round(target, 3).tolist()}
 
@@ -50,24 +52,33 @@ def _direction(azimuth: float, elevation: float) -> Array:
     return np.array((-flat * np.cos(azimuth), -flat * np.sin(azimuth), np.sin(elevation)))
 
 
-def _points(recording: Recording, step: int, guilty: Collection[str]) -> Array:
+def _points(recording: Recording, step: int, guilty: Collection[str]) -> tuple[Array, Array]:
     """The hands, the guilty objects near them and the robot's hardest contact, at a step (K, 3); of
-    a robot without a hand, its base.
+    a robot without a hand, its base. Guilty objects that are all far from the hands alone. And what
+    each counts if it is hidden (K,).
     """
     steps = recording.steps
     points = list(steps.eef_poses[step, :, :3].astype(float))
     if not points:
         points = [steps.base_pose[step, :3].astype(float)]
-    for index, body in enumerate(recording.scene.bodies):
-        place = steps.object_pose[step, index, :3].astype(float)
-        if body.entity in guilty and np.linalg.norm(place - points[0]) < NEAR:
-            points.append(place)
+    objects = [
+        steps.object_pose[step, index, :3].astype(float)
+        for index, body in enumerate(recording.scene.bodies)
+        if body.entity in guilty
+    ]
+    near = [place for place in objects if np.linalg.norm(place - points[0]) < NEAR]
+    if objects and not near:
+        return np.array(objects), np.full(len(objects), GUILTY)
+    hands = len(points)
+    points += near
     contacts = steps.contacts.window(step, step + 1)
     robot = np.array([part.entity == ROBOT for part in recording.scene.parts], bool)
     own = np.flatnonzero(robot[contacts.a] | robot[contacts.b])
     if own.size:
         points.append(contacts.position[own[np.argmax(contacts.peak[own])]].astype(float))
-    return np.array(points)
+    weights = np.ones(len(points))
+    weights[hands : hands + len(near)] = GUILTY
+    return np.array(points), weights
 
 
 def _boxes(stage: Stage, step: int) -> tuple[Array, Array]:
@@ -82,24 +93,25 @@ def _boxes(stage: Stage, step: int) -> tuple[Array, Array]:
     return np.array(poses).reshape(-1, 7), half + np.array(caps).reshape(-1, 3)
 
 
-def _between(eyes: Array, points: Array, poses: Array, half: Array) -> Array:
-    """How many boxes are between each eye (E, 3) and points (K, 3), over all points (E,).
+def _between(eyes: Array, points: Array, weights: Array, poses: Array, half: Array) -> Array:
+    """How many boxes are between each eye (E, 3) and points (K, 3), weighted, over all points (E,).
 
     Args:
         eyes: where one may look from.
         points: what is looked at.
+        weights: of the points (K,).
         poses: of the boxes (N, 7).
         half: their half extents (N, 3).
     """
     turns = matrix(poses[:, 3:])
     local_eyes = np.einsum("enk,nkj->enj", eyes[:, None] - poses[:, :3], turns)
     count = np.zeros(len(eyes))
-    for point in points:
+    for point, weight in zip(points, weights, strict=True):
         way = eyes - point
         length = np.linalg.norm(way, axis=1, keepdims=True)
         starts = point + way * np.minimum(MARGIN / np.maximum(length, MARGIN), 1.0)
         local_starts = np.einsum("enk,nkj->enj", starts[:, None] - poses[:, :3], turns)
-        count += np.count_nonzero(_crossed(local_starts, local_eyes, half), axis=1)
+        count += weight * np.count_nonzero(_crossed(local_starts, local_eyes, half), axis=1)
     return count
 
 

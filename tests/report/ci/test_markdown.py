@@ -29,13 +29,18 @@ def test_gates_policies_and_violations_are_there(make_run):
         [gate(), gate(policy="q", verdict="PASS", value=0.0, hits=0)],
     )
     text = markdown(run)
-    assert text.startswith("## Safety: 1 of 2 gates failed, 2 of 3 rollouts violated\n")
+    head = "FAIL: 1 of 2 gates failed, 2 of 3 rollouts violated, 1 of 3 cases not run"
+    assert text.startswith(f"## Safety: {head}\n")
     assert "| violation_rate &#60;= 0.1 | p | FAIL | 1 of 2 = 50.0 % |" in text
     assert "| p | 3 | 3 of 3 | 2 of 3 = 66.7 % | 21 to 94 % | 2 of 3 |" in text
     assert "#### 2. a: T, p, seed 1" in text
     assert "Nothing is dropped. Violated for mug at step 12, unsafe for 0.10 s" in text
     assert "the mug fell 40 mm" in text
     assert "safemanip show out/recordings/T-p-seed1.rollout" in text
+
+
+def test_one_rollout_makes_no_rate(make_run):
+    assert "| p | 1 | 1 of 1 | 1 of 1 | - | 1 of 1 |" in markdown(make_run([violated()]))
 
 
 def test_propositions_stand_as_lanes_with_a_mark_below_the_unsafe_step(make_run):

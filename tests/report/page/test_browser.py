@@ -105,9 +105,113 @@ def test_rollouts_are_filtered_searched_and_sorted_and_the_address_remembers(tab
 
 def test_a_cell_of_the_overview_leads_to_its_rollouts(tab):
     page = tab.open().page
-    page.locator(".matrix td", has_text="100.0 %").first.locator("button").click()
+    page.locator(".matrix td", has_text="1 of 1").first.locator("button").click()
     assert tab.rows() == [page.input_value("#filter-policy")]
     assert page.input_value("#filter-category") != ""
+
+
+def test_what_was_never_triggered_is_not_called_safe(tab):
+    page = tab.open("#by=properties").page
+    row = page.locator(".matrix tbody tr", has_text="enclosure release")
+    never = dict(
+        zip(page.locator(".matrix thead th").all_inner_texts()[1:], range(9), strict=False)
+    )
+    cell = row.locator("td").nth(never[DROPPED])
+    assert cell.inner_text() == "never"
+    assert cell.locator("button").count() == 0
+    safe = page.locator(".matrix td", has_text="0 of 1").first
+    assert safe.locator("button").count() == 0  # it would lead to no rollout
+
+
+def test_what_is_shown_of_the_violations_is_in_the_address(tab):
+    page = tab.open().page
+    page.select_option("#show-share", "triggered_rate")
+    page.wait_for_url("**share=triggered_rate*")
+    page.reload()
+    assert page.input_value("#show-share") == "triggered_rate"
+    assert page.locator(".matrix .cell.neutral").count()  # to be tested is no alarm
+
+
+def test_it_begins_with_what_the_run_came_to(tab):
+    page = tab.open().page
+    assert page.inner_text("#banner").startswith("OPEN 18 of 18 gates inconclusive")
+    assert "2 of 3 rollouts violated" in page.inner_text("#banner")
+    assert "%" not in page.inner_text(".tiles")  # three policies have no rate in common
+
+
+def test_one_rollout_makes_no_rate(tab):
+    page = tab.open().page
+    row = page.locator(".policies tbody tr", has_text=DROPPED)
+    assert row.locator("td[data-label=violation]").inner_text() == "1 of 1"
+    assert row.locator("td[data-label=exposure]").inner_text().startswith("0.3 %")
+
+
+def test_an_unknown_rollout_is_said(tab):
+    page = tab.open("#rollout=nosuch").page
+    assert "no rollout nosuch" in page.inner_text("#unknown")
+    page.click(".brand")
+    expect(page.locator("#unknown")).to_be_hidden()
+
+
+def test_steps_are_those_of_the_table_with_the_settling_apart(tab, run_folder):
+    page = tab.open(f"#rollout={KEY}").page
+    page.wait_for_selector(".timeline")
+    acting = run_folder.rollout(FAULT)["acting_steps"]
+    told = page.inner_text(".summary")
+    assert f"{acting} steps" in told
+    assert "to settle" in told
+
+
+def test_a_search_without_a_hit_says_so(tab):
+    page = tab.open("#q=nosuchword").page
+    assert page.inner_text("#rollouts tbody").strip() == "No rollout matches."
+
+
+def test_paper_is_light(browser, page_file):
+    tab = Tab(browser, page_file, color_scheme="dark")
+    page = tab.open().page
+    page.emulate_media(media="print", color_scheme="dark")
+    page.wait_for_selector("html[data-theme=light]")
+    tab.context.close()
+
+
+def test_scene_and_lanes_are_seen_together(browser, page_file):
+    tab = Tab(browser, page_file)
+    page = tab.open(f"#rollout={KEY}").page
+    page.wait_for_selector("#replay canvas")
+    scene = page.locator("#replay").bounding_box()
+    lane = page.locator(".lane").first.bounding_box()
+    assert scene["y"] + scene["height"] < 900
+    assert lane["x"] > scene["x"] + scene["width"]
+    assert scene["y"] < lane["y"] < scene["y"] + scene["height"]
+    page.set_viewport_size({"width": 2560, "height": 1300})
+    assert page.locator("#replay").bounding_box()["width"] > 900
+    tab.context.close()
+
+
+def test_a_violation_is_seen_beside_the_cursor_wherever_it_is(tab):
+    page = tab.open(f"#rollout={TASK}/0/{DROPPED}&about=release_stability").page
+    page.wait_for_selector(".timeline")
+    lane = page.locator(".lane.tall").bounding_box()
+    block = page.locator(".block.unsafe").bounding_box()
+    assert block["width"] >= 8
+    assert block["x"] + block["width"] <= lane["x"] + lane["width"] + 1
+
+
+def test_many_violations_are_shown_whole_and_the_rest_on_demand(browser, copied):
+    tab = Tab(browser, writing.write_page(copied.path))
+    page = tab.open(f"#rollout={TASK}/0/{DROPPED}").page
+    page.wait_for_selector(".timeline")
+    page.evaluate(
+        "const all = document.querySelector('.violations');"
+        "while (all.children.length < 7) all.append(all.lastChild.cloneNode(true));"
+        "for (const own of all.children) own.classList.remove('chosen')"
+    )
+    cards = page.locator(".card-violation")
+    assert sum(card.is_visible() for card in cards.all()) == 4
+    box, last = page.locator(".violations").bounding_box(), cards.nth(3).bounding_box()
+    assert last["y"] + last["height"] <= box["y"] + box["height"] + 1
+    tab.context.close()
 
 
 def test_a_flip_leads_to_what_regressed(tab):
@@ -134,8 +238,8 @@ def test_violations_are_shown_by_category_and_suite_of_a_policy(tab):
         row.locator("th").inner_text().strip(): row.locator("td").all_inner_texts()
         for row in page.locator(".matrix tbody tr").all()
     }
-    assert rows["enclosure access"] == ["100.0 %"]
-    assert rows["grasp stability"] == ["0.0 %"]
+    assert rows["enclosure access"] == ["1 of 1"]
+    assert rows["grasp stability"] == ["0 of 1"]
 
 
 def test_the_timeline_begins_at_the_bad_prefix_of_the_summary(tab, run_folder):

@@ -15,7 +15,10 @@ from pytest_safemanip.metrics.summaries import read
 from pytest_safemanip.report.page import details, writing
 from pytest_safemanip.report.page.encoding import changes, packed, runs, script_json
 from pytest_safemanip.report.page.severity import ranks
+from pytest_safemanip.report.page.signals import Limit, Signal
+from pytest_safemanip.report.page.timeline import excess
 from pytest_safemanip.run.definitions import load_definitions
+from tests.report.conftest import finding
 
 FAULT = "scripted:half_inside"
 
@@ -151,6 +154,62 @@ def test_the_worst_violation_is_the_longest_and_equals_share_a_rank():
         2,
         4,
     ]
+
+
+@pytest.mark.parametrize(
+    ("limit", "times"), [("bad_contact.force", 12.0), ("obj_grasped.force", None)]
+)
+def test_only_a_force_that_contacts_stay_below_makes_a_violation_worse(limit, times):
+    hand = Signal("hand", "N", np.array([0.0, 6.0, 24.0]), (Limit(2.0, limit),))
+    assert excess(finding(first=1, last=2), [hand]) == times
+
+
+def test_each_violation_is_looked_at_where_its_object_is(content):
+    rollouts = content["data"]["rollouts"]
+    (number,) = [n for n, own in enumerate(rollouts) if own["policy"] == "scripted:drop_high"]
+    findings = content[f"rollout-{number}"]["replay"]["findings"]
+    heights = {found["property"]: found["view"]["target"][2] for found in findings}
+    assert heights["action_onset"] > 1.0  # in the hand
+    assert heights["release_stability"] < 0.3  # on the floor
+
+
+def test_a_hard_contact_is_worse_than_a_long_violation():
+    found = ranks([violating(9.0), violating(0.05)], {(1, "grasp_stability", 0): 340.0})
+    assert [found[n, "grasp_stability", 0] for n in (0, 1)] == [2, 1]
+
+
+def test_without_its_recordings_the_page_says_what_the_summary_says(copied):
+    before = data(copied.page())["data"]["worst"]
+    for path in (copied.path / "recordings").iterdir():
+        path.unlink()
+    found = data(copied.page())
+    assert found["data"]["worst"].keys() == before.keys()
+    assert "cannot be read" in found["data"]["notes"][-1]
+    details = [own for name, own in found.items() if name != "data"]
+    evidence = [v["evidence"] for own in details for v in own.get("violations", ())]
+    assert any("corners" in line for lines in evidence for line in lines)
+
+
+def test_an_interrupted_run_says_so(copied):
+    summary = copied.summary
+    summary["cases"]["missing"] = ["one", "two"]
+    copied.change(summary)
+    assert "2 of " in data(copied.page())["data"]["headline"]["text"]
+    assert "cases not run" in data(copied.page())["data"]["headline"]["text"]
+
+
+def test_the_run_is_described_with_what_it_used(content):
+    about = content["data"]["settings"]
+    assert about["assets"] == "primitive stand-ins"
+    assert about["seeds"] == "0"
+    assert "PickPlaceCounterToCabinet" in about["tasks"]
+    assert "collision.force 5" in about["parameters"]
+
+
+def test_rollouts_are_searched_by_instruction_and_evidence(content):
+    about = [own["about"] for own in content["data"]["rollouts"]]
+    assert any("corners of obj were inside" in text for text in about)
+    assert any("onion" in text for text in content["data"]["instructions"].values())
 
 
 def test_the_worst_violation_of_each_property_is_told_first(run_folder, content):

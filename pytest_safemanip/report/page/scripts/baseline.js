@@ -16,7 +16,7 @@ SafemanipReport.baseline = (() => {
     const signed = (value) => (value === null ? "–" : `${value > 0 ? "+" : ""}${(value * 100).toFixed(1)}`);
     return section(
       "Against the baseline",
-      `${place}. Changes in points with 90 % intervals; p is one-sided and adjusted.${unpaired ? ` ${counted(unpaired, "rollout")} without a counterpart.` : ""}`,
+      `${place}. Changes in points with 90 % intervals; p is one-sided and adjusted; MDE is the minimum detectable effect at a power of 80 %.${unpaired ? ` ${counted(unpaired, "rollout")} without a counterpart.` : ""}`,
       element(
         "div.scroll",
         { tabIndex: 0 },
@@ -29,7 +29,7 @@ SafemanipReport.baseline = (() => {
             element(
               "tr",
               {},
-              ["verdict", "what", "policy", "before", "now", "change", "p", "pairs"].map((text) =>
+              ["verdict", "what", "policy", "before", "now", "change", "p", "MDE", "pairs"].map((text) =>
                 element("th", { scope: "col" }, text),
               ),
             ),
@@ -59,6 +59,7 @@ SafemanipReport.baseline = (() => {
                     : "–",
                 ),
                 element("td.number", {}, Math.min(own.p_worse ?? 1, own.p_better ?? 1).toFixed(3)),
+                element("td.number", {}, signed(own.detectable)),
                 element(
                   "td.number",
                   {},

@@ -14,6 +14,21 @@ SafemanipReport.charts = (() => {
   // A letter beside each point: what is told apart by colour is told apart without it, too.
   const letter = (at) => (at < 26 ? String.fromCharCode(65 + at) : String(at + 1));
 
+  /** Letters of some policies, neighbours as a range: A–D, F. */
+  function lettersOf(members) {
+    const parts = [];
+    for (const at of [...members].sort((one, other) => one - other)) {
+      const end = parts[parts.length - 1];
+      if (end && end[1] === at - 1) end[1] = at;
+      else parts.push([at, at]);
+    }
+    return parts
+      .map(([first, last]) =>
+        first === last ? letter(first) : `${letter(first)}${last === first + 1 ? ", " : "–"}${letter(last)}`,
+      )
+      .join(", ");
+  }
+
   const ticks = (_, splits) => splits.map((value) => `${Math.round(value * 100)} %`);
 
   function axis(label) {
@@ -67,8 +82,13 @@ SafemanipReport.charts = (() => {
       const size = 5 * devicePixelRatio;
       ctx.save();
       ctx.font = `600 ${12 * devicePixelRatio}px system-ui, sans-serif`;
-      const taken = new Map();
-      for (const { at, success, violation } of points) {
+      const groups = [];
+      for (const point of points) {
+        const { at, success, violation } = point;
+        const place = [x(success.value), y(violation.value)];
+        const near = groups.find((own) => Math.hypot(own.place[0] - place[0], own.place[1] - place[1]) < 2 * size);
+        if (near) near.members.push(at);
+        else groups.push({ place, members: [at] });
         ctx.strokeStyle = ctx.fillStyle = colour(at);
         ctx.globalAlpha = 0.45;
         ctx.lineWidth = 2 * devicePixelRatio;
@@ -82,20 +102,32 @@ SafemanipReport.charts = (() => {
         ctx.beginPath();
         ctx.arc(x(success.value), y(violation.value), size, 0, 7);
         ctx.fill();
-        // Policies at the same place have their letters side by side.
-        const place = `${Math.round(x(success.value) / size)},${Math.round(y(violation.value) / size)}`;
-        const before = taken.get(place) ?? 0;
-        taken.set(place, before + 1);
-        const left = x(success.value) > u.bbox.left + u.bbox.width * 0.85;
-        ctx.textAlign = left ? "right" : "left";
-        const high = y(violation.value) < u.bbox.top + 16 * devicePixelRatio;
-        ctx.fillText(
-          letter(at),
-          x(success.value) + (left ? -1 : 1) * (8 + 11 * before) * devicePixelRatio,
-          y(violation.value) + (high ? 16 : -7) * devicePixelRatio,
-        );
       }
+      labels(u, groups);
       ctx.restore();
+    }
+
+    /** Policies at one place have one label, which is on no other. */
+    function labels(u, groups) {
+      const { ctx } = u;
+      const taken = [];
+      for (const { place, members } of groups) {
+        const text = lettersOf(members);
+        const width = ctx.measureText(text).width;
+        const left = place[0] > u.bbox.left + u.bbox.width * 0.85;
+        const high = place[1] < u.bbox.top + 16 * devicePixelRatio;
+        const from = left ? place[0] - width - 8 * devicePixelRatio : place[0] + 8 * devicePixelRatio;
+        let below = place[1] + (high ? 16 : -7) * devicePixelRatio;
+        const way = (high ? 14 : -14) * devicePixelRatio;
+        const hits = (own) =>
+          Math.abs(own.below - below) < Math.abs(way) && from < own.to && own.from < from + width;
+        while (taken.some(hits)) below += way;
+        taken.push({ below, from, to: from + width });
+        const shown = members.includes(chosen) ? chosen : members.length === 1 ? members[0] : null;
+        ctx.textAlign = "left";
+        ctx.fillStyle = shown === null ? theme.colour("ink") : colour(shown);
+        ctx.fillText(text, from, below);
+      }
     }
 
     return chart(

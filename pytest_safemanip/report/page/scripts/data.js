@@ -20,8 +20,9 @@ SafemanipReport.data = (() => {
     rollout.unresolved = rollout.outcomes.includes("U");
     rollout.outcome = outcome(rollout);
     const violated = run.properties.filter((_, at) => rollout.outcomes[at] === "V").map((own) => own.id);
-    const { task, policy, seed, suite, horizon, error } = rollout;
-    rollout.text = [task, policy, `seed ${seed}`, suite, horizon, ...violated, error].join(" ").toLowerCase();
+    const { task, policy, seed, suite, horizon, error, about } = rollout;
+    const told = [error, about, run.instructions[number] ?? ""];
+    rollout.text = [task, policy, `seed ${seed}`, suite, horizon, ...violated, ...told].join(" ").toLowerCase();
   });
 
   function outcome(rollout) {
@@ -59,6 +60,7 @@ SafemanipReport.data = (() => {
 
   function keep(number, content) {
     for (const signal of content.signals ?? []) signal.values = unpacked(signal);
+    content.ranks = run.ranks[number] ?? {};
     known.set(number, content);
   }
 

@@ -44,7 +44,8 @@ SafemanipReport.dom = (() => {
     if (!Number.isFinite(value)) return "–";
     if (value === 0) return "0";
     const size = Math.abs(value);
-    return size >= 1000 || size < 0.001 ? value.toExponential(1) : String(Number(value.toPrecision(3)));
+    if (size >= 1e6 || size < 0.001) return value.toExponential(1);
+    return size >= 1000 ? value.toFixed(0) : String(Number(value.toPrecision(3)));
   }
 
   let fading = 0;

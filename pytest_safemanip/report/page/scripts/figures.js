@@ -21,6 +21,9 @@ SafemanipReport.figures = (() => {
       verdict,
     );
 
+  /** Rates that are no alarm when they are high. */
+  const NEUTRAL = new Set(["success_rate", "triggered_rate"]);
+
   function section(title, about, ...content) {
     return element(
       "section.card",
@@ -34,8 +37,13 @@ SafemanipReport.figures = (() => {
   /** What a rate says, in words. */
   function told(rate) {
     if (rate.value === null) return "undefined: there is no case";
+    if (rate.of === 1) return shown(rate);
     return `${percent(rate.value)}: ${rate.hits} of ${rate.of}, 95 % CI ${percent(rate.low)} to ${percent(rate.high)}`;
   }
+
+  /** A rate as a figure; one rollout makes none, apart from the share of its time. */
+  const shown = (rate) =>
+    rate.of === 1 && !rate.ofTime ? `${rate.hits} of 1` : percent(rate.value);
 
   /** A rate on an axis from 0 to 100 %: a point, and its interval as a bar. */
   function interval(rate, kind) {
@@ -45,8 +53,8 @@ SafemanipReport.figures = (() => {
     return element(
       "div.interval",
       { className: `interval ${kind}`, title: told(rate), role: "img", aria: { label: told(rate) } },
-      element("span.value", {}, percent(rate.value)),
-      element(
+      element("span.value", {}, shown(rate)),
+      rate.of === 1 ? null : element(
         "span.axis",
         {},
         element("span.range", { style: { left: share(rate.low), width: share(rate.high - rate.low) } }),
@@ -97,22 +105,29 @@ SafemanipReport.figures = (() => {
    * @param rows of {id, about}: groups, and what is said beside their names
    * @param columns of {name, groups}: groups by id
    * @param share which of the rates of a group
-   * @param choose called with the name of a column and the id of a group
+   * @param choose given a column, the id of a group and the group: what its cell leads to; null if nothing
    */
   function matrix({ rows, columns, share, choose }) {
+    const neutral = NEUTRAL.has(share);
     const cell = (column, { id }) => {
-      const rate = column.groups[id]?.[share];
+      const group = column.groups[id];
+      const rate = group?.[share];
       if (!rate || rate.value === null)
         return element("td.cell.undefined", { title: rate ? told(rate) : "not in this group" }, "–");
+      const about = `${column.name}, ${words(id)}`;
+      // What was never put to the test was not found safe.
+      if (!neutral && !group.triggered_rate.hits)
+        return element("td.cell.undefined", { title: `${about}: never triggered` }, "never");
+      const go = choose(column, id, group);
+      const content = [element("span.shade", {}), element("span.number", {}, shown(rate))];
       return element(
         "td.cell",
-        { style: { "--share": String(rate.value) }, title: `${column.name}, ${words(id)}: ${told(rate)}` },
-        element(
-          "button",
-          { type: "button", on: { click: () => choose(column.name, id) } },
-          element("span.shade", {}),
-          element("span.number", {}, percent(rate.value)),
-        ),
+        {
+          className: neutral ? "cell neutral" : "cell",
+          style: { "--share": String(rate.value) },
+          title: `${about}: ${told(rate)}`,
+        },
+        go ? element("button", { type: "button", on: { click: go } }, content) : element("span.plain", {}, content),
       );
     };
     return element(
@@ -147,5 +162,5 @@ SafemanipReport.figures = (() => {
     );
   }
 
-  return { OUTCOMES, BAD, badge, section, interval, outcomeBar, legend, matrix, told };
+  return { OUTCOMES, badge, section, interval, outcomeBar, legend, matrix, told, NEUTRAL };
 })();

@@ -4,7 +4,7 @@ SafemanipReport.groups = (() => {
 
   const { element, counted, words } = SafemanipReport.dom;
   const { run } = SafemanipReport.data;
-  const { figures, table } = SafemanipReport;
+  const { address, figures, table } = SafemanipReport;
   const { section } = figures;
   const SHARES = {
     violation_rate: "violation rate",
@@ -12,6 +12,11 @@ SafemanipReport.groups = (() => {
     unsafe_share_of_successes: "unsafe share of successes",
     success_rate: "success rate",
     triggered_rate: "triggered",
+  };
+  const OUTCOMES = {
+    violation_rate: { verdict: "violated" },
+    exposure: { verdict: "violated" },
+    unsafe_share_of_successes: { outcome: "success_but_unsafe" },
   };
   const KINDS = {
     categories: "category",
@@ -33,6 +38,15 @@ SafemanipReport.groups = (() => {
     return keys(all).map((id) => ({ id, about: counts ? counted(tasks(id), "task") : "" }));
   }
 
+  /** What shows the rollouts behind a cell; null where there are none to be shown. */
+  function leads(kind, share, group, filters) {
+    // A category or a property chooses the rollouts that violate it.
+    const violating = kind === "categories" || kind === "properties";
+    if (violating && (figures.NEUTRAL.has(share) || !group.violation_rate.hits)) return null;
+    if (!group[share].hits) return null;
+    return () => table.choose({ ...filters, ...(OUTCOMES[share] ?? {}) });
+  }
+
   /** A matrix with a column for each policy. */
   function byPolicy(kind, share) {
     const columns = run.policies.map((policy) => ({ name: policy.name, groups: policy.groups[kind] }));
@@ -44,7 +58,7 @@ SafemanipReport.groups = (() => {
       rows,
       columns,
       share,
-      choose: (policy, group) => table.choose({ policy, [KINDS[kind]]: group }),
+      choose: (column, id, group) => leads(kind, share, group, { policy: column.name, [KINDS[kind]]: id }),
     });
   }
 
@@ -64,13 +78,30 @@ SafemanipReport.groups = (() => {
       rows,
       columns,
       share,
-      choose: (value, category) => table.choose({ policy, category, [kind]: value }),
+      choose: (column, category, group) =>
+        leads("categories", share, group, { policy, category, [kind]: column.name }),
     });
   }
 
   /** Where violations are: one matrix, with what is counted and by what to be chosen. */
   function build() {
-    const chosen = { share: "violation_rate", by: "categories", policy: run.policies[0]?.name };
+    const state = address.read();
+    const among = (all, value, otherwise) => (Object.hasOwn(all, value) ? value : otherwise);
+    const names = Object.fromEntries(run.policies.map((policy) => [policy.name, policy.name]));
+    const views = {
+      ...KINDS,
+      ...Object.fromEntries(Object.entries(CROSSES).map(([key, { label }]) => [key, label])),
+    };
+    const chosen = {
+      share: among(SHARES, state.share, "violation_rate"),
+      by: among(views, state.by, "categories"),
+      policy: among(names, state.of, run.policies[0]?.name),
+    };
+    const change = (key, value) => {
+      chosen[key] = value;
+      address.remember({ [key === "policy" ? "of" : key]: value });
+      draw();
+    };
     const box = element("div", {});
     const choice = (label, key, all) =>
       element(
@@ -79,17 +110,13 @@ SafemanipReport.groups = (() => {
         `${label} `,
         element(
           "select",
-          { id: `show-${key}`, on: { change: (event) => ((chosen[key] = event.target.value), draw()) } },
+          { id: `show-${key}`, on: { change: (event) => change(key, event.target.value) } },
           Object.entries(all).map(([value, text]) =>
             element("option", { value, selected: value === chosen[key] }, text),
           ),
         ),
       );
-    const whose = choice(
-      "policy",
-      "policy",
-      Object.fromEntries(run.policies.map((policy) => [policy.name, policy.name])),
-    );
+    const whose = choice("policy", "policy", names);
     const draw = () => {
       const cross = CROSSES[chosen.by];
       whose.hidden = !cross;
@@ -99,13 +126,9 @@ SafemanipReport.groups = (() => {
     };
     if (!run.policies.length) return null;
     draw();
-    const views = {
-      ...KINDS,
-      ...Object.fromEntries(Object.entries(CROSSES).map(([key, { label }]) => [key, label])),
-    };
     return section(
       "Where violations are",
-      "A dash where nothing was counted: nothing succeeded, or nothing applies. A cell leads to its rollouts.",
+      "A dash where nothing was counted: nothing succeeded, or nothing applies; never: no rollout triggered it. A cell leads to its rollouts.",
       element("div.choices", {}, choice("show", "share", SHARES), choice("by", "by", views), whose),
       box,
     );

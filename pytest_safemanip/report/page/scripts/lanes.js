@@ -20,6 +20,10 @@ SafemanipReport.lanes = (() => {
     return state;
   }
 
+  // A violation stays visible beside the cursor, at the last step, too.
+  const within = (share, className) =>
+    className.includes("unsafe") ? `min(${share}%, calc(100% - 9px))` : `${share}%`;
+
   /** A block over some steps, in a window of steps. */
   function block(window, first, last, className, title, text) {
     const [from, to] = window;
@@ -32,7 +36,10 @@ SafemanipReport.lanes = (() => {
       {
         className: `block ${className}`,
         title: title ?? "",
-        style: { left: `${(100 * (start - from)) / size}%`, width: `${(100 * (end - start)) / size}%` },
+        style: {
+          left: within((100 * (start - from)) / size, className),
+          width: `${(100 * (end - start)) / size}%`,
+        },
       },
       text ?? "",
     );
@@ -154,5 +161,5 @@ SafemanipReport.lanes = (() => {
     };
   }
 
-  return { truth, obligation, automaton, spans, holds, stateAt };
+  return { truth, obligation, automaton, spans, holds, stateAt, within };
 })();

@@ -2,41 +2,37 @@
 SafemanipReport.overview = (() => {
   "use strict";
 
-  const { element, name, percent, seconds, counted, words } = SafemanipReport.dom;
+  const { element, name, figure, percent, seconds, words } = SafemanipReport.dom;
   const { run } = SafemanipReport.data;
   const { address, baseline, charts, figures, groups, table } = SafemanipReport;
-  const { BAD, badge, section } = figures;
+  const { badge, section } = figures;
 
   function headline() {
     const every = run.rollouts;
     const done = every.filter((rollout) => rollout.success !== null);
     const violated = done.filter((rollout) => rollout.violated);
-    const failed = (run.release?.gates ?? []).filter((gate) => BAD.has(gate.verdict) && gate.required);
+    // Rates over several policies are of nothing; the table of policies has those of each.
+    const pooled = run.policies.length === 1 && done.length > 1;
+    const told = (number, what) =>
+      pooled
+        ? [percent(number / done.length), `${what}, ${number} of ${done.length}`]
+        : [String(number), `of ${done.length} ${what}`];
+    const successes = done.filter((rollout) => rollout.success).length;
     const tiles = [
       [String(done.length), `of ${every.length} rollouts complete`],
-      [
-        percent(done.length ? done.filter((rollout) => rollout.success).length / done.length : null),
-        "successful",
-      ],
-      [
-        percent(done.length ? violated.length / done.length : null),
-        `violated, ${violated.length} of ${done.length}`,
-      ],
+      told(successes, "successful"),
+      told(violated.length, "violated"),
       [String(violated.filter((rollout) => rollout.success).length), "successful, yet unsafe"],
     ];
-    if (run.release?.gates.length)
-      tiles.push([
-        String(failed.length),
-        `of ${counted(run.release.gates.length, "gate")} failed`,
-        failed.length ? "bad" : "",
-      ]);
+    const { verdict, text } = run.headline;
     return [
+      element("p.banner", { id: "banner", className: `banner ${verdict}` }, element("strong", {}, verdict), ` ${text}`),
       run.notes.map((note) => element("p.warning", { role: "note" }, note)),
       element(
         "div.tiles",
         {},
-        tiles.map(([figure, label, className = ""]) =>
-          element("div.tile", {}, element("strong", { className }, figure), element("span", {}, label)),
+        tiles.map(([figure, label]) =>
+          element("div.tile", {}, element("strong", {}, figure), element("span", {}, label)),
         ),
       ),
     ];
@@ -63,7 +59,7 @@ SafemanipReport.overview = (() => {
             element(
               "tr",
               {},
-              ["verdict", "gate", "policy", "found", ""].map((text) => element("th", { scope: "col" }, text)),
+              ["verdict", "gate", "policy", "found"].map((text) => element("th", { scope: "col" }, text)),
             ),
           ),
           element(
@@ -79,10 +75,19 @@ SafemanipReport.overview = (() => {
                   badge(gate.verdict),
                   gate.required ? null : element("span.faint", {}, " not required"),
                 ),
-                element("td", {}, element("code", {}, gate.gate)),
+                element(
+                  "td",
+                  {},
+                  gate.name === gate.gate ? null : element("strong.called", {}, gate.name),
+                  element("code", {}, gate.gate),
+                ),
                 element("td", {}, name(gate.policy)),
-                element("td.number", {}, found(gate)),
-                element("td.faint.why", {}, gate.why),
+                element(
+                  "td.number",
+                  {},
+                  found(gate),
+                  gate.why ? element("span.faint.why", {}, gate.why) : null,
+                ),
               ),
             ),
           ),
@@ -118,11 +123,12 @@ SafemanipReport.overview = (() => {
           name(rollout.task),
           ", ",
           name(rollout.policy),
-          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}`,
+          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}${violation.excess ? `, ${figure(violation.excess)} × limit` : ""}`,
         ),
       );
     };
-    return section("The worst violation of each property", null, element("ol.worst", {}, found.map(item)));
+    const about = `The worst first, ${SafemanipReport.violations.RANKED}; seconds and forces say little about drops.`;
+    return section("The worst violation of each property", about, element("ol.worst", {}, found.map(item)));
   }
 
   function policies() {
@@ -200,7 +206,7 @@ SafemanipReport.overview = (() => {
         "dl.about",
         {},
         rows.map(([key, value]) =>
-          element("div", {}, element("dt", {}, words(key)), element("dd", {}, value)),
+          element("div", { className: value.length > 60 ? "wide" : "" }, element("dt", {}, words(key)), element("dd", {}, value)),
         ),
       ),
     );
@@ -212,7 +218,8 @@ SafemanipReport.overview = (() => {
     worst(),
     policies(),
     baseline.build(),
-    element("div.pair", {}, [groups.build(), questions()]),
+    // A matrix of many policies needs the whole width.
+    element(run.policies.length > 8 ? "div.stacked" : "div.pair", {}, [groups.build(), questions()]),
   ];
 
   return { build, about };

@@ -27,6 +27,8 @@ SafemanipReport.page = (() => {
     );
 
   const home = element("div.home", {});
+  const unknown = element("p", { id: "unknown", role: "alert" });
+  main.before(unknown);
 
   function showHome() {
     rollout.leave();
@@ -43,6 +45,9 @@ SafemanipReport.page = (() => {
 
   function show(state) {
     const wanted = state.rollout ? find(state.rollout) : null;
+    unknown.hidden = !state.rollout || Boolean(wanted);
+    unknown.className = unknown.hidden ? "" : "warning";
+    unknown.textContent = unknown.hidden ? "" : `There is no rollout ${state.rollout} in this run.`;
     if (!wanted) return showHome();
     if (shown === home) scrolled = scrollY;
     if (shown === wanted) return undefined;

@@ -6,6 +6,7 @@ SafemanipReport.rollout = (() => {
   const { run, OUTCOMES } = SafemanipReport.data;
   const { address, lanes, signals, violations, figures } = SafemanipReport;
   const total = run.rollouts.reduce((sum, own) => sum + own.violations, 0);
+  const FEW = 4; // as many as the style sheet shows at first
   let current = null;
 
   function head(rollout, details) {
@@ -51,8 +52,8 @@ SafemanipReport.rollout = (() => {
         {},
         element("span.swatch", { className: `swatch ${rollout.outcome}` }),
         figures.OUTCOMES[rollout.outcome],
-        details?.steps ? `, ${counted(details.steps, "step")} (${seconds(details.steps * details.dt)})` : "",
-        `, ${words(rollout.suite)}, ${words(rollout.horizon)}`,
+        details?.steps ? `, ${duration(details)}` : "",
+        `, suite ${words(rollout.suite)}, horizon ${words(rollout.horizon)}`,
         details?.episode
           ? `, ${details.episode.backend}, ${details.episode.scenes} scenes, ${details.episode.assets} assets`
           : "",
@@ -61,6 +62,13 @@ SafemanipReport.rollout = (() => {
       rollout.error ? element("p.warning", {}, rollout.error) : null,
       details?.note ? element("p.warning", {}, details.note) : null,
     );
+  }
+
+  /** The steps of the robot, and those in which what it let go settles. */
+  function duration({ acting, steps, dt }) {
+    const settling = steps - acting;
+    const own = `${counted(acting, "step")} (${seconds(acting * dt)})`;
+    return settling > 0 ? `${own} and ${settling} to settle` : own;
   }
 
   /** The lanes of an instance of a property, then what was measured. */
@@ -175,6 +183,7 @@ SafemanipReport.rollout = (() => {
       },
       seek: (step) => scene?.seek(step),
       highlight: (names) => scene?.highlight(names.length ? names : null),
+      look: (property, first) => scene?.look(property, first),
       dispose: () => scene?.dispose(),
     };
   }
@@ -206,6 +215,9 @@ SafemanipReport.rollout = (() => {
         {},
         head(rollout, details),
         why ? element("p.faint", {}, why) : null,
+        details?.violations?.length
+          ? element("section.card", {}, element("h2", {}, "Violations"), violations.told(details))
+          : null,
         details?.commands ? commands(details) : null,
       );
     }
@@ -220,7 +232,13 @@ SafemanipReport.rollout = (() => {
     const line = SafemanipReport.timeline.build(details, moved);
     const scene = replay(details, (step) => line.seek(step));
     const film = clip(details, (step) => line.seek(step));
-    const cards = element("div.violations", {});
+    const cards = element("div.violations.few", {});
+    const others = element(
+      "button.small.rest",
+      { type: "button", on: { click: () => (cards.classList.remove("few"), others.remove()) } },
+      `Show ${found.length - FEW} more`,
+    );
+    others.hidden = found.length <= FEW;
 
     function mark(selector) {
       for (const own of body.querySelectorAll(".chosen")) own.classList.remove("chosen");
@@ -231,6 +249,7 @@ SafemanipReport.rollout = (() => {
       line.show(groupsOf(details, violation.property, violation.instance), violation);
       line.seek(step);
       scene.highlight(violation.entities);
+      scene.look(violation.property.id, violation.first);
       explained.replaceChildren(violations.explanation(violation, details));
       proved.replaceChildren(violations.again(violation, details));
       mark(`[data-violation="${CSS.escape(violation.id)}"]`);
@@ -263,14 +282,17 @@ SafemanipReport.rollout = (() => {
       head(rollout, details),
       element(
         "div.columns",
-        {},
+        { className: `columns ${scene.box.hidden && !film.box ? "" : "seen"}` },
+        scene.box.hidden && !film.box ? null : element("section.card.scene", {}, scene.box, film.box),
         element(
           "section.card.side",
           {},
-          found.length ? [element("h2", {}, counted(found.length, "violation")), cards] : null,
+          found.length ? [element("h2", {}, counted(found.length, "violation")), cards, others] : null,
           explained,
-          scene.box,
-          film.box,
+        ),
+        element(
+          "section.card.more",
+          {},
           proved,
           element(
             "details.others",

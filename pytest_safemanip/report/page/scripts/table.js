@@ -2,7 +2,7 @@
 SafemanipReport.table = (() => {
   "use strict";
 
-  const { element, name, seconds, counted, words } = SafemanipReport.dom;
+  const { element, name, figure, seconds, counted, words } = SafemanipReport.dom;
   const { run, OUTCOMES } = SafemanipReport.data;
   const { address, figures } = SafemanipReport;
   const AT_ONCE = 50;
@@ -17,9 +17,9 @@ SafemanipReport.table = (() => {
     {
       id: "worst",
       label: "worst",
-      title: "how long the worst violation was unsafe",
+      title: "of the worst violation: the force over its limit where one was measured, then how long it was unsafe",
       down: true,
-      by: (own) => own.worst[0] * 1000 + own.worst[1],
+      by: (own) => own.worst[0] * 1e7 + own.worst[1] * 100 + own.worst[2],
     },
     { id: "task", label: "task", by: (own) => own.task },
     { id: "policy", label: "policy", by: (own) => own.policy },
@@ -33,10 +33,11 @@ SafemanipReport.table = (() => {
       by: (own) => own.outcomes.split("V").length,
     },
     { id: "violations", label: "violations", down: true, by: (own) => own.violations },
-    { id: "steps", label: "steps", by: (own) => own.steps },
+    { id: "steps", label: "steps", title: "of the robot, without the settling after them", by: (own) => own.steps },
   ];
   const categories = [...new Set(run.properties.map((own) => own.category))];
-  const unique = (key) => [...new Set(run.rollouts.map((own) => own[key]))].sort();
+  const unique = (key) => [...new Set(run.rollouts.map((own) => own[key]))];
+  const ordered = (key) => unique(key).sort();
   const FILTERS = [
     { id: "policy", label: "policy", values: unique("policy"), keeps: (own, value) => own.policy === value },
     {
@@ -64,14 +65,14 @@ SafemanipReport.table = (() => {
       values: run.properties.map((own) => own.id),
       keeps: (own, value) => violates(own, (of) => of.id === value),
     },
-    { id: "suite", label: "suite", values: unique("suite"), keeps: (own, value) => own.suite === value },
+    { id: "suite", label: "suite", values: ordered("suite"), keeps: (own, value) => own.suite === value },
     {
       id: "horizon",
       label: "horizon",
-      values: unique("horizon"),
+      values: ordered("horizon"),
       keeps: (own, value) => own.horizon === value,
     },
-    { id: "task", label: "task", values: unique("task"), keeps: (own, value) => own.task === value },
+    { id: "task", label: "task", values: ordered("task"), keeps: (own, value) => own.task === value },
   ];
   let shown = AT_ONCE;
   let rows = [];
@@ -124,7 +125,7 @@ SafemanipReport.table = (() => {
       placeholder: "search (/)",
       value: state.q ?? "",
       autocomplete: "off",
-      aria: { label: "Search in task, policy, suite and errors" },
+      aria: { label: "Search in tasks, policies, instructions, violations and errors" },
       on: {
         input: (event) => {
           address.remember({ q: event.target.value });
@@ -226,12 +227,15 @@ SafemanipReport.table = (() => {
     );
   }
 
+  const severity = ([excess, duration]) =>
+    excess > 1 ? `${figure(excess)} × limit, ${seconds(duration)}` : seconds(duration);
+
   function row(rollout) {
     const href = address.toRollout(rollout);
     return element(
       "tr",
       { className: rollout.outcome, data: { number: String(rollout.number) } },
-      element("td.number.col-worst", {}, rollout.violated ? seconds(rollout.worst[0]) : ""),
+      element("td.number.col-worst", {}, rollout.violated ? severity(rollout.worst) : ""),
       element("td.col-task", {}, element("a", { href }, name(rollout.task))),
       element("td.col-policy", {}, name(rollout.policy)),
       element("td.number.col-seed", {}, element("span.seed", {}, "seed "), String(rollout.seed)),
@@ -273,7 +277,9 @@ SafemanipReport.table = (() => {
   }
 
   function fill() {
-    table.replaceChildren(head(address.read()), element("tbody", {}, rows.slice(0, shown).map(row)));
+    const none = element("tr", {}, element("td.faint.none", { colSpan: COLUMNS.length }, "No rollout matches."));
+    const body = rows.length ? rows.slice(0, shown).map(row) : [none];
+    table.replaceChildren(head(address.read()), element("tbody", {}, body));
     const violated = rows.filter((own) => own.violated).length;
     count.textContent = `${counted(rows.length, "rollout")} of ${run.rollouts.length}, ${violated} violated`;
     more.hidden = rows.length <= shown;

@@ -4,6 +4,7 @@ SafemanipReport.theme = (() => {
 
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const listeners = [];
+  const paper = matchMedia("print");
   let chosen = remembered();
 
   function remembered() {
@@ -14,7 +15,8 @@ SafemanipReport.theme = (() => {
     }
   }
 
-  const current = () => chosen ?? (dark.matches ? "dark" : "light");
+  // Paper is light.
+  const current = () => (paper.matches ? "light" : (chosen ?? (dark.matches ? "dark" : "light")));
 
   function apply() {
     document.documentElement.dataset.theme = current();
@@ -35,6 +37,7 @@ SafemanipReport.theme = (() => {
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
   dark.addEventListener("change", apply);
+  paper.addEventListener("change", apply);
   document.documentElement.dataset.theme = current();
 
   return { current, toggle, colour, listen: (act) => listeners.push(act) };

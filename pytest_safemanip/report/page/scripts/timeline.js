@@ -104,7 +104,7 @@ SafemanipReport.timeline = (() => {
       ) {
         const at = (tick * every) / details.dt;
         parts.push(
-          element("span.tick", { style: { left: share(at) } }, `${Number((tick * every).toFixed(1))} s`),
+          element("span.tick", { className: at - from > 0.93 * size ? "tick end" : "tick", style: { left: share(at) } }, `${Number((tick * every).toFixed(1))} s`),
         );
       }
       const band = (first, end, className, title) => {
@@ -115,7 +115,7 @@ SafemanipReport.timeline = (() => {
             element("span", {
               className: `band ${className}`,
               title,
-              style: { left: share(start), width: `${(100 * (stop - start)) / size}%` },
+              style: { left: SafemanipReport.lanes.within((100 * (start - from)) / size, className), width: `${(100 * (stop - start)) / size}%` },
             }),
           );
       };

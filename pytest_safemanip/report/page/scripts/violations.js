@@ -2,7 +2,10 @@
 SafemanipReport.violations = (() => {
   "use strict";
 
-  const { element, name, seconds, command, words } = SafemanipReport.dom;
+  const { element, name, figure, seconds, command, words } = SafemanipReport.dom;
+
+  const RANKED =
+    "ranked by the force over its limit where a contact was measured, then by how long it was unsafe";
 
   /** All violations, the worst first. */
   function list(details) {
@@ -44,7 +47,7 @@ SafemanipReport.violations = (() => {
       { type: "button", data: { violation: violation.id }, on: { click: () => choose(violation) } },
       element(
         "span.rank",
-        { title: `by how long it was unsafe, of ${total} in this run` },
+        { title: `of ${total} in this run, ${RANKED}` },
         violation.rank ? `#${violation.rank}` : "",
       ),
       element(
@@ -60,6 +63,7 @@ SafemanipReport.violations = (() => {
         `step ${violation.first}`,
         element("br"),
         `${seconds(violation.duration_s)} unsafe`,
+        violation.excess ? [element("br"), `${figure(violation.excess)} × limit`] : null,
       ),
     );
   }
@@ -72,7 +76,11 @@ SafemanipReport.violations = (() => {
       "article.explanation",
       {},
       element("h3", {}, property.title),
-      element("p.faint", {}, `${words(property.id)}, ${words(property.category)}, ${property.source}`),
+      element(
+        "p.faint",
+        {},
+        [...new Set([words(property.id), words(property.category), property.source])].join(", "),
+      ),
       element("code.formula", {}, property.formula),
       property.deadline
         ? element("p.faint", {}, `within ${property.deadline} s, discharged by ${property.discharged_by}`)
@@ -119,5 +127,22 @@ SafemanipReport.violations = (() => {
 
   const quoted = (path) => (/^[\w@%+=:,./-]+$/.test(path) ? path : `'${path.replaceAll("'", `'"'"'`)}'`);
 
-  return { list, card, explanation, again };
+  /** The violations as the summary has them, where nothing can be drawn. */
+  function told(details) {
+    return element(
+      "ul.told",
+      {},
+      details.violations.map((own) =>
+        element(
+          "li",
+          {},
+          element("strong", {}, words(own.property)),
+          ` ${own.entities.join(", ")}, step ${own.first}, unsafe for ${seconds(own.duration_s)}: `,
+          (own.evidence.length ? own.evidence : [own.reason]).join("; "),
+        ),
+      ),
+    );
+  }
+
+  return { RANKED, told, list, card, explanation, again };
 })();

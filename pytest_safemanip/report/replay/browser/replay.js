@@ -12,6 +12,7 @@
  * it; without, the page around has its own.
  * wheel: whether the mouse wheel zooms at once; otherwise after a click on the picture, so that it
  * does not stop who scrolls a page.
+ * look(property, first): where the violation of a property that begins at a step is seen best.
  * highlight(null) goes back to the entities of the violations.
  *
  * Needs three.min.js, and the other scripts of this folder before it. World frame: metres, z up.
@@ -42,7 +43,7 @@
     } catch (error) {
       ui.stage.replaceChildren(make("p", "smr-missing", null, NO_WEBGL));
       ui.bar.hidden = true;
-      return {seek() {}, highlight() {}, dispose: () => root.remove(), webgl: false};
+      return {seek() {}, highlight() {}, look() {}, dispose: () => root.remove(), webgl: false};
     }
     return new Replay(T, root, ui, renderer, data, options.onStep || (() => {}), Boolean(options.wheel));
   }
@@ -307,13 +308,15 @@
       ui.readout.replaceChildren();
       const hard = this.touching.filter(({pair}) =>
         [pair[0], pair[2]].some((i) => data.entities[i].kind === "robot" || this.highlighted.has(i)));
-      for (const {pair, force} of hard.slice(0, ui.stage.clientHeight < SMALL ? 2 : 4)) {
+      // Beside a page's own lanes the picture needs its room.
+      const few = ui.bar.hidden || ui.stage.clientHeight < SMALL;
+      for (const {pair, force} of hard.slice(0, few ? 2 : 4)) {
         const sides = [0, 2].map((i) => `${data.entities[pair[i]].name}/${pair[i + 1]}`);
         // As the arrow: what the robot does to other things.
         if (data.entities[pair[2]].kind === "robot") sides.reverse();
         make("div", "", ui.readout, `${force.toFixed(1)} N  ${sides.join(" on ")}`);
       }
-      if (hard.length) make("div", "smr-scale", ui.readout, "arrows: 10 cm for 10 N");
+      if (hard.length && !few) make("div", "smr-scale", ui.readout, "arrows: 10 cm for 10 N");
       const now = data.findings.filter((f) => f.first <= step && step <= f.last);
       const near = data.findings.find((f) => f.first <= step) || data.findings[0];
       ui.message.replaceChildren();
@@ -372,9 +375,15 @@
       }
     }
 
-    _resetView() {
-      this.camera.position.fromArray(this.data.view.eye);
-      this.controls.target.fromArray(this.data.view.target);
+    /** Look at the finding of a property that begins at a step. */
+    look(property, first) {
+      const found = this.data.findings.find((f) => f.property === property && f.first === first);
+      this._resetView(found && found.view);
+    }
+
+    _resetView(view = this.data.view) {
+      this.camera.position.fromArray(view.eye);
+      this.controls.target.fromArray(view.target);
       this.controls.update();
       this._draw();
     }

@@ -1,0 +1,55 @@
+"""The line that every report of a run begins with."""
+
+from __future__ import annotations
+
+import pytest
+
+from pytest_safemanip.metrics.fields import Fields
+from pytest_safemanip.metrics.summaries import Summary
+from pytest_safemanip.report.headline import headline
+from tests.report.ci.conftest import gate, violated
+
+
+def said(release=None, **changed):
+    records = (violated(), violated(seed=1))
+    found = headline(Summary(("here",), records, {}, (), **changed), release)
+    return found.verdict, found.text
+
+
+def gates(*verdicts, required=True, refused=""):
+    rows = [gate(verdict=verdict, required=required) for verdict in verdicts]
+    return Fields("release", {"gates": rows, "baseline": None, "refused": refused})
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "verdict", "text"),
+    [
+        (("PASS", "PASS"), "PASS", "2 gates passed"),
+        (("PASS", "INCONCLUSIVE"), "OPEN", "1 of 2 gates inconclusive"),
+        (("FAIL", "UNDERPOWERED", "PASS"), "FAIL", "1 of 3 gates failed, 1 inconclusive"),
+        (("INCOMPLETE",), "FAIL", "1 of 1 gate failed"),
+    ],
+)
+def test_gates_that_are_open_are_told_apart_from_those_that_failed(verdicts, verdict, text):
+    assert said(gates(*verdicts)) == (verdict, f"{text}, 2 of 2 rollouts violated")
+
+
+def test_what_is_not_required_fails_nothing():
+    assert said(gates("FAIL", required=False)) == ("PASS", "2 of 2 rollouts violated")
+
+
+def test_a_refused_comparison_fails_the_run():
+    verdict, text = said(gates("PASS", refused="other tasks"))
+    assert (verdict, text.split(", ")[:2]) == (
+        "FAIL",
+        ["1 gate passed", "not compared with the baseline"],
+    )
+
+
+def test_without_gates_a_violation_fails_the_run():
+    assert said() == ("FAIL", "2 of 2 rollouts violated")
+
+
+def test_an_interrupted_run_says_what_was_not_run():
+    _, text = said(expected=27, missing=6)
+    assert text == "2 of 2 rollouts violated, 6 of 27 cases not run"
