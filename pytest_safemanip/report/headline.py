@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from pytest_safemanip.errors import printable
+from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
 from pytest_safemanip.metrics.fields import Fields
-from pytest_safemanip.metrics.release_gate import OPEN
+from pytest_safemanip.metrics.release_gate import OPEN, PARTIAL
+from pytest_safemanip.metrics.shards import missing_line
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.numbers import counted
 
@@ -59,6 +62,23 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     else:
         failed = refused or any(verdict not in OPEN for verdict in bad)
     return Headline("FAIL" if failed else "OPEN" if bad else "PASS", ", ".join(parts))
+
+
+def notes_on(found: Summary) -> list[str]:
+    """What one has to know before one believes the figures, in lines."""
+    notes = [f"{name}: {NOT_COMPARABLE}" for name in not_comparable(found.records, found.origins)]
+    notes += [f"not all of the run: {PARTIAL}"] if found.partial else []
+    gone = missing_line(found.shards)
+    notes += [gone] if gone else []
+    errors = [record for record in found.records if record.error]
+    if errors:
+        first = errors[0]
+        why = printable(first.error.partition("\n")[0])
+        notes.append(
+            f"{counted(len(errors), 'rollout')} ended in an error, the first {first.task}, "
+            f"{first.policy}, seed {first.seed}: {why}"
+        )
+    return notes
 
 
 def required_verdicts(release: Fields) -> list[str]:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 
 from pytest_safemanip.metrics.fields import Fields
+from pytest_safemanip.metrics.shards import Shard
 from pytest_safemanip.metrics.summaries import Summary
-from pytest_safemanip.report.headline import headline
+from pytest_safemanip.report.headline import headline, notes_on
+from tests.metrics.build import rollout
 from tests.report.ci.conftest import gate, violated
 
 
@@ -53,3 +55,12 @@ def test_without_gates_a_violation_fails_the_run():
 def test_an_interrupted_run_says_what_was_not_run():
     _, text = said(expected=27, missing=6)
     assert text == "2 of 2 rollouts violated, 6 of 27 cases not run"
+
+
+def test_errors_and_missing_shards_are_told_before_any_figure():
+    failed = rollout(True, seed=3, error="RuntimeError: no GPU\nmore")
+    found = Summary(("here",), (violated(), failed), {}, (), (Shard(1, 2),), partial=True)
+    partial, shards, errors = notes_on(found)
+    assert partial.startswith("not all of the run: ")
+    assert shards == "not all of the run: no shard 2/2"
+    assert errors == "1 rollout ended in an error, the first T, p, seed 3: RuntimeError: no GPU"

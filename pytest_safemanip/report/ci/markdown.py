@@ -19,7 +19,7 @@ from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.records import by_policy
 from pytest_safemanip.report.ci.reading import Row, Run, Violation, read_run, worst
-from pytest_safemanip.report.headline import headline
+from pytest_safemanip.report.headline import headline, notes_on
 from pytest_safemanip.report.numbers import fraction, share, spread
 from pytest_safemanip.report.pictures import picture_of
 from pytest_safemanip.report.timeline import timeline_lines
@@ -56,6 +56,7 @@ def markdown(run: Run, beside: Path | None = None) -> str:
     """
     found = headline(run.summary, run.summary.release)
     parts = [f"## Safety: {escaped(f'{found.verdict}: {found.text}')}"]
+    parts += [escaped(note) for note in notes_on(run.summary)]
     if run.gates:
         parts.append(_table(("gate", "policy", "verdict", "found"), map(_gate_cells, run.gates)))
     if run.refused:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
 from pytest_safemanip.metrics.groups import Group, Metrics, measure, measure_each
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
-from pytest_safemanip.metrics.release_gate import PARTIAL
-from pytest_safemanip.metrics.shards import missing_line
 from pytest_safemanip.metrics.summaries import Summary
+from pytest_safemanip.report.headline import notes_on
 from pytest_safemanip.report.page.severity import Key, Severity, worst
 
 Json = dict[str, Any]
@@ -46,7 +44,7 @@ def overview(found: Summary, excess: Mapping[Key, float]) -> Json:
     metrics = measure_each(found.records)
     properties = _properties(found.records)
     return {
-        "notes": _notes(found),
+        "notes": notes_on(found),
         "policies": [
             _policy(name, metrics[name], own) for name, own in by_policy(found.records).items()
         ],
@@ -154,11 +152,3 @@ def _rate(rate: Rate) -> Json:
 
 def _short(value: float | None) -> float | None:
     return None if value is None else round(value, 5)
-
-
-def _notes(found: Summary) -> list[str]:
-    """What one has to know before one believes the figures."""
-    notes = [f"{name}: {NOT_COMPARABLE}" for name in not_comparable(found.records, found.origins)]
-    notes += [f"not all of the run: {PARTIAL}"] if found.partial else []
-    gone = missing_line(found.shards)
-    return [*notes, gone] if gone else notes
