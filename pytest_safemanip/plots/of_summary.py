@@ -27,7 +27,7 @@ BAR, ROW = 0.4, 0.45
 
 def plot_summary(summary: Summary, baseline: Summary | None = None) -> Figure:
     """How the rollouts of each policy ended, and violation rates by category with Wilson's 95 %
-    intervals; hollow ones are the baseline's.
+    intervals; hollow ones are the baseline's. What was never triggered has no rate.
 
     Args:
         summary: of a run, from :func:`~pytest_safemanip.metrics.summaries.read`.
@@ -114,7 +114,7 @@ def _categories(
 def _rate(
     axes: Axes, y: float, metrics: Metrics, category: str, look: tuple[str, str], fill: str
 ) -> None:
-    if category not in metrics.categories:
+    if category not in metrics.categories or not metrics.categories[category].triggered:
         return
     rate: Rate = metrics.categories[category].shares["violation_rate"]
     bounds = rate.interval()

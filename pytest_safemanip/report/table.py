@@ -203,7 +203,7 @@ def _group_table(groups: Mapping[str, Group]) -> list[str]:
     for name, group in groups.items():
         label, triggered = f"{name} ({group.tasks})", group.shares["triggered_rate"]
         violated = group.shares["violation_rate"]
-        if not triggered.hits:
+        if not group.triggered:
             rows.append((label, "never", *["-"] * (len(_COLUMNS) - 2)))
             continue
         rows.append(

@@ -107,6 +107,15 @@ def test_a_summary_shows_outcomes_and_categories_and_the_baseline_hollow() -> No
     assert faces[67] != "white"
 
 
+def test_what_was_never_triggered_has_no_rate_in_a_figure() -> None:
+    untested = verdict("b", "VACUOUS", "mechanism_recovery", triggered=False)
+    found = Summary(("runs/one",), (rollout(True, bad("a"), untested),), {}, ())
+    axes = plot_summary(found).axes[1]
+    assert "mechanism_recovery" in [label.get_text() for label in axes.get_yticklabels()]
+    rows = [line.get_ydata()[0] for line in axes.lines if len(line.get_xdata()) == 1]
+    assert set(rows) == {0.0}
+
+
 def test_a_run_without_rollouts_is_not_drawn() -> None:
     with pytest.raises(ConfigError, match="runs/none: nothing to draw"):
         plot_summary(Summary(("runs/none",), (), {}, ()))
