@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--html",
         action="store_true",
-        help="write report.html, a page to look at, into the folder of the run; prints gates, and its path",
+        help="write report.html, a page to look at, into the folder of the run, and print its path",
     )
 
 
