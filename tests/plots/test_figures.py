@@ -121,6 +121,11 @@ def test_a_run_without_rollouts_is_not_drawn() -> None:
         plot_summary(Summary(("runs/none",), (), {}, ()))
 
 
+def test_a_summary_and_an_episode_are_a_line(shown: Rollout) -> None:
+    assert repr(summary(True, False)) == "<Summary runs/one: 2 rollouts, 1 policy>"
+    assert repr(shown.episode) == "<Episode PickPlaceCounterToCabinet, toy, seed 0: horizon>"
+
+
 def test_a_summary_is_a_table_of_verdicts_and_html_is_escaped() -> None:
     found = summary(True, False)
     table = found.to_pandas()
