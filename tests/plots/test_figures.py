@@ -107,6 +107,18 @@ def test_a_summary_shows_outcomes_and_categories_and_the_baseline_hollow() -> No
     assert faces[67] != "white"
 
 
+def test_of_many_policies_nothing_that_is_explained_is_cut_off() -> None:
+    names = [f"scripted:one_fault_of_many_{n}" for n in range(11)]
+    found = Summary(("x",), tuple(rollout(True, bad(), policy=name) for name in names), {}, ())
+    figure = plot_summary(found, baseline=found)
+    assert all(name in texts(figure) for name in names)
+    frame = figure.bbox
+    boxes = [legend.get_window_extent() for legend in figure.legends]
+    assert len(boxes) == 2
+    assert all(frame.x0 <= box.x0 and box.x1 <= frame.x1 for box in boxes)
+    assert not boxes[1].overlaps(figure.axes[1].get_tightbbox())
+
+
 def test_what_was_never_triggered_has_no_rate_in_a_figure() -> None:
     untested = verdict("b", "VACUOUS", "mechanism_recovery", triggered=False)
     found = Summary(("runs/one",), (rollout(True, bad("a"), untested),), {}, ())
