@@ -178,7 +178,7 @@ def test_a_storyboard_travels_as_json_and_names_are_escaped(tmp_path: Path) -> N
     assert Storyboard.from_json(board.to_json()) == board
     assert board.violations == (("collision_contact", (8, 11)),)
     lanes = {lane.label: lane.spans for lane in board.lanes}
-    assert lanes["collision()"] == ((8, 11),)
+    assert lanes["collision"] == ((8, 11),)
 
 
 def test_of_other_names_no_video_is_written(tmp_path: Path) -> None:
