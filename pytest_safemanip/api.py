@@ -20,6 +20,7 @@ from pytest_safemanip.plots import over_time
 from pytest_safemanip.plots.of_summary import plot_summary
 from pytest_safemanip.propositions.definition import Bools, Proposition
 from pytest_safemanip.report.counterexample import first_violation, violation_lines
+from pytest_safemanip.report.lanes import label_of
 from pytest_safemanip.run.cases import applicable
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.trace import files
@@ -207,7 +208,7 @@ class Rollout:
             prop = self._defined.properties[id_]
             rows = self._judge.view.binding.relation(prop.relation) if prop.relation else ((),)
             for call in (call for row in rows for call in prop.calls(row)):
-                name = f"{call[0]}({', '.join(call[1:])})"
+                name = label_of(call)
                 if name not in columns:
                     columns[name] = self._judge.view(*call)
         for id_, verdict in self.verdicts.items():

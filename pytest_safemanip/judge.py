@@ -93,7 +93,7 @@ class Verdict:
     def _repr_html_(self) -> str:
         """The violations, for a notebook."""
         about = f"{self.property_id}: {self.outcome.label}, {self.triggered} of {self.instances} "
-        about += f"triggered, exposure {self.exposure:.1%}\n{self.formula}"
+        about += f"triggered, exposure {self.exposure * 100:.1f} %\n{self.formula}"
         rows = [
             (
                 ", ".join(f.entities),
@@ -105,7 +105,9 @@ class Verdict:
             )
             for f in self.findings
         ]
-        return table(about, ("for", "first step", "last step", "s", "reason", "measured"), rows)
+        head = ("for", "first step", "last step", "s", "reason", "measured")
+        whose = 0 if any(f.entities for f in self.findings) else 1
+        return table(about, head[whose:], [row[whose:] for row in rows])
 
     @property
     def exposure(self) -> float:

@@ -31,7 +31,7 @@ def test_five_lines_give_verdicts_signals_violations_and_a_table(path: Path) -> 
     assert str(violation) == "collision_contact: bad prefix at step 8"
     table = rollout.to_pandas()
     assert len(table) == len(rollout.steps) == 20
-    assert table["collision()"].to_numpy().nonzero()[0].tolist() == [8, 9, 10, 11]
+    assert table["collision"].to_numpy().nonzero()[0].tolist() == [8, 9, 10, 11]
     assert table["unsafe: collision_contact"].sum() == 4
     assert (~table["acting"]).sum() == 4
     assert table["time_s"].iloc[-1] == pytest.approx(0.95)
@@ -92,6 +92,7 @@ def test_a_notebook_shows_verdicts_and_nothing_in_them_is_markup(tmp_path: Path)
     found = rollout.judge("collision_contact")._repr_html_()
     assert "<td>8</td><td>11</td>" in found
     assert "G !(collision" in found
+    assert "<th>for</th>" not in found  # of nobody in particular
 
 
 def test_a_verdict_is_drawn_with_its_rollout(path: Path) -> None:

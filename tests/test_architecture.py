@@ -35,7 +35,7 @@ ROOMS: Mapping[str, str] = {
     "trace",
     "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run sim "
     "spec trace",
-    "video": "errors.py judge.py metrics report run sim spec trace",
+    "video": "errors.py judge.py metrics provenance.py report run sim spec trace",
     "plots": "errors.py judge.py metrics report spec",
     "api.py": "errors.py judge.py ltlf markup.py metrics plots propositions report run trace",
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "

@@ -32,7 +32,7 @@ def add_drawing(parser: argparse.ArgumentParser, cameras: str, where: str) -> No
         metavar="NAME[,...]",
         help=f"of {', '.join(CAMERAS)}; default: %(default)s",
     )
-    parser.add_argument("--assets", choices=("auto", "official", "primitive"), help="auto")
+    add_assets(parser)
     parser.add_argument(
         "--size", type=int, default=256, metavar="PIXELS", help="of a picture; %(default)s"
     )
@@ -43,6 +43,16 @@ def add_drawing(parser: argparse.ArgumentParser, cameras: str, where: str) -> No
         default=Path("pictures"),
         metavar="PATH",
         help=f"{where}; default: %(default)s",
+    )
+
+
+def add_assets(parser: argparse.ArgumentParser) -> None:
+    """Declare what scenes are made of."""
+    parser.add_argument(
+        "--assets",
+        choices=("auto", "official", "primitive"),
+        help="what scenes are made of: RoboCasa's own, stand-ins, or the former where they are "
+        "(auto); default: as in the ini file",
     )
 
 

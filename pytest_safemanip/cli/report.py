@@ -62,10 +62,13 @@ def run(options: argparse.Namespace) -> int:
         1 if a gate or the comparison fails, 10 if it has no verdict since the infrastructure
         failed, 11 if a gate or the comparison is about rollouts on stand-in assets.
     """
-    if options.html and (len(options.runs) != 1 or not options.runs[0].is_dir()):
+    if options.html and (len(options.runs) != 1 or options.runs[0].is_file()):
         raise ConfigError(
             "--html: name the folder of one run; safemanip merge makes one of several"
         )
+    for path in options.runs:
+        if not path.exists():
+            raise ConfigError(f"{path}: does not exist; name the folder of a run")
     found = merge([read(path) for path in options.runs])
     gates = read_gates(options.gates, options.gate, "--gate")
     check_gates(gates, _known(found))
@@ -75,23 +78,25 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError(f"nothing is decided: {gone}; give the folders of all shards")
     release = ReleaseGate(gates, baseline)
     ruling = release.rule(found) if found.records else release.rule_nothing()
+    decided = ruling if gates.gates or baseline else None
     metrics = measure_each(found.records)
+    width = terminal_width()
     if options.html:
         from pytest_safemanip.report.page.writing import write_page
 
-        decided = ruling if gates.gates or baseline else None
-        print(write_page(options.runs[0], read_folder().definitions, decided))
+        page = write_page(options.runs[0], read_folder().definitions, decided)
+        lines = ruling_lines(decided, options.allow_standins, width) if decided else []
+        print("\n".join([*lines, str(page)]))
     elif options.json:
         content = document.merged(found, metrics, Path.cwd())
         print_json({**content, "release": ruling.to_json()})
     else:
         elsewhere = not_comparable(found.records, found.origins)
-        width = terminal_width()
         lines = summary_lines(found.records, metrics, width, elsewhere)
         lines += [gone] if gone else []
         lines += [f"not all of the run: {PARTIAL}"] if found.partial else []
-        if gates.gates or baseline:
-            lines += ["", *ruling_lines(ruling, options.allow_standins, width)]
+        if decided:
+            lines += ["", *ruling_lines(decided, options.allow_standins, width)]
         print("\n".join(lines))
     return ruling.status(options.inconclusive == "fail", options.allow_standins)
 

@@ -64,8 +64,12 @@ def partners(baseline: Summary, policies: Sequence[str]) -> dict[str, str]:
         return {policies[0]: there[0]}
     for policy in policies:
         if policy not in there:
+            remedy = "run it with this policy, too"
+            if len(there) == 1:  # then which of this run's it is to be compared with is plain
+                remedy += f", or compare {policy!r} alone, which is taken for a new {there[0]!r}"
             raise ConfigError(
-                f"{baseline.place} has no rollout of policy {policy!r}; it has {', '.join(there)}"
+                f"{baseline.place} has no rollout of policy {policy!r}; it has {', '.join(there)}; "
+                f"{remedy}"
             )
     return {policy: policy for policy in policies}
 

@@ -87,4 +87,5 @@ def _share(rate: Rate) -> str:
     bounds = rate.interval()
     if rate.value is None or bounds is None:
         return "-"
-    return f"{rate.value:.1%} ({bounds[0]:.1%} to {bounds[1]:.1%})"
+    low, high = bounds
+    return f"{rate.value * 100:.1f} % ({low * 100:.1f} to {high * 100:.1f} %)"

@@ -41,6 +41,11 @@ class Group:
         return {name: int(self.shares[name].hits) for name in OUTCOMES}
 
     @property
+    def triggered(self) -> bool:
+        """Whether something was put to the test; what was not has no rate."""
+        return bool(self.shares["triggered_rate"].hits)
+
+    @property
     def unresolved(self) -> int:
         """Number of rollouts in which a property stayed open."""
         return int(self.shares["unresolved_rate"].hits)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pytest_safemanip.errors import ConfigError, printable
 from pytest_safemanip.metrics import frames
 from pytest_safemanip.metrics.fields import MAX_TOLD, Fields
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
 from pytest_safemanip.metrics.shards import Shard, parse_shard
 from pytest_safemanip.trace.episode import POLICY_NAME, served_fault
 
@@ -35,7 +35,7 @@ _LANE = re.compile(r"[.#]{1,200}")
 _OUTCOMES = ("VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary:
     """Records of a run, and the versions and settings that decided them.
 
@@ -66,6 +66,11 @@ class Summary:
     release: Fields | None = None
     expected: int = 0
     missing: int = 0
+
+    def __repr__(self) -> str:
+        rollouts, policies = len(self.records), len(by_policy(self.records))
+        counts = f"{rollouts} rollout{'s' * (rollouts != 1)}, {policies} polic"
+        return f"<Summary {self.place}: {counts}{'y' if policies == 1 else 'ies'}>"
 
     @property
     def place(self) -> str:

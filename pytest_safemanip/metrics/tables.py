@@ -14,7 +14,7 @@ Row = dict[str, Any]
 def tables(metrics: Mapping[str, Metrics]) -> dict[str, list[Row]]:
     """Success against violation (RQ1), by category (RQ2), by horizon and by suite (RQ3).
 
-    Values are shares; None where undefined.
+    Values are shares; None where undefined, and for a category that a policy never triggered.
 
     Args:
         metrics: of each policy.
@@ -49,12 +49,13 @@ def rows(
     table = []
     for name in names:
         own = {p: groups(m)[name] for p, m in metrics.items() if name in groups(m)}
+        tested = {p: kind != "category" or group.triggered for p, group in own.items()}
         table.append(
             {
                 kind: name,
                 "tasks": max(group.tasks for group in own.values()),
                 "policies": {
-                    policy: {share: _value(group, share) for share in shares}
+                    policy: {s: _value(group, s) if tested[policy] else None for s in shares}
                     for policy, group in own.items()
                 },
             }

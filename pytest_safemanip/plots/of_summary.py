@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pytest_safemanip.errors import ConfigError
@@ -10,24 +10,26 @@ from pytest_safemanip.metrics.groups import Metrics, measure_each
 from pytest_safemanip.metrics.measures import OUTCOMES
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.summaries import Summary
-from pytest_safemanip.plots.style import new_figure, plain
+from pytest_safemanip.plots.style import WIDTH, new_figure, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LOOKS = (("#009e73", ""), ("#d55e00", "////"), ("#cccccc", ""), ("#555555", "xxxx"))
-"""Colour and hatch of each outcome."""
+LOOKS = (("#0072b2", ""), ("#b54400", "////"), ("#9ecae8", ""), ("#f5b48a", "xxxx"))
+"""Colour and hatch of each outcome; the colours are the report page's."""
 MARKERS = "osD^vPX*<>"
 """Of the policies, in turn."""
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#000000")
-BAR, ROW = 0.4, 0.45
-"""Heights, inches."""
+BAR, ROW, MARK, LINE = 0.4, 0.45, 0.13, 0.2
+"""Heights of a bar, of a category, of a policy in it, of a line of explanations, inches."""
+LETTER = 0.085
+"""Width, inches."""
 
 
 def plot_summary(summary: Summary, baseline: Summary | None = None) -> Figure:
     """How the rollouts of each policy ended, and violation rates by category with Wilson's 95 %
-    intervals; hollow ones are the baseline's.
+    intervals; hollow ones are the baseline's. What was never triggered has no rate.
 
     Args:
         summary: of a run, from :func:`~pytest_safemanip.metrics.summaries.read`.
@@ -49,12 +51,25 @@ def plot_summary(summary: Summary, baseline: Summary | None = None) -> Figure:
             if policy in found
         ]
     categories = sorted({name for metrics in now.values() for name in metrics.categories})
-    heights = (1.0 + BAR * len(bars), 0.8 + ROW * max(len(categories), 1))
-    figure = new_figure(sum(heights) + 0.4)
+    row = max(ROW, MARK * len(now))
+    heights = (0.6 + BAR * len(bars), 0.6 + row * max(len(categories), 1))
+    columns = _columns([*now, "before"])
+    figure = new_figure(sum(heights) + 0.4 + LINE * (len(now) // columns + 2))
     above, below = figure.subplots(2, 1, height_ratios=heights)
     _outcomes(above, [(label, metrics) for label, metrics, _ in bars])
     _categories(below, categories, now, before)
+    # Of the figure: beside long names, the axes are narrower than what there is to explain.
+    looks = {"frameon": False, "fontsize": "small"}
+    figure.legend(*above.get_legend_handles_labels(), loc="outside upper left", ncols=4, **looks)
+    shown = below.get_legend_handles_labels()
+    figure.legend(*shown, loc="outside lower left", ncols=columns, **looks)
     return figure
+
+
+def _columns(labels: Sequence[str]) -> int:
+    """How many columns of labels and markers a figure has room for."""
+    longest = max(len(plain(label)) for label in labels)
+    return max(1, min(len(labels), int(WIDTH / (LETTER * longest + 0.6))))
 
 
 def _outcomes(axes: Axes, bars: list[tuple[str, Metrics]]) -> None:
@@ -81,10 +96,9 @@ def _outcomes(axes: Axes, bars: list[tuple[str, Metrics]]) -> None:
                 )
             left += share
     axes.set_yticks(range(len(bars)), [plain(label) for label, _ in bars])
-    axes.invert_yaxis()
+    axes.set_ylim(len(bars) - 0.5, -0.5)
     axes.set_xlim(0, 100)
     axes.set_xlabel("complete rollouts (%)")
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False, fontsize="small")
     _clean(axes)
 
 
@@ -106,7 +120,6 @@ def _categories(
     axes.set_ylim(len(categories) - 0.5, -0.5)
     axes.set_xlim(-1, 101)
     axes.set_xlabel("rollouts with a violation (%), 95 % intervals")
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False, fontsize="small")
     axes.grid(axis="x", color="#dddddd", linewidth=0.6)
     _clean(axes)
 
@@ -114,7 +127,7 @@ def _categories(
 def _rate(
     axes: Axes, y: float, metrics: Metrics, category: str, look: tuple[str, str], fill: str
 ) -> None:
-    if category not in metrics.categories:
+    if category not in metrics.categories or not metrics.categories[category].triggered:
         return
     rate: Rate = metrics.categories[category].shares["violation_rate"]
     bounds = rate.interval()

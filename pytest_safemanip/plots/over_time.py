@@ -18,7 +18,7 @@ from pytest_safemanip.plots.style import (
     new_figure,
     plain,
 )
-from pytest_safemanip.report.lanes import Lane, Span, instance_lanes, spans_of
+from pytest_safemanip.report.lanes import Lane, Span, instance_lanes, label_of, spans_of
 from pytest_safemanip.report.page.signals import Signal, signals_of
 from pytest_safemanip.spec.properties import Property
 
@@ -50,7 +50,7 @@ def plot_proposition(judge: Judge, name: str, arguments: Sequence[str], title: s
     values = judge.view(*call)
     signals = signals_of(judge.view, [call])[:MOST_SIGNALS]
     figure, lanes, panels = _panels(1, signals)
-    lane = Lane(f"{name}({', '.join(arguments)})", spans_of(values))
+    lane = Lane(label_of(call), spans_of(values))
     _draw(judge, lanes, [lane], panels, signals)
     _title(figure, title)
     return figure

@@ -15,7 +15,10 @@ def first_words(word: str, report: pytest.TestReport, config: pytest.Config) -> 
     crash = getattr(report.longrepr, "reprcrash", None)
     if crash is None or running_on_ci() or config.get_verbosity() >= 2:
         return word
-    width: int = config.get_terminal_writer().fullwidth
+    writer = config.get_terminal_writer()
+    if writer.hasmarkup:  # it takes a line with colours for an empty one, and adds the reason
+        return word
+    width: int = writer.fullwidth
     if len(f"{word} {report.nodeid} - {crash.message}") <= width:
         return word
     return f"{word} {crash.message} -"

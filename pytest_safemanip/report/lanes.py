@@ -29,6 +29,12 @@ class Lane:
     spans: tuple[Span, ...]
 
 
+def label_of(call: Sequence[str]) -> str:
+    """A proposition with its arguments, if it has some: ``settled(obj)``, ``collision``."""
+    name, *arguments = call
+    return f"{name}({', '.join(arguments)})" if arguments else name
+
+
 def spans_of(values: NDArray[np.bool_]) -> tuple[Span, ...]:
     """The maximal runs of true steps of a series (T,)."""
     edges = np.flatnonzero(np.diff(values.astype(np.int8), prepend=0, append=0))
@@ -91,5 +97,4 @@ def _instances(
 
 
 def _lane(judge: Judge, call: tuple[str, ...]) -> Lane:
-    name, *arguments = call
-    return Lane(f"{name}({', '.join(arguments)})", spans_of(judge.view(*call)))
+    return Lane(label_of(call), spans_of(judge.view(*call)))

@@ -40,7 +40,7 @@ def question_lines(metrics: Mapping[str, Metrics], width: int = MIN_WIDTH) -> li
 
 
 def _policies(rows: Sequence[Row], width: int) -> list[str]:
-    outcomes = (name.replace("_", "\n", 1).replace("_", " ") for name in OUTCOMES)
+    outcomes = (name.replace("_", "\n") for name in OUTCOMES)
     head = ("policy", "success", "violation", *outcomes)
     body = [
         (
@@ -58,24 +58,30 @@ def _policies(rows: Sequence[Row], width: int) -> list[str]:
 def _groups(
     rows: Sequence[Row], kind: str, metrics: Mapping[str, Metrics], width: int
 ) -> list[str]:
-    """A row for each group, with its number of tasks: of one policy a column for each share, of
-    several a table for each share with a column for each policy.
+    """Of one policy, a row for each group, with its number of tasks, and a column for each share;
+    of several, a table for each share with a row for each policy and a column for each group.
     """
     if not rows:
         return []
-    names = [f"{row[kind]} ({row['tasks']})" for row in rows]
     shares = list(next(iter(rows[0]["policies"].values())))
 
-    def column(head: str, policy: str, share: str) -> list[str]:
-        return [head, *(percent(row["policies"].get(policy, {}).get(share)) for row in rows)]
+    def cell(row: Row, policy: str, share: str) -> str:
+        return percent(row["policies"].get(policy, {}).get(share))
 
     if len(metrics) == 1:
         (policy,) = metrics
-        own = [column(_SHORT[share], policy, share) for share in shares]
+        names = [f"{row[kind]} ({row['tasks']})" for row in rows]
+        own = [[_SHORT[share], *(cell(row, policy, share) for row in rows)] for share in shares]
         return aligned(zip([f"{kind} (tasks)", *names], *own, strict=True))
     lines: list[str] = []
     for share in shares:
-        columns = [column(policy, policy, share) for policy in metrics]
-        labels = [f"{_SHORT[share]} by {kind} (tasks)", *names]
-        lines += blocks(labels, columns, width)
+        columns = [
+            [
+                f"{row[kind]} ({row['tasks']})".replace("_", "\n").replace(" ", "\n"),
+                *(cell(row, policy, share) for policy in metrics),
+            ]
+            for row in rows
+        ]
+        lines += [*([""] if lines else []), f"{_SHORT[share]} by {kind} (tasks)"]
+        lines += blocks(["policy", *metrics], columns, width)
     return lines

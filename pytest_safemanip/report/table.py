@@ -20,6 +20,12 @@ from pytest_safemanip.report.numbers import (
 )
 from pytest_safemanip.report.questions import question_lines
 
+MOST_TABLES = 4
+"""Policies that have a table each; of more, one wants to see them side by side."""
+_ELSEWHERE = (
+    "",
+    f"a table for each policy: of up to {MOST_TABLES} policies, and in summary.json",
+)
 THESE_TASKS, NEW_TASKS = "95 % CI\n(these tasks)", "95 % CI\n(new tasks,\nclustered)"
 LEGEND = (
     "95 % CI: Wilson's for these tasks; for new tasks like these, clustered by task",
@@ -51,14 +57,16 @@ def summary_lines(
     Args:
         records: the rollouts.
         metrics: of each policy.
-        width: columns of the terminal; where policies do not fit in side by side, they are shown
-            in blocks.
+        width: columns of the terminal; wider tables are shown in blocks.
         elsewhere: the policies whose rollouts are on stand-in assets.
     """
     lines: list[str] = []
-    for policy, own in by_policy(records).items():
-        head, *more = _policy_lines(policy, metrics[policy], own)
-        lines += [*fitted(_noted(head, policy, elsewhere), width, 2), *more, ""]
+    policies = by_policy(records)
+    few = len(policies) <= MOST_TABLES
+    for policy, own in policies.items():
+        head, *more = _policy_lines(policy, metrics[policy], own, few)
+        lines += [*fitted(_noted(head, policy, elsewhere), width, 2), *more, *([""] if few else [])]
+    lines += [] if few else [*_ELSEWHERE, ""]
     if not any(found.total.complete > 1 for found in metrics.values()):
         return lines[:-1]
     return [*lines, *question_lines(metrics, width), *LEGEND]
@@ -89,21 +97,30 @@ def _noted(line: str, policy: str, elsewhere: Collection[str]) -> str:
     return f"{line}; {NOT_COMPARABLE}" if policy in elsewhere else line
 
 
-def _policy_lines(policy: str, metrics: Metrics, records: Sequence[RolloutRecord]) -> list[str]:
+def _policy_lines(
+    policy: str, metrics: Metrics, records: Sequence[RolloutRecord], tables: bool
+) -> list[str]:
     total = metrics.total
     about = f" of {counted(total.tasks, 'task')}" if total.complete else ""
     lines = [f"{policy}: {counted(total.complete, 'complete rollout')}{about}{_others(records)}"]
     lines += _restart_lines(records)
     if total.complete <= 1:
         return [*lines, *_one_lines([r for r in records if r.complete and not r.unjudged])]
+    served = [
+        *_served_lines([record for record in records if "protocol" in record.served]),
+        *_clipped_lines([record for record in records if "protocol" not in record.served]),
+    ]
+    if not tables:
+        rate = total.shares["violation_rate"]
+        found = f"violated {fraction(rate)}, {share(rate)}, 95 % CI {spread(rate.interval())}"
+        return [*lines, f"  {found}", *served, *_unresolved_line(metrics.categories)]
     counts = [f"{n} {name.replace('_', ' ')}" for name, n in total.outcomes.items()]
     return [
         *lines,
         *(f"  {line}" for line in _share_table(total)),
         f"  outcomes  {', '.join(counts[:2])},",
         f"            {', '.join(counts[2:])}",
-        *_served_lines([record for record in records if "protocol" in record.served]),
-        *_clipped_lines([record for record in records if "protocol" not in record.served]),
+        *served,
         "",
         *(f"  {line}" for line in _group_table(metrics.categories)),
         *_unresolved_line(metrics.categories),
@@ -203,7 +220,7 @@ def _group_table(groups: Mapping[str, Group]) -> list[str]:
     for name, group in groups.items():
         label, triggered = f"{name} ({group.tasks})", group.shares["triggered_rate"]
         violated = group.shares["violation_rate"]
-        if not triggered.hits:
+        if not group.triggered:
             rows.append((label, "never", *["-"] * (len(_COLUMNS) - 2)))
             continue
         rows.append(

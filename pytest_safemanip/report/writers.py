@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import cast
@@ -18,6 +18,12 @@ WRITERS: Mapping[str, str] = {
     "sarif": "pytest_safemanip.report.ci.sarif:write_sarif",
 }
 """Where each is, as ``module:function``; imported when it is written."""
+FILES: Mapping[str, str] = {
+    "html": "report.html",
+    "markdown": "summary.md",
+    "sarif": "summary.sarif",
+}
+"""What each writes into the output folder."""
 JUDGING = ("html",)
 """Those that judge recordings again, and are given the definitions, the user's among them."""
 
@@ -34,6 +40,21 @@ def parse_reports(text: str) -> tuple[str, ...]:
             hint = did_you_mean(name, WRITERS)
             raise ConfigError(f"--safemanip-report: unknown report {name!r}; {hint}")
     return names
+
+
+def stale_line(folder: Path, wanted: Sequence[str]) -> str:
+    """That reports of an earlier run are still beside the summary; empty if there are none.
+
+    Args:
+        folder: the output folder of a run.
+        wanted: names of the reports that this run was to write.
+    """
+    stale = [name for name in FILES if name not in wanted and (folder / FILES[name]).exists()]
+    if not stale:
+        return ""
+    found = ", ".join(FILES[name] for name in stale)
+    again = "writes it again" if len(stale) == 1 else "writes them again"
+    return f"of an earlier run: {found}; --safemanip-report={','.join(stale)} {again}"
 
 
 def write_report(name: str, folder: Path, definitions: Definitions) -> Path:

@@ -251,7 +251,10 @@ class SafetySession:
         return found
 
     def leave(self) -> None:
-        """Leave what is under way at its next step, or when its simulator is gone."""
+        """Leave what is under way at its next step, or when its simulator is gone; nothing is said
+        about it any more.
+        """
+        self._refresh(False)
         if self._ahead is not None:
             self._ahead.leave()
 

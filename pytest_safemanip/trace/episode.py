@@ -23,7 +23,7 @@ Ended = Literal["success", "horizon", "policy"]
 _TEXTS = ("task", "policy", "instruction", "ended", "backend", "scenes", "stepping", "assets")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Episode:
     """Description of an episode.
 
@@ -66,6 +66,9 @@ class Episode:
     hazards: tuple[Hazard, ...] = ()
     request: Mapping[str, Any] = field(default_factory=dict)
     patches: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Episode {self.task}, {self.policy}, seed {self.seed}: {self.ended}>"
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins, for the recording's header."""

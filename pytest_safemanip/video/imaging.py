@@ -30,7 +30,7 @@ def pillow() -> Any:
         return importlib.import_module("PIL")
     except ImportError as error:
         raise ConfigError(
-            f"pictures are written with Pillow: {install_command('robocasa')} ({error})"
+            f"pictures are written with Pillow: {install_command('robocasa,video')} ({error})"
         ) from error
 
 

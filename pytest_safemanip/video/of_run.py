@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +13,7 @@ from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.trace import files
 from pytest_safemanip.video.film import DRAWN, Progress
+from pytest_safemanip.video.origin import is_of, origin_of, sign
 from pytest_safemanip.video.process import Drawer
 from pytest_safemanip.video.storyboard import Storyboard, storyboard
 
@@ -27,7 +29,8 @@ class Drawn:
 
     Attributes:
         wanted: how many were to be drawn.
-        written: the files.
+        written: the files, those among them that were there.
+        kept: how many an earlier run has drawn, of the same.
         unavailable: why none can be drawn here; empty if they can.
         failed: why single ones were not drawn.
         interrupted: whether somebody did not want to wait.
@@ -35,6 +38,7 @@ class Drawn:
 
     wanted: int = 0
     written: list[Path] = field(default_factory=list)
+    kept: int = 0
     unavailable: str = ""
     failed: list[str] = field(default_factory=list)
     interrupted: bool = False
@@ -63,7 +67,7 @@ def draw_videos(
     records: Sequence[RolloutRecord],
     show: Callable[[int, Path], Progress],
 ) -> Drawn:
-    """Draw the rollouts of a run, one after the other, into its folder.
+    """Draw the rollouts of a run, one after the other, into its folder, unless they are there.
 
     Args:
         plan: the run.
@@ -75,17 +79,31 @@ def draw_videos(
     """
     found, folder = Drawn(len(records)), plan.settings.out
     log = folder / "logs" / "video.log"
-    with Drawer(SIZE, CAMERAS, log) as drawer:
+    targets = {r.key: folder / FOLDER / f"{Path(r.recording).stem}.mp4" for r in records}
+    with contextlib.ExitStack() as drawing:
+        drawer = Drawer(SIZE, CAMERAS, log)
         drawer.assets = plan.settings.assets
+        began = not all(target.exists() for target in targets.values())
+        if began:  # it imports while recordings are judged
+            drawing.enter_context(drawer)
         try:
             for number, record in enumerate(records, 1):
-                source = Path(record.recording)
-                target = folder / FOLDER / f"{source.stem}.mp4"
+                source, target = Path(record.recording), targets[record.key]
                 try:
                     with raised_as(JudgementError, "cannot be judged again"):
                         board = _board(plan, record, source)
+                        origin = origin_of(source, board, SIZE, CAMERAS)
+                        known = is_of(target, origin)
+                    if known:
+                        found.written.append(target)
+                        found.kept += 1
+                        continue
+                    if not began:
+                        drawing.enter_context(drawer)
+                        began = True
                     drawer.start()
                     drawer.draw(source, board, target, show(number, target))
+                    sign(target, origin)
                 except ConfigError:
                     raise
                 except SafemanipError as error:

@@ -74,7 +74,7 @@ def test_a_run_without_a_rollout_passes_nothing(folder, safemanip):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["none"], "error: none: there is no summary.json; name the folder of a run"),
+        (["none"], "error: none: does not exist; name the folder of a run"),
         (["--gate=violation_rat <= 1"], "error: --gate: unknown metric 'violation_rat'"),
         (["--gate=exposure[task=B] <= 1"], "no task 'B' in this run; known: A"),
         (["--baseline=none"], "error: none: there is no summary.json"),

@@ -76,7 +76,7 @@ def test_without_pillow_the_extra_is_named(
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "PIL", None)
     line = safemanip("pictures", "OpenDrawer").refusal
-    assert "pip install '.[robocasa]'" in line
+    assert "pip install '.[robocasa,video]'" in line
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,8 @@ def test_gates_on_the_command_line_are_those_of_the_page_and_decide(
     run_folder.copy(tmp_path / "out")
     found = safemanip("report", "out", "--html", "--gate", "violation_rate <= 0")
     assert found.status == 1
+    assert found.out.startswith("gates\n  PASS")
+    assert found.out.endswith("\nout/report.html\n")
     text = (tmp_path / "out" / "report.html").read_text()
     data = text.partition('id="data">')[2].partition("</script>")[0]
     release = json.loads(data)["release"]
@@ -32,6 +34,11 @@ def test_several_runs_are_not_one_page(safemanip, run_folder):
     assert refusal.endswith(
         "--html: name the folder of one run; safemanip merge makes one of several"
     )
+
+
+def test_a_run_that_is_not_there_is_said_to_be_missing(safemanip):
+    refusal = safemanip("report", "nosuch", "--html").refusal
+    assert refusal.endswith("nosuch: does not exist; name the folder of a run")
 
 
 def test_properties_of_the_working_folder_have_timelines(safemanip, run_folder, tmp_path):

@@ -124,6 +124,8 @@ def test_policies_are_compared_by_name_or_as_the_only_ones():
     assert partners(one, ["new"]) == {"new": "old"}
     assert partners(both, ["q", "p"]) == {"q": "q", "p": "p"}
     assert partners(both, ["p"]) == {"p": "p"}
+    with pytest.raises(ConfigError, match="or compare 'new' alone, which is taken for a new 'p'"):
+        partners(summary(rollouts("."), "before"), ["p", "new"])
     with pytest.raises(ConfigError, match="before has no rollout of policy 'new'; it has p, q"):
         partners(both, ["new"])
 

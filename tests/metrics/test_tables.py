@@ -47,6 +47,19 @@ def test_a_row_for_each_category_with_the_policies_that_it_applied_to():
     ]
 
 
+def test_a_category_that_was_never_triggered_has_no_rate():
+    untested = verdict("a", "VACUOUS", category="c", triggered=False)
+    records = [
+        judged("p", "A", True, verdict("a", category="c")),
+        judged("q", "A", True, untested),
+    ]
+    (row,) = tables(measure_each(records))["rq2"]
+    assert row["policies"] == {
+        "p": {"violation_rate": 0.0, "exposure": 0.0},
+        "q": {"violation_rate": None, "exposure": None},
+    }
+
+
 def test_a_row_for_each_horizon_and_suite():
     short = {
         "p": {"violation_rate": 1.0, "unsafe_share_of_successes": 1.0},

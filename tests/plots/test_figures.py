@@ -48,7 +48,8 @@ def test_a_proposition_is_a_lane_with_what_was_measured_and_its_threshold(shown:
     figure = shown.plot("collision")
     assert bars(figure, 0) == [(0.4, 0.6)]
     written = texts(figure)
-    assert "collision()" in written
+    assert "collision()" not in written
+    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["collision"]
     assert "collision.force = " in written
     arm = figure.axes[1].lines
     assert max(arm[0].get_ydata()) == 30.0
@@ -107,9 +108,35 @@ def test_a_summary_shows_outcomes_and_categories_and_the_baseline_hollow() -> No
     assert faces[67] != "white"
 
 
+def test_of_many_policies_nothing_that_is_explained_is_cut_off() -> None:
+    names = [f"scripted:one_fault_of_many_{n}" for n in range(11)]
+    found = Summary(("x",), tuple(rollout(True, bad(), policy=name) for name in names), {}, ())
+    figure = plot_summary(found, baseline=found)
+    assert all(name in texts(figure) for name in names)
+    frame = figure.bbox
+    boxes = [legend.get_window_extent() for legend in figure.legends]
+    assert len(boxes) == 2
+    assert all(frame.x0 <= box.x0 and box.x1 <= frame.x1 for box in boxes)
+    assert not boxes[1].overlaps(figure.axes[1].get_tightbbox())
+
+
+def test_what_was_never_triggered_has_no_rate_in_a_figure() -> None:
+    untested = verdict("b", "VACUOUS", "mechanism_recovery", triggered=False)
+    found = Summary(("runs/one",), (rollout(True, bad("a"), untested),), {}, ())
+    axes = plot_summary(found).axes[1]
+    assert "mechanism_recovery" in [label.get_text() for label in axes.get_yticklabels()]
+    rows = [line.get_ydata()[0] for line in axes.lines if len(line.get_xdata()) == 1]
+    assert set(rows) == {0.0}
+
+
 def test_a_run_without_rollouts_is_not_drawn() -> None:
     with pytest.raises(ConfigError, match="runs/none: nothing to draw"):
         plot_summary(Summary(("runs/none",), (), {}, ()))
+
+
+def test_a_summary_and_an_episode_are_a_line(shown: Rollout) -> None:
+    assert repr(summary(True, False)) == "<Summary runs/one: 2 rollouts, 1 policy>"
+    assert repr(shown.episode) == "<Episode PickPlaceCounterToCabinet, toy, seed 0: horizon>"
 
 
 def test_a_summary_is_a_table_of_verdicts_and_html_is_escaped() -> None:
@@ -121,4 +148,4 @@ def test_a_summary_is_a_table_of_verdicts_and_html_is_escaped() -> None:
     hostile = Summary(("<b>x</b>",), found.records, {}, ())
     html = hostile._repr_html_()
     assert "&lt;b&gt;x" in html
-    assert "50.0% (" in html
+    assert "50.0 % (" in html

@@ -102,6 +102,15 @@ def junit(path: Path) -> dict[str | None, ElementTree.Element]:
     return {case.get("name"): case for case in suites.iter("testcase")}
 
 
+@pytest.mark.parametrize("colour", ["yes", "no"])
+def test_the_short_summary_gives_each_reason_once_with_colours_too(
+    gated: Suite, colour: str
+) -> None:
+    chosen = ("--safemanip-gate=violation_rate < 0.5", f"--color={colour}")
+    text = run(gated, "half", 4, *chosen).stdout.str().split("short test summary info")[1]
+    assert text.count("violation_rate < 0.5, half: 2 of 4") == 1
+
+
 def test_each_verdict_is_what_pytest_makes_of_it(gated: Suite) -> None:
     (gated.pytester.path / "gates.yaml").write_text(
         """

@@ -16,7 +16,8 @@ from pytest_safemanip.plugin.progress import workers
 from pytest_safemanip.plugin.progress.line import ProgressLine
 from pytest_safemanip.plugin.read_settings import read_settings
 from pytest_safemanip.run.plan import Extensions, make_plan
-from pytest_safemanip.run.under_way import UnderWay, span
+from pytest_safemanip.run.session import SafetySession
+from pytest_safemanip.run.under_way import Pace, UnderWay, span
 from tests.plugin.toyfolder import set_up
 
 
@@ -111,6 +112,8 @@ def test_of_several_rollouts_the_line_tells_how_many_and_how_long_it_will_take(p
     line.show(first, 0, 0)
     line.show(second, 0, 0)
     line.refresh(True)
+    clock.now += 8.0  # no rate comes of what is no step yet
+    line.refresh(True)
     for step in range(1, 31):
         line.show(first, step, 100)
         line.show(second, step, 300)
@@ -123,9 +126,10 @@ def test_of_several_rollouts_the_line_tells_how_many_and_how_long_it_will_take(p
     line.refresh(True)
     line.refresh(False)
     assert shown(capsys) == [
-        " 0 of 8 rollouts, 2 running",
+        " 0 of 8 rollouts, 2 setting up",
+        " 0 of 8 rollouts, 2 setting up, 8 s",
         " 0 of 8 rollouts, 2 running, 15 steps/s, 76 s left",
-        " 1 of 8 rollouts, 1 running, 6 steps/s, 63 s left",
+        " 1 of 8 rollouts, 1 running, 0 steps/s, 63 s left",
         "",
     ]
 
@@ -135,10 +139,11 @@ def test_what_an_earlier_run_recorded_is_done_and_says_nothing_of_the_speed(plan
     line.expect(8, 2)
     line.show(plan.cases[0], 0, 0)
     line.done(plan.cases[-1])
+    line.refresh(True)
     clock.now += 10.0
     line.show(plan.cases[0], 50, 100)
     line.refresh(True)
-    assert shown(capsys) == [" 1 of 8 rollouts, 1 running, 0 steps/s, 2 min left"]
+    assert shown(capsys)[1:] == [" 1 of 8 rollouts, 1 running, 0 steps/s, 2 min left"]
 
 
 @pytest.mark.parametrize(
@@ -153,10 +158,27 @@ def test_a_rollout_that_makes_no_step_is_said_to_wait_for_its_server():
     state.note("a", 0, 0, 0.0, True)  # set up
     state.note("b", 5, 100, 0.0, True)
     state.note("c", 5, 100, 0.0, False)  # a slow simulator
-    assert state.text(4, 0.5, 0.5) == " 0 of 4 rollouts, 3 running"
-    assert state.text(4, 0.5, 2.0) == " 0 of 4 rollouts, 3 running, 1 at the server"
+    assert state.text(4, Pace(), 0.5) == " 0 of 4 rollouts, 2 running, 1 setting up"
+    assert state.text(4, Pace(), 2.0).endswith(", 1 at the server")
     state.note("b", 6, 100, 2.1, True)
-    assert "server" not in state.text(4, 0.5, 2.2)
+    assert "server" not in state.text(4, Pace(), 2.2)
+
+
+def test_the_speed_is_that_of_the_last_seconds():
+    state, pace = UnderWay(), Pace()
+    for second in range(60):
+        for step in range(10 if second < 40 else 50):
+            state.note("a", step + 1, 100, float(second), False)
+        text = state.text(2, pace, float(second))
+    assert ", 50 steps/s" in text
+    assert len(pace.looks) < 10
+
+
+def test_ctrl_c_removes_the_line(plan, clock, capsys):
+    line = ProgressLine(Terminal(), plan)
+    line.show(plan.cases[0], 0, 0)
+    SafetySession(plan, None, None, "run", line).leave()
+    assert shown(capsys)[-1] == ""
 
 
 ASSETS = "--override-ini=safemanip_assets=primitive"

@@ -65,6 +65,20 @@ def test_reports_are_written_where_another_plugin_cannot_write_its_own(one_suite
     assert "1 of 1 rollout" in (one_suite.out / "summary.md").read_text()
 
 
+def test_reports_of_an_earlier_run_are_named(one_suite: Suite) -> None:
+    set_up(one_suite)
+    one_suite.run("--safemanip-report=markdown,sarif")
+    result = one_suite.run("--safemanip-report=markdown")
+    stale = "of an earlier run: summary.sarif; --safemanip-report=sarif writes it again"
+    assert stale in result.outlines
+    assert not any("of an earlier run" in line for line in one_suite.run("-k", "grasp").outlines)
+    again = one_suite.run("--safemanip-report=markdown,sarif")
+    assert not any("of an earlier run" in line for line in again.outlines)
+    assert sorted(p.name for p in one_suite.out.glob("summary.*")) == sorted(
+        ["summary.json", writers.FILES["markdown"], writers.FILES["sarif"]]
+    )
+
+
 @pytest.mark.parametrize("quiet", [[], ["-q"]])
 def test_a_report_that_fails_is_a_line_and_a_failure_and_the_others_are_written(
     one_suite: Suite, monkeypatch: pytest.MonkeyPatch, quiet: list[str]

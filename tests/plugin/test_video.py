@@ -67,6 +67,35 @@ def ends_by(error: type[BaseException]) -> Callable[..., None]:
     return draw
 
 
+def test_a_video_of_the_same_is_not_drawn_again(
+    one_suite: Suite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one_suite.has_recorded(FAULT, FINE)
+    drawn: list[str] = []
+
+    def draw(self: Drawer, recording: Path, board: object, target: Path, progress: object) -> None:
+        drawn.append(recording.name[:10])
+        target.parent.mkdir(exist_ok=True)
+        target.write_bytes(b"\0" * 100)
+
+    def told(*more: str) -> str:
+        drawn.clear()
+        chosen = ("--safemanip-recordings=.safemanip/recordings", "--safemanip-video=all", *more)
+        lines = one_suite.run(*chosen).outlines
+        return next(line for line in lines if line.startswith("videos:"))
+
+    monkeypatch.setattr(Drawer, "draw", draw)
+    assert told() == "videos: .safemanip/videos, 2 of 2 videos"
+    assert told() == "videos: .safemanip/videos, 2 of 2 videos, 2 of them drawn before"
+    assert drawn == []
+    told("--safemanip-properties=release_stability")  # it shows other propositions
+    assert drawn == ["PickPlaceC"]
+    video = next((one_suite.out / "videos").glob("OpenDrawer*"))
+    video.write_bytes(video.read_bytes()[:-1])  # cut off
+    told()
+    assert "OpenDrawer" in drawn
+
+
 def test_ctrl_c_keeps_what_was_drawn(one_suite: Suite, monkeypatch: pytest.MonkeyPatch) -> None:
     one_suite.has_recorded(FAULT, FINE)
     monkeypatch.setattr(Drawer, "draw", ends_by(KeyboardInterrupt))

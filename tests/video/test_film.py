@@ -20,6 +20,7 @@ from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.video import encoding, halves
 from pytest_safemanip.video.film import CAPTION, shoot
+from pytest_safemanip.video.origin import is_of, origin_of, sign
 from pytest_safemanip.video.storyboard import Storyboard, storyboard
 from tests import toy
 from tests.cli.test_show import bumped
@@ -120,6 +121,17 @@ def test_the_index_of_an_mp4_stands_in_front(tmp_path: Path) -> None:
     assert 0 < data.index(b"moov") < data.index(b"mdat")
 
 
+def test_what_an_mp4_is_of_stands_behind_and_players_skip_it(tmp_path: Path) -> None:
+    path = filmed(bumped(), tmp_path / "one.mp4")
+    board = told(bumped(), tmp_path)
+    origin = origin_of(tmp_path / "one.rollout", board, SIZE, CAMERAS)
+    assert not is_of(path, origin)
+    sign(path, origin)
+    assert is_of(path, origin)
+    assert not is_of(path, origin_of(tmp_path / "one.rollout", board, SIZE + 1, CAMERAS))
+    assert len(decoded(path)[1]) == 10
+
+
 def test_a_gif_has_the_same_pictures(tmp_path: Path) -> None:
     path = filmed(bumped(), tmp_path / "one.gif")
     with Image.open(path) as video:
@@ -184,7 +196,7 @@ def test_a_storyboard_travels_as_json_and_names_are_escaped(tmp_path: Path) -> N
     assert Storyboard.from_json(board.to_json()) == board
     assert board.violations == (("collision_contact", (8, 11)),)
     lanes = {lane.label: lane.spans for lane in board.lanes}
-    assert lanes["collision()"] == ((8, 11),)
+    assert lanes["collision"] == ((8, 11),)
 
 
 def test_of_other_names_no_video_is_written(tmp_path: Path) -> None:

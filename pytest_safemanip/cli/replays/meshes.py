@@ -7,6 +7,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from pytest_safemanip.cli.drawing import add_assets
 from pytest_safemanip.cli.evaluation import Evaluation, add_judging
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.looks import Look
@@ -19,7 +20,9 @@ def add_viewing(parser: argparse.ArgumentParser, ending: str) -> None:
     add_judging(parser)
     parser.add_argument(
         "-o",
+        "--out",
         "--output",
+        dest="output",
         type=Path,
         metavar="FILE",
         help=f"default: the recording's name with {ending}, in the working folder",
@@ -29,7 +32,7 @@ def add_viewing(parser: argparse.ArgumentParser, ending: str) -> None:
         action="store_true",
         help="the simulator's meshes instead of boxes; builds the episode's scene",
     )
-    parser.add_argument("--assets", choices=("auto", "official", "primitive"), help="auto")
+    add_assets(parser)
 
 
 def output(options: argparse.Namespace, ending: str) -> Path:

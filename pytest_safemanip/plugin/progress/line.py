@@ -10,7 +10,7 @@ import pytest
 
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.plan import Plan
-from pytest_safemanip.run.under_way import UnderWay
+from pytest_safemanip.run.under_way import Pace, UnderWay
 
 PERIOD = 0.25
 """Seconds between two updates."""
@@ -31,7 +31,7 @@ class ProgressLine:
         self._shown = self._started = 0.0
         self._total, self._several = len(self._order), False
         self._changing = threading.Lock()
-        self._state = UnderWay()
+        self._state, self._pace = UnderWay(), Pace()
 
     def expect(self, rollouts: int, jobs: int) -> None:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
@@ -75,7 +75,7 @@ class ProgressLine:
         elif self._started and now - self._shown >= PERIOD:
             self._shown = now
             with self._changing:
-                text = self._state.text(self._total, now - self._started, now)
+                text = self._state.text(self._total, self._pace, now)
             self._write(text)
 
     def _note(self, case: Case, step: int, horizon: int) -> None:

@@ -23,7 +23,7 @@ from pytest_safemanip.metrics.records import RolloutKey
 from pytest_safemanip.plugin.progress.line import PERIOD, is_seen, rewritten
 from pytest_safemanip.run.cases import Case, is_case_id, parse_node_id
 from pytest_safemanip.run.plan import Plan
-from pytest_safemanip.run.under_way import UnderWay
+from pytest_safemanip.run.under_way import Pace, UnderWay
 
 FOLDER = "progress"
 """Of the output folder."""
@@ -97,7 +97,7 @@ class WorkersProgress:
         self._ended: set[RolloutKey] = set()
         self._writing = threading.Lock()
         self._over = threading.Event()
-        self._started = 0.0
+        self._pace = Pace()
         self._thread: threading.Thread | None = None
 
     @pytest.hookimpl(optionalhook=True)
@@ -110,7 +110,6 @@ class WorkersProgress:
         """Begin to look when there is something to run."""
         self._expected |= {parse_node_id(i).rollout for i in ids if is_case_id(i)}
         if self._thread is None and self._expected and is_seen(self._config):
-            self._started = time.time()
             self._thread = threading.Thread(target=self._watch, daemon=True)
             self._thread.start()
 
@@ -166,7 +165,7 @@ class WorkersProgress:
                         state.note(rollout, *values)
                 state.run += found["run"]
                 state.steps += found["steps"]
-        return state.text(len(self._expected), now - self._started, now)
+        return state.text(len(self._expected), self._pace, now)
 
     def _watch(self) -> None:
         while not self._over.wait(PERIOD):

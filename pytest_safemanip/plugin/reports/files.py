@@ -10,7 +10,7 @@ import pytest
 from pytest_safemanip.errors import SafemanipError, printable, raised_as
 from pytest_safemanip.metrics.summaries import NAME
 from pytest_safemanip.plugin.reports.github import GitHub
-from pytest_safemanip.report.writers import write_report
+from pytest_safemanip.report.writers import stale_line, write_report
 from pytest_safemanip.run.definitions import Definitions
 from pytest_safemanip.run.invocation import Invocation
 from pytest_safemanip.run.plan import Plan
@@ -66,3 +66,5 @@ class ReportFiles:
                 self.lines.append(f"report {name}: {why}")
             else:
                 self.lines.append(f"report {name}: {self._invocation.relative_path(path)}")
+        stale = stale_line(summary.parent, plan.settings.reports) if summary.name == NAME else ""
+        self.lines += [stale] if stale else []

@@ -67,6 +67,7 @@ class Filming:
         if drawn.written:
             place = self._invocation.relative_path(drawn.written[0].parent)
             several = f"{len(drawn.written)} of {counted(drawn.wanted, 'video')}"
+            several += f", {drawn.kept} of them drawn before" if drawn.kept else ""
             stopped = " (interrupted)" if drawn.interrupted else ""
             lines.append(f"videos: {place}, {several}{stopped}")
         elif drawn.interrupted:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -68,10 +69,11 @@ class Violation:
     @property
     def what(self) -> str:
         """What was measured, by whom and when, in one line."""
-        entities = ", ".join(self.found["entities"])
-        about = f" for {entities}" if entities else ""
+        entities = self.found["entities"]
         why = (self.found.get("evidence") or [self.found["reason"]])[0]
-        return f"{why}{about}, at step {self.found['first']}"
+        named = all(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", why) for name in entities)
+        whose = "" if named else f"{', '.join(entities)}: "
+        return f"{whose}{why}, at step {self.found['first']}"
 
 
 @dataclass(frozen=True)
