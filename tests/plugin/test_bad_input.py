@@ -42,7 +42,7 @@ CASES = {
     ),
     "policy's module": (
         ["--safemanip-policy=no_such_module:thing"],
-        "ERROR: policy 'no_such_module:thing': cannot import 'no_such_module' *",
+        "ERROR: policy 'no_such_module:thing': cannot import 'no_such_module': *",
     ),
     "policy's attribute": (
         ["--safemanip-policy=os:no_such_thing"],

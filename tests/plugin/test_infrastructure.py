@@ -97,7 +97,7 @@ def test_calls_that_stay_too_slow_end_their_own_rollout_only(alone: Suite, serve
     assert found["policies"]["openpi"]["infrastructure_failures"] == 1
     result.stdout.fnmatch_lines(
         [
-            "openpi: 2 complete rollouts of 1 task, 1 with errors (1 for failures of the *",
+            "openpi: 2 complete rollouts of 1 task, 1 with errors (1 for failures of the*",
             "  restarts   1 rollout begun again, 2 times in all: *",
             "*INCOMPLETE*1 of 3 rollouts have no verdict (1 for failures of the infrastructure)*",
             "exit status 10: the infrastructure failed, nothing else did; *",

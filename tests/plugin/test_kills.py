@@ -59,7 +59,7 @@ def test_a_worker_that_dies_is_an_error_and_no_failure(one_suite: Suite) -> None
         [
             "_* ERROR at setup of Reach / killed / * / seed 1 _*",
             "worker gw? died at this case: it was killed, as for memory, or *",
-            "killed: 3 complete rollouts of 1 task, 1 with errors (1 for failures of the *",
+            "killed: 3 complete rollouts of 1 task, 1 with errors (1 for failures of the*",
             "INFRASTRUCTURE *",
         ]
     )
