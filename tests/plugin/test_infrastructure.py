@@ -6,7 +6,7 @@ import textwrap
 
 import pytest
 
-from tests.plugin.conftest import Suite, joined
+from tests.plugin.conftest import Suite
 from tests.plugin.test_served import INI, Serve, calls, free_port, serve, with_models
 
 __all__ = ["serve"]
@@ -95,13 +95,13 @@ def test_calls_that_stay_too_slow_end_their_own_rollout_only(alone: Suite, serve
     assert (errors[1], errors[2]) == ("", "")
     assert found["policies"]["openpi"]["restarts"] == 2
     assert found["policies"]["openpi"]["infrastructure_failures"] == 1
-    joined(result).fnmatch_lines(
+    result.stdout.fnmatch_lines(
         [
             "openpi: 2 complete rollouts of 1 task, 1 with errors (1 for failures of the*",
             "  restarts   1 rollout begun again, 2 times in all: *",
-            "*INCOMPLETE*1 of 3 rollouts have no verdict (1 for failures of the infrastructure)*",
             "exit status 10: the infrastructure failed, nothing else did; *",
             "INFRASTRUCTURE *",
+            "*INCOMPLETE*1 of 3 rollouts have no verdict (1 for failures of the infrastructure)*",
         ]
     )
     assert "Traceback" not in result.stdout.str()
