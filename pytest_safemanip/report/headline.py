@@ -73,10 +73,9 @@ def notes_on(found: Summary) -> list[str]:
     errors = [record for record in found.records if record.error]
     if errors:
         first = errors[0]
-        why = printable(first.error.partition("\n")[0])
         notes.append(
             f"{counted(len(errors), 'rollout')} ended in an error, the first {first.task}, "
-            f"{first.policy}, seed {first.seed}: {why}"
+            f"{first.policy}, seed {first.seed}: {printable(first.reason)}"
         )
     return notes
 

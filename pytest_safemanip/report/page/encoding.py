@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 from typing import Any
 
 import numpy as np
@@ -11,17 +10,15 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import printable
 from pytest_safemanip.metrics.fields import MAX_TOLD
+from pytest_safemanip.report.lanes import spans_of
 
 LEVELS = 65_535
 """Steps between the smallest and the largest value of a signal: more than a screen has pixels."""
-_HARMLESS = {ord(letter): f"\\u{ord(letter):04x}" for letter in ("<", ">", "&", "\u2028", "\u2029")}
 
 
 def runs(values: NDArray[np.bool_]) -> list[int]:
     """Where values (T,) are true, run-length-coded: first and last step of each run, in a row."""
-    edges = np.flatnonzero(np.diff(values, prepend=False, append=False))
-    edges[1::2] -= 1
-    return [int(edge) for edge in edges]
+    return [step for span in spans_of(values) for step in span]
 
 
 def changes(values: NDArray[Any]) -> list[int]:
@@ -64,11 +61,3 @@ def told(content: Any) -> Any:
         case list():
             return [told(item) for item in content]
     return content
-
-
-def script_json(content: Any) -> str:
-    """JSON that stays data wherever in a page it stands: no ``<``, ``>``, ``&`` is in it, and no
-    line end that JavaScript knows and JSON does not.
-    """
-    text = json.dumps(content, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
-    return text.translate(_HARMLESS).encode("utf-8", "backslashreplace").decode()

@@ -20,12 +20,12 @@ from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.headline import headline
 from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.report.page.details import details, measured_in, worst_of_each
-from pytest_safemanip.report.page.encoding import script_json, told
+from pytest_safemanip.report.page.encoding import told
 from pytest_safemanip.report.page.overview import overview
 from pytest_safemanip.report.page.release import read_release
 from pytest_safemanip.report.page.severity import Key, Measured, ranks
 from pytest_safemanip.report.replay import standalone
-from pytest_safemanip.report.replay.standalone import browser_file
+from pytest_safemanip.report.replay.standalone import browser_file, script_json
 from pytest_safemanip.report.whole import write_whole
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 

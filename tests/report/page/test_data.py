@@ -13,10 +13,11 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import read
 from pytest_safemanip.report.page import details, writing
-from pytest_safemanip.report.page.encoding import changes, packed, runs, script_json
+from pytest_safemanip.report.page.encoding import changes, packed, runs
 from pytest_safemanip.report.page.severity import ranks
 from pytest_safemanip.report.page.signals import Limit, Signal
 from pytest_safemanip.report.page.timeline import excess
+from pytest_safemanip.report.replay.standalone import script_json
 from pytest_safemanip.run.definitions import load_definitions
 from tests.report.conftest import finding
 
