@@ -46,6 +46,13 @@ class Recording:
         """Number of steps before the settle tail."""
         return int(np.count_nonzero(~self.steps.tail))
 
+    @property
+    def truncated(self) -> bool:
+        """Whether it ends without a settle tail, as demonstrations and robots' logs do: then nobody
+        knows whether what physics still owes would have come to rest.
+        """
+        return not self.steps.tail[-1]
+
     @cached_property
     def trace(self) -> Trace:
         """The trace, which propositions are evaluated on.
