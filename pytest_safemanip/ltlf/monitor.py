@@ -28,8 +28,8 @@ class Monitor:
     counted from the last accepting step. In the settle tail, where the robot holds still, the
     clock stands if the robot has to meet the obligation; if physics has, the clock runs on and
     the last step decides. A trace without a tail is truncated: what is open within its deadline is
-    unresolved, whoever has to meet it. In the `paper` profile the whole trace is accepted at its last step or
-    violated (SafeManip, section 3); there is no deadline and no restart.
+    unresolved, whoever has to meet it. In the `paper` profile the whole trace is accepted at its
+    last step or violated (SafeManip, section 3); there is no deadline and no restart.
 
     Args:
         dfa: the property's automaton.

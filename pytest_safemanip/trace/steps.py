@@ -82,16 +82,20 @@ class Contacts:
 class Step:
     """The state after one control period, and the contacts within it.
 
+    Twists and rates are what the simulator holds for them; where a source has none they are 0. They
+    may chatter at rest: the loop and policies read them, propositions take rates from poses.
+
     Attributes:
         eef_poses: end effector of each gripper (G, 7).
         eef_twists: their twists (G, 6).
-        openings: opening of each gripper (0 closed, 1 open) and its rate in 1/s (G, 2).
+        openings: opening of each gripper (0 closed, 1 open) and its rate in 1/s, as the simulator
+            has it (G, 2).
         commands: what each gripper was told in this control period: above 0 to close, below 0 to
             open (G,). 0 after reset.
         base_pose: mobile base (7,).
         object_pose: movable objects (N, 7).
         object_twist: their twists (N, 6).
-        joint: openness of each joint (0 closed, 1 open) and its rate in 1/s (J, 2).
+        joint: openness of each joint (0 closed, 1 open) and its rate in 1/s, likewise (J, 2).
         box_pose: interiors, handles, controls and water of fixtures (B, 7).
         switch: 1 where a switch is on, else 0 (S,).
         qpos: raw simulator positions (nq,), for replay and rendering.
@@ -195,8 +199,9 @@ class Steps:
     (``action[0]`` is zero).
 
     Attributes:
-        eef_twists: like ``base_pose``, ``qpos`` and ``qvel`` it is read by no proposition and no
-            metric, but by policies, replay and rendering: it may be :class:`Deferred`.
+        eef_twists: like ``object_twist``, ``base_pose``, ``qpos`` and ``qvel`` it is read by no
+            proposition and no metric, but by policies, replay and rendering: it may be
+            :class:`Deferred`.
         action: the backend's own action vector (T, A).
         success: the task's own check (T,).
         tail: steps of the settle tail, in which the robot holds still (T,).
@@ -209,7 +214,7 @@ class Steps:
     commands: Floats
     base_pose: Deferred = Deferred()
     object_pose: Floats
-    object_twist: Floats
+    object_twist: Deferred = Deferred()
     joint: Floats
     box_pose: Floats
     switch: Floats
