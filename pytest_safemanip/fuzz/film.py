@@ -103,7 +103,7 @@ def _contacts(film: Film) -> Contacts:
         a=np.array(a, np.int32),
         b=np.array(b, np.int32),
         force=newtons,
-        peak=newtons.copy(),
+        sustained=newtons.copy(),
         position=np.array([_touched(film, row) for row in rows], np.float32),
         normal=np.array(normal, np.float32),
     )

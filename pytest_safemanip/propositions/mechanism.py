@@ -124,7 +124,7 @@ def _pressing_rows(view: View, index: int) -> tuple[NDArray[np.intp], NDArray[np
     first = np.isin(contacts.a[rows], list(own))
     outward = np.where(first[:, None], 1.0, -1.0) * contacts.normal[rows]
     along = opening_direction(joint, contacts.position[rows])
-    return rows, contacts.peak[rows] * np.einsum("ij,ij->i", outward, along)
+    return rows, contacts.sustained[rows] * np.einsum("ij,ij->i", outward, along)
 
 
 def _sides(view: View, index: int) -> tuple[frozenset[int], frozenset[int]]:

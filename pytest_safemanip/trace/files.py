@@ -32,7 +32,7 @@ from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
 from pytest_safemanip.trace.stored import LATER, StoredArray
 from pytest_safemanip.trace.surfaces import Surfaces
 
-SCHEMA = 5
+SCHEMA = 6
 SUFFIX = ".rollout"
 MAX_HEADER = 4 * 2**20
 MAX_FILE = 2**30

@@ -173,7 +173,7 @@ def _check_contacts(scene: Scene, steps: Steps, first: int) -> None:
                 f"contacts.{side}: {part[row]} at step {first + step[row]} is not in the scene's "
                 "list of parts"
             )
-    for name in ("force", "peak", "position", "normal"):
+    for name in ("force", "sustained", "position", "normal"):
         _check_rows(scene, contacts, name, first)
 
 
@@ -182,7 +182,7 @@ def _check_rows(scene: Scene, contacts: Contacts, name: str, first: int) -> None
     wrong = {}
     if not np.isfinite(values).all():
         wrong["not finite"] = ~np.isfinite(values)
-    if name in ("force", "peak") and values.min() < 0:
+    if name in ("force", "sustained") and values.min() < 0:
         wrong["negative"] = values < 0
     if name == "normal" and not _surely_unit(values):
         wrong["not of unit length"] = _not_unit(values)

@@ -16,22 +16,27 @@ from numpy.typing import NDArray
 from pytest_safemanip.trace.scene import Scene
 
 Floats = NDArray[np.float32]
+SUSTAINED = 0.02
+"""Seconds over which a force is averaged before it is held against a limit: as a force sensor with
+a filter of 50 Hz does. What a solver makes of a blow in a single substep depends on the length of
+the substep and on the stiffness of the contact; its impulse does not."""
 
 
 @dataclass(frozen=True)
 class Contacts:
     """Contact points between parts of different entities, one row each, sorted by step.
 
-    A row's ``force`` is what the point carries at the end of the step; ``peak`` is the largest
-    normal force that its pair of parts carried at any physics substep of the step. A pair that
-    touched only between two steps has one row with ``force`` 0, at the place of the peak.
+    A row's ``force`` is what the point carries at the end of the step; ``sustained`` is the largest
+    mean, over :data:`SUSTAINED`, of the normal force of its pair of parts: of all spans of that
+    length that end within the step. A pair that touched only between two steps has one row with
+    ``force`` 0, where it pressed most.
 
     Attributes:
         step: index of the step (R,).
         a: index of the first part (R,).
         b: index of the second part (R,).
         force: normal force of the point, N (R,).
-        peak: peak normal force of the pair, N (R,).
+        sustained: the pair's largest mean normal force, N (R,).
         position: world frame, m (R, 3).
         normal: unit vector from ``a`` to ``b``, world frame (R, 3).
     """
@@ -40,7 +45,7 @@ class Contacts:
     a: NDArray[np.int32]
     b: NDArray[np.int32]
     force: Floats
-    peak: Floats
+    sustained: Floats
     position: Floats
     normal: Floats
 

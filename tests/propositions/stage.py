@@ -45,7 +45,7 @@ def tap(runs, place=TAP):
     return {"box_pose": np.concatenate((boxes, water), axis=1), "switch": switch}
 
 
-def touch(steps, a, b, force=2.0, normal=UP, at=toy.PLACE, peak=None):
+def touch(steps, a, b, force=2.0, normal=UP, at=toy.PLACE, sustained=None):
     """A contact at some steps.
 
     Args:
@@ -55,11 +55,13 @@ def touch(steps, a, b, force=2.0, normal=UP, at=toy.PLACE, peak=None):
         force: at the end of the step, N.
         normal: from the first to the second part.
         at: its place, or one for each step.
-        peak: greatest force within the step, N; the same if there is none.
+        sustained: the largest mean within the step, N; the same if there is none.
     """
-    peak, places = force if peak is None else peak, np.broadcast_to(at, (len(steps), 3)).tolist()
+    sustained = force if sustained is None else sustained
+    places = np.broadcast_to(at, (len(steps), 3)).tolist()
     return [
-        (step, a, b, force, normal, place, peak) for step, place in zip(steps, places, strict=True)
+        (step, a, b, force, normal, place, sustained)
+        for step, place in zip(steps, places, strict=True)
     ]
 
 

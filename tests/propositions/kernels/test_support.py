@@ -59,7 +59,7 @@ def test_the_upper_side_of_a_contact_is_carried_by_the_lower_one():
 
 def test_what_carries_no_object_and_what_no_longer_presses_is_left_out():
     # The second one touched between two steps only.
-    rows = touch([0], COUNTER, DOOR), touch([1], COUNTER, "mug/body", 0.0, peak=2.0)
+    rows = touch([0], COUNTER, DOOR), touch([1], COUNTER, "mug/body", 0.0, sustained=2.0)
     assert len(carrying_rows(look(film(2, *rows)), 0, 2)[0]) == 0
 
 
