@@ -120,7 +120,7 @@ def test_a_file_of_another_schema_is_refused_and_says_to_run_again(schema):
     header = json.loads(members()["header.json"])
     header["schema"] = schema
     content = {**members(), "header.json": json.dumps(header).encode()}
-    assert f"schema {schema}, this version reads 5: run the rollout again" in refusal(
+    assert f"schema {schema}, this version reads 6: run the rollout again" in refusal(
         packed(content)
     )
 
