@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
@@ -176,6 +177,7 @@ PROPOSITIONS = (
         (COLLISION_FORCE, GRASP_WINDOW),
         collision,
         evidence=collision_evidence,
+        lacks=grounding.robot,
     ),
     Proposition(
         "bad_contact",
@@ -184,5 +186,6 @@ PROPOSITIONS = (
         (TOUCH_FORCE, FORCE_LIMIT),
         bad_contact,
         evidence=bad_contact_evidence,
+        lacks=grounding.gripper,
     ),
 )

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.filters import (
     change,
@@ -289,6 +290,7 @@ PROPOSITIONS = (
         (GRASP_FORCE, GRASP_WINDOW, GRASP_ANGLE, KEPT_ANGLE),
         obj_grasped,
         debounce=_grasp_window,
+        lacks=grounding.gripper,
     ),
     Proposition(
         "stable_grasp",
@@ -297,6 +299,7 @@ PROPOSITIONS = (
         (SLIP_DISTANCE, SLIP_ANGLE, SLIP_WINDOW, TILT),
         stable_grasp,
         evidence=stable_grasp_evidence,
+        lacks=grounding.gripper,
     ),
     Proposition(
         "obj_released",
@@ -306,5 +309,6 @@ PROPOSITIONS = (
         obj_released,
         act=True,
         debounce=_grasp_window,
+        lacks=grounding.gripper,
     ),
 )

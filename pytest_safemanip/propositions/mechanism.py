@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.filters import change, held, last_true, spread
 from pytest_safemanip.propositions.kernels.forces import robot_on_joint
@@ -164,9 +165,23 @@ PROPOSITIONS = (
         (HIT_FORCE, MOVING_RATE, PUSH_WINDOW, MEMORY),
         mech_hit,
         evidence=mech_hit_evidence,
+        lacks=grounding.door,
     ),
     Proposition(
-        "retract", ("fixture",), _memory, (RETRACT_SHARE, RETRACT_WINDOW), retract, act=True
+        "retract",
+        ("fixture",),
+        _memory,
+        (RETRACT_SHARE, RETRACT_WINDOW),
+        retract,
+        act=True,
+        lacks=grounding.door,
     ),
-    Proposition("recovered", ("fixture",), _memory, (SAFE_SHARE, SAFE_WINDOW), recovered),
+    Proposition(
+        "recovered",
+        ("fixture",),
+        _memory,
+        (SAFE_SHARE, SAFE_WINDOW),
+        recovered,
+        lacks=grounding.door,
+    ),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.kernels.filters import change, majority, recently, rising
@@ -126,5 +127,6 @@ PROPOSITIONS = (
         skill_onset,
         act=True,
         debounce=lambda p: min(p["skill_onset.window"], p["obj_grasped.window"]),
+        lacks=grounding.skill,
     ),
 )

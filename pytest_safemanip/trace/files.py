@@ -89,6 +89,18 @@ def load_episode(path: Path) -> Episode:
         return _episode(_header(_members(_read(path))))
 
 
+def load_scene(path: Path) -> Scene:
+    """The scene of a recording without its surfaces: what is there, and how it is called.
+
+    Raises:
+        TraceError: naming the file and what is wrong with it.
+    """
+    with _named(path):
+        return Scene.from_json(
+            {**_section(_header(_members(_read(path))), "scene"), "surfaces": ()}
+        )
+
+
 def to_bytes(recording: Recording) -> bytes:
     """The content of a recording's file, deterministic."""
     scene = recording.scene.to_json()

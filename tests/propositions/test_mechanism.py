@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pytest_safemanip.errors import TraceError
 from tests import toy
 from tests.propositions.stage import along, arrays, film, look, touch, true_at
 
@@ -225,9 +226,10 @@ def test_a_drawer_hits_along_its_slide():
         assert view("mech_hit", "cabinet").any() == hit
 
 
-def test_a_knob_is_no_mechanism_that_can_hit():
+def test_a_fixture_with_a_knob_alone_is_no_mechanism_that_can_hit():
     knob = dataclasses.replace(toy.SCENE.joints[0], gives_access=False)
     scene = dataclasses.replace(toy.SCENE, joints=(knob,))
     rows = [*hand(range(10)), *bump([6])]
     view = look(film(10, rows, scene=scene, joint=door(10, range(10))))
-    assert not view("mech_hit", "cabinet").any()
+    with pytest.raises(TraceError, match="'cabinet' has no door or drawer"):
+        view("mech_hit", "cabinet")
