@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.kernels.displacement import (
@@ -152,6 +153,7 @@ PROPOSITIONS = (
         (REACH, MIN_DISPLACEMENT, REST_WINDOW, REST_DRIFT),
         transfer,
         act=True,
+        lacks=grounding.gripper,
         exempt={"window": "it remembers where the content lay"},
     ),
     Proposition(

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.kernels.filters import last_true, rising
@@ -192,7 +193,15 @@ def _late(p: Mapping[str, float]) -> float:
 _PLACE = ("object", "fixture")
 
 PROPOSITIONS = (
-    Proposition("reach_in", ("fixture",), lambda _: 0.0, (), reach_in, act=True),
+    Proposition(
+        "reach_in",
+        ("fixture",),
+        lambda _: 0.0,
+        (),
+        reach_in,
+        act=True,
+        lacks=grounding.reached_interior,
+    ),
     Proposition(
         "fix_open",
         ("fixture",),
@@ -209,6 +218,7 @@ PROPOSITIONS = (
         (TOLERANCE,),
         place_in_onset,
         act=True,
+        lacks=grounding.reached_interior,
     ),
     Proposition(
         "obj_inside",
@@ -218,6 +228,15 @@ PROPOSITIONS = (
         obj_inside,
         evidence=obj_inside_evidence,
         sparse=True,
+        lacks=grounding.reached_interior,
     ),
-    Proposition("obj_outside", _PLACE, _late, (TOLERANCE, LATE), obj_outside, sparse=True),
+    Proposition(
+        "obj_outside",
+        _PLACE,
+        _late,
+        (TOLERANCE, LATE),
+        obj_outside,
+        sparse=True,
+        lacks=grounding.reached_interior,
+    ),
 )
