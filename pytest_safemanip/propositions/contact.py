@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
+from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
 from pytest_safemanip.propositions.kernels.forces import hand_parts, robot_parts
 from pytest_safemanip.propositions.kernels.interiors import lies_in
@@ -160,6 +161,23 @@ def _allowed(view: View, pair: tuple[int, int]) -> bool:
     return (part.entity, part.name) in view.binding.touch
 
 
+def _collision_reads(inputs: Inputs) -> Found:
+    limbs, everything = inputs.limb_parts, inputs.all_parts
+    found = inputs.touch(limbs, everything, seconds=0.0) | inputs.start(limbs, everything)
+    for name in inputs.binding.objects:
+        if inputs.known("obj_grasped", name) is not False:  # what is not held collides with nothing
+            own = inputs.parts(name)
+            found |= inputs.now("obj_grasped", name) | inputs.robot("commands", seconds=0.0)
+            found |= inputs.touch(own, everything, seconds=0.0) | inputs.start(own, everything)
+            found |= inputs.poses(*inputs.objects, seconds=0.0)
+    return found
+
+
+def _hand_reads(inputs: Inputs) -> Found:
+    hand, everything = inputs.hand_parts, inputs.all_parts
+    return inputs.touch(hand, everything, seconds=0.0) | inputs.start(hand, everything)
+
+
 def _name(view: View, part: int) -> str:
     owner = view.trace.scene.parts[part]
     entity = view.trace.scene.entity[owner.entity]
@@ -176,6 +194,7 @@ PROPOSITIONS = (
         (COLLISION_FORCE, GRASP_WINDOW),
         collision,
         evidence=collision_evidence,
+        reads=_collision_reads,
     ),
     Proposition(
         "bad_contact",
@@ -184,5 +203,6 @@ PROPOSITIONS = (
         (TOUCH_FORCE, FORCE_LIMIT),
         bad_contact,
         evidence=bad_contact_evidence,
+        reads=_hand_reads,
     ),
 )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.propositions.inputs import Reads
 
 Bools = NDArray[np.bool_]
 
@@ -88,6 +89,8 @@ class Proposition:
         sparse: whether it looks at no more steps than it is asked for (`View.since`, `View.until`),
             because it is expensive to evaluate; it is then evaluated for few steps at a time, and
             not cached.
+        reads: what of a step its value may depend on, for monitors that do not see everything;
+            None for all that there is.
         exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
         doc: the exact condition.
     """
@@ -101,6 +104,7 @@ class Proposition:
     evidence: Callable[..., list[str]] | None = None
     debounce: Callable[[Mapping[str, float]], float] | None = None
     sparse: bool = False
+    reads: Reads | None = None
     exempt: Mapping[str, str] = field(default_factory=dict)
 
     @property

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
+from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import last_true, rising
 from pytest_safemanip.propositions.kernels.interiors import (
     Steps,
@@ -189,10 +190,25 @@ def _late(p: Mapping[str, float]) -> float:
     return p["enclosure.late"]
 
 
+def _reach_reads(inputs: Inputs, fixture: str) -> Found:
+    return inputs.robot("hands") | inputs.boxes(fixture)
+
+
+def _open_reads(inputs: Inputs, fixture: str) -> Found:
+    several = len(inputs.scene.doors_of(fixture)) > 1  # then it matters which one the hand is at
+    return inputs.joints(fixture) | (inputs.robot("hands") if several else frozenset())
+
+
+def _place_reads(inputs: Inputs, name: str, fixture: str) -> Found:
+    return inputs.of("obj_grasped", name) | inputs.poses(name) | inputs.boxes(fixture)
+
+
 _PLACE = ("object", "fixture")
 
 PROPOSITIONS = (
-    Proposition("reach_in", ("fixture",), lambda _: 0.0, (), reach_in, act=True),
+    Proposition(
+        "reach_in", ("fixture",), lambda _: 0.0, (), reach_in, act=True, reads=_reach_reads
+    ),
     Proposition(
         "fix_open",
         ("fixture",),
@@ -201,6 +217,7 @@ PROPOSITIONS = (
         fix_open,
         evidence=fix_open_evidence,
         sparse=True,
+        reads=_open_reads,
     ),
     Proposition(
         "place_in_onset",
@@ -209,6 +226,7 @@ PROPOSITIONS = (
         (TOLERANCE,),
         place_in_onset,
         act=True,
+        reads=_place_reads,
     ),
     Proposition(
         "obj_inside",
@@ -218,6 +236,15 @@ PROPOSITIONS = (
         obj_inside,
         evidence=obj_inside_evidence,
         sparse=True,
+        reads=_place_reads,
     ),
-    Proposition("obj_outside", _PLACE, _late, (TOLERANCE, LATE), obj_outside, sparse=True),
+    Proposition(
+        "obj_outside",
+        _PLACE,
+        _late,
+        (TOLERANCE, LATE),
+        obj_outside,
+        sparse=True,
+        reads=_place_reads,
+    ),
 )

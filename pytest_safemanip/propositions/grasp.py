@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import falling, majority, recently, rising
 from pytest_safemanip.propositions.kernels.forces import finger_groups, forces_on, pushes
 from pytest_safemanip.propositions.view import View, pointwise
@@ -273,6 +274,18 @@ def _slip(view: View, held: _Held | None) -> tuple[NDArray[np.float64], NDArray[
     return distance, turn
 
 
+def _grasp_reads(inputs: Inputs, name: str) -> Found:
+    return inputs.touch(inputs.finger_parts, inputs.parts(name))
+
+
+def _stable_reads(inputs: Inputs, name: str) -> Found:
+    return _grasp_reads(inputs, name) | inputs.poses(name) | inputs.robot("hands", "commands")
+
+
+def _release_reads(inputs: Inputs, name: str) -> Found:
+    return _grasp_reads(inputs, name) | inputs.robot("openings", "commands")
+
+
 def _grasp_window(p: Mapping[str, float]) -> float:
     return p["obj_grasped.window"]
 
@@ -285,6 +298,7 @@ PROPOSITIONS = (
         (GRASP_FORCE, GRASP_WINDOW, GRASP_ANGLE, KEPT_ANGLE),
         obj_grasped,
         debounce=_grasp_window,
+        reads=_grasp_reads,
     ),
     Proposition(
         "stable_grasp",
@@ -293,6 +307,7 @@ PROPOSITIONS = (
         (SLIP_DISTANCE, SLIP_ANGLE, SLIP_WINDOW, TILT),
         stable_grasp,
         evidence=stable_grasp_evidence,
+        reads=_stable_reads,
     ),
     Proposition(
         "obj_released",
@@ -302,5 +317,6 @@ PROPOSITIONS = (
         obj_released,
         act=True,
         debounce=_grasp_window,
+        reads=_release_reads,
     ),
 )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import held, last_true, recently
 from pytest_safemanip.propositions.kernels.forces import robot_on_joint
 from pytest_safemanip.propositions.view import View, pointwise
@@ -153,6 +154,10 @@ def _other(view: View, index: int, row: int) -> str:
     return second if first == entity else first
 
 
+def _reads(inputs: Inputs, fixture: str) -> Found:
+    return inputs.joints(fixture) | inputs.touch(inputs.parts(fixture), inputs.all_parts)
+
+
 def _memory(p: Mapping[str, float]) -> float:
     longest = max(p["retract.window"], p["recovered.window"], p["mech_hit.window"])
     return p["mech_hit.memory"] + longest
@@ -166,9 +171,18 @@ PROPOSITIONS = (
         (HIT_FORCE, MOVING_RATE, PUSH_WINDOW, MEMORY),
         mech_hit,
         evidence=mech_hit_evidence,
+        reads=_reads,
     ),
     Proposition(
-        "retract", ("fixture",), _memory, (RETRACT_SHARE, RETRACT_WINDOW), retract, act=True
+        "retract",
+        ("fixture",),
+        _memory,
+        (RETRACT_SHARE, RETRACT_WINDOW),
+        retract,
+        act=True,
+        reads=_reads,
     ),
-    Proposition("recovered", ("fixture",), _memory, (SAFE_SHARE, SAFE_WINDOW), recovered),
+    Proposition(
+        "recovered", ("fixture",), _memory, (SAFE_SHARE, SAFE_WINDOW), recovered, reads=_reads
+    ),
 )

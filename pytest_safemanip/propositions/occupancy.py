@@ -7,6 +7,7 @@ import numpy as np
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.enclosure import TOLERANCE
 from pytest_safemanip.propositions.grasp import looks_back
+from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import held, rising, still
 from pytest_safemanip.propositions.kernels.interiors import (
     all_within,
@@ -70,6 +71,15 @@ def _rest_inside(view: View, fixture: str) -> Bools:
     return rests
 
 
+def _within_reads(inputs: Inputs, fixture: str) -> Found:
+    return inputs.poses(*inputs.objects) | inputs.boxes(fixture)
+
+
+def _item_reads(inputs: Inputs, fixture: str) -> Found:
+    found = _within_reads(inputs, fixture)
+    return found.union(*(inputs.of("obj_grasped", name) for name in inputs.objects))
+
+
 PROPOSITIONS = (
     Proposition(
         "item_in_enclosure",
@@ -77,6 +87,7 @@ PROPOSITIONS = (
         lambda p: max(p["item_in_enclosure.window"], looks_back(p)),
         (REST_WINDOW, REST_DRIFT),
         item_in_enclosure,
+        reads=_item_reads,
     ),
     Proposition(
         "insert_item",
@@ -86,6 +97,7 @@ PROPOSITIONS = (
         insert_item,
         act=True,
         evidence=insert_item_evidence,
+        reads=_item_reads,
     ),
     Proposition(
         "enclosure_cleared",
@@ -93,5 +105,6 @@ PROPOSITIONS = (
         lambda p: p["enclosure_cleared.window"],
         (CLEAR_WINDOW,),
         enclosure_cleared,
+        reads=_within_reads,
     ),
 )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import last_true
 from pytest_safemanip.propositions.kernels.forces import object_parts
 from pytest_safemanip.propositions.kernels.interiors import ROUNDING, lies_in
@@ -229,6 +230,26 @@ _CONDITIONS: dict[str, Callable[[View, str, int], list[str]]] = {
     "pour": pouring_faults,
 }
 
+
+def _reads(inputs: Inputs, skill: str, entity: str) -> Found:
+    if inputs.known("skill_onset", skill, entity) is False:
+        return frozenset()
+    own, things = inputs.parts(entity), inputs.poses(*inputs.objects)
+    found = inputs.of("skill_onset", skill, entity) | things
+    match skill:
+        case "pick":
+            touched = inputs.touch(own, inputs.all_parts)
+            return found | inputs.of("settled", entity) | touched
+        case "place":
+            fixtures = (e.name for e in inputs.scene.entities)
+            touched = inputs.touch(inputs.finger_parts, own)
+            return found | inputs.joints(*fixtures) | touched
+        case "pour":
+            transfers = inputs.binding.transfers
+            return found.union(*(inputs.place(receiver) for _, receiver in transfers))
+    return found | inputs.joints(entity) | inputs.boxes(entity) | inputs.switches(entity)
+
+
 PROPOSITIONS = (
     Proposition(
         "pre_safe",
@@ -237,5 +258,6 @@ PROPOSITIONS = (
         (DROP, FLOOR, OVERLAP, PICK_WINDOW, PLACE_WINDOW, CLOSED, UPRIGHT),
         pre_safe,
         evidence=pre_safe_evidence,
+        reads=_reads,
     ),
 )

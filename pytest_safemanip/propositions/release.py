@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.propositions.kernels.firmness import statically_supported
 from pytest_safemanip.propositions.kernels.forces import forces_on, robot_parts
@@ -124,6 +125,13 @@ def _below(view: View, index: int, step: int) -> list[str]:
     return found
 
 
+def _reads(inputs: Inputs, name: str) -> Found:
+    below = inputs.binding.supports.get(name, frozenset())
+    # What carries the object may itself lie on the floor, or on something that does.
+    touched = inputs.touch(inputs.parts(*inputs.objects), inputs.all_parts)
+    return touched | inputs.poses(name, *below) | inputs.joints(*below)
+
+
 PROPOSITIONS = (
     Proposition(
         "settled",
@@ -133,5 +141,6 @@ PROPOSITIONS = (
         settled,
         evidence=settled_evidence,
         sparse=True,
+        reads=_reads,
     ),
 )
