@@ -1,4 +1,4 @@
-"""What of a step propositions read, so that a value on what was not observed is known as unknown."""
+"""What of a step propositions read: a value on what was not observed is not known."""
 
 from __future__ import annotations
 

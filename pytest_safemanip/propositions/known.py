@@ -115,9 +115,8 @@ class Observations:
 
     def _meet(self, wanted: Input, unfelt: frozenset[int]) -> bool:
         """Whether contacts may be missing between parts of different entities."""
-        one, other = (
-            {self._owner[p] for p in side & unfelt} for side in (wanted.one, wanted.other)
-        )
+        sides = (wanted.one & unfelt, wanted.other & unfelt)
+        one, other = ({self._owner[part] for part in side} for side in sides)
         return bool(one and other) and len(one | other) > 1
 
 

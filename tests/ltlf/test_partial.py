@@ -1,4 +1,4 @@
-"""A verdict on steps of which not all is known is known exactly if nothing unknown can change it."""
+"""A verdict is known exactly if nothing that is unknown can change it."""
 
 from __future__ import annotations
 
