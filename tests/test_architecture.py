@@ -24,7 +24,7 @@ ROOMS: Mapping[str, str] = {
     "propositions": "errors.py trace",
     "spec": "errors.py ltlf propositions trace",
     "judge.py": "errors.py ltlf markup.py propositions spec trace",
-    "live.py": "errors.py ltlf propositions spec trace",
+    "live": "errors.py ltlf propositions resources.py spec trace",
     "sim": "errors.py provenance.py trace",
     "policies": "errors.py provenance.py sim trace",
     "rollouts": "errors.py policies sim trace",

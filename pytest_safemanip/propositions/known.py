@@ -52,7 +52,7 @@ class Observations:
         value: Callable[[Call], bool],
     ) -> None:
         self._parameters, self._catalogue, self._value = parameters, catalogue, value
-        self._inputs = Inputs(scene, binding, catalogue, parameters, lambda *c: self.value(c))
+        self._inputs = Inputs(scene, binding, catalogue, parameters, self.value)
         self._dt = scene.control_period
         owners = {name: n for n, name in enumerate(scene.entity)}
         self._owner = [owners[part.entity] for part in scene.parts]
@@ -81,7 +81,7 @@ class Observations:
         self._lost |= gone
         self._since_start &= set(touching) - gone
 
-    def value(self, call: Call) -> bool | None:
+    def value(self, *call: str) -> bool | None:
         """The value of a proposition at the present step; None if it is not known."""
         return self._value(call) if self.knows(call) else None
 
