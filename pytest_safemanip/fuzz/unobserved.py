@@ -12,8 +12,8 @@ from pytest_safemanip.fuzz.changes import with_steps
 from pytest_safemanip.fuzz.recordings import recordings
 from pytest_safemanip.fuzz.trial import Draw, Trial
 from pytest_safemanip.propositions.definition import Bools
-from pytest_safemanip.propositions.inputs import HANDS, Kind
-from pytest_safemanip.propositions.known import Observations, Unobserved
+from pytest_safemanip.propositions.observed.inputs import HANDS, Kind
+from pytest_safemanip.propositions.observed.known import Observations, Unobserved
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pytest_safemanip.errors import TraceError, did_you_mean
-from pytest_safemanip.propositions.inputs import Kind
-from pytest_safemanip.propositions.known import Unobserved
+from pytest_safemanip.propositions.observed.inputs import Kind
+from pytest_safemanip.propositions.observed.known import Unobserved
 from pytest_safemanip.trace.geometry import conjugate, multiply
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts, Step, array_shapes

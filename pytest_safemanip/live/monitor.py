@@ -16,7 +16,7 @@ from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.ltlf.partial import Known, PartialMonitor, PartialStep, PartialVerdict, label
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
-from pytest_safemanip.propositions.known import Observations, Unobserved
+from pytest_safemanip.propositions.observed.known import Observations, Unobserved
 from pytest_safemanip.propositions.online import Call, Online
 from pytest_safemanip.propositions.view import check_call
 from pytest_safemanip.spec.properties import Property, load_properties

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
 from pytest_safemanip.propositions.kernels.forces import hand_parts, robot_parts
 from pytest_safemanip.propositions.kernels.interiors import lies_in
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 

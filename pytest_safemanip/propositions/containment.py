@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.displacement import (
     REST_DRIFT,
     REST_WINDOW,
@@ -23,6 +22,7 @@ from pytest_safemanip.propositions.kernels.interiors import (
     interiors,
     place_in,
 )
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.release import TOUCH
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.propositions.kernels.presses import FORCE, carriers
 from pytest_safemanip.propositions.kernels.spreading import SPOT, WINDOW, Spreading
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT, Body, Gripper
 from pytest_safemanip.trace.geometry import boxes_overlap, centred

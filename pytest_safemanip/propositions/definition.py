@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.propositions.inputs import Reads
+from pytest_safemanip.propositions.observed.inputs import Reads
 
 Bools = NDArray[np.bool_]
 

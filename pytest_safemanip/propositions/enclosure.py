@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import last_true, rising
 from pytest_safemanip.propositions.kernels.interiors import (
     Steps,
@@ -19,6 +18,7 @@ from pytest_safemanip.propositions.kernels.interiors import (
     seen_from,
     seen_in,
 )
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 

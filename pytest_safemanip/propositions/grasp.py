@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import falling, majority, recently, rising
 from pytest_safemanip.propositions.kernels.forces import finger_groups, forces_on, pushes
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.frames import inner
 from pytest_safemanip.trace.geometry import angle_between, relative, tilt

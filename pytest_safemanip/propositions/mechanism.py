@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import held, last_true, recently
 from pytest_safemanip.propositions.kernels.forces import robot_on_joint
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.kinematics import opening_direction

@@ -7,7 +7,6 @@ import numpy as np
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.enclosure import TOLERANCE
 from pytest_safemanip.propositions.grasp import looks_back
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import held, rising, still
 from pytest_safemanip.propositions.kernels.interiors import (
     all_within,
@@ -16,6 +15,7 @@ from pytest_safemanip.propositions.kernels.interiors import (
     inside,
     seen_from,
 )
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 
 REST_WINDOW = Parameter("item_in_enclosure.window", "s", 0.25, "as for settled")

@@ -6,9 +6,9 @@ import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import majority, recently, rising
 from pytest_safemanip.propositions.kernels.forces import hand_parts, object_parts, robot_on_joint
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.operation import leaves
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import BUTTON, ROBOT

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import pressed
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import last_true
 from pytest_safemanip.propositions.kernels.forces import object_parts
 from pytest_safemanip.propositions.kernels.interiors import ROUNDING, lies_in
 from pytest_safemanip.propositions.kernels.solids import body_boxes, solids
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT, rested
 from pytest_safemanip.propositions.view import View

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.inputs import Found, Inputs
 from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.propositions.kernels.firmness import statically_supported
 from pytest_safemanip.propositions.kernels.forces import forces_on, robot_parts
 from pytest_safemanip.propositions.kernels.support import carried_objects, carrying_rows, margin_at
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import tilt
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Proposition
-from pytest_safemanip.propositions.inputs import Input, Inputs, Kind
+from pytest_safemanip.propositions.observed.inputs import Input, Inputs, Kind
 from pytest_safemanip.trace.scene import Scene
 
 Call = tuple[str, ...]
