@@ -31,8 +31,8 @@ ROOMS: Mapping[str, str] = {
     "metrics": "errors.py markup.py spec trace",
     "expert": "errors.py policies provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
-    "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py resources.py "
-    "rollouts sim spec trace",
+    "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "
+    "resources.py rollouts sim spec trace",
     "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run sim "
     "spec trace",
     "video": "errors.py judge.py metrics provenance.py report run sim spec trace",

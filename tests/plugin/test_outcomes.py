@@ -165,9 +165,7 @@ def test_a_rollout_that_ends_at_its_first_violation_is_judged_as_far_as_it_went(
     one_suite.run(*chosen, "--safemanip-properties=action_onset,release_stability")
     (path,) = one_suite.recordings()
     cut = files.load(path)
-    (first,) = (
-        load(path).judge("action_onset").findings or load(path).judge("release_stability").findings
-    )
+    first = load(path).violations[0].finding
     assert (cut.episode.ended, cut.success) == ("violation", False)
     assert first.first == cut.acting - 1 < cut.episode.horizon
     assert cut.steps.tail.any()
@@ -176,4 +174,4 @@ def test_a_rollout_that_ends_at_its_first_violation_is_judged_as_far_as_it_went(
 
     again = one_suite.run(*chosen, "--safemanip-properties=grasp_stability")
     again.assert_outcomes(passed=1)  # other properties, another rollout
-    assert files.load(path).episode.ended == "success"
+    assert files.load(path).episode.ended == "policy"

@@ -1,1 +1,1 @@
-"""Steps of which not everything was observed: what propositions read, and which values are known."""
+"""What propositions read, and which of their values are known where not all was observed."""
