@@ -18,7 +18,7 @@ STEPS = 25
 
 
 class Wrapper(gymnasium.Env):
-    """What RoboCasa's wrapper does, without drawing: actions by name, the environment as ``env``."""
+    """What RoboCasa's wrapper does, without drawing: actions by name, and ``env``."""
 
     observation_space = gymnasium.spaces.Dict()
     action_space = gymnasium.spaces.Dict()
