@@ -12,6 +12,7 @@ from pytest_safemanip.ltlf.dfa import Dfa, Step
 from pytest_safemanip.ltlf.formula import Formula
 from pytest_safemanip.ltlf.instance import Instance
 from pytest_safemanip.ltlf.letters import BoolArray, Letters, check_values, pack, packed
+from pytest_safemanip.ltlf.partial import PartialMonitor
 from pytest_safemanip.ltlf.quiet import Values, gather
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile, check_acting, rules_of
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, StepVerdict
@@ -120,6 +121,10 @@ class Monitor:
             uint[steps, I], for `steps` or for `run`.
         """
         return gather(self._rules, [live.state for live in self._live], steps, value_of)
+
+    def partial(self) -> PartialMonitor:
+        """A fresh monitor of the same property for steps at which not every atom is known."""
+        return PartialMonitor(self._rules, self.instances)
 
     def verdicts(self) -> list[InstanceVerdict]:
         """The verdicts if the trace ended with the last step read.

@@ -51,7 +51,8 @@ def change(values: NDArray[Any], count: int) -> NDArray[np.float64]:
     since the very first.
     """
     values = np.asarray(values, np.float64)
-    return values - values[np.maximum(np.arange(len(values)) - count, 0)]
+    changed: NDArray[np.float64] = values - values[np.maximum(np.arange(len(values)) - count, 0)]
+    return changed
 
 
 def spread(values: NDArray[Any], count: int) -> NDArray[np.float64]:
@@ -63,7 +64,8 @@ def spread(values: NDArray[Any], count: int) -> NDArray[np.float64]:
     for lag in range(1, min(count, len(values) - 1) + 1):
         np.maximum(highest[lag:], values[:-lag], out=highest[lag:])
         np.minimum(lowest[lag:], values[:-lag], out=lowest[lag:])
-    return highest - lowest
+    span: NDArray[np.float64] = highest - lowest
+    return span
 
 
 def last_true(values: Bools, count: int) -> NDArray[np.intp]:
