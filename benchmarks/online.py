@@ -143,7 +143,7 @@ def bound(scene: Scene) -> Binding:
     )
 
 
-class Environment(gymnasium.Env):  # type: ignore[misc,type-arg]
+class Environment(gymnasium.Env):
     """RoboCasa's environment, as its gym wrapper has it.
 
     Args:

@@ -63,7 +63,7 @@ class PropertyState(NamedTuple):
     violations: tuple[NewViolation, ...]
 
 
-class SafetyMonitor(gymnasium.Wrapper):  # type: ignore[misc,type-arg]
+class SafetyMonitor(gymnasium.Wrapper):
     """Watches properties while an environment is stepped; changes no bit of what it does.
 
     ``info["safety"]`` has a :class:`PropertyState` for each property, by its id, and

@@ -197,18 +197,18 @@ class Feed:
             return Contacts.empty(), everybody - felt
         try:
             peaks = [row.force if row.peak is None else row.peak for row in rows]
-            columns = {
-                "step": np.zeros(len(rows), np.int32),
-                "a": np.array([self._part(row.a) for row in rows], np.int32),
-                "b": np.array([self._part(row.b) for row in rows], np.int32),
-                "force": np.array([row.force for row in rows], np.float32),
-                "peak": np.array(peaks, np.float32),
-                "position": np.array([row.position for row in rows], np.float32),
-                "normal": np.array([row.normal for row in rows], np.float32),
-            }
+            contacts = Contacts(
+                step=np.zeros(len(rows), np.int32),
+                a=np.array([self._part(row.a) for row in rows], np.int32),
+                b=np.array([self._part(row.b) for row in rows], np.int32),
+                force=np.array([row.force for row in rows], np.float32),
+                peak=np.array(peaks, np.float32),
+                position=np.array([row.position for row in rows], np.float32),
+                normal=np.array([row.normal for row in rows], np.float32),
+            )
         except (TypeError, ValueError) as error:
             raise TraceError(f"contacts at step {self._now}: {error}") from error
-        return Contacts(**columns), everybody - felt
+        return contacts, everybody - felt
 
     def _part(self, name: str) -> int:
         if name not in self._parts:
@@ -237,4 +237,4 @@ def _twist(old: Array, new: Array, elapsed: float) -> Array:
     sine = float(np.linalg.norm(turned[1:]))
     angle = 2.0 * np.arctan2(sine, turned[0])
     spin = turned[1:] * (angle / sine if sine > 0.0 else 0.0)
-    return np.concatenate((new[:3] - old[:3], spin)) / elapsed
+    return np.asarray(np.concatenate((new[:3] - old[:3], spin)) / elapsed)
