@@ -199,7 +199,8 @@ class _RunningMeans:
         lasts = self._before.any(axis=1)
         self._pairs, self._before = known[lasts], self._before[lasts]
         # Differences of sums are off by rounding.
-        return np.maximum(means.max(axis=1, initial=0.0), 0.0)
+        largest: NDArray[np.float64] = means.max(axis=1, initial=0.0)
+        return largest
 
 
 @dataclass(frozen=True)
