@@ -51,8 +51,7 @@ def change(values: NDArray[Any], count: int) -> NDArray[np.float64]:
     since the very first.
     """
     values = np.asarray(values, np.float64)
-    changed: NDArray[np.float64] = values - values[np.maximum(np.arange(len(values)) - count, 0)]
-    return changed
+    return np.subtract(values, values[np.maximum(np.arange(len(values)) - count, 0)])
 
 
 def spread(values: NDArray[Any], count: int) -> NDArray[np.float64]:
@@ -64,8 +63,7 @@ def spread(values: NDArray[Any], count: int) -> NDArray[np.float64]:
     for lag in range(1, min(count, len(values) - 1) + 1):
         np.maximum(highest[lag:], values[:-lag], out=highest[lag:])
         np.minimum(lowest[lag:], values[:-lag], out=lowest[lag:])
-    span: NDArray[np.float64] = highest - lowest
-    return span
+    return np.subtract(highest, lowest)
 
 
 def last_true(values: Bools, count: int) -> NDArray[np.intp]:

@@ -200,7 +200,7 @@ class _RunningMeans:
         self._pairs, self._before = known[lasts], self._before[lasts]
         # Differences of sums are off by rounding.
         largest: NDArray[np.float64] = means.max(axis=1, initial=0.0)
-        return np.maximum(largest, 0.0)
+        return largest
 
 
 @dataclass(frozen=True)
