@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
+from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.trace import Trace
 
@@ -125,7 +126,9 @@ class View:
                 f"expected bool({len(self.trace)},)"
             )
         if proposition.act:
-            values = values & ~self.trace.steps.tail
+            window = proposition.window(self.parameters)
+            count = round(window / self.trace.dt) if np.isfinite(window) else 0
+            values = values & ~held(self.trace.steps.tail, 1 + count)
         return values
 
     def _once(self, compute: Hashable, arguments: Hashable, run: Callable[[], T]) -> T:

@@ -76,14 +76,13 @@ class RobosuiteBackend:
         declared = self._spec.in_task(request.task)
         self._told, self._cameras = declared.robot, declared.cameras
         model, data = env.sim.model._model, env.sim.data._data
-        chosen = getattr(env, "obj_to_use", None)
         known = layout(
             model,
             robots,
             arms,
             self._told.actions.entries,
             float(env.control_timestep),
-            {"obj": chosen} if chosen else {},
+            getattr(env, "obj_to_use", None) or "",
         )
         self._reader = Reader(model, data, lambda at: describe(model, at, known))
         self._sampler = ContactSampler(model, self._reader.description.table)

@@ -52,7 +52,7 @@ def layout(
     arms: Sequence[Arm],
     actions: tuple[ActionEntry, ...],
     control_period: float,
-    roles: Mapping[str, str],
+    only: str = "",
 ) -> Layout:
     """The layout of a model.
 
@@ -62,7 +62,8 @@ def layout(
         arms: theirs.
         actions: what their actions consist of.
         control_period: s.
-        roles: the task's own names for some objects.
+        only: the one object of a task that takes one of several; its role is ``obj`` too. The others
+            are far away, where robosuite drops them.
     """
     bodies = [model.body(number).name for number in range(model.nbody)]
     return Layout(
@@ -74,9 +75,9 @@ def layout(
             base="robot0_base",
         ),
         actions=actions,
-        objects=_objects(model),
+        objects={name: what for name, what in _objects(model).items() if only in ("", name)},
         fixtures={name: fixture for name, fixture in _fixtures().items() if _has(bodies, fixture)},
-        roles=roles,
+        roles={"obj": only} if only else {},
     )
 
 
@@ -132,7 +133,7 @@ def _fixtures() -> dict[str, FixtureLayout]:
             # The latch is no joint of its own here: the handle on it is what the door is moved by.
             joints={"Door_hinge": JointLayout(closed=0.0, opened=0.4, gives_access=True)},
             parts={"Door_latch": "handle"},
-            handles={"handle": "Door_handle"},
+            handles={"handle": Region("Door_latch", (0.075, 0.015, 0.02), (0.075, -0.1, 0.0))},
         ),
     }
 

@@ -1,0 +1,121 @@
+"""Scripted policies for robosuite's tasks, which know where everything is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.trace.geometry import matrix
+
+UNIT, QUARTER = 0.05, np.pi / 2
+"""Metres of an action's 1; squares look the same after a quarter turn, rad."""
+
+
+def towards(step, target, hand=0, gain=3.0):
+    """The part of an action that leads a hand to a place (3,)."""
+    away = np.asarray(target) - step.eef_poses[hand, :3]
+    return np.clip(gain * away / UNIT, -1.0, 1.0)
+
+
+def heading(quat):
+    """About the vertical, of the axis that lies most level, rad."""
+    level = min(matrix(np.asarray(quat, float)).T[:2], key=lambda axis: abs(axis[2]))
+    return np.arctan2(level[1], level[0])
+
+
+class Script:
+    """Goes through places, one after the other, the hand open or closed."""
+
+    fingerprint = "1"
+    turned = False
+
+    def reset(self, episode):
+        self._scene, self._left = episode.scene, None
+        self._stay = 0
+
+    def act(self, observation):
+        step = observation.step
+        if self._left is None:
+            self._left = list(self.way(self._scene, step))
+        target, closes, stay = self._left[0]
+        action = np.zeros(7)
+        action[:3] = towards(step, target)
+        action[6] = 1.0 if closes else -1.0
+        if self.turned and not closes:
+            turn = heading(step.object_pose[0, 3:]) - heading(step.eef_pose[3:])
+            turn = (turn + QUARTER / 2) % QUARTER - QUARTER / 2
+            action[5] = np.clip(2.0 * turn, -0.4, 0.4)
+        near = np.linalg.norm(step.eef_pose[:3] - target) < 0.012
+        self._stay = self._stay + 1 if near or self._stay else 0
+        if self._stay > stay and len(self._left) > 1:
+            self._left.pop(0)
+            self._stay = 0
+        return action
+
+
+class Lifts(Script):
+    """Lifts the cube; ``drops`` it from up there."""
+
+    turned = True
+
+    def __init__(self, how="well"):
+        self._how = how
+
+    def way(self, scene, step):
+        cube = step.object_pose[0, :3].astype(float)
+        up = np.array((0.0, 0.0, 0.1))
+        height = 0.5 * up if self._how == "well" else 2.5 * up
+        yield cube + up, False, 5
+        yield cube, False, 3
+        yield cube, True, 8
+        if self._how == "drops":
+            yield cube + 0.3 * up, True, 0
+            yield cube + 0.35 * up, False, 0
+        yield cube + height, True, 0
+
+
+class Places(Script):
+    """Puts the can into its compartment; lets it go ``high`` above it, or ``beside`` the bin."""
+
+    def __init__(self, how="well"):
+        self._how = how
+
+    def way(self, scene, step):
+        can = scene.object_index["Can"]
+        box = next(k for k, b in enumerate(scene.boxes) if b.name == "can")
+        place = step.object_pose[can, :3].astype(float)
+        goal = step.box_pose[box, :3].astype(float)
+        low = scene.bodies[can].half[2]
+        floor = goal[2] - scene.boxes[box].half[2]
+        above = np.array((0.0, 0.0, 0.15))
+        yield place + above, False, 0
+        yield place, False, 3
+        yield place, True, 8
+        yield place + 2.0 * above, True, 0
+        over = np.array((*goal[:2], place[2] + 2.0 * above[2]))
+        if self._how == "beside":
+            over[0] += 0.35
+        yield over, True, 3
+        if self._how == "well":
+            over = np.array((*goal[:2], floor + low + 0.035))
+            yield over, True, 3
+        yield over, False, 5
+        yield over + 0.6 * above, False, 0
+
+
+class Stacks(Script):
+    """Puts the red cube on the green one."""
+
+    turned = True
+
+    def way(self, scene, step):
+        red, green = (step.object_pose[k, :3].astype(float) for k in (0, 1))
+        up = np.array((0.0, 0.0, 0.1))
+        yield red + up, False, 5
+        yield red, False, 3
+        yield red, True, 8
+        yield red + up, True, 0
+        yield green + up, True, 3
+        top = green + (0.0, 0.0, 0.055)
+        yield top, True, 3
+        yield top, False, 8
+        yield top + up, False, 0
