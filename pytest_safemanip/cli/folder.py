@@ -65,7 +65,7 @@ class Folder:
         """
         tasks: Mapping[str, Task] = self.definitions.tasks
         if name not in tasks:
-            hint = did_you_mean(name, tasks, "safemanip tasks")
+            hint = did_you_mean(name, self.definitions.runnable, "safemanip tasks")
             raise ConfigError(f"unknown task {name!r}; {hint}")
         return tasks[name]
 

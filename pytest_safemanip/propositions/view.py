@@ -126,9 +126,10 @@ class View:
                 f"expected bool({len(self.trace)},)"
             )
         if proposition.act:
-            window = proposition.window(self.parameters)
-            count = round(window / self.trace.dt) if np.isfinite(window) else 0
-            values = values & ~held(self.trace.steps.tail, 1 + count)
+            # A vote over its contacts shows what was done half of it later.
+            vote = proposition.debounce
+            late = self.trace.count(vote(self.parameters)) // 2 if vote else 0
+            values = values & ~held(self.trace.steps.tail, 1 + late)
         return values
 
     def _once(self, compute: Hashable, arguments: Hashable, run: Callable[[], T]) -> T:

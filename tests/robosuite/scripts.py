@@ -8,9 +8,11 @@ from pytest_safemanip.trace.geometry import matrix
 
 UNIT, QUARTER = 0.05, np.pi / 2
 """Metres of an action's 1; squares look the same after a quarter turn, rad."""
+GRIP = 0.02
+"""Above the can's middle, m: lower, the palm would meet the walls around its compartment."""
 
 
-def towards(step, target, hand=0, gain=3.0):
+def towards(step, target, hand=0, gain=1.5):
     """The part of an action that leads a hand to a place (3,)."""
     away = np.asarray(target) - step.eef_poses[hand, :3]
     return np.clip(gain * away / UNIT, -1.0, 1.0)
@@ -44,7 +46,7 @@ class Script:
             turn = heading(step.object_pose[0, 3:]) - heading(step.eef_pose[3:])
             turn = (turn + QUARTER / 2) % QUARTER - QUARTER / 2
             action[5] = np.clip(2.0 * turn, -0.4, 0.4)
-        near = np.linalg.norm(step.eef_pose[:3] - target) < 0.012
+        near = np.linalg.norm(step.eef_pose[:3] - target) < 0.015
         self._stay = self._stay + 1 if near or self._stay else 0
         if self._stay > stay and len(self._left) > 1:
             self._left.pop(0)
@@ -82,7 +84,7 @@ class Places(Script):
     def way(self, scene, step):
         can = scene.object_index["Can"]
         box = next(k for k, b in enumerate(scene.boxes) if b.name == "can")
-        place = step.object_pose[can, :3].astype(float)
+        place = step.object_pose[can, :3] + (0.0, 0.0, GRIP)
         goal = step.box_pose[box, :3].astype(float)
         low = scene.bodies[can].half[2]
         floor = goal[2] - scene.boxes[box].half[2]
@@ -96,7 +98,7 @@ class Places(Script):
             over[0] += 0.35
         yield over, True, 3
         if self._how == "well":
-            over = np.array((*goal[:2], floor + low + 0.035))
+            over = np.array((*goal[:2], floor + low + GRIP + 0.03))
             yield over, True, 3
         yield over, False, 5
         yield over + 0.6 * above, False, 0
