@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pytest_safemanip import resources
@@ -26,20 +26,20 @@ class Definitions:
     Attributes:
         catalogue: the propositions.
         tasks: by name, those of all backends.
-        runnable: those of them that the chosen backend has.
-        elsewhere: of the others, by name, the backend that has it.
         properties: by id.
         own: those of the properties that are the user's.
         attributes: of object categories.
+        runnable: those of the tasks that the chosen backend has; empty where none is to be run.
+        elsewhere: of the others, by name, the backend that has it.
     """
 
     catalogue: Catalogue
     tasks: Mapping[str, Task]
-    runnable: Mapping[str, Task]
-    elsewhere: Mapping[str, str]
     properties: Mapping[str, Property]
     own: Mapping[str, Property]
     attributes: Mapping[str, frozenset[str]]
+    runnable: Mapping[str, Task] = field(default_factory=dict)
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
 
 
 def load_definitions(

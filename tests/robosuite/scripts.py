@@ -30,9 +30,16 @@ class Script:
     fingerprint = "1"
     turned = False
 
+    def __init__(self, how="well"):
+        self._how = how
+
     def reset(self, episode):
-        self._scene, self._left = episode.scene, None
-        self._stay = 0
+        self._scene, self._left, self._stay = episode.scene, None, 0
+
+    @property
+    def done(self):
+        """At the last place."""
+        return self._left is not None and len(self._left) == 1 and self._stay > 10
 
     def act(self, observation):
         step = observation.step
@@ -59,27 +66,19 @@ class Lifts(Script):
 
     turned = True
 
-    def __init__(self, how="well"):
-        self._how = how
-
     def way(self, scene, step):
         cube = step.object_pose[0, :3].astype(float)
         up = np.array((0.0, 0.0, 0.1))
-        height = 0.5 * up if self._how == "well" else 2.5 * up
         yield cube + up, False, 5
         yield cube, False, 3
         yield cube, True, 8
+        yield cube + up, True, 0
         if self._how == "drops":
-            yield cube + 0.3 * up, True, 0
-            yield cube + 0.35 * up, False, 0
-        yield cube + height, True, 0
+            yield cube + up, False, 0
 
 
 class Places(Script):
     """Puts the can into its compartment; lets it go ``high`` above it, or ``beside`` the bin."""
-
-    def __init__(self, how="well"):
-        self._how = how
 
     def way(self, scene, step):
         can = scene.object_index["Can"]
@@ -95,7 +94,7 @@ class Places(Script):
         yield place + 2.0 * above, True, 0
         over = np.array((*goal[:2], place[2] + 2.0 * above[2]))
         if self._how == "beside":
-            over[0] += 0.35
+            over[0] -= 0.45
         yield over, True, 3
         if self._how == "well":
             over = np.array((*goal[:2], floor + low + GRIP + 0.03))

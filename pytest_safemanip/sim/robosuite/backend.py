@@ -82,7 +82,7 @@ class RobosuiteBackend:
             arms,
             self._told.actions.entries,
             float(env.control_timestep),
-            getattr(env, "obj_to_use", None) or "",
+            str(getattr(env, "obj_to_use", None) or ""),
         )
         self._reader = Reader(model, data, lambda at: describe(model, at, known))
         self._sampler = ContactSampler(model, self._reader.description.table)

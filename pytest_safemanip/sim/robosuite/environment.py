@@ -11,8 +11,9 @@ from typing import Any
 from pytest_safemanip.errors import ConfigError, install_command
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.robocasa.patches import importing
+from pytest_safemanip.sim.robocasa.patches.memo import keep_model
 
-PATCHES = ("settings", "quiet_import", "no_cv2")
+PATCHES = ("settings", "quiet_import", "no_cv2", "robot_alone")
 """Those of what is changed for RoboCasa that are made here too."""
 
 
@@ -36,9 +37,10 @@ def load() -> None:
     """
     with importing.quiet(), importing.robosuite_settings(), importing.stand_in_cv2():
         try:
-            importlib.import_module("robosuite")
+            robots = importlib.import_module("robosuite.models.robots")
         except ModuleNotFoundError as error:
             raise ConfigError(f"{error.name} is not installed; {_remedy()}") from error
+    robots.RobotModel.set_mujoco_model = keep_model
 
 
 def make(request: Request, robots: Sequence[str]) -> Any:

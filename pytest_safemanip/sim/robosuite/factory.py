@@ -6,7 +6,6 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.provenance import installed_digest, source_digest, versions
 from pytest_safemanip.sim.backend import (
     FixtureRole,
@@ -42,15 +41,12 @@ class RobosuiteFactory:
     def __call__(self, options: Options) -> ProcessBackend:
         """Make the backend of the test process; robosuite is imported at the first reset.
 
+        Its assets are in its package: nothing stands in for them, whatever is asked for.
+
         Raises:
-            ConfigError: if robosuite is not installed, or stand-ins are asked for.
+            ConfigError: if robosuite is not installed.
         """
         environment.check_installed()
-        if options.assets == "primitive":
-            raise ConfigError(
-                "robosuite's assets are in its package, and there are no stand-ins for them; "
-                "leave out --safemanip-assets=primitive"
-            )
         provenance = Provenance(
             backend="robosuite",
             assets="official",
