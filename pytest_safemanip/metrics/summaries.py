@@ -32,6 +32,7 @@ DECISIVE_SETTINGS = ("semantics", "stop", "horizon_scale")
 MAX_NAME = 255
 """Sanity bound on a file's name, which file systems have, too."""
 _LANE = re.compile(r"[.#]{1,200}")
+_OPTION = re.compile(r"--safemanip-[a-z0-9-]{1,50}(=.{0,4096})?")
 _OUTCOMES = ("VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS")
 
 
@@ -54,6 +55,7 @@ class Summary:
         release: what gates and the comparison decided; None without any.
         expected: how many cases there are, of a run that is not merged.
         missing: how many of them were not run, as it was interrupted.
+        options: those that its test cases need to be run again; none of a merged run.
     """
 
     places: tuple[str, ...]
@@ -66,6 +68,7 @@ class Summary:
     release: Fields | None = None
     expected: int = 0
     missing: int = 0
+    options: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         rollouts, policies = len(self.records), len(by_policy(self.records))
@@ -102,7 +105,9 @@ def read(path: Path) -> Summary:
             raise ConfigError(f"{file}: cannot be read: not a regular file")
         if about.st_size > MAX_BYTES:
             raise ConfigError(f"{file}: larger than {MAX_BYTES} bytes")
-        document = json.loads(file.read_bytes(), parse_constant=_no_constant)
+        document = json.loads(
+            file.read_bytes(), parse_constant=_no_constant, object_pairs_hook=_mapping
+        )
     except FileNotFoundError:
         raise ConfigError(f"{path}: there is no {NAME}; name the folder of a run") from None
     except OSError as error:
@@ -141,6 +146,7 @@ def read(path: Path) -> Summary:
         release,
         expected,
         missing,
+        _options(whole),
     )
 
 
@@ -340,6 +346,25 @@ def _rules(whole: Fields, folder: Path) -> dict[str, dict[str, str]]:
             "file": str(folder / file) if file else "",
         }
     return rules
+
+
+def _options(whole: Fields) -> tuple[str, ...]:
+    """Options of the suite: people copy commands with them into their shells."""
+    if whole.values.get("run") is None:
+        return ()
+    run = whole.section("run")
+    options = run.texts("options")
+    if not all(_OPTION.fullmatch(option) and option.isprintable() for option in options):
+        raise run.expected("options", "options --safemanip-NAME or --safemanip-NAME=VALUE")
+    return tuple(options)
+
+
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):  # readers would disagree about which of them counts
+        twice = next(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
+        raise ValueError(f"{printable(repr(twice))} stands twice in a mapping")
+    return found
 
 
 def _no_constant(name: str) -> Any:

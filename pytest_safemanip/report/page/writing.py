@@ -6,7 +6,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -155,6 +155,7 @@ def _about(folder: Path, found: Summary, ruling: Ruling | None) -> dict[str, Any
             **_settings(whole.section("settings")),
             **_judged(found),
             **_rendered(found),
+            **_ran(whole),
         },
         "headline": {"verdict": came_to.verdict, "text": came_to.text},
         "release": read_release(str(file), decided),
@@ -193,6 +194,15 @@ def _rendered(found: Summary) -> dict[str, str]:
     used = sorted({str(o["assets"]) for o in found.origins if o.get("assets")})
     used = [f"{name} stand-ins" if name == "primitive" else name for name in used]
     return {"assets": told(", ".join(used))} if used else {}
+
+
+def _ran(whole: Fields) -> dict[str, str]:
+    """The machine, and how long the run took; nothing of a merged run."""
+    if whole.values.get("run") is None:
+        return {}
+    run = whole.section("run")
+    lasted = timedelta(seconds=round(run.number("seconds")))
+    return {"host": run.told("host", empty=True), "began": run.told("began"), "took": str(lasted)}
 
 
 def _by_rollout(ranked: Mapping[Key, int]) -> dict[int, dict[str, list[int]]]:

@@ -133,7 +133,8 @@ def test_moments_lead_to_the_grasp_the_violation_and_the_success(run_folder, fau
 
 def test_a_violation_is_reproduced_with_the_case_s_node_id(fault):
     assert fault["commands"]["enclosure_release"] == (
-        "pytest 'safemanip::test_safety[PickPlaceCounterToCabinet-scripted:half_inside-"
+        "pytest --safemanip-params=settled.speed=0.02 "
+        "'safemanip::test_safety[PickPlaceCounterToCabinet-scripted:half_inside-"
         "enclosure_release-seed0]'"
     )
 
