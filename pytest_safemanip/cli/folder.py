@@ -53,9 +53,7 @@ class Folder:
         """The same folder with another backend; None for this one."""
         if name is None:
             return self
-        return dataclasses.replace(
-            self, settings=dataclasses.replace(self.settings, backend=name)
-        )
+        return dataclasses.replace(self, settings=dataclasses.replace(self.settings, backend=name))
 
     def task(self, name: str) -> Task:
         """A task by its name.

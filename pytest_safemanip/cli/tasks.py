@@ -44,7 +44,9 @@ def run(options: argparse.Namespace) -> int:
             for task in chosen
         ],
     )
-    print_wrapped(f"\n{len(chosen)} of {len(found.runnable)} tasks; safemanip task NAME describes one")
+    print_wrapped(
+        f"\n{len(chosen)} of {len(found.runnable)} tasks; safemanip task NAME describes one"
+    )
     return 0
 
 

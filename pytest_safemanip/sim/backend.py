@@ -71,8 +71,8 @@ class GripperSpec:
 
     Attributes:
         name: unique among the robot's grippers.
-        fingers: names of the robot's parts in each finger group, at least two groups; none of a tool
-            that holds nothing.
+        fingers: names of the robot's parts in each finger group, at least two groups; none of a
+            tool that holds nothing.
         palm: names of the other parts of the hand.
         entry: name of the entry of the action that commands it; empty for a tool that holds nothing
             and is not told anything.

@@ -301,7 +301,7 @@ def test_opening_the_hand_without_an_object_releases_nothing():
 
 
 def test_what_is_released_in_the_last_moment_shows_in_the_settle_tail_and_nothing_else_does():
-    """As where a task succeeds when the fingers leave the object: the grasp ends two steps later."""
+    """As where a task succeeds when the fingers leave the object: two steps later."""
     rows = grip(range(10))
     for tail in (17, 19):
         view = look(film(30, rows, tail=tail, **opened(at=[10])))

@@ -67,6 +67,4 @@ def rolled(backend: Backend) -> Callable[..., Judged]:
 def judge(recording: Recording) -> Judge:
     catalogue = DEFINED.catalogue
     task = DEFINED.tasks[recording.episode.task]
-    return Judge(
-        recording, task, DEFINED.attributes, catalogue, catalogue.parameters({}), "timed"
-    )
+    return Judge(recording, task, DEFINED.attributes, catalogue, catalogue.parameters({}), "timed")

@@ -116,7 +116,7 @@ class Stacks(Script):
         yield red, True, 8
         yield red + up, True, 0
         yield green + up, True, 3
-        top = green + (0.0, 0.0, 0.055)
+        top = green + np.array((0.0, 0.0, 0.055))
         yield top, True, 3
         yield top, False, 8
         yield top + up, False, 0

@@ -56,7 +56,9 @@ def test_every_task_has_a_binding_and_every_binding_a_task() -> None:
     assert {task.suite for task in DEFINED.runnable.values()} == {"robosuite"}
 
 
-@pytest.mark.parametrize("task", ["Door", "NutAssemblySingle", "PickPlaceSingle", "Wipe", *TWO_ARMS])
+@pytest.mark.parametrize(
+    "task", ["Door", "NutAssemblySingle", "PickPlaceSingle", "Wipe", *TWO_ARMS]
+)
 def test_a_task_is_reset_stepped_bound_and_judged(backend: Backend, task: str) -> None:
     start, steps = episode(backend, task)
     robot = backend.spec.in_task(task).robot
@@ -138,7 +140,9 @@ def test_looking_changes_no_bit(backend: Backend) -> None:
     random, steps = np.random.default_rng(0), [start.step]
     for number in range(4):
         backend.observe()
-        steps.append(backend.step(backend.spec.in_task("Door").robot.actions.sample(random, number)))
+        steps.append(
+            backend.step(backend.spec.in_task("Door").robot.actions.sample(random, number))
+        )
     assert_identical(blind, (start, steps))
 
 
@@ -161,7 +165,9 @@ def test_seeds_differ(backend: Backend) -> None:
 
 
 def test_two_arms_are_two_robots_or_one_with_two() -> None:
-    pandas, baxter = (declare(robots).tasks["TwoArmLift"].robot for robots in (["Panda"], ["Baxter"]))
+    pandas, baxter = (
+        declare(robots).tasks["TwoArmLift"].robot for robots in (["Panda"], ["Baxter"])
+    )
     assert pandas.name == "Panda+Panda"
     assert [g.name for g in pandas.grippers] == ["robot0", "robot1"]
     assert [g.name for g in baxter.grippers] == ["right", "left"]
@@ -213,9 +219,7 @@ def test_what_robosuite_does_not_have_is_a_configuration_error(name: str, line: 
         ),
     ],
 )
-def test_what_cannot_be_arranged_is_refused(
-    backend: Backend, request_: Request, line: str
-) -> None:
+def test_what_cannot_be_arranged_is_refused(backend: Backend, request_: Request, line: str) -> None:
     with pytest.raises(ConfigError, match=line):
         backend.reset(request_)
 
@@ -229,7 +233,9 @@ def test_the_door_is_moved_by_its_handle(backend: Backend) -> None:
 
 def test_a_bin_has_a_compartment_for_each_thing(backend: Backend) -> None:
     start = backend.reset(asked("PickPlaceCan"))
-    boxes = {box.name: pose for box, pose in zip(start.scene.boxes, start.step.box_pose, strict=True)}
+    boxes = {
+        box.name: pose for box, pose in zip(start.scene.boxes, start.step.box_pose, strict=True)
+    }
     assert set(boxes) == {"bin", "milk", "bread", "cereal", "can"}
     # robosuite's own check of the can's compartment (PickPlace.not_in_bin).
     assert np.allclose(boxes["can"][:2], (0.2, 0.405), atol=0.02)

@@ -21,7 +21,7 @@ from pytest_safemanip.sim.robosuite import environment
 from pytest_safemanip.sim.robosuite.robots import arms_of, declare, robots_in
 from pytest_safemanip.sim.robosuite.tasks import TASKS
 from pytest_safemanip.sim.robosuite.things import layout
-from pytest_safemanip.trace.steps import Contacts, Step
+from pytest_safemanip.trace.steps import Step
 
 
 class RobosuiteBackend:

@@ -84,7 +84,7 @@ class RobosuiteFactory:
 
 
 def simulator(variant: str) -> Simulator:
-    """robosuite with the robots that a user names; see
+    """Robosuite with the robots that a user names; see
     :func:`~pytest_safemanip.sim.robosuite.robots.parse_robots`.
     """
     robots = parse_robots(variant)

@@ -175,7 +175,7 @@ def _declare(task: TaskModel, robots: Sequence[str]) -> BackendSpec:
 
 
 def _entries(arms: Sequence[Arm]) -> list[str]:
-    """robosuite's order: robot by robot, its arms and then their grippers."""
+    """Robosuite's order: robot by robot, its arms and then their grippers."""
     entries = []
     for robot in dict.fromkeys(arm.robot for arm in arms):
         own = [arm for arm in arms if arm.robot == robot]
@@ -190,8 +190,8 @@ def _own(arm: Arm, robots: Sequence[str]) -> str:
 
 
 def _state(arms: Sequence[Arm], robots: Sequence[str]) -> dict[str, int]:
-    """robosuite's own keys of what robots feel, and their lengths."""
-    state = {}
+    """Robosuite's own keys of what robots feel, and their lengths."""
+    state: dict[str, int] = {}
     for number, name in enumerate(robots):
         count = ROBOTS[name].joints * len(ROBOTS[name].arms)
         keys = ("pos", "pos_cos", "pos_sin", "vel", "acc")

@@ -62,8 +62,8 @@ def layout(
         arms: theirs.
         actions: what their actions consist of.
         control_period: s.
-        only: the one object of a task that takes one of several; its role is ``obj`` too. The others
-            are far away, where robosuite drops them.
+        only: the one object of a task that takes one of several; its role is ``obj`` too. The
+            others are far away, where robosuite drops them.
     """
     bodies = [model.body(number).name for number in range(model.nbody)]
     return Layout(
