@@ -149,7 +149,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         policies = {name: resolve_policy(name, settings, added) for name in settings.policies}
         simulator = find_simulator(settings.backend, added.backends)
         _check_home(settings, defined)
-        rollouts = _rollouts(settings, tasks, policies)
+        rollouts = _rollouts(settings, defined, policies)
         _check_backend(settings, policies, simulator.spec, rollouts)
         _check_servers(rollouts, tasks, policies)
     described = (simulator or find_simulator(settings.backend, added.backends)).create
@@ -250,19 +250,19 @@ def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Setting
 
 
 def _rollouts(
-    settings: Settings, tasks: Mapping[str, Task], policies: Mapping[str, PolicySpec]
+    settings: Settings, defined: Definitions, policies: Mapping[str, PolicySpec]
 ) -> list[RolloutKey]:
-    chosen = select_tasks(tasks, settings.tasks)
+    chosen = select_tasks(defined.runnable, settings.tasks)
     found = []
     for name, policy in policies.items():
         for task in policy.tasks or ():
-            if task not in tasks:
-                hint = did_you_mean(task, tasks, "safemanip tasks")
+            if task not in defined.tasks:
+                hint = did_you_mean(task, defined.runnable, "safemanip tasks")
                 raise ConfigError(f"policy {name!r}: unknown task {task!r} in its 'tasks'; {hint}")
         can = [task for task in chosen if policy.tasks is None or task.name in policy.tasks]
         cannot = [task.name for task in chosen if task not in can]
         # "all" means all that the policy can do; who names a task wants that one.
-        if cannot and settings.tasks != ("all",):
+        if cannot and (settings.tasks != ("all",) or not can):
             raise ConfigError(
                 f"policy {name!r} has no plan for {', '.join(cannot)}; "
                 f"it knows {', '.join(policy.tasks or ())}"

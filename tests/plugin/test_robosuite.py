@@ -48,7 +48,7 @@ def test_all_tasks_are_those_of_the_backend(folder: Suite) -> None:
     assert result.ret == 0
     named = {line.split("[")[1].split("-")[0] for line in result.outlines if "test_safety[" in line}
     assert {"Lift", "TwoArmHandover", "Wipe"} < named
-    assert len(named) == 16
+    assert len(named) == 17
     assert "OpenDrawer" not in named
 
 
@@ -59,3 +59,9 @@ def test_a_task_of_another_backend_says_whose_it_is(folder: Suite) -> None:
     result.stderr.fnmatch_lines([f"*{line}"])
     result = folder.run(IN_ROBOSUITE, "--safemanip-policy=hold", "--safemanip-tasks=OpenDrawer")
     result.stderr.fnmatch_lines(["*'OpenDrawer' is a task of robocasa, not of robosuite; *"])
+
+
+def test_a_policy_that_knows_no_task_of_the_backend_is_refused(folder: Suite) -> None:
+    result = folder.run(IN_ROBOSUITE, "--safemanip-policy=scripted")
+    assert result.ret == 4
+    result.stderr.fnmatch_lines(["*policy 'scripted' has no plan for Door, Lift, *"])

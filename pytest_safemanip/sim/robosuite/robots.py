@@ -24,8 +24,6 @@ from pytest_safemanip.trace.elements import ActionEntry
 
 IMAGE_SIZE = 256
 """Width and height of robosuite's images where nothing else is asked for, pixels."""
-WIPER = "WipingGripper"
-"""The tool that robosuite's Wipe puts on every arm."""
 _AXES = (
     *(f"end_effector_position_{axis}" for axis in "xyz"),
     *(f"end_effector_rotation_{axis}" for axis in "xyz"),
@@ -152,7 +150,7 @@ def declare(chosen: Sequence[str]) -> BackendSpec:
 def _declare(task: TaskModel, robots: Sequence[str]) -> BackendSpec:
     arms = arms_of(task, robots)
     entries = _entries(arms)
-    grippers = tuple(arm.gripper for arm in arms)
+    grippers = tuple(arm.gripper for arm in arms if arm.hand.palm)
     told = [entries.index(gripper.entry) for gripper in grippers if gripper.entry]
 
     def hold(actions: Sequence[Action]) -> Action:
