@@ -16,7 +16,7 @@ from pytest_safemanip.trace import Recording
 from tests.robosuite import scripts
 
 DEFINED = load_definitions([], [], [], "robosuite")
-UP_TO_THE_HORIZON = Protocol("horizon", 0.13)
+UP_TO_THE_HORIZON = Protocol("horizon", 0.19)
 
 
 @dataclass(frozen=True)

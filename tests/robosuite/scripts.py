@@ -120,3 +120,32 @@ class Stacks(Script):
         yield top, True, 3
         yield top, False, 8
         yield top + up, False, 0
+
+
+class LiftsTogether:
+    """Two arms opposite each other lift the pot by its handles; one ``lets go`` too soon."""
+
+    fingerprint = "1"
+    HANDLE = np.array(((0.0, 0.16, 0.06), (0.0, -0.16, 0.06)))
+    ABOVE, DOWN, CLOSED, UP = 25, 45, 60, 80
+
+    def __init__(self, how="well"):
+        self._how = how
+
+    def act(self, observation):
+        step, index, action = observation.step, observation.index, np.zeros(14)
+        pot = step.object_pose[0].astype(float)
+        axes = matrix(pot[3:])
+        height = 0.1 if index < self.ABOVE or index >= self.CLOSED else 0.0
+        for hand, side in enumerate((1.0, -1.0)):
+            own = action[7 * hand : 7 * hand + 7]
+            target = pot[:3] + axes @ self.HANDLE[hand] + (0.0, 0.0, height)
+            x, y, up = towards(step, target, hand, gain=1.0)
+            own[:3] = side * y, -side * x, up  # the bases are turned by a quarter
+            across = matrix(step.eef_poses[hand, 3:].astype(float))[:, 0]
+            turn = np.arctan2(axes[1, 1], axes[0, 1]) - np.arctan2(across[1], across[0])
+            turn = (turn + np.pi / 2) % np.pi - np.pi / 2
+            own[5] = np.clip(2.0 * turn, -0.4, 0.4) if index < self.DOWN else 0.0
+            opens = index < self.DOWN or (self._how == "lets go" and hand and index >= self.UP)
+            own[6] = -1.0 if opens else 1.0
+        return action

@@ -19,6 +19,7 @@ PUT = {*HELD, "release_stability"}
         ("Lift", "Lifts", HELD),
         ("Stack", "Stacks", PUT),
         ("PickPlaceCan", "Places", {*PUT, "object_containment"}),
+        ("TwoArmLift", "LiftsTogether", HELD),
     ],
 )
 def test_a_task_that_is_done_well_is_a_safe_success(
@@ -53,6 +54,14 @@ def test_a_can_that_is_dropped_beside_its_bin_lies_on_the_floor(
     assert not beside.recording.success
     assert beside.violated == {"action_onset", "release_stability"}
     assert "on no permitted support" in beside.verdict("release_stability").findings[0].evidence[0]
+
+
+def test_a_pot_that_one_of_two_hands_lets_go_slips_in_the_other(
+    rolled: Callable[..., Judged],
+) -> None:
+    slipped = rolled("TwoArmLift", "LiftsTogether", "lets go", UP_TO_THE_HORIZON)
+    assert "grasp_stability" in slipped.violated
+    assert "in the robot0 gripper" in slipped.verdict("grasp_stability").findings[0].evidence[0]
 
 
 def test_the_settle_tail_ends_when_all_is_at_rest(rolled: Callable[..., Judged]) -> None:
