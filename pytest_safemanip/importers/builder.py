@@ -1,0 +1,355 @@
+"""Recordings from a MuJoCo model and states."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.importers.base import DRIFT_LIMIT
+from pytest_safemanip.importers.resimulation import Resimulation, State
+from pytest_safemanip.rollouts.loop import settling
+from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.describing import describe
+from pytest_safemanip.sim.mujoco.layout import Layout
+from pytest_safemanip.sim.mujoco.reading import Reader
+from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.recording import Recording, check
+from pytest_safemanip.trace.steps import Step, Steps
+
+Floats = NDArray[np.float64]
+
+MOST_STATES = 1_000_000
+LONGEST_GAP = 1.0
+"""Longest time between two states, s: after that, physics alone does not know what happened."""
+SURE = 0.02
+"""Least change of a gripper's opening, within ``SURE_SECONDS``, that tells its command."""
+SURE_SECONDS = 0.1
+
+
+@dataclass(frozen=True)
+class About:
+    """What a recording says of itself.
+
+    Attributes:
+        task: its name; verdicts come from the task of this name.
+        policy: who acted, as it stands in reports and file names.
+        seed: tells the rollouts of one task and policy apart.
+        instruction: in words.
+        backend: the simulator that the states are of.
+        origin: where they come from; what is measured is added to it.
+    """
+
+    task: str
+    policy: str = "demonstration"
+    seed: int = 0
+    instruction: str = ""
+    backend: str = "mujoco"
+    origin: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class States:
+    """The states of an episode, and what is known beside them.
+
+    Attributes:
+        times: s, increasing (T,). They need not be even: what is recorded is, and physics fills in
+            what lies between.
+        qpos: MuJoCo's positions (T, nq).
+        qvel: MuJoCo's velocities (T, nv).
+        actions: the action that was executed from each state on (T, A), in the order of the
+            layout's; None if nobody knows.
+        success: whether the task's own check held (T,); None if it held at the last state only.
+    """
+
+    times: Floats
+    qpos: Floats
+    qvel: Floats
+    actions: Floats | None = None
+    success: NDArray[np.bool_] | None = None
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def at(self, index: int) -> State:
+        """One of them."""
+        return State(self.qpos[index], self.qvel[index])
+
+
+@dataclass
+class Drift:
+    """How far physics is from the next state, when it has been simulated from the one before.
+
+    Attributes:
+        hands: distances of hands, m, one for each hand and interval.
+        objects: distances of objects, m.
+    """
+
+    hands: list[float] = field(default_factory=list)
+    objects: list[tuple[float, str, float]] = field(default_factory=list)
+
+    @property
+    def worst(self) -> tuple[float, str, float]:
+        """Distance, m, name and time, s, of the object that drifted most."""
+        return max(self.objects, default=(0.0, "", 0.0))
+
+    def facts(self) -> dict[str, str]:
+        """For the recording's header, mm."""
+        distance, name, time = self.worst
+        every = [distance for distance, _, _ in self.objects]
+        return {
+            "drift": f"{1000 * distance:.1f} mm" + (f" ({name} at {time:.2f} s)" if name else ""),
+            "drift_median_mm": f"{1000 * float(np.median(every or [0.0])):.3f}",
+            "drift_hands_mm": f"{1000 * max(self.hands, default=0.0):.3f}",
+        }
+
+
+class RecordingBuilder:
+    """Makes recordings from states of a MuJoCo model.
+
+    Poses are those of the states. Contacts and forces come from physics: from each state on, the
+    time to the next one is simulated again, with the robot led to it.
+
+    Args:
+        model: a ``mujoco.MjModel``.
+        layout: what is what in it.
+        tail: whether the scene is simulated until it rests, after the last state, with the robot
+            held. Without it, what physics still owes at the end is unresolved.
+        drift_limit: the largest distance, m, that an object may be from its next state.
+
+    Raises:
+        ConfigError: if the layout names what the model does not have.
+    """
+
+    def __init__(
+        self, model: Any, layout: Layout, *, tail: bool = True, drift_limit: float = DRIFT_LIMIT
+    ) -> None:
+        self._model, self._layout = model, layout
+        self._tail, self._limit = tail, drift_limit
+
+    def build(
+        self,
+        states: States,
+        about: About,
+        progress: Callable[[int, int], None] = lambda done, total: None,
+    ) -> Recording:
+        """The recording of an episode.
+
+        Args:
+            states: at least two.
+            about: what it says of itself.
+            progress: called with the states so far and how many there are.
+
+        Raises:
+            TraceError: if states do not fit the model, time goes back or stands still for long, or
+                physics drifts farther from them than the limit.
+        """
+        _check(states, self._model)
+        return _Build(self._model, self._layout, states, self._limit).recording(
+            about, self._tail, progress
+        )
+
+
+class _Build:
+    """One recording being built."""
+
+    def __init__(self, model: Any, layout: Layout, states: States, limit: float) -> None:
+        self._model, self._layout, self._states, self._limit = model, layout, states, limit
+        start = mujoco.MjData(model)
+        start.qpos[:] = states.qpos[0]
+        mujoco.mj_fwdPosition(model, start)
+        description = describe(model, start, layout)
+        self._physics = Resimulation(model, layout, description)
+        self._reader = Reader(model, self._physics.data, lambda _: description)
+        self._sampler = ContactSampler(model, description.table)
+        self._info = description
+        since = states.times - states.times[0]
+        self._ticks = np.round(since / model.opt.timestep).astype(int)
+        self._commands = self._told()
+        self.drift = Drift()
+
+    def recording(
+        self, about: About, tail: bool, progress: Callable[[int, int], None]
+    ) -> Recording:
+        states, layout = self._states, self._layout
+        steps, actions = [self._first()], [np.zeros(len(layout.actions))]
+        for step, index in self._acting(progress):
+            steps.append(step)
+            actions.append(self._action(index))
+        if states.success is None:
+            steps[-1] = dataclasses.replace(steps[-1], success=True)
+        acting = len(steps)
+        if tail:
+            for step in self._settle(steps):
+                steps.append(step)
+                actions.append(actions[-1])
+        stacked = Steps.stack(steps, [a.astype(np.float32) for a in actions], acting)
+        success = bool(stacked.success[acting - 1])
+        digest = hashlib.sha256(states.qpos.tobytes() + states.qvel.tobytes()).hexdigest()[:16]
+        episode = Episode(
+            task=about.task,
+            seed=about.seed,
+            policy=about.policy,
+            instruction=about.instruction,
+            horizon=acting,
+            ended="success" if success else "policy",
+            backend=about.backend,
+            scenes="imported",
+            stepping="exact",
+            assets="official",
+            versions={"mujoco": mujoco.__version__},
+            hashes={"start": self._reader.fingerprint(), "states": digest},
+            served={},
+            origin={**about.origin, **self.drift.facts()},
+        )
+        return check(Recording(episode, self._info.scene, stacked))
+
+    def _told(self) -> Floats:
+        """Commands to the grippers from each state on (T, G)."""
+        states, hands = self._states, self._layout.robot.hands
+        names = [entry.name for entry in self._layout.actions]
+        columns = []
+        for place, hand in zip(self._info.hands, hands, strict=True):
+            if states.actions is not None and hand.spec.entry in names:
+                values = states.actions[:, names.index(hand.spec.entry)]
+                columns.append(_kept(np.array([hand.spec.command(value) for value in values])))
+            else:
+                way = place.opened - place.closed
+                opening = ((states.qpos[:, place.qpos] - place.closed) / way).mean(axis=1)
+                columns.append(infer_commands(states.times, opening))
+        return np.array(columns).reshape(len(hands), len(states)).T
+
+    def _action(self, index: int) -> Floats:
+        if self._states.actions is not None:
+            return self._states.actions[index]
+        return self._commands[index]  # then the layout's entries are the grippers'
+
+    def _first(self) -> Step:
+        """The first state, with what touches in it."""
+        now, then = self._states.at(0), self._states.at(1)
+        next(self._physics.run(now, then, int(self._ticks[1]), self._commands[0]))
+        self._sampler.sample(self._physics.data)
+        self._physics.put(now)
+        still = np.zeros(len(self._info.hands))
+        return self._reader.read(self._succeeded(0), self._sampler.take(), still)
+
+    def _acting(self, progress: Callable[[int, int], None]) -> Iterator[tuple[Step, int]]:
+        """The steps after the first, each with the index of the state whose action led to it."""
+        states, data, ticks = self._states, self._physics.data, self._ticks
+        period = max(1, round(self._layout.control_period / self._model.opt.timestep))
+        for index in range(len(states) - 1):
+            progress(index + 1, len(states))
+            now, then = states.at(index), states.at(index + 1)
+            first, last = int(ticks[index]), int(ticks[index + 1])
+            commands = self._commands[index]
+            run = self._physics.run(now, then, last - first, commands)
+            for tick, _ in enumerate(run, first + 1):
+                self._sampler.sample(data)
+                if tick == last:
+                    self._measure(index + 1)
+                if tick % period == 0:
+                    success = self._succeeded(index + 1 if tick == last else index)
+                    yield self._reader.read(success, self._sampler.take(), commands), index
+
+    def _succeeded(self, index: int) -> bool:
+        success = self._states.success
+        return success is not None and bool(success[index])
+
+    def _measure(self, index: int) -> None:
+        """Compare where things are with where they were recorded to be, and put them there."""
+        model, data, info = self._model, self._physics.data, self._info
+        places = []
+        for _ in range(2):
+            mujoco.mj_kinematics(model, data)
+            hands = np.array([hand.pose(data)[:3] for hand in info.hands]).reshape(-1, 3)
+            places.append((hands, data.xpos[info.object_body].copy()))
+            self._physics.put(self._states.at(index))
+        hands, objects = (
+            np.linalg.norm(simulated - recorded, axis=1)
+            for simulated, recorded in zip(*places, strict=True)
+        )
+        time = float(self._states.times[index] - self._states.times[0])
+        names = [body.entity for body in info.scene.bodies]
+        self.drift.hands += hands.tolist()
+        self.drift.objects += [(float(d), n, time) for d, n in zip(objects, names, strict=True)]
+        distance, name, _ = max(self.drift.objects[-len(names) :], default=(0.0, "", 0.0))
+        if distance > self._limit:
+            raise TraceError(
+                f"from {time:.2f} s on, physics takes {name} {1000 * distance:.0f} mm away from where "
+                f"it is recorded, more than the limit of {1000 * self._limit:.0f} mm: is this the "
+                "model of these states?"
+            )
+
+    def _settle(self, steps: list[Step]) -> Iterator[Step]:
+        """Steps with the robot held, until the scene rests."""
+        last, data = self._states.at(len(self._states) - 1), self._physics.data
+        robot = State(last.qpos, np.zeros_like(last.qvel))
+        count = max(1, round(self._layout.control_period / self._model.opt.timestep))
+        success, commands = steps[-1].success, self._commands[-1]
+        self._physics.put(last)
+        for _ in settling(steps, self._layout.control_period):
+            now = State(data.qpos.copy(), data.qvel.copy())
+            for _ in self._physics.run(now, robot, count, commands):
+                self._sampler.sample(data)
+            yield self._reader.read(success, self._sampler.take(), commands)
+
+
+def infer_commands(times: Floats, opening: Floats) -> Floats:
+    """The commands that a gripper must have had (T,): 1 to close, -1 to open.
+
+    It was told to do what it did last: fingers that stand still close on something, or are open.
+
+    Args:
+        times: s (T,).
+        opening: 0 closed, 1 open (T,).
+    """
+    later = np.searchsorted(times, times + SURE_SECONDS, side="right") - 1
+    change = opening[later] - opening
+    commands = np.where(change > SURE, -1.0, np.where(change < -SURE, 1.0, 0.0))
+    moved = np.flatnonzero(commands)
+    if not len(moved):
+        return np.full(len(times), -1.0)
+    commands[0] = commands[0] or -commands[moved[0]]
+    return _kept(commands)
+
+
+def _kept(commands: Floats) -> Floats:
+    """Commands in which 0 repeats the one before, and -1 is before the first."""
+    known = np.where(commands != 0, np.arange(len(commands)), -1)
+    last = np.maximum.accumulate(known)
+    return np.where(last >= 0, np.sign(commands[last]), -1.0)
+
+
+def _check(states: States, model: Any) -> None:
+    shapes = {
+        "qpos": (states.qpos, model.nq),
+        "qvel": (states.qvel, model.nv),
+        **({} if states.actions is None else {"actions": (states.actions, None)}),
+    }
+    count = len(states)
+    if not 2 <= count <= MOST_STATES:
+        raise TraceError(f"{count} states: there must be 2 to {MOST_STATES}")
+    for name, (array, width) in shapes.items():
+        if array.ndim != 2 or len(array) != count or width not in (None, array.shape[1]):
+            raise TraceError(
+                f"{name}: shape {array.shape}, expected ({count}, {width or 'any'}): are these "
+                "states of this model?"
+            )
+    for name, array in {"times": states.times, **{n: a for n, (a, _) in shapes.items()}}.items():
+        if not np.isfinite(array).all():
+            raise TraceError(
+                f"{name}: not finite at state {int(np.argwhere(~np.isfinite(array))[0][0])}"
+            )
+    gaps = np.diff(states.times)
+    if (gaps <= 0).any():
+        raise TraceError(f"times: not increasing at state {int(np.argmax(gaps <= 0)) + 1}")
+    if (gaps > LONGEST_GAP).any():
+        index = int(np.argmax(gaps > LONGEST_GAP))
+        raise TraceError(f"times: {gaps[index]:.1f} s without a state after state {index}")
