@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -84,30 +84,33 @@ class States:
 
 
 @dataclass
-class Drift:
+class _Drift:
     """How far physics is from the next state, when it has been simulated from the one before.
 
     Attributes:
-        hands: distances of hands, m, one for each hand and interval.
-        objects: distances of objects, m.
+        hands: the largest distance of a hand, m.
+        every: distances of all objects after all intervals, m.
+        worst: the largest of them, whose and when, s.
     """
 
-    hands: list[float] = field(default_factory=list)
-    objects: list[tuple[float, str, float]] = field(default_factory=list)
+    hands: float = 0.0
+    every: list[float] = field(default_factory=list)
+    worst: tuple[float, str, float] = 0.0, "", 0.0
 
-    @property
-    def worst(self) -> tuple[float, str, float]:
-        """Distance, m, name and time, s, of the object that drifted most."""
-        return max(self.objects, default=(0.0, "", 0.0))
+    def note(self, hands: Floats, objects: Floats, names: Sequence[str], time: float) -> None:
+        """Take note of distances after an interval."""
+        self.hands = max(self.hands, *hands.tolist(), 0.0)
+        self.every += objects.tolist()
+        found = max(zip(objects.tolist(), names, strict=True), default=(0.0, ""))
+        self.worst = max(self.worst, (*found, time))
 
     def facts(self) -> dict[str, str]:
-        """For the recording's header, mm."""
+        """For the recording's header."""
         distance, name, time = self.worst
-        every = [distance for distance, _, _ in self.objects]
         return {
             "drift": f"{1000 * distance:.1f} mm" + (f" ({name} at {time:.2f} s)" if name else ""),
-            "drift_median_mm": f"{1000 * float(np.median(every or [0.0])):.3f}",
-            "drift_hands_mm": f"{1000 * max(self.hands, default=0.0):.3f}",
+            "drift_median": f"{1000 * float(np.median(self.every or [0.0])):.3f} mm",
+            "drift_hands": f"{1000 * self.hands:.3f} mm",
         }
 
 
@@ -173,7 +176,7 @@ class _Build:
         since = states.times - states.times[0]
         self._ticks = np.round(since / model.opt.timestep).astype(int)
         self._commands = self._told()
-        self.drift = Drift()
+        self._drift = _Drift()
 
     def recording(
         self, about: About, tail: bool, progress: Callable[[int, int], None]
@@ -207,7 +210,7 @@ class _Build:
             versions={"mujoco": mujoco.__version__},
             hashes={"start": self._reader.fingerprint(), "states": digest},
             served={},
-            origin={**about.origin, **self.drift.facts()},
+            origin={**about.origin, **self._drift.facts()},
         )
         return check(Recording(episode, self._info.scene, stacked))
 
@@ -276,13 +279,11 @@ class _Build:
             for simulated, recorded in zip(*places, strict=True)
         )
         time = float(self._states.times[index] - self._states.times[0])
-        names = [body.entity for body in info.scene.bodies]
-        self.drift.hands += hands.tolist()
-        self.drift.objects += [(float(d), n, time) for d, n in zip(objects, names, strict=True)]
-        distance, name, _ = max(self.drift.objects[-len(names) :], default=(0.0, "", 0.0))
+        self._drift.note(hands, objects, [body.entity for body in info.scene.bodies], time)
+        distance, name, when = self._drift.worst
         if distance > self._limit:
             raise TraceError(
-                f"from {time:.2f} s on, physics takes {name} {1000 * distance:.0f} mm away from where "
+                f"after {when:.2f} s, physics has taken {name} {1000 * distance:.0f} mm from where "
                 f"it is recorded, more than the limit of {1000 * self._limit:.0f} mm: is this the "
                 "model of these states?"
             )
@@ -290,12 +291,14 @@ class _Build:
     def _settle(self, steps: list[Step]) -> Iterator[Step]:
         """Steps with the robot held, until the scene rests."""
         last, data = self._states.at(len(self._states) - 1), self._physics.data
-        robot = State(last.qpos, np.zeros_like(last.qvel))
+        robot = State(last.qpos.copy(), np.zeros_like(last.qvel))
         count = max(1, round(self._layout.control_period / self._model.opt.timestep))
         success, commands = steps[-1].success, self._commands[-1]
         self._physics.put(last)
+        fingers = self._physics.fingers
         for _ in settling(steps, self._layout.control_period):
             now = State(data.qpos.copy(), data.qvel.copy())
+            robot.qpos[fingers] = now.qpos[fingers]
             for _ in self._physics.run(now, robot, count, commands):
                 self._sampler.sample(data)
             yield self._reader.read(success, self._sampler.take(), commands)
@@ -342,11 +345,10 @@ def _check(states: States, model: Any) -> None:
                 f"{name}: shape {array.shape}, expected ({count}, {width or 'any'}): are these "
                 "states of this model?"
             )
-    for name, array in {"times": states.times, **{n: a for n, (a, _) in shapes.items()}}.items():
-        if not np.isfinite(array).all():
-            raise TraceError(
-                f"{name}: not finite at state {int(np.argwhere(~np.isfinite(array))[0][0])}"
-            )
+    for name, array in (("times", states.times), *((n, a) for n, (a, _) in shapes.items())):
+        finite = np.isfinite(array).reshape(count, -1).all(axis=1)
+        if not finite.all():
+            raise TraceError(f"{name}: not finite at state {int(np.argmin(finite))}")
     gaps = np.diff(states.times)
     if (gaps <= 0).any():
         raise TraceError(f"times: not increasing at state {int(np.argmax(gaps <= 0)) + 1}")

@@ -71,6 +71,7 @@ class Resimulation:
 
     Attributes:
         data: ``MjData`` of the present substep.
+        fingers: qpos addresses of the fingers' joints (F,).
     """
 
     def __init__(self, model: Any, layout: Layout, description: Description) -> None:
@@ -85,6 +86,8 @@ class Resimulation:
         of_robot = [part.entity == ROBOT for part in description.table.parts]
         self._foreign = ~np.append(of_robot, True)[description.table.of_geom]
         self._hands = [_hand(self._model, hand, joints) for hand in layout.robot.hands]
+        of_fingers = [hand.led for hand in self._hands]
+        self.fingers = self._qpos[np.any([np.zeros(len(joints), bool), *of_fingers], axis=0)]
         self._gain, self._bias = model.actuator_gainprm.copy(), model.actuator_biasprm.copy()
 
     def put(self, state: State) -> None:

@@ -1,8 +1,8 @@
 """robosuite's demonstrations and robomimic's data sets, of any version, as recordings.
 
 A file has a group ``data`` and in it a group for each episode, with ``states`` (time, positions and
-velocities of MuJoCo, a row for each control step; ``actions[i]`` was executed from ``states[i]`` on)
-and the model: its XML, or the name of a file with it in ``models/`` beside it.
+velocities of MuJoCo, a row for each control step; ``actions[i]`` was executed from ``states[i]``
+on) and the model: its XML, or the name of a file with it in ``models/`` beside it.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from pytest_safemanip.importers.robosuite.naming import Convention, derive_layou
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.trace.recording import Recording
 
-PERIOD = 0.05
-"""Control period of recordings whose source has more states than that, s: robosuite's own."""
+PERIOD = 0.02
+"""Least control period of recordings, s: of sources that have more states, as 0.x's have."""
 POLICY = "human"
 TASKS = {
     "SawyerLift": "Lift",
@@ -175,7 +175,7 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
             raise TraceError(f"{name}: {len(array)}, and {len(states)} states")
     keep = np.append(np.diff(states[:, 0]) != 0, True)  # old recorders wrote some states twice
     times = states[keep, 0]
-    derived = derive_layout(model, _period(times), convention)
+    layout = derive_layout(model, _period(times), convention, file.bindings)
     given = States(
         times=times,
         qpos=states[keep, 1 : 1 + model.nq],
@@ -186,12 +186,7 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
     says = "assumed, as of every demonstration" if success is None else "as the source says"
     about = dataclasses.replace(about, origin={**about.origin, "success": says})
     options = file.options
-    builder = RecordingBuilder(
-        model,
-        file.bindings.apply(derived, about.task),
-        tail=options.tail,
-        drift_limit=options.drift_limit,
-    )
+    builder = RecordingBuilder(model, layout, tail=options.tail, drift_limit=options.drift_limit)
     return builder.build(given, about, progress)
 
 

@@ -6,6 +6,7 @@ robosuite has always said ``gripper``, of fingers ``left`` and ``right``, or ``l
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.importers.bindings import CLOSE, Bindings
 from pytest_safemanip.sim.backend import GripperSpec
+from pytest_safemanip.sim.mujoco.description import find
 from pytest_safemanip.sim.mujoco.extents import below
 from pytest_safemanip.sim.mujoco.layout import (
     FingerJoint,
@@ -25,12 +28,12 @@ from pytest_safemanip.sim.mujoco.layout import (
     JointLayout,
     Layout,
     ObjectLayout,
+    Region,
     RobotLayout,
 )
 from pytest_safemanip.sim.mujoco.parts import collides
 from pytest_safemanip.trace.elements import ActionEntry
 
-CLOSE = "gripper_close"
 CATEGORIES = {"SquareNut": "nut", "RoundNut": "nut", "cylinder": "peg"}
 """Of objects; of others their name in small letters, without a last letter or number."""
 ATTACHED = {"cylinder": "peg", "peg_main": "peg", "hole": "hole", "hole_root": "hole"}
@@ -40,6 +43,7 @@ _SIDES = re.compile(r"(left|right|thumb|index|middle|ring|pinky|(?<![a-z])[lr](?
 _ARM = re.compile(r"gripper\d+_(right|left)_")
 _NUMBER = re.compile(r"gripper\d+_|[lr]_gripper_")
 _LONG = {"l": "left", "r": "right"}
+NOTHING = Bindings()
 _NEARER = 1e-3
 """Least change of the distance between fingers, m, by which a joint opens or closes a hand."""
 
@@ -63,13 +67,16 @@ class Convention:
     closes: float = 1.0
 
 
-def derive_layout(model: Any, period: float, convention: Convention) -> Layout:
+def derive_layout(
+    model: Any, period: float, convention: Convention, told: Bindings = NOTHING
+) -> Layout:
     """The layout of a model.
 
     Args:
         model: a ``mujoco.MjModel``.
         period: control period, s.
         convention: what its source says.
+        told: what the user says.
 
     Raises:
         TraceError: if nothing in it has motors.
@@ -80,18 +87,25 @@ def derive_layout(model: Any, period: float, convention: Convention) -> Layout:
     for actuator in range(model.nu):
         if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_JOINT:
             motors[model.jnt_bodyid[model.actuator_trnid[actuator, 0]]] = True
-    robots = [body for body in roots if (motors & below(model, body)).any()]
+    if told.robot:
+        robots = [find(model, "body", name, "the bindings' robot") for name in told.robot]
+    else:
+        robots = [body for body in roots if (motors & below(model, body)).any()]
     if not robots:
         raise TraceError("the model has no robot: nothing in it has motors; see --bindings")
-    palms = [body for root in robots for body in _palms(model, children, root)]
-    names = _hand_names(model, palms)
-    hands = tuple(
-        _Hand(model, children, motors, palm, label).layout(convention.closes)
-        for palm, label in zip(palms, names, strict=True)
-    )
+    if told.hands:
+        hands = told.hands
+        labels = [f"{hand.spec.name}_" if len(hands) > 1 else "" for hand in hands]
+    else:
+        palms = [body for root in robots for body in _palms(model, children, root)]
+        labels = _hand_labels(model, palms)
+        hands = tuple(
+            _Hand(model, children, motors, palm, label).layout(convention.closes)
+            for palm, label in zip(palms, labels, strict=True)
+        )
     free = [body for body in roots if _is_free(model, body)]
     rest = [body for body in roots if body not in robots and body not in free]
-    return Layout(
+    derived = Layout(
         control_period=period,
         robot=RobotLayout(
             convention.robot,
@@ -99,7 +113,7 @@ def derive_layout(model: Any, period: float, convention: Convention) -> Layout:
             hands,
             model.body(robots[0]).name,
         ),
-        actions=_entries(convention, names, len(robots)),
+        actions=_entries(convention, labels, len(robots)),
         objects={
             **{own_name(model, body): _object(model, body) for body in free},
             **{
@@ -112,6 +126,7 @@ def derive_layout(model: Any, period: float, convention: Convention) -> Layout:
             own_name(model, body): _fixture(model, body) for body in rest if _is_solid(model, body)
         },
     )
+    return told.apply(derived)
 
 
 def _entries(convention: Convention, hands: Sequence[str], robots: int) -> tuple[ActionEntry, ...]:
@@ -160,12 +175,44 @@ def _fixture(model: Any, body: int) -> FixtureLayout:
         bodies=(model.body(body).name,),
         category=name.rstrip("0123456789").capitalize(),
         joints={model.joint(joint).name: _way(model, joint) for joint in joints},
+        interiors=_compartments(model, body),
         parts={
             model.geom(geom).name: "handle"
             for geom in geoms
             if "handle" in model.geom(geom).name or "latch" in model.geom(geom).name
         },
     )
+
+
+def _compartments(model: Any, body: int) -> dict[str, Region]:
+    """The spaces between a bin's walls, which are boxes on a floor that is a box."""
+    boxes = [
+        (model.geom_pos[geom], model.geom_size[geom])
+        for geom in np.flatnonzero((model.geom_bodyid == body) & collides(model))
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX
+    ]
+    floor = max(boxes, key=lambda box: float(box[1][0] * box[1][1]), default=None)
+    walls = [box for box in boxes if box is not floor]
+    if floor is None or len(walls) < 4:
+        return {}
+    low, high = floor[0][2] + floor[1][2], max(at[2] + half[2] for at, half in walls)
+    gaps = []
+    for axis in (0, 1):
+        across = sorted(
+            (at[axis] - half[axis], at[axis] + half[axis])
+            for at, half in walls
+            if half[axis] == half.min()
+        )
+        gaps.append([(one[1], two[0]) for one, two in itertools.pairwise(across)])
+    spans = [(x, y, (low, high)) for x in gaps[0] for y in gaps[1]]
+    return {
+        f"bin{number}": Region(
+            model.body(body).name,
+            half=tuple(float(end - begin) / 2 for begin, end in span),
+            centre=tuple(float(end + begin) / 2 for begin, end in span),
+        )
+        for number, span in enumerate(spans, 1)
+    }
 
 
 def _way(model: Any, joint: int) -> JointLayout:
@@ -198,7 +245,7 @@ def _palms(model: Any, children: list[list[int]], body: int) -> list[int]:
     return [palm for child in children[body] for palm in _palms(model, children, child)]
 
 
-def _hand_names(model: Any, palms: Sequence[int]) -> list[str]:
+def _hand_labels(model: Any, palms: Sequence[int]) -> list[str]:
     """What tells hands apart: their sides, their robots, or nothing where there is one."""
     if len(palms) < 2:
         return ["" for _ in palms]
