@@ -13,15 +13,25 @@ if TYPE_CHECKING:
         plot_timeline,
         read_summary,
     )
+    from pytest_safemanip.importers.builder import RecordingBuilder
 
 __version__ = "0.1.0"
-__all__ = ["Rollout", "Violation", "load", "plot_summary", "plot_timeline", "read_summary"]
+__all__ = [
+    "RecordingBuilder",
+    "Rollout",
+    "Violation",
+    "load",
+    "plot_summary",
+    "plot_timeline",
+    "read_summary",
+]
 
 
 def __getattr__(name: str) -> Any:
     """What notebooks use, imported when it is asked for: every pytest run imports this package."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from pytest_safemanip import api
+    import importlib
 
-    return getattr(api, name)
+    room = "importers.builder" if name == "RecordingBuilder" else "api"
+    return getattr(importlib.import_module(f"{__name__}.{room}"), name)

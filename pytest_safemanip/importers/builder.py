@@ -29,8 +29,9 @@ Floats = NDArray[np.float64]
 MOST_STATES = 1_000_000
 LONGEST_GAP = 1.0
 """Longest time between two states, s: after that, physics alone does not know what happened."""
-SURE = 0.02
-"""Least change of a gripper's opening, within ``SURE_SECONDS``, that tells its command."""
+SURE = 0.1
+"""Least change of a gripper's opening, within ``SURE_SECONDS``, that tells its command: fingers
+that close on something rebound by less."""
 SURE_SECONDS = 0.1
 
 
@@ -220,13 +221,20 @@ class _Build:
         names = [entry.name for entry in self._layout.actions]
         columns = []
         for place, hand in zip(self._info.hands, hands, strict=True):
-            if states.actions is not None and hand.spec.entry in names:
-                values = states.actions[:, names.index(hand.spec.entry)]
-                columns.append(_kept(np.array([hand.spec.command(value) for value in values])))
-            else:
-                way = place.opened - place.closed
-                opening = ((states.qpos[:, place.qpos] - place.closed) / way).mean(axis=1)
+            way = place.opened - place.closed
+            opening = ((states.qpos[:, place.qpos] - place.closed) / way).mean(axis=1)
+            if states.actions is None or hand.spec.entry not in names:
                 columns.append(infer_commands(states.times, opening))
+                continue
+            values = states.actions[:, names.index(hand.spec.entry)]
+            told = _kept(np.array([hand.spec.command(value) for value in values]))
+            motion = _motion(states.times, opening)
+            if motion.any() and (told == -motion)[motion != 0].mean() > 0.5:
+                raise TraceError(
+                    f"gripper {hand.spec.name!r} opens when {hand.spec.entry} tells it to close: "
+                    "name the entry and its values in --bindings"
+                )
+            columns.append(told)
         return np.array(columns).reshape(len(hands), len(states)).T
 
     def _action(self, index: int) -> Floats:
@@ -313,14 +321,19 @@ def infer_commands(times: Floats, opening: Floats) -> Floats:
         times: s (T,).
         opening: 0 closed, 1 open (T,).
     """
-    later = np.searchsorted(times, times + SURE_SECONDS, side="right") - 1
-    change = opening[later] - opening
-    commands = np.where(change > SURE, -1.0, np.where(change < -SURE, 1.0, 0.0))
+    commands = _motion(times, opening)
     moved = np.flatnonzero(commands)
     if not len(moved):
         return np.full(len(times), -1.0)
     commands[0] = commands[0] or -commands[moved[0]]
     return _kept(commands)
+
+
+def _motion(times: Floats, opening: Floats) -> Floats:
+    """1 where a gripper surely begins to close, -1 where to open, 0 elsewhere (T,)."""
+    later = np.searchsorted(times, times + SURE_SECONDS, side="right") - 1
+    change = opening[later] - opening
+    return np.where(change > SURE, -1.0, np.where(change < -SURE, 1.0, 0.0))
 
 
 def _kept(commands: Floats) -> Floats:

@@ -10,7 +10,7 @@ from pytest_safemanip import resources
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Proposition
-from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.objects import load_all_attributes
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.tasks import load_tasks
@@ -60,5 +60,5 @@ def load_definitions(
         tasks=load_tasks([task_folder, *task_paths]),
         properties={**shipped, **own},
         own=own,
-        attributes=load_attributes(task_folder / OBJECTS_FILE),
+        attributes=load_all_attributes(task_folder / OBJECTS_FILE, task_paths),
     )
