@@ -44,10 +44,11 @@ class Assets:
 
     def __init__(self, source: Source, folders: Sequence[Path] = ()) -> None:
         self._source = source
+        root = source.root.resolve().name  # the source may be the folder of the package
         shipped = {
             f"{match[1]}/{ASSETS}{match[2]}": name
             for name in source.names
-            if (match := _PACKAGED.fullmatch(name))
+            if (match := _PACKAGED.fullmatch(f"{root}/{name}"))
         }
         self._shipped: Mapping[str, str] = shipped
         self._folders = [Source(folder) for folder in folders]
@@ -74,7 +75,7 @@ class Assets:
         if rest.startswith(".."):
             raise TraceError(f"the model names a file outside of {package}: {printable(reference)}")
         places = [(self._source, self._shipped.get(f"{package}/{ASSETS}{rest}", ""))]
-        places += [(folder, rest) for folder in self._folders]
+        places += [(folder, start + rest) for folder in self._folders for start in ("", ASSETS)]
         if package in self._packages:
             places.append((self._packages[package], ASSETS + rest))
         for source, name in places:
