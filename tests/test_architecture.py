@@ -29,7 +29,7 @@ ROOMS: Mapping[str, str] = {
     "policies": "errors.py provenance.py sim trace",
     "rollouts": "errors.py policies sim trace",
     "metrics": "errors.py markup.py spec trace",
-    "importers": "errors.py trace",
+    "importers": "errors.py rollouts sim spec trace",
     "expert": "errors.py policies provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py metrics policies propositions resources.py rollouts sim spec "

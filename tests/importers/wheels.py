@@ -1,6 +1,6 @@
 """robosuite's wheels with human demonstrations in them, kept between test runs.
 
-``python -m tests.importers.wheels`` fetches them before the tests, which look for them side by side.
+``python -m tests.importers.wheels`` fetches them before the tests, which several processes run.
 """
 
 from __future__ import annotations
@@ -46,13 +46,12 @@ def wheel(version: str) -> Path:
 def _fetch(version: str) -> None:
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--no-input"]
     command += ["--disable-pip-version-check", "--retries=1", f"--dest={FOLDER}"]
-    found = subprocess.run(
-        [*command, f"robosuite=={version}"], capture_output=True, text=True, timeout=600
-    )
+    command += [f"robosuite=={version}"]
+    found = subprocess.run(command, check=False, capture_output=True, text=True, timeout=600)
     if found.returncode:
         raise NoWheel(found.stderr.strip().splitlines()[-1])
 
 
 if __name__ == "__main__":
     for version in SHA256:
-        print(wheel(version))
+        wheel(version)

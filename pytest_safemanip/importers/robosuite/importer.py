@@ -166,7 +166,7 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
         xml, folder = _model_of(file, episode)
     model = compile_model(xml, file.assets, folder).compiled
     width = 1 + model.nq + model.nv
-    if states.ndim != 2 or len(states) < 2 or states.shape[1] < width:
+    if states.ndim != 2 or len(states) < 2 or states.shape[1] not in (width, width + model.na):
         raise TraceError(
             f"states: shape {states.shape}, expected (2 or more, {width}): are they of this model?"
         )
