@@ -241,9 +241,10 @@ class _Build:
         return np.array(columns).reshape(len(hands), len(states)).T
 
     def _action(self, index: int) -> Floats:
-        if self._states.actions is not None:
-            return self._states.actions[index]
-        return self._commands[index]  # then the layout's entries are the grippers'
+        actions = self._states.actions
+        # Without any, the layout's entries are the grippers'.
+        found: Floats = (self._commands if actions is None else actions)[index]
+        return found
 
     def _first(self) -> Step:
         """The first state, with what touches in it."""
