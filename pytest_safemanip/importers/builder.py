@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -20,6 +21,7 @@ from pytest_safemanip.sim.mujoco.contacts import ContactSampler
 from pytest_safemanip.sim.mujoco.describing import describe
 from pytest_safemanip.sim.mujoco.layout import Layout
 from pytest_safemanip.sim.mujoco.reading import Reader
+from pytest_safemanip.trace.elements import Switch
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.steps import Step, Steps
@@ -71,6 +73,7 @@ class States:
         actions: the action that was executed from each state on (T, A), in the order of the
             layout's; None if nobody knows.
         success: whether the task's own check held (T,); None if it held at the last state only.
+        switches: whether each of the builder's switches was on (T, S); None if it has none.
     """
 
     times: Floats
@@ -78,6 +81,7 @@ class States:
     qvel: Floats
     actions: Floats | None = None
     success: NDArray[np.bool_] | None = None
+    switches: NDArray[np.bool_] | None = None
 
     def __len__(self) -> int:
         return len(self.times)
@@ -130,15 +134,22 @@ class RecordingBuilder:
         tail: whether the scene is simulated until it rests, after the last state, with the robot
             held. Without it, what physics still owes at the end is unresolved.
         drift_limit: the largest distance, m, that an object may be from its next state.
+        switches: of fixtures, that states say on or off.
 
     Raises:
         ConfigError: if the layout names what the model does not have.
     """
 
     def __init__(
-        self, model: Any, layout: Layout, *, tail: bool = True, drift_limit: float = DRIFT_LIMIT
+        self,
+        model: Any,
+        layout: Layout,
+        *,
+        tail: bool = True,
+        drift_limit: float = DRIFT_LIMIT,
+        switches: Sequence[Switch] = (),
     ) -> None:
-        self._model, self._layout = model, layout
+        self._model, self._layout, self._switches = model, layout, switches
         self._tail, self._limit = tail, drift_limit
 
     def build(
@@ -158,21 +169,29 @@ class RecordingBuilder:
             TraceError: if states do not fit the model, time goes back or stands still for long, or
                 physics drifts farther from them than the limit.
         """
-        _check(states, self._model)
-        return _Build(self._model, self._layout, states, self._limit).recording(
-            about, self._tail, progress
-        )
+        _check(states, self._model, len(self._switches))
+        build = _Build(self._model, self._layout, self._switches, states, self._limit)
+        return build.recording(about, self._tail, progress)
 
 
 class _Build:
     """One recording being built."""
 
-    def __init__(self, model: Any, layout: Layout, states: States, limit: float) -> None:
+    def __init__(
+        self,
+        model: Any,
+        layout: Layout,
+        switches: Sequence[Switch],
+        states: States,
+        limit: float,
+    ) -> None:
         self._model, self._layout, self._states, self._limit = model, layout, states, limit
         start = mujoco.MjData(model)
         start.qpos[:] = states.qpos[0]
         mujoco.mj_fwdPosition(model, start)
-        description = describe(model, start, layout)
+        self._at = 0
+        read = [(switch, partial(self._is_on, place)) for place, switch in enumerate(switches)]
+        description = describe(model, start, layout, read)
         self._physics = Resimulation(model, layout, description)
         self._reader = Reader(model, self._physics.data, lambda _: description)
         self._sampler = ContactSampler(model, description.table)
@@ -224,6 +243,9 @@ class _Build:
         names = [entry.name for entry in self._layout.actions]
         columns = []
         for place, hand in zip(self._info.hands, hands, strict=True):
+            if not hand.joints:  # a tool
+                columns.append(np.zeros(len(states)))
+                continue
             way = place.opened - place.closed
             opening = ((states.qpos[:, place.qpos] - place.closed) / way).mean(axis=1)
             if states.actions is None or hand.spec.entry not in names:
@@ -270,8 +292,13 @@ class _Build:
                 if tick == last:
                     self._measure(index + 1)
                 if tick % period == 0:
-                    success = self._succeeded(index + 1 if tick == last else index)
+                    self._at = index + 1 if tick == last else index
+                    success = self._succeeded(self._at)
                     yield self._reader.read(success, self._sampler.take(), commands), index
+
+    def _is_on(self, switch: int) -> tuple[bool]:
+        rows = self._states.switches
+        return (rows is not None and bool(rows[self._at, switch]),)
 
     def _succeeded(self, index: int) -> bool:
         success = self._states.success
@@ -355,12 +382,15 @@ def _kept(commands: Floats) -> Floats:
     return np.where(last >= 0, np.sign(commands[last]), -1.0)
 
 
-def _check(states: States, model: Any) -> None:
+def _check(states: States, model: Any, switches: int) -> None:
     shapes = {
         "qpos": (states.qpos, model.nq),
         "qvel": (states.qvel, model.nv),
         **({} if states.actions is None else {"actions": (states.actions, None)}),
+        **({"switches": (states.switches, switches)} if states.switches is not None else {}),
     }
+    if switches and states.switches is None:
+        raise TraceError("switches: the states do not say which are on")
     count = len(states)
     if not 2 <= count <= MOST_STATES:
         raise TraceError(f"{count} states: there must be 2 to {MOST_STATES}")

@@ -217,3 +217,24 @@ def test_bindings_that_are_wrong_say_where(played: world.Played, tmp_path: Path)
     bindings.write_text("objcts: {}\n")
     with pytest.raises(ConfigError, match=r"bindings.yaml:1: unknown .*did you mean 'objects'"):
         import_one(path, bindings=bindings)
+
+
+def test_of_robosuite_0_the_gripper_closes_at_0(played: world.Played, tmp_path: Path) -> None:
+    import h5py
+
+    path = world.write(tmp_path / "demo.hdf5", played, env="SawyerLift")
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models" / "model_1.xml").write_text(world.MODEL)
+    with h5py.File(path, "a") as file:
+        demo = file["data/demo_1"]
+        file["data"].attrs["repository_version"] = "0.1.0"
+        demo.attrs["model_file"] = "model_1.xml"
+        del demo["actions"]
+        demo["joint_velocities"] = played.actions[:, :2]
+        demo["gripper_actuations"] = np.where(played.actions[:, 2:] > 0, 0.0, -1.0)
+    recording = import_one(path)
+    told = np.sign(played.actions[:-1, 2])
+    assert (recording.steps.commands[1 : recording.acting, 0] == told).all()
+    assert recording.episode.task == "Lift"
+    assert recording.scene.entity["robot"].category == "Sawyer"
+    assert [entry.name for entry in recording.scene.actions] == ["arm_1", "arm_2", "gripper_close"]

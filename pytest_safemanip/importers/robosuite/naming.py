@@ -113,7 +113,11 @@ def derive_layout(
             hands,
             model.body(robots[0]).name,
         ),
-        actions=_entries(convention, labels, len(robots)),
+        actions=_entries(
+            convention,
+            [label for label, hand in zip(labels, hands, strict=True) if hand.fingers],
+            len(robots),
+        ),
         objects={
             **{own_name(model, body): _object(model, body) for body in free},
             **{
@@ -134,7 +138,7 @@ def _entries(convention: Convention, hands: Sequence[str], robots: int) -> tuple
 
     Args:
         convention: of the source.
-        hands: what the names of their entries begin with.
+        hands: what the names of the entries of those that grip begin with.
         robots: how many there are; they are alike.
     """
     if convention.limits is None:
@@ -238,10 +242,15 @@ def _is_solid(model: Any, body: int) -> bool:
 
 
 def _palms(model: Any, children: list[list[int]], body: int) -> list[int]:
-    """The bodies that the hands below a body hang on: those called grippers that have joints."""
+    """The bodies that the hands below a body hang on: those called grippers that have fingers, or
+    are tools.
+    """
     if "gripper" in model.body(body).name:
-        moves = below(model, body)[model.jnt_bodyid].any() and model.body_jntnum[body] == 0
-        return [body] if moves else []
+        own = below(model, body)
+        solid = model.geom_bodyid[collides(model)]
+        tool = any(own[at] and "gripper" in model.body(at).name for at in solid)
+        moves = own[model.jnt_bodyid].any() and model.body_jntnum[body] == 0
+        return [body] if tool or moves else []
     return [palm for child in children[body] for palm in _palms(model, children, child)]
 
 
@@ -283,7 +292,7 @@ class _Hand:
         """Its layout."""
         model, label = self._model, self._label
         joints = tuple(joint for j in self._joints if (joint := self._ends(j)))
-        if not joints:
+        if self._groups and not joints:
             raise TraceError(
                 f"{model.body(self._palm).name}: no joint says how far it opens; see --bindings"
             )
@@ -293,7 +302,7 @@ class _Hand:
                 name,
                 tuple((f"{label}finger_{side}",) for side in self._groups),
                 (f"{label}palm",),
-                f"{label}{CLOSE}",
+                f"{label}{CLOSE}" if self._groups else "",
                 closes=closes,
             ),
             frame=self._frame(),
@@ -316,7 +325,7 @@ class _Hand:
         for number, (body, side) in enumerate(zip(moving, sides, strict=True), 1):
             key = _LONG.get(side[1], side[1]) if side and all(sides) else str(number)
             groups.setdefault(key, []).append(body)
-        if len(groups) < 2:
+        if len(groups) == 1:
             raise TraceError(
                 f"{model.body(self._palm).name} has {len(groups)} fingers: a hand needs two; "
                 "see --bindings"
