@@ -173,18 +173,19 @@ def _object(model: Any, body: int) -> ObjectLayout:
 def _fixture(model: Any, body: int) -> FixtureLayout:
     name = own_name(model, body)
     own = below(model, body)
-    joints = np.flatnonzero(own[model.jnt_bodyid])
+    # A latch turns with the handle that it is: nobody calls a door open for it.
+    joints = [
+        j for j in np.flatnonzero(own[model.jnt_bodyid]) if "latch" not in model.joint(j).name
+    ]
     geoms = np.flatnonzero(own[model.geom_bodyid] & collides(model))
+    names = [model.geom(geom).name for geom in geoms]
     return FixtureLayout(
         bodies=(model.body(body).name,),
         category=name.rstrip("0123456789").capitalize(),
         joints={model.joint(joint).name: _way(model, joint) for joint in joints},
         interiors=_compartments(model, body),
-        parts={
-            model.geom(geom).name: "handle"
-            for geom in geoms
-            if "handle" in model.geom(geom).name or "latch" in model.geom(geom).name
-        },
+        parts={n: "handle" for n in names if "handle" in n or "latch" in n},
+        handles={"handle": n for n in names if n.endswith("handle")},
     )
 
 
@@ -220,9 +221,11 @@ def _compartments(model: Any, body: int) -> dict[str, Region]:
 
 
 def _way(model: Any, joint: int) -> JointLayout:
-    """Closed is 0, and open the farther end of the range."""
+    """Closed is 0, and open the farther end of the range; doors and drawers give access."""
     low, high = (float(end) for end in model.jnt_range[joint])
-    return JointLayout(0.0, (low if abs(low) > abs(high) else high) or 1.0)
+    moved = f"{model.joint(joint).name} {model.body(model.jnt_bodyid[joint]).name}".lower()
+    opens = "door" in moved or "drawer" in moved
+    return JointLayout(0.0, (low if abs(low) > abs(high) else high) or 1.0, opens)
 
 
 def _children(model: Any) -> list[list[int]]:
