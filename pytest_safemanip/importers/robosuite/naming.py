@@ -34,10 +34,11 @@ from pytest_safemanip.sim.mujoco.layout import (
 from pytest_safemanip.sim.mujoco.parts import collides
 from pytest_safemanip.trace.elements import ActionEntry
 
-CATEGORIES = {"SquareNut": "nut", "RoundNut": "nut", "cylinder": "peg"}
+CATEGORIES = {"SquareNut": "nut", "RoundNut": "nut"}
 """Of objects; of others their name in small letters, without a last letter or number."""
-ATTACHED = {"cylinder": "peg", "peg_main": "peg", "hole": "hole", "hole_root": "hole"}
-"""Bodies on a robot's wrist that are things of the task, with their names."""
+PEGS = ("cylinder", "peg_main", "peg_root")
+HOLES = ("hole", "hole_main", "hole_root")
+"""Bodies on wrists without a gripper, in robosuite's peg-in-hole: a tool, and a thing."""
 _ROOT = re.compile(r"(?<=\w)(_main|_root|0)$")
 _SIDES = re.compile(r"(left|right|thumb|index|middle|ring|pinky|(?<![a-z])[lr](?=_))")
 _ARM = re.compile(r"gripper\d+_(right|left)_")
@@ -102,6 +103,9 @@ def derive_layout(
         hands = tuple(
             _Hand(model, children, motors, palm, label).layout(convention.closes)
             for palm, label in zip(palms, labels, strict=True)
+        ) + tuple(
+            HandLayout(GripperSpec("peg", (), ("peg",), ""), body, (), (body,), ())
+            for body in _present(model, PEGS)
         )
     free = [body for body in roots if _is_free(model, body)]
     rest = [body for body in roots if body not in robots and body not in free]
@@ -115,16 +119,12 @@ def derive_layout(
         ),
         actions=_entries(
             convention,
-            [label for label, hand in zip(labels, hands, strict=True) if hand.fingers],
+            [label for label, hand in zip(labels, hands, strict=False) if hand.fingers],
             len(robots),
         ),
         objects={
             **{own_name(model, body): _object(model, body) for body in free},
-            **{
-                name: ObjectLayout(body, name)
-                for body, name in ATTACHED.items()
-                if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, body) >= 0
-            },
+            **{"hole": ObjectLayout(body, "hole") for body in _present(model, HOLES)},
         },
         fixtures={
             own_name(model, body): _fixture(model, body) for body in rest if _is_solid(model, body)
@@ -158,6 +158,11 @@ def _entries(convention: Convention, hands: Sequence[str], robots: int) -> tuple
     )
 
 
+def _present(model: Any, bodies: Sequence[str]) -> list[str]:
+    """Those of some bodies that a model has."""
+    return [b for b in bodies if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, b) >= 0]
+
+
 def own_name(model: Any, body: int) -> str:
     """A thing's name in its task: that of its body, without what robosuite adds to it."""
     name: str = model.body(body).name
@@ -179,13 +184,14 @@ def _fixture(model: Any, body: int) -> FixtureLayout:
     ]
     geoms = np.flatnonzero(own[model.geom_bodyid] & collides(model))
     names = [model.geom(geom).name for geom in geoms]
+    handle = next((name for name in names if name.endswith("handle")), "")
     return FixtureLayout(
         bodies=(model.body(body).name,),
         category=name.rstrip("0123456789").capitalize(),
         joints={model.joint(joint).name: _way(model, joint) for joint in joints},
         interiors=_compartments(model, body),
         parts={n: "handle" for n in names if "handle" in n or "latch" in n},
-        handles={"handle": n for n in names if n.endswith("handle")},
+        handles={"handle": handle} if handle else {},
     )
 
 
