@@ -263,10 +263,14 @@ class _Build:
         return np.array(columns).reshape(len(hands), len(states)).T
 
     def _action(self, index: int) -> Floats:
-        actions = self._states.actions
-        # Without any, the layout's entries are the grippers'.
-        found: Floats = (self._commands if actions is None else actions)[index]
-        return found
+        if self._states.actions is not None:
+            row: Floats = self._states.actions[index]
+            return row
+        told = {
+            hand.spec.entry: command
+            for hand, command in zip(self._layout.robot.hands, self._commands[index], strict=True)
+        }
+        return np.array([told.get(entry.name, 0.0) for entry in self._layout.actions])
 
     def _first(self) -> Step:
         """The first state, with what touches in it."""

@@ -109,6 +109,7 @@ def derive_layout(
         )
     free = [body for body in roots if _is_free(model, body)]
     rest = [body for body in roots if body not in robots and body not in free]
+    holes = _present(model, HOLES)
     derived = Layout(
         control_period=period,
         robot=RobotLayout(
@@ -124,7 +125,7 @@ def derive_layout(
         ),
         objects={
             **{own_name(model, body): _object(model, body) for body in free},
-            **{"hole": ObjectLayout(body, "hole") for body in _present(model, HOLES)},
+            **({"hole": ObjectLayout(holes[0], "hole")} if holes else {}),
         },
         fixtures={
             own_name(model, body): _fixture(model, body) for body in rest if _is_solid(model, body)
