@@ -134,5 +134,5 @@ def test_physics_stays_near_what_was_recorded(version: str, demonstrations: Demo
         origin = one.recording.episode.origin
         assert float(origin["drift"].split()[0]) < 71.0, one.name
         assert float(origin["drift_median"].split()[0]) < 1.0, one.name
-        assert float(origin["drift_hands"].split()[0]) < 3.0, one.name
+        assert float(origin["drift_hands"].split()[0]) < 4.0, one.name
         assert np.isfinite(one.recording.steps.contacts.force).all()
