@@ -1,0 +1,400 @@
+"""What is what in a model of robosuite's, of any version, by how it is made and named.
+
+What has motors is a robot, what moves freely an object, and what else collides a fixture. Of hands
+robosuite has always said ``gripper``, of fingers ``left`` and ``right``, or ``l`` and ``r``.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.errors import TraceError
+from pytest_safemanip.importers.bindings import CLOSE, Bindings
+from pytest_safemanip.sim.backend import GripperSpec
+from pytest_safemanip.sim.mujoco.description import find
+from pytest_safemanip.sim.mujoco.extents import below
+from pytest_safemanip.sim.mujoco.layout import (
+    FingerJoint,
+    FixtureLayout,
+    HandLayout,
+    JointLayout,
+    Layout,
+    ObjectLayout,
+    Region,
+    RobotLayout,
+)
+from pytest_safemanip.sim.mujoco.parts import collides
+from pytest_safemanip.trace.elements import ActionEntry
+
+CATEGORIES = {"SquareNut": "nut", "RoundNut": "nut"}
+"""Of objects; of others their name in small letters, without a last letter or number."""
+PEGS = ("cylinder", "peg_main", "peg_root")
+HOLES = ("hole", "hole_main", "hole_root")
+"""Bodies on wrists without a gripper, in robosuite's peg-in-hole: a tool, and a thing."""
+_ROOT = re.compile(r"(?<=\w)(_main|_root|0)$")
+_SIDES = re.compile(r"(left|right|thumb|index|middle|ring|pinky|(?<![a-z])[lr](?=_))")
+_ARM = re.compile(r"gripper\d+_(right|left)_")
+_NUMBER = re.compile(r"gripper\d+_|[lr]_gripper_")
+_LONG = {"l": "left", "r": "right"}
+NOTHING = Bindings()
+_NEARER = 1e-3
+"""Least change of the distance between fingers, m, by which a joint opens or closes a hand."""
+
+
+@dataclass(frozen=True)
+class Convention:
+    """What a source says of its robot and its actions.
+
+    Attributes:
+        robot: what the robot is called.
+        limits: largest absolute value of each entry of the actions; None where there are none, and
+            the grippers' commands are then the actions.
+        grippers_last: whether the grippers of a robot with two arms come after both arms, as in
+            robosuite 1.5, or each after its arm, as before.
+        closes: value of a gripper's entry that closes it; -1 opens it.
+    """
+
+    robot: str
+    limits: tuple[float, ...] | None = None
+    grippers_last: bool = False
+    closes: float = 1.0
+
+
+def derive_layout(
+    model: Any, period: float, convention: Convention, told: Bindings = NOTHING
+) -> Layout:
+    """The layout of a model.
+
+    Args:
+        model: a ``mujoco.MjModel``.
+        period: control period, s.
+        convention: what its source says.
+        told: what the user says.
+
+    Raises:
+        TraceError: if nothing in it has motors.
+    """
+    children = _children(model)
+    roots = children[0]
+    motors = np.zeros(model.nbody, bool)
+    for actuator in range(model.nu):
+        if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_JOINT:
+            motors[model.jnt_bodyid[model.actuator_trnid[actuator, 0]]] = True
+    if told.robot:
+        robots = [find(model, "body", name, "the bindings' robot") for name in told.robot]
+    else:
+        robots = [body for body in roots if (motors & below(model, body)).any()]
+    if not robots:
+        raise TraceError("the model has no robot: nothing in it has motors; see --bindings")
+    if told.hands:
+        hands = told.hands
+        labels = [f"{hand.spec.name}_" if len(hands) > 1 else "" for hand in hands]
+    else:
+        palms = [body for root in robots for body in _palms(model, children, root)]
+        labels = _hand_labels(model, palms)
+        hands = tuple(
+            _Hand(model, children, motors, palm, label).layout(convention.closes)
+            for palm, label in zip(palms, labels, strict=True)
+        ) + tuple(
+            HandLayout(GripperSpec("peg", (), ("peg",), ""), body, (), (body,), ())
+            for body in _present(model, PEGS)
+        )
+    free = [body for body in roots if _is_free(model, body)]
+    rest = [body for body in roots if body not in robots and body not in free]
+    holes = _present(model, HOLES)
+    derived = Layout(
+        control_period=period,
+        robot=RobotLayout(
+            convention.robot,
+            tuple(model.body(b).name for b in robots),
+            hands,
+            model.body(robots[0]).name,
+        ),
+        actions=_entries(
+            convention,
+            [label for label, hand in zip(labels, hands, strict=False) if hand.fingers],
+            len(robots),
+        ),
+        objects={
+            **{own_name(model, body): _object(model, body) for body in free},
+            **({"hole": ObjectLayout(holes[0], "hole")} if holes else {}),
+        },
+        fixtures={
+            own_name(model, body): _fixture(model, body) for body in rest if _is_solid(model, body)
+        },
+    )
+    return told.apply(derived)
+
+
+def _entries(convention: Convention, hands: Sequence[str], robots: int) -> tuple[ActionEntry, ...]:
+    """The entries of the actions: robot by robot, its arms and its grippers.
+
+    Args:
+        convention: of the source.
+        hands: what the names of the entries of those that grip begin with.
+        robots: how many there are; they are alike.
+    """
+    if convention.limits is None:
+        return tuple(ActionEntry(f"{hand}{CLOSE}") for hand in hands)
+    width, arms = len(convention.limits), max(len(hands), robots)
+    names = [f"entry_{number}" for number in range(width)]
+    if width % arms == 0 and len(hands) in (0, arms):
+        labels = hands or [f"robot{n}_" if robots > 1 else "" for n in range(robots)]
+        each = width // arms - bool(hands)
+        ways = {hand: [f"{hand}arm_{n}" for n in range(1, each + 1)] for hand in labels}
+        closes = {hand: [f"{hand}{CLOSE}"] * bool(hands) for hand in labels}
+        together = convention.grippers_last and robots == 1
+        blocks = [ways, closes] if together else [{h: ways[h] + closes[h] for h in labels}]
+        names = [name for block in blocks for hand in labels for name in block[hand]]
+    return tuple(
+        ActionEntry(name, -most, most) for name, most in zip(names, convention.limits, strict=True)
+    )
+
+
+def _present(model: Any, bodies: Sequence[str]) -> list[str]:
+    """Those of some bodies that a model has."""
+    return [b for b in bodies if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, b) >= 0]
+
+
+def own_name(model: Any, body: int) -> str:
+    """A thing's name in its task: that of its body, without what robosuite adds to it."""
+    name: str = model.body(body).name
+    return _ROOT.sub("", name)
+
+
+def _object(model: Any, body: int) -> ObjectLayout:
+    name = own_name(model, body)
+    plain = re.sub(r"(?<=[a-z])([A-Z]|\d+)$", "", name).lower()
+    return ObjectLayout(model.body(body).name, CATEGORIES.get(name, plain))
+
+
+def _fixture(model: Any, body: int) -> FixtureLayout:
+    name = own_name(model, body)
+    own = below(model, body)
+    # A latch turns with the handle that it is: nobody calls a door open for it.
+    joints = [
+        j for j in np.flatnonzero(own[model.jnt_bodyid]) if "latch" not in model.joint(j).name
+    ]
+    geoms = np.flatnonzero(own[model.geom_bodyid] & collides(model))
+    names = [model.geom(geom).name for geom in geoms]
+    handle = next((name for name in names if name.endswith("handle")), "")
+    return FixtureLayout(
+        bodies=(model.body(body).name,),
+        category=name.rstrip("0123456789").capitalize(),
+        joints={model.joint(joint).name: _way(model, joint) for joint in joints},
+        interiors=_compartments(model, body),
+        parts={n: "handle" for n in names if "handle" in n or "latch" in n},
+        handles={"handle": handle} if handle else {},
+    )
+
+
+def _compartments(model: Any, body: int) -> dict[str, Region]:
+    """The spaces between a bin's walls, which are boxes on a floor that is a box."""
+    boxes = [
+        (model.geom_pos[geom], model.geom_size[geom])
+        for geom in np.flatnonzero((model.geom_bodyid == body) & collides(model))
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX
+    ]
+    floor = max(boxes, key=lambda box: float(box[1][0] * box[1][1]), default=None)
+    walls = [box for box in boxes if box is not floor]
+    if floor is None or len(walls) < 4:
+        return {}
+    low, high = floor[0][2] + floor[1][2], max(at[2] + half[2] for at, half in walls)
+    gaps = []
+    for axis in (0, 1):
+        across = sorted(
+            (at[axis] - half[axis], at[axis] + half[axis])
+            for at, half in walls
+            if half[axis] == half.min()
+        )
+        gaps.append([(one[1], two[0]) for one, two in itertools.pairwise(across)])
+    spans = [(x, y, (low, high)) for x in gaps[0] for y in gaps[1]]
+    return {
+        f"bin{number}": Region(
+            model.body(body).name,
+            half=tuple(float(end - begin) / 2 for begin, end in span),
+            centre=tuple(float(end + begin) / 2 for begin, end in span),
+        )
+        for number, span in enumerate(spans, 1)
+    }
+
+
+def _way(model: Any, joint: int) -> JointLayout:
+    """Closed is 0, and open the farther end of the range; doors and drawers give access."""
+    low, high = (float(end) for end in model.jnt_range[joint])
+    moved = f"{model.joint(joint).name} {model.body(model.jnt_bodyid[joint]).name}".lower()
+    opens = "door" in moved or "drawer" in moved
+    return JointLayout(0.0, (low if abs(low) > abs(high) else high) or 1.0, opens)
+
+
+def _children(model: Any) -> list[list[int]]:
+    found: list[list[int]] = [[] for _ in range(model.nbody)]
+    for body in range(1, model.nbody):
+        found[model.body_parentid[body]].append(body)
+    return found
+
+
+def _is_free(model: Any, body: int) -> bool:
+    joint = int(model.body_jntadr[body])
+    return joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+
+
+def _is_solid(model: Any, body: int) -> bool:
+    return bool((below(model, body)[model.geom_bodyid] & collides(model)).any())
+
+
+def _palms(model: Any, children: list[list[int]], body: int) -> list[int]:
+    """The bodies that the hands below a body hang on: those called grippers that have fingers, or
+    are tools.
+    """
+    if "gripper" in model.body(body).name:
+        own = below(model, body)
+        solid = model.geom_bodyid[collides(model)]
+        tool = any(own[at] and "gripper" in model.body(at).name for at in solid)
+        moves = own[model.jnt_bodyid].any() and model.body_jntnum[body] == 0
+        return [body] if tool or moves else []
+    return [palm for child in children[body] for palm in _palms(model, children, child)]
+
+
+def _hand_labels(model: Any, palms: Sequence[int]) -> list[str]:
+    """What tells hands apart: their sides, their robots, or nothing where there is one."""
+    if len(palms) < 2:
+        return ["" for _ in palms]
+    names = [model.body(palm).name for palm in palms]
+    robots = [re.search(r"gripper(\d+)_", name) for name in names]
+    numbers = [match[1] if match else "" for match in robots]
+    if len({*numbers}) == len(palms):
+        return [f"robot{number}_" for number in numbers]
+    sides = ["left_" if re.search(r"(^|_)left_", name) else "right_" for name in names]
+    return [
+        f"robot{n}_{side}" if len({*numbers}) > 1 else side
+        for n, side in zip(numbers, sides, strict=True)
+    ]
+
+
+class _Hand:
+    """A hand of the model."""
+
+    def __init__(
+        self,
+        model: Any,
+        children: list[list[int]],
+        motors: NDArray[np.bool_],
+        palm: int,
+        label: str,
+    ) -> None:
+        self._model, self._palm, self._label = model, palm, label
+        self._own = below(model, palm)
+        self._groups = self._fingers(children)
+        driven = np.flatnonzero((motors & self._own)[model.jnt_bodyid])
+        limited = np.flatnonzero(self._own[model.jnt_bodyid] & (model.jnt_limited != 0))
+        self._joints = [j for j in (driven if len(driven) else limited) if model.jnt_limited[j]]
+
+    def layout(self, closes: float) -> HandLayout:
+        """Its layout."""
+        model, label = self._model, self._label
+        joints = tuple(joint for j in self._joints if (joint := self._ends(j)))
+        if self._groups and not joints:
+            raise TraceError(
+                f"{model.body(self._palm).name}: no joint says how far it opens; see --bindings"
+            )
+        name = label.rstrip("_") or ("left" if "left" in model.body(self._palm).name else "right")
+        return HandLayout(
+            GripperSpec(
+                name,
+                tuple((f"{label}finger_{side}",) for side in self._groups),
+                (f"{label}palm",),
+                f"{label}{CLOSE}" if self._groups else "",
+                closes=closes,
+            ),
+            frame=self._frame(),
+            fingers=tuple(
+                tuple(model.body(body).name for body in group) for group in self._groups.values()
+            ),
+            palm=(model.body(self._palm).name,),
+            joints=joints,
+        )
+
+    def _fingers(self, children: list[list[int]]) -> dict[str, list[int]]:
+        """The bodies right below the palm that move, by their side, or each for itself."""
+        model = self._model
+        moving = [
+            body for body in children[self._palm] if below(model, body)[model.jnt_bodyid].any()
+        ]
+        prefix = self._prefix(moving)
+        sides = [_SIDES.search(model.body(body).name.removeprefix(prefix)) for body in moving]
+        groups: dict[str, list[int]] = {}
+        for number, (body, side) in enumerate(zip(moving, sides, strict=True), 1):
+            key = _LONG.get(side[1], side[1]) if side and all(sides) else str(number)
+            groups.setdefault(key, []).append(body)
+        if len(groups) == 1:
+            raise TraceError(
+                f"{model.body(self._palm).name} has {len(groups)} fingers: a hand needs two; "
+                "see --bindings"
+            )
+        return groups
+
+    def _prefix(self, fingers: Sequence[int]) -> str:
+        """What robosuite puts before the names of a gripper's bodies: its number and, from 1.5 on,
+        its arm's side.
+        """
+        model = self._model
+        every = [model.body(body).name for body in np.flatnonzero(self._own)]
+        moving = [model.body(body).name for body in fingers]
+        for pattern, names in ((_ARM, every), (_NUMBER, moving)):
+            found = {match[0] if (match := pattern.match(name)) else "" for name in names}
+            if len(found) == 1 and "" not in found:
+                return found.pop()
+        return ""
+
+    def _frame(self) -> str:
+        """The site between the fingers, or the palm."""
+        model = self._model
+        for site in range(model.nsite):
+            name: str = model.site(site).name
+            if self._own[model.site_bodyid[site]] and name.endswith("grip_site"):
+                return name
+        palm: str = model.body(self._palm).name
+        return palm
+
+    def _ends(self, joint: int) -> FingerJoint | None:
+        """Where a joint brings its finger nearest to the others, and farthest; None if nowhere."""
+        model = self._model
+        low, high = (float(end) for end in model.jnt_range[joint])
+        near, far = self._distance(joint, low), self._distance(joint, high)
+        if abs(near - far) < _NEARER:
+            return None
+        closed, opened = (low, high) if near < far else (high, low)
+        return FingerJoint(model.joint(joint).name, closed, opened)
+
+    def _distance(self, joint: int, position: float) -> float:
+        """Between what a joint moves and the fingers that it does not move."""
+        model = self._model
+        data = mujoco.MjData(model)
+        data.qpos[model.jnt_qposadr[joint]] = position
+        mujoco.mj_kinematics(model, data)
+        moved = below(model, int(model.jnt_bodyid[joint]))
+        fingers = [body for group in self._groups.values() for body in group]
+        mine = [
+            body for body in fingers if moved[body] or below(model, body)[model.jnt_bodyid[joint]]
+        ]
+        others = [body for body in fingers if body not in mine]
+        one, two = (self._centre(data, bodies) for bodies in (mine, others))
+        return float(np.linalg.norm(one - two))
+
+    def _centre(self, data: Any, bodies: Sequence[int]) -> NDArray[np.float64]:
+        model = self._model
+        wanted = np.zeros(model.nbody, bool)
+        for body in bodies:
+            wanted |= below(model, body)
+        geoms = wanted[model.geom_bodyid] & collides(model)
+        centre: NDArray[np.float64] = data.geom_xpos[geoms].mean(axis=0)
+        return centre
