@@ -36,9 +36,14 @@ from pytest_safemanip.trace.elements import ActionEntry
 
 CATEGORIES = {"SquareNut": "nut", "RoundNut": "nut"}
 """Of objects; of others their name in small letters, without a last letter or number."""
-PEGS = ("cylinder", "peg_main", "peg_root")
-HOLES = ("hole", "hole_main", "hole_root")
-"""Bodies on wrists without a gripper, in robosuite's peg-in-hole: a tool, and a thing."""
+ATTACHED = {
+    "cylinder": "peg",
+    "peg_main": "peg",
+    "hole": "hole",
+    "hole_main": "hole",
+    "hole_root": "hole",
+}
+"""Bodies on a robot's wrist that are things of the task, with their names."""
 _ROOT = re.compile(r"(?<=\w)(_main|_root|0)$")
 _SIDES = re.compile(r"(left|right|thumb|index|middle|ring|pinky|(?<![a-z])[lr](?=_))")
 _ARM = re.compile(r"gripper\d+_(right|left)_")
@@ -88,6 +93,7 @@ def derive_layout(
     for actuator in range(model.nu):
         if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_JOINT:
             motors[model.jnt_bodyid[model.actuator_trnid[actuator, 0]]] = True
+    attached = [b for b in ATTACHED if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, b) >= 0]
     if told.robot:
         robots = [find(model, "body", name, "the bindings' robot") for name in told.robot]
     else:
@@ -103,13 +109,10 @@ def derive_layout(
         hands = tuple(
             _Hand(model, children, motors, palm, label).layout(convention.closes)
             for palm, label in zip(palms, labels, strict=True)
-        ) + tuple(
-            HandLayout(GripperSpec("peg", (), ("peg",), ""), body, (), (body,), ())
-            for body in _present(model, PEGS)
         )
+        hands = hands or tuple(_bare_hand(model, body) for body in attached)
     free = [body for body in roots if _is_free(model, body)]
     rest = [body for body in roots if body not in robots and body not in free]
-    holes = _present(model, HOLES)
     derived = Layout(
         control_period=period,
         robot=RobotLayout(
@@ -125,7 +128,7 @@ def derive_layout(
         ),
         objects={
             **{own_name(model, body): _object(model, body) for body in free},
-            **({"hole": ObjectLayout(holes[0], "hole")} if holes else {}),
+            **{ATTACHED[body]: ObjectLayout(body, ATTACHED[body]) for body in attached},
         },
         fixtures={
             own_name(model, body): _fixture(model, body) for body in rest if _is_solid(model, body)
@@ -159,9 +162,11 @@ def _entries(convention: Convention, hands: Sequence[str], robots: int) -> tuple
     )
 
 
-def _present(model: Any, bodies: Sequence[str]) -> list[str]:
-    """Those of some bodies that a model has."""
-    return [b for b in bodies if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, b) >= 0]
+def _bare_hand(model: Any, attached: str) -> HandLayout:
+    """The end of an arm without a gripper, that a thing is attached to."""
+    wrist = model.body(int(model.body_parentid[model.body(attached).id])).name
+    side = "left" if "left" in wrist else "right"
+    return HandLayout(GripperSpec(side, (), (), ""), wrist, (), (), ())
 
 
 def own_name(model: Any, body: int) -> str:
