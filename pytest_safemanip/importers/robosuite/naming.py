@@ -121,7 +121,7 @@ def derive_layout(
             hands,
             model.body(robots[0]).name,
         ),
-        actions=_entries(
+        actions=action_entries(
             convention,
             [label for label, hand in zip(labels, hands, strict=False) if hand.fingers],
             len(robots),
@@ -137,7 +137,9 @@ def derive_layout(
     return told.apply(derived)
 
 
-def _entries(convention: Convention, hands: Sequence[str], robots: int) -> tuple[ActionEntry, ...]:
+def action_entries(
+    convention: Convention, hands: Sequence[str], robots: int
+) -> tuple[ActionEntry, ...]:
     """The entries of the actions: robot by robot, its arms and its grippers.
 
     Args:
