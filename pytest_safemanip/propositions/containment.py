@@ -174,6 +174,7 @@ PROPOSITIONS = (
         act=True,
         lacks=grounding.gripper,
         reads=_transfer_reads,
+        debounce=lambda p: p["obj_grasped.window"],
         exempt={"window": "it remembers where the content lay"},
     ),
     Proposition(

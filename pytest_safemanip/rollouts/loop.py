@@ -94,7 +94,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     horizon = max(1, round(start.horizon * job.protocol.horizon_scale))
     instruction = render_prompt(job.prompt, start.instruction)
     actor = policy if isinstance(policy, AdaptedPolicy) else AdaptedPolicy(policy)
-    robot = backend.spec.robot
+    robot = backend.spec.in_task(job.request.task).robot
     info = EpisodeInfo(
         job.task, job.request.seed, instruction, horizon, start.scene, robot, job.sets
     )
