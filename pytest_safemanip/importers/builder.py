@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.importers.base import DRIFT_LIMIT
+from pytest_safemanip.importers.commands import infer_commands, keep_on, motion_of
 from pytest_safemanip.importers.resimulation import Resimulation, State
 from pytest_safemanip.rollouts.loop import settling
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
@@ -31,13 +32,6 @@ Floats = NDArray[np.float64]
 MOST_STATES = 1_000_000
 LONGEST_GAP = 1.0
 """Longest time between two states, s: after that, physics alone does not know what happened."""
-SURE = 0.1
-"""Least change of a gripper's opening, within ``SURE_SECONDS``, that tells its command: fingers
-that close on something rebound by less."""
-SURE_SECONDS = 0.1
-WIDE = 0.9
-"""How open a gripper comes to be that is told to open, between its least and its widest."""
-WIDE_SECONDS = 0.3
 
 
 @dataclass(frozen=True)
@@ -252,8 +246,8 @@ class _Build:
                 columns.append(infer_commands(states.times, opening))
                 continue
             values = states.actions[:, names.index(hand.spec.entry)]
-            told = _kept(np.array([hand.spec.command(value) for value in values]))
-            motion = _motion(states.times, opening)
+            told = keep_on(np.array([hand.spec.command(value) for value in values]))
+            motion = motion_of(states.times, opening)
             if motion.any() and (told == -motion)[motion != 0].mean() > 0.5:
                 raise TraceError(
                     f"gripper {hand.spec.name!r} opens when {hand.spec.entry} tells it to close: "
@@ -345,45 +339,6 @@ class _Build:
             for _ in self._physics.run(now, robot, count, commands):
                 self._sampler.sample(data)
             yield self._reader.read(success, self._sampler.take(), commands)
-
-
-def infer_commands(times: Floats, opening: Floats) -> Floats:
-    """The commands that a gripper must have had (T,): 1 to close, -1 to open.
-
-    It was told to do what it did last: fingers that stand still close on something, or are open. It
-    was told to open if it came to be as open as it ever was: what it holds may force it apart, too.
-
-    Args:
-        times: s (T,).
-        opening: 0 closed, 1 open (T,).
-    """
-    commands = _motion(times, opening)
-    wide = opening.min() + WIDE * (opening.max() - opening.min())
-    until = np.searchsorted(times, times + WIDE_SECONDS, side="right")
-    for index in np.flatnonzero(commands < 0):
-        if opening[index : until[index]].max() < wide:
-            commands[index] = 0.0
-    moved = np.flatnonzero(commands)
-    if not len(moved):
-        return np.full(len(times), -1.0)
-    commands[0] = commands[0] or -commands[moved[0]]
-    return _kept(commands)
-
-
-def _motion(times: Floats, opening: Floats) -> Floats:
-    """1 where a gripper surely closes, -1 where it opens, 0 elsewhere (T,)."""
-    half = SURE_SECONDS / 2
-    later = np.searchsorted(times, times + half, side="right") - 1
-    before = np.searchsorted(times, times - half, side="left")
-    change = opening[later] - opening[before]
-    return np.where(change > SURE, -1.0, np.where(change < -SURE, 1.0, 0.0))
-
-
-def _kept(commands: Floats) -> Floats:
-    """Commands in which 0 repeats the one before, and -1 is before the first."""
-    known = np.where(commands != 0, np.arange(len(commands)), -1)
-    last = np.maximum.accumulate(known)
-    return np.where(last >= 0, np.sign(commands[last]), -1.0)
 
 
 def _check(states: States, model: Any, switches: int) -> None:

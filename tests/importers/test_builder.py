@@ -8,7 +8,8 @@ import pytest
 
 from pytest_safemanip import RecordingBuilder
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.importers.builder import About, States, infer_commands
+from pytest_safemanip.importers.builder import About, States
+from pytest_safemanip.importers.commands import infer_commands
 from pytest_safemanip.sim.mujoco.layout import (
     FixtureLayout,
     JointLayout,
