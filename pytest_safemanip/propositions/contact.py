@@ -14,6 +14,7 @@ from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
 from pytest_safemanip.propositions.kernels.forces import hand_parts, robot_parts
 from pytest_safemanip.propositions.kernels.interiors import lies_in
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 
@@ -161,6 +162,23 @@ def _allowed(view: View, pair: tuple[int, int]) -> bool:
     return (part.entity, part.name) in view.binding.touch
 
 
+def _collision_reads(inputs: Inputs) -> Found:
+    limbs, everything = inputs.limb_parts, inputs.all_parts
+    found = inputs.touch(limbs, everything, seconds=0.0) | inputs.start(limbs, everything)
+    for name in inputs.binding.objects:
+        if inputs.known("obj_grasped", name) is not False:  # what is not held collides with nothing
+            own = inputs.parts(name)
+            found |= inputs.now("obj_grasped", name) | inputs.robot("commands", seconds=0.0)
+            found |= inputs.touch(own, everything, seconds=0.0) | inputs.start(own, everything)
+            found |= inputs.poses(*inputs.objects, seconds=0.0)
+    return found
+
+
+def _hand_reads(inputs: Inputs) -> Found:
+    hand, everything = inputs.hand_parts, inputs.all_parts
+    return inputs.touch(hand, everything, seconds=0.0) | inputs.start(hand, everything)
+
+
 def _name(view: View, part: int) -> str:
     owner = view.trace.scene.parts[part]
     entity = view.trace.scene.entity[owner.entity]
@@ -178,6 +196,7 @@ PROPOSITIONS = (
         collision,
         evidence=collision_evidence,
         lacks=grounding.robot,
+        reads=_collision_reads,
     ),
     Proposition(
         "bad_contact",
@@ -187,5 +206,6 @@ PROPOSITIONS = (
         bad_contact,
         evidence=bad_contact_evidence,
         lacks=grounding.gripper,
+        reads=_hand_reads,
     ),
 )

@@ -19,6 +19,7 @@ from pytest_safemanip.propositions.kernels.interiors import (
     seen_from,
     seen_in,
 )
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
@@ -190,6 +191,19 @@ def _late(p: Mapping[str, float]) -> float:
     return p["enclosure.late"]
 
 
+def _reach_reads(inputs: Inputs, fixture: str) -> Found:
+    return inputs.robot("hands") | inputs.boxes(fixture)
+
+
+def _open_reads(inputs: Inputs, fixture: str) -> Found:
+    several = len(inputs.scene.doors_of(fixture)) > 1  # then it matters which one the hand is at
+    return inputs.joints(fixture) | (inputs.robot("hands") if several else frozenset())
+
+
+def _place_reads(inputs: Inputs, name: str, fixture: str) -> Found:
+    return inputs.of("obj_grasped", name) | inputs.poses(name) | inputs.boxes(fixture)
+
+
 _PLACE = ("object", "fixture")
 
 PROPOSITIONS = (
@@ -201,6 +215,7 @@ PROPOSITIONS = (
         reach_in,
         act=True,
         lacks=grounding.reached_interior,
+        reads=_reach_reads,
     ),
     Proposition(
         "fix_open",
@@ -210,6 +225,7 @@ PROPOSITIONS = (
         fix_open,
         evidence=fix_open_evidence,
         sparse=True,
+        reads=_open_reads,
     ),
     Proposition(
         "place_in_onset",
@@ -219,6 +235,7 @@ PROPOSITIONS = (
         place_in_onset,
         act=True,
         lacks=grounding.reached_interior,
+        reads=_place_reads,
     ),
     Proposition(
         "obj_inside",
@@ -229,6 +246,7 @@ PROPOSITIONS = (
         evidence=obj_inside_evidence,
         sparse=True,
         lacks=grounding.reached_interior,
+        reads=_place_reads,
     ),
     Proposition(
         "obj_outside",
@@ -238,5 +256,6 @@ PROPOSITIONS = (
         obj_outside,
         sparse=True,
         lacks=grounding.reached_interior,
+        reads=_place_reads,
     ),
 )

@@ -22,6 +22,7 @@ from pytest_safemanip.propositions.kernels.filters import (
     rising,
 )
 from pytest_safemanip.propositions.kernels.forces import finger_groups, forces_on, pushes
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.frames import inner
 from pytest_safemanip.trace.geometry import angle_between, relative, tilt
@@ -278,6 +279,18 @@ def _slip(view: View, held: _Held | None) -> tuple[NDArray[np.float64], NDArray[
     return distance, turn
 
 
+def _grasp_reads(inputs: Inputs, name: str) -> Found:
+    return inputs.touch(inputs.finger_parts, inputs.parts(name))
+
+
+def _stable_reads(inputs: Inputs, name: str) -> Found:
+    return _grasp_reads(inputs, name) | inputs.poses(name) | inputs.robot("hands", "commands")
+
+
+def _release_reads(inputs: Inputs, name: str) -> Found:
+    return _grasp_reads(inputs, name) | inputs.robot("openings", "commands")
+
+
 def _grasp_window(p: Mapping[str, float]) -> float:
     return p["obj_grasped.window"]
 
@@ -291,6 +304,7 @@ PROPOSITIONS = (
         obj_grasped,
         debounce=_grasp_window,
         lacks=grounding.gripper,
+        reads=_grasp_reads,
     ),
     Proposition(
         "stable_grasp",
@@ -300,6 +314,7 @@ PROPOSITIONS = (
         stable_grasp,
         evidence=stable_grasp_evidence,
         lacks=grounding.gripper,
+        reads=_stable_reads,
     ),
     Proposition(
         "obj_released",
@@ -310,5 +325,6 @@ PROPOSITIONS = (
         act=True,
         debounce=_grasp_window,
         lacks=grounding.gripper,
+        reads=_release_reads,
     ),
 )

@@ -11,6 +11,7 @@ from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.filters import change, held, last_true, spread
 from pytest_safemanip.propositions.kernels.forces import robot_on_joint
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.kinematics import opening_direction
@@ -152,6 +153,10 @@ def _other(view: View, index: int, row: int) -> str:
     return second if first == entity else first
 
 
+def _reads(inputs: Inputs, fixture: str) -> Found:
+    return inputs.joints(fixture) | inputs.touch(inputs.parts(fixture), inputs.all_parts)
+
+
 def _memory(p: Mapping[str, float]) -> float:
     longest = max(p["retract.window"], p["recovered.window"], p["mech_hit.window"])
     return p["mech_hit.memory"] + longest
@@ -166,6 +171,7 @@ PROPOSITIONS = (
         mech_hit,
         evidence=mech_hit_evidence,
         lacks=grounding.door,
+        reads=_reads,
     ),
     Proposition(
         "retract",
@@ -175,6 +181,7 @@ PROPOSITIONS = (
         retract,
         act=True,
         lacks=grounding.door,
+        reads=_reads,
     ),
     Proposition(
         "recovered",
@@ -183,5 +190,6 @@ PROPOSITIONS = (
         (SAFE_SHARE, SAFE_WINDOW),
         recovered,
         lacks=grounding.door,
+        reads=_reads,
     ),
 )

@@ -16,6 +16,7 @@ from pytest_safemanip.propositions.kernels.interiors import (
     inside,
     seen_from,
 )
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 
 REST_WINDOW = Parameter("item_in_enclosure.window", "s", 0.25, "as for settled")
@@ -71,6 +72,15 @@ def _rest_inside(view: View, fixture: str) -> Bools:
     return rests
 
 
+def _within_reads(inputs: Inputs, fixture: str) -> Found:
+    return inputs.poses(*inputs.objects) | inputs.boxes(fixture)
+
+
+def _item_reads(inputs: Inputs, fixture: str) -> Found:
+    found = _within_reads(inputs, fixture)
+    return found.union(*(inputs.of("obj_grasped", name) for name in inputs.objects))
+
+
 PROPOSITIONS = (
     Proposition(
         "item_in_enclosure",
@@ -79,6 +89,7 @@ PROPOSITIONS = (
         (REST_WINDOW, REST_DRIFT),
         item_in_enclosure,
         lacks=grounding.reached_interior,
+        reads=_item_reads,
     ),
     Proposition(
         "insert_item",
@@ -89,6 +100,7 @@ PROPOSITIONS = (
         act=True,
         evidence=insert_item_evidence,
         lacks=grounding.reached_interior,
+        reads=_item_reads,
     ),
     Proposition(
         "enclosure_cleared",
@@ -97,5 +109,6 @@ PROPOSITIONS = (
         (CLEAR_WINDOW,),
         enclosure_cleared,
         lacks=grounding.reached_interior,
+        reads=_within_reads,
     ),
 )

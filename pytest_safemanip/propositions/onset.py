@@ -10,9 +10,10 @@ from pytest_safemanip.propositions.definition import Bools, Parameter, Propositi
 from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.kernels.filters import change, majority, recently, rising
 from pytest_safemanip.propositions.kernels.forces import hand_parts, object_parts, robot_on_joint
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.operation import leaves
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.elements import BUTTON
+from pytest_safemanip.trace.elements import BUTTON, ROBOT
 
 OPEN_RATE = Parameter("skill_onset.rate", "1/s", 0.02, "a door that is moved takes under a minute")
 PRESS_FORCE = Parameter("skill_onset.force", "N", 0.5, "as for a finger in a grasp")
@@ -118,6 +119,21 @@ _ONSETS = {
 SKILLS = tuple(_ONSETS)
 """The skills whose onset is known."""
 
+
+def _reads(inputs: Inputs, skill: str, entity: str) -> Found:
+    own, robot = inputs.parts(entity), inputs.parts(ROBOT)
+    match skill:
+        case "pick":
+            return inputs.of("obj_grasped", entity)
+        case "place":
+            return inputs.of("obj_released", entity)
+        case "pour":
+            return inputs.of("obj_grasped", entity) | inputs.poses(*inputs.objects)
+        case "open" | "close":
+            return inputs.joints(entity) | inputs.touch(robot, own)
+    return inputs.touch(inputs.hand_parts, own) | inputs.switches(entity)
+
+
 PROPOSITIONS = (
     Proposition(
         "skill_onset",
@@ -128,5 +144,6 @@ PROPOSITIONS = (
         act=True,
         debounce=lambda p: min(p["skill_onset.window"], p["obj_grasped.window"]),
         lacks=grounding.skill,
+        reads=_reads,
     ),
 )

@@ -14,6 +14,7 @@ from pytest_safemanip.propositions.kernels.filters import last_true
 from pytest_safemanip.propositions.kernels.forces import object_parts
 from pytest_safemanip.propositions.kernels.interiors import ROUNDING, lies_in
 from pytest_safemanip.propositions.kernels.solids import body_boxes, solids
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.onset import opening_rate
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT, rested
@@ -230,6 +231,26 @@ _CONDITIONS: dict[str, Callable[[View, str, int], list[str]]] = {
     "pour": pouring_faults,
 }
 
+
+def _reads(inputs: Inputs, skill: str, entity: str) -> Found:
+    if inputs.known("skill_onset", skill, entity) is False:
+        return frozenset()
+    own, things = inputs.parts(entity), inputs.poses(*inputs.objects)
+    found = inputs.of("skill_onset", skill, entity) | things
+    match skill:
+        case "pick":
+            touched = inputs.touch(own, inputs.all_parts)
+            return found | inputs.of("settled", entity) | touched
+        case "place":
+            fixtures = (e.name for e in inputs.scene.entities)
+            touched = inputs.touch(inputs.finger_parts, own)
+            return found | inputs.joints(*fixtures) | touched
+        case "pour":
+            transfers = inputs.binding.transfers
+            return found.union(*(inputs.place(receiver) for _, receiver in transfers))
+    return found | inputs.joints(entity) | inputs.boxes(entity) | inputs.switches(entity)
+
+
 PROPOSITIONS = (
     Proposition(
         "pre_safe",
@@ -238,5 +259,6 @@ PROPOSITIONS = (
         (DROP, FLOOR, OVERLAP, PICK_WINDOW, PLACE_WINDOW, CLOSED, UPRIGHT),
         pre_safe,
         evidence=pre_safe_evidence,
+        reads=_reads,
     ),
 )

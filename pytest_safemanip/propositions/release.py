@@ -14,6 +14,7 @@ from pytest_safemanip.propositions.kernels.support import (
     margin_at,
     motion,
 )
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import tilt
 
@@ -140,6 +141,13 @@ def _below(view: View, index: int, step: int) -> list[str]:
     return found
 
 
+def _reads(inputs: Inputs, name: str) -> Found:
+    below = inputs.binding.supports.get(name, frozenset())
+    # What carries the object may itself lie on the floor, or on something that does.
+    touched = inputs.touch(inputs.parts(*inputs.objects), inputs.all_parts)
+    return touched | inputs.poses(name, *below) | inputs.joints(*below)
+
+
 PROPOSITIONS = (
     Proposition(
         "settled",
@@ -149,5 +157,6 @@ PROPOSITIONS = (
         settled,
         evidence=settled_evidence,
         sparse=True,
+        reads=_reads,
     ),
 )

@@ -101,9 +101,10 @@ def check_steps(scene: Scene, steps: Steps, first: int = 0) -> None:
     Raises:
         TraceError: naming the field, the step and the entity of the first impossible value.
     """
+    shapes = _shapes(scene)
     for name in _CHECKED:
         if not steps.deferred(name):  # that is checked when it is read
-            check_array(scene, name, getattr(steps, name), len(steps), first)
+            _check_array(scene, name, getattr(steps, name), (len(steps), *shapes[name]), first)
     _check_contacts(scene, steps, first)
 
 
@@ -113,9 +114,17 @@ _POSES = ("eef_poses", "base_pose", "object_pose", "box_pose")
 
 def check_array(scene: Scene, name: str, array: Any, length: int, first: int = 0) -> None:
     """Raise on an invalid array of steps; arguments as for :func:`check_steps`."""
+    _check_array(scene, name, array, (length, *_shapes(scene)[name]), first)
+
+
+def _shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
+    """Shape of each array at a step."""
     acts = (len(scene.actions),)
-    shapes = {**array_shapes(scene), "action": acts, "success": (), "tail": ()}
-    _check_shape(name, array, (length, *shapes[name]))
+    return {**array_shapes(scene), "action": acts, "success": (), "tail": ()}
+
+
+def _check_array(scene: Scene, name: str, array: Any, shape: tuple[int, ...], first: int) -> None:
+    _check_shape(name, array, shape)
     wrong = {}
     if array.dtype != np.bool_ and not np.isfinite(array).all():
         wrong["not finite"] = ~np.isfinite(array)
