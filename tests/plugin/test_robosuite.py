@@ -48,7 +48,7 @@ def test_all_tasks_are_those_of_the_backend(folder: Suite) -> None:
     assert result.ret == 0
     named = {line.split("[")[1].split("-")[0] for line in result.outlines if "test_safety[" in line}
     assert {"Lift", "TwoArmHandover", "Wipe"} < named
-    assert len(named) == 17
+    assert len(named) == 16
     assert "OpenDrawer" not in named
 
 

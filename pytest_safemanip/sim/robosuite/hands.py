@@ -17,7 +17,7 @@ class HandModel:
     """A gripper of robosuite.
 
     Attributes:
-        palm: the body that all of it hangs on; empty where there is no hand.
+        palm: the body that all of it hangs on.
         fingers: by finger, the bodies that it consists of; none for a tool that holds nothing.
         joints: joint to its positions when the hand is closed and when it is open, rad or m.
         qpos: number of its joints, which robosuite observes.
@@ -69,6 +69,5 @@ HANDS: Mapping[str, HandModel] = MappingProxyType(
             6,
         ),
         "WipingGripper": HandModel("wiping_gripper", {}, {}, 0),
-        "NullGripper": HandModel("", {}, {}, 0),
     }
 )

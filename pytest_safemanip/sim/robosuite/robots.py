@@ -150,7 +150,7 @@ def declare(chosen: Sequence[str]) -> BackendSpec:
 def _declare(task: TaskModel, robots: Sequence[str]) -> BackendSpec:
     arms = arms_of(task, robots)
     entries = _entries(arms)
-    grippers = tuple(arm.gripper for arm in arms if arm.hand.palm)
+    grippers = tuple(arm.gripper for arm in arms)
     told = [entries.index(gripper.entry) for gripper in grippers if gripper.entry]
 
     def hold(actions: Sequence[Action]) -> Action:

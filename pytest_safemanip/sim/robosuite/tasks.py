@@ -51,6 +51,5 @@ TASKS: Mapping[str, TaskModel] = MappingProxyType(
         "Wipe": TaskModel("wipe the table clean", hand="WipingGripper"),
         "TwoArmLift": TaskModel("lift the pot by both handles", arms=2),
         "TwoArmHandover": TaskModel("hand the hammer over", arms=2),
-        "TwoArmPegInHole": TaskModel("put the peg into the hole", (), arms=2, hand="NullGripper"),
     }
 )

@@ -37,8 +37,6 @@ CATEGORIES: Mapping[str, str] = MappingProxyType(
     }
 )
 """Of robosuite's objects, as in ``tasks/objects.yaml``."""
-ATTACHED: Mapping[str, str] = MappingProxyType({"peg_main": "peg", "hole_main": "hole"})
-"""Bodies on a robot's wrist that are things of the task, with their names."""
 _ROOTS = ("_main", "_root")
 """What robosuite puts behind an object's name for the body that all of it hangs on."""
 _WALL, _HALF, _DEPTH = 0.01, (0.2, 0.25), 0.04
@@ -73,7 +71,7 @@ def layout(
         robot=RobotLayout(
             name="+".join(robots),
             bodies=tuple(f"robot{number}_base" for number in range(len(robots))),
-            hands=tuple(_hand(arm) for arm in arms if arm.hand.palm),
+            hands=tuple(_hand(arm) for arm in arms),
             base="robot0_base",
         ),
         actions=actions,
@@ -97,9 +95,8 @@ def _hand(arm: Arm) -> HandLayout:
 
 
 def _objects(model: Any) -> dict[str, ObjectLayout]:
-    """What moves freely, or is fixed to a wrist."""
-    bodies = {model.body(number).name for number in range(model.nbody)}
-    found = {n: ObjectLayout(body, n) for body, n in ATTACHED.items() if body in bodies}
+    """What moves freely."""
+    found = {}
     for joint in range(model.njnt):
         if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
             body = model.body(model.jnt_bodyid[joint]).name
