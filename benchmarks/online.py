@@ -143,7 +143,7 @@ def bound(scene: Scene) -> Binding:
     )
 
 
-class Environment(gymnasium.Env):
+class Environment(gymnasium.Env[Any, Any]):
     """RoboCasa's environment, as its gym wrapper has it.
 
     Args:

@@ -63,7 +63,7 @@ class PropertyState(NamedTuple):
     violations: tuple[NewViolation, ...]
 
 
-class SafetyMonitor(gymnasium.Wrapper):
+class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Watches properties while an environment is stepped; changes no bit of what it does.
 
     ``info["safety"]`` has a :class:`PropertyState` for each property, by its id, and

@@ -46,7 +46,8 @@ class Touch:
         force: normal force, N.
         position: of the contact, world frame (3,), m.
         normal: unit vector from ``a`` to ``b``, world frame (3,).
-        peak: the largest force within the control period, N; ``force`` if it is None.
+        sustained: the largest mean over 20 ms that ended within the control period, N; ``force``
+            if it is None.
     """
 
     a: str
@@ -54,7 +55,7 @@ class Touch:
     force: float
     position: Sequence[float]
     normal: Sequence[float]
-    peak: float | None = None
+    sustained: float | None = None
 
 
 @dataclass(frozen=True)
@@ -196,13 +197,13 @@ class Feed:
         if not rows:
             return Contacts.empty(), everybody - felt
         try:
-            peaks = [row.force if row.peak is None else row.peak for row in rows]
+            lasting = [row.force if row.sustained is None else row.sustained for row in rows]
             contacts = Contacts(
                 step=np.zeros(len(rows), np.int32),
                 a=np.array([self._part(row.a) for row in rows], np.int32),
                 b=np.array([self._part(row.b) for row in rows], np.int32),
                 force=np.array([row.force for row in rows], np.float32),
-                peak=np.array(peaks, np.float32),
+                sustained=np.array(lasting, np.float32),
                 position=np.array([row.position for row in rows], np.float32),
                 normal=np.array([row.normal for row in rows], np.float32),
             )
@@ -237,4 +238,5 @@ def _twist(old: Array, new: Array, elapsed: float) -> Array:
     sine = float(np.linalg.norm(turned[1:]))
     angle = 2.0 * np.arctan2(sine, turned[0])
     spin = turned[1:] * (angle / sine if sine > 0.0 else 0.0)
-    return np.asarray(np.concatenate((new[:3] - old[:3], spin)) / elapsed)
+    twist: Array = np.concatenate((new[:3] - old[:3], spin)) / elapsed
+    return twist

@@ -17,9 +17,10 @@ from pytest_safemanip.ltlf.partial import Known, PartialMonitor, PartialStep, Pa
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.observed.known import Observations, Unobserved
 from pytest_safemanip.propositions.online import Call, Online
-from pytest_safemanip.propositions.view import View, check_call
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
@@ -95,7 +96,7 @@ class LiveMonitor:
             self._rows[prop.id], self._monitors[prop.id] = rows, monitor.partial()
             self._calls[prop.id] = [prop.calls(row) for row in rows]
         for name, *arguments in self.calls:
-            check_call(catalogue[name], tuple(arguments), scene.entity)
+            check_call(catalogue[name], tuple(arguments), scene)
         self._online = Online(scene, binding, parameters, catalogue, ())
         self._observations = Observations(
             scene, binding, parameters, catalogue, self._value, self._holds

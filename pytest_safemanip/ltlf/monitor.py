@@ -29,8 +29,9 @@ class Monitor:
     restarts at the next step, or when an obligation is open for longer than the deadline. Time is
     counted from the last accepting step. In the settle tail, where the robot holds still, the
     clock stands if the robot has to meet the obligation; if physics has, the clock runs on and
-    the last step decides. In the `paper` profile the whole trace is accepted at its last step or
-    violated (SafeManip, section 3); there is no deadline and no restart.
+    the last step decides. A trace without a tail is truncated: what is open within its deadline is
+    unresolved, whoever has to meet it. In the `paper` profile the whole trace is accepted at its
+    last step or violated (SafeManip, section 3); there is no deadline and no restart.
 
     Args:
         dfa: the property's automaton.
@@ -226,7 +227,8 @@ class Monitor:
     def _verdict(self, name: Hashable, live: Instance) -> InstanceVerdict:
         rules = self._rules
         unsafe = np.array(live.unsafe)
-        at_end = rules.end_decides and live.open_since is not None and not live.unsafe[-1]
+        settled = not self._acting[-1]
+        at_end = rules.end_decides(settled) and live.open_since is not None and not live.unsafe[-1]
         unsafe[-1] |= at_end
         return rules.verdict(
             name,

@@ -154,7 +154,7 @@ class PartialMonitor:
         outcomes = {self._outcome(run) for run in runs}
         outcome = outcomes.pop() if len(outcomes) == 1 else None
         *before, last = unsafe
-        if self._rules.end_decides:
+        if self._rules.end_decides(not self._acting):
             last = _agreed(self._unsafe_at_end(run) for run in runs)
         vacuous = _agreed(not run.triggered for run in runs)
         return PartialVerdict(instance, outcome, vacuous, (*before, last))
@@ -165,7 +165,7 @@ class PartialMonitor:
 
     def _outcome(self, run: _Run) -> Outcome:
         is_open = not self._rules.is_closed[run.state]
-        if run.violated or (is_open and self._rules.end_decides):
+        if run.violated or (is_open and self._rules.end_decides(not self._acting)):
             return Outcome.VIOLATED
         return Outcome.UNRESOLVED if is_open else Outcome.SATISFIED
 

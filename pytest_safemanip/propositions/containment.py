@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.kernels.displacement import (
@@ -171,6 +172,7 @@ PROPOSITIONS = (
         (REACH, MIN_DISPLACEMENT, REST_WINDOW, REST_DRIFT),
         transfer,
         act=True,
+        lacks=grounding.gripper,
         reads=_transfer_reads,
         exempt={"window": "it remembers where the content lay"},
     ),

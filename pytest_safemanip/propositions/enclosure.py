@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.kernels.filters import last_true, rising
@@ -207,7 +208,14 @@ _PLACE = ("object", "fixture")
 
 PROPOSITIONS = (
     Proposition(
-        "reach_in", ("fixture",), lambda _: 0.0, (), reach_in, act=True, reads=_reach_reads
+        "reach_in",
+        ("fixture",),
+        lambda _: 0.0,
+        (),
+        reach_in,
+        act=True,
+        lacks=grounding.reached_interior,
+        reads=_reach_reads,
     ),
     Proposition(
         "fix_open",
@@ -226,6 +234,7 @@ PROPOSITIONS = (
         (TOLERANCE,),
         place_in_onset,
         act=True,
+        lacks=grounding.reached_interior,
         reads=_place_reads,
     ),
     Proposition(
@@ -236,6 +245,7 @@ PROPOSITIONS = (
         obj_inside,
         evidence=obj_inside_evidence,
         sparse=True,
+        lacks=grounding.reached_interior,
         reads=_place_reads,
     ),
     Proposition(
@@ -245,6 +255,7 @@ PROPOSITIONS = (
         (TOLERANCE, LATE),
         obj_outside,
         sparse=True,
+        lacks=grounding.reached_interior,
         reads=_place_reads,
     ),
 )

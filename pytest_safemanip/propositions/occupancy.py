@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.enclosure import TOLERANCE
 from pytest_safemanip.propositions.grasp import looks_back
@@ -87,6 +88,7 @@ PROPOSITIONS = (
         lambda p: max(p["item_in_enclosure.window"], looks_back(p)),
         (REST_WINDOW, REST_DRIFT),
         item_in_enclosure,
+        lacks=grounding.reached_interior,
         reads=_item_reads,
     ),
     Proposition(
@@ -97,6 +99,7 @@ PROPOSITIONS = (
         insert_item,
         act=True,
         evidence=insert_item_evidence,
+        lacks=grounding.reached_interior,
         reads=_item_reads,
     ),
     Proposition(
@@ -105,6 +108,7 @@ PROPOSITIONS = (
         lambda p: p["enclosure_cleared.window"],
         (CLEAR_WINDOW,),
         enclosure_cleared,
+        lacks=grounding.reached_interior,
         reads=_within_reads,
     ),
 )

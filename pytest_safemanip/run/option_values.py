@@ -257,7 +257,7 @@ def parse_assets(text: str) -> Literal["auto", "official", "primitive"]:
 
 
 def parse_stop(text: str) -> Literal["success", "horizon", "violation"]:
-    """What ends a rollout, from a text that is one of the choices."""
+    """When a rollout ends, from a text that is one of the choices."""
     return "horizon" if text == "horizon" else "violation" if text == "violation" else "success"
 
 

@@ -46,6 +46,13 @@ class Recording:
         """Number of steps before the settle tail."""
         return int(np.count_nonzero(~self.steps.tail))
 
+    @property
+    def truncated(self) -> bool:
+        """Whether it ends without a settle tail, as demonstrations and robots' logs do: then nobody
+        knows whether what physics still owes would have come to rest.
+        """
+        return not self.steps.tail[-1]
+
     @cached_property
     def trace(self) -> Trace:
         """The trace, which propositions are evaluated on.
@@ -175,7 +182,7 @@ def _check_contacts(scene: Scene, steps: Steps, first: int) -> None:
                 f"contacts.{side}: {part[row]} at step {first + step[row]} is not in the scene's "
                 "list of parts"
             )
-    for name in ("force", "peak", "position", "normal"):
+    for name in ("force", "sustained", "position", "normal"):
         _check_rows(scene, contacts, name, first)
 
 
@@ -184,7 +191,7 @@ def _check_rows(scene: Scene, contacts: Contacts, name: str, first: int) -> None
     wrong = {}
     if not np.isfinite(values).all():
         wrong["not finite"] = ~np.isfinite(values)
-    if name in ("force", "peak") and values.min() < 0:
+    if name in ("force", "sustained") and values.min() < 0:
         wrong["negative"] = values < 0
     if name == "normal" and not _surely_unit(values):
         wrong["not of unit length"] = _not_unit(values)
