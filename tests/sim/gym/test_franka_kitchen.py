@@ -111,7 +111,6 @@ def test_contacts_between_two_control_steps_are_seen(franka, make):
     for _ in range(30):
         env.step(SWING)
         contacts = probe.read(SWING).contacts
-        assert (contacts.sustained >= contacts.force - 1e-3).all()
         brief += int(np.count_nonzero(contacts.force == 0.0))
     taps.close()
     assert brief > 0
