@@ -192,7 +192,7 @@ def test_fingers_that_are_told_to_part_open_the_hand(franka, velocity, command):
 
 def test_an_environment_of_which_nothing_is_known_is_refused_with_the_remedy(make):
     with pytest.raises(
-        ConfigError, match=r"KitchenEnv is no environment of RoboCasa.*probe=LAYOUT"
+        ConfigError, match=r"KitchenEnv is no environment of robocasa.*probe=LAYOUT"
     ):
         SafetyMonitor(make(), "OpenDrawer")
 
