@@ -21,7 +21,8 @@ def source_of(env: Any, told: Layout | OpenProbe | None) -> Source:
 
     Args:
         env: a Gymnasium environment.
-        told: the layout of its MuJoCo model, or what opens a probe; None for those of RoboCasa.
+        told: the layout of its MuJoCo model, or what opens a probe; None for those of RoboCasa
+            and robosuite.
 
     Raises:
         ConfigError: if it is none of these.
@@ -127,5 +128,23 @@ def _robocasa(inner: Any) -> Probe:
     return Probe(model, data, open_reader(inner), SPEC.robot.commands)
 
 
-_READ_BY: Mapping[str, Callable[[Any], Probe]] = {"robocasa": _robocasa}
+def _robosuite(inner: Any) -> Probe:
+    from pytest_safemanip.sim.robosuite.robots import arms_of, declare
+    from pytest_safemanip.sim.robosuite.tasks import TASKS
+    from pytest_safemanip.sim.robosuite.things import layout
+
+    task, robots = type(inner).__name__, [robot.name for robot in inner.robots]
+    entries = declare(robots).in_task(task).robot.actions.entries
+    if inner.action_dim != len(entries):
+        raise ConfigError(
+            f"{task}: actions of {inner.action_dim} entries, expected {len(entries)}: leave "
+            "robosuite's default controllers"
+        )
+    model, data = inner.sim.model._model, inner.sim.data._data
+    only = getattr(inner, "obj_to_use", None) or ""
+    arms, period = arms_of(TASKS[task], robots), float(inner.control_timestep)
+    return Probe.of(model, data, layout(model, robots, arms, entries, period, only))
+
+
+_READ_BY: Mapping[str, Callable[[Any], Probe]] = {"robocasa": _robocasa, "robosuite": _robosuite}
 """What reads the environments of a package; where one builds on another, it comes first."""
