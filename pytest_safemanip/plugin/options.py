@@ -297,6 +297,16 @@ INI_ONLY: dict[str, tuple[Literal["paths", "linelist"], str]] = {
         "listens, 10), open (10), warm_up (first call, 600), call (30), restart (until a server "
         "that was lost is back, 120)",
     ),
+    "safemanip_python": (
+        "linelist",
+        "interpreter of a simulator's process, one BACKEND = PATH in a line, as in libero = "
+        "libero-venv/bin/python; a relative path is relative to the ini file's folder",
+    ),
+    "safemanip_backend_paths": (
+        "linelist",
+        "folders that a backend reads, one BACKEND.NAME = FOLDER in a line, as in libero.assets = "
+        "~/libero-assets",
+    ),
     "safemanip_ray_resources": (
         "linelist",
         "what a rollout takes of a Ray cluster, one NAME=AMOUNT in a line: num_cpus (1), num_gpus, "

@@ -249,10 +249,14 @@ class Options:
     Attributes:
         assets: ``auto``, ``official`` or ``primitive``.
         logs: folder for what the simulator prints.
+        python: interpreter of the simulator's process; empty for this one.
+        paths: folders that the backend reads, by its own names for them.
     """
 
     assets: Literal["auto", "official", "primitive"]
     logs: Path
+    python: str = ""
+    paths: Mapping[str, Path] = field(default_factory=dict)
 
 
 class Backend(Protocol):

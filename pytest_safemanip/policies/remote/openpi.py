@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from pytest_safemanip.decoding.arrays import DecodingError
 from pytest_safemanip.errors import PolicyAnswerError, PolicyServerError, printable
 from pytest_safemanip.policies.remote import observation as seen
 from pytest_safemanip.policies.remote.actions import ActionError, flat, flat_label
@@ -21,7 +22,6 @@ from pytest_safemanip.policies.remote.images import images_of
 from pytest_safemanip.policies.remote.naming import OPENPI, Naming
 from pytest_safemanip.policies.remote.observation import Observation
 from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
-from pytest_safemanip.policies.remote.wire.arrays import DecodingError
 from pytest_safemanip.policies.remote.wire.packing import from_openpi, openpi_array, pack, unpack
 from pytest_safemanip.policies.remote.wire.websocket import WebSocket
 
