@@ -28,9 +28,9 @@ from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder
 from pytest_safemanip.rollouts import loop as rollout
 from pytest_safemanip.sim.codec import decode_request
+from pytest_safemanip.sim.mujoco.contacts import ContactSampler
 from pytest_safemanip.sim.robocasa import factory, loading
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
-from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.tasks import load_tasks

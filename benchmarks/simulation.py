@@ -35,14 +35,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import Request
+from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.sleeping import Asleep
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
+from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.patches import registry
-from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
 from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
 from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper
-from pytest_safemanip.sim.robocasa.stepping.reading import Reader
-from pytest_safemanip.sim.robocasa.stepping.sleeping import Asleep
 
 TASK = "PickPlaceCounterToCabinet"
 SCENES = ("compact", "target")
@@ -159,7 +159,7 @@ class Kitchens:
         return System(f"{_NAMES[kind]} stepping alone", env, run, exact=kind is Stepper)
 
     def _recording(self, env: Any, kind: type[Stepper]) -> System:
-        reader = Reader(env)
+        reader = open_reader(env)
         model = env.sim.model._model
         asleep = Asleep(model)
         sampler = ContactSampler(model, reader.description.table, asleep)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 EntityKind = Literal["robot", "object", "fixture", "room"]
 JointKind = Literal["hinge", "slide"]
+BoxKind = Literal["interior", "handle", "control", "water", "burner"]
 Vector = tuple[float, ...]
 
 ROBOT = "robot"
@@ -164,7 +165,7 @@ class Box:
 
     entity: str
     name: str
-    kind: Literal["interior", "handle", "control", "water", "burner"]
+    kind: BoxKind
     half: Vector
 
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from pytest_safemanip.sim.robocasa import extents, parts
+from pytest_safemanip.sim.mujoco import extents
+from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa import parts
 from pytest_safemanip.sim.robocasa.robot import PANDA
-from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
 from pytest_safemanip.trace.elements import ActionEntry, Body, Box, Entity, Joint, Switch
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording, check
@@ -147,7 +148,14 @@ class Look:
         mujoco.mj_kinematics(model, data)
         pose, half = extents.moving_box(model, data, model.body("cabinet_hingedoor").id)
         hinge = model.joint("cabinet_doorhinge").id
-        grip_half, grip_centre = extents.gripper_box(model, data, "grip")
+        grip = np.append(data.site("grip").xpos, (0.0, 0.0, 0.0, 0.0))
+        mujoco.mju_mat2Quat(grip[3:], data.site("grip").xmat)
+        hand = [
+            geom
+            for geom in range(model.ngeom)
+            if model.geom(geom).name.startswith("gripper0_right_") and model.geom_contype[geom]
+        ]
+        grip_half, grip_centre = map(extents.vector, extents.box_around(model, data, grip, hand))
         names = [*FIXTURES, *(thing.name for thing in self._things)]
         return Scene(
             control_period=period,

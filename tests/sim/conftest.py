@@ -85,7 +85,7 @@ class Kitchen:
 
 @pytest.fixture(scope="session")
 def _kitchens(make_kitchen: Callable[..., Any]) -> Callable[..., tuple[Kitchen, Any]]:
-    from pytest_safemanip.sim.robocasa.stepping.reading import Reader
+    from pytest_safemanip.sim.robocasa.description import open_reader
 
     made: dict[tuple[str, str], tuple[Kitchen, Any]] = {}
 
@@ -93,7 +93,7 @@ def _kitchens(make_kitchen: Callable[..., Any]) -> Callable[..., tuple[Kitchen, 
         if (task, scenes) not in made:
             env = make_kitchen(task, scenes)
             start = np.array(env.sim.get_state().flatten())
-            made[task, scenes] = Kitchen(env, Reader(env)), start
+            made[task, scenes] = Kitchen(env, open_reader(env)), start
         return made[task, scenes]
 
     return kitchen

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.sim.mujoco.contacts import ContactSampler, normal_forces
 from pytest_safemanip.sim.robocasa import parts
-from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
 from pytest_safemanip.trace.elements import Part
 from pytest_safemanip.trace.steps import Contacts
 
@@ -198,9 +197,21 @@ def test_no_contact_at_all_is_an_empty_list() -> None:
     assert len(world.step()) == 0
 
 
-def test_pyramidal_cones_are_refused() -> None:
-    with pytest.raises(RolloutError, match="elliptic"):
-        World(cone="pyramidal")
+@pytest.mark.parametrize("cone", ["elliptic", "pyramidal"])
+def test_forces_are_those_that_mujoco_gives_whatever_the_friction_cones(cone: str) -> None:
+    world = World(height=0.0, cone=cone)
+    for _ in range(200):
+        world.step()
+    data, force = world.data, np.zeros(6)
+    expected = []
+    for contact in range(data.ncon):
+        mujoco.mj_contactForce(world.model, data, contact, force)
+        expected.append(force[0])
+    pyramids = cone == "pyramidal"
+    found = normal_forces(data.contact, data.efc_force, pyramids)
+    assert data.ncon > 2
+    assert max(expected) > 0.1
+    assert found == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(

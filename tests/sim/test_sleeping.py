@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from pytest_safemanip.sim.mujoco import sleeping
+from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.sleeping import Asleep
 from pytest_safemanip.sim.robocasa import parts
-from pytest_safemanip.sim.robocasa.stepping import sleeping
-from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper
-from pytest_safemanip.sim.robocasa.stepping.reading import Reader
-from pytest_safemanip.sim.robocasa.stepping.sleeping import Asleep
 from pytest_safemanip.trace.steps import Contacts
 from tests.sim.test_contacts import ENTITIES, SUBSTEPS, WORLD, World
 from tests.sim.test_stepping import random_actions
@@ -199,7 +199,7 @@ class Rollout:
 
     def __init__(self, env: Any, allowed: bool) -> None:
         model = env.sim.model._model
-        self.env, self.reader, self.asleep = env, Reader(env), Asleep(model)
+        self.env, self.reader, self.asleep = env, open_reader(env), Asleep(model)
         if not allowed:
             self.asleep.allowed = contextlib.nullcontext
         self.sampler = ContactSampler(model, self.reader.description.table, self.asleep)

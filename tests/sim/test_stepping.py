@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
-from pytest_safemanip.sim.robocasa.stepping.reading import Reader
 from pytest_safemanip.trace.steps import Contacts
 
 FIELDS = ("time", "qpos", "qvel", "act", "ctrl", "qacc_warmstart", "qfrc_applied", "xfrc_applied")
@@ -38,7 +38,7 @@ class Recorder:
     """Steps an environment our way and reads everything at every step."""
 
     def __init__(self, env: Any) -> None:
-        self.reader = Reader(env)
+        self.reader = open_reader(env)
         self.sampler = ContactSampler(env.sim.model._model, self.reader.description.table)
         self.stepper = Stepper(env, self.sampler.sample)
         self.contacts: list[Contacts] = []

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
+from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.sleeping import Asleep
 from pytest_safemanip.sim.robocasa import environment, loading
+from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.rendering import graphics
 from pytest_safemanip.sim.robocasa.rendering.observing import Observer
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.sim.robocasa.staged import stage
-from pytest_safemanip.sim.robocasa.stepping.contacts import ContactSampler
 from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
 from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper
-from pytest_safemanip.sim.robocasa.stepping.reading import Reader
-from pytest_safemanip.sim.robocasa.stepping.sleeping import Asleep
 from pytest_safemanip.trace.steps import Contacts, Step
 
 
@@ -62,12 +62,12 @@ class RoboCasaBackend:
         """Make a fresh environment: what ran before leaves no trace in it."""
         self._drop_observer()
         self._env = env = environment.make(request, self._assets_root)
-        self._reader = Reader(env)
+        self._reader = open_reader(env)
         if request.changes:
             before = self._reader.read(False, Contacts.empty())
             stage(env, self._reader.description, before, request.changes)
             # What is fixed is described as it is now.
-            self._reader = Reader(env)
+            self._reader = open_reader(env)
         table = self._reader.description.table
         model = env.sim.model._model
         asleep = Asleep(model)

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from pytest_safemanip.sim.robocasa import extents
+from pytest_safemanip.sim.mujoco import extents
+from pytest_safemanip.sim.mujoco.describing import body_of, closed_kinematics, joint_of
+from pytest_safemanip.sim.mujoco.description import (
+    Boxes,
+    Description,
+    Hand,
+    geom_place,
+    site_place,
+)
+from pytest_safemanip.sim.mujoco.reading import Reader
 from pytest_safemanip.sim.robocasa import parts as part_names
-from pytest_safemanip.sim.robocasa.parts import PartTable
+from pytest_safemanip.sim.robocasa import regions
 from pytest_safemanip.sim.robocasa.robot import PANDA, SPEC
-from pytest_safemanip.sim.robocasa.switches import Read, reached, switches
-from pytest_safemanip.trace.elements import ROBOT, Body, Entity, EntityKind, Joint
+from pytest_safemanip.sim.robocasa.switches import reached, switches
+from pytest_safemanip.trace.elements import ROBOT, Body, Entity, EntityKind
 from pytest_safemanip.trace.geometry import conjugate, rotate, to_local
 from pytest_safemanip.trace.scene import Scene
 
@@ -25,37 +31,6 @@ GRIPPER_OPEN = 0.04
 """Joint position of an open Panda finger, m."""
 ATTRIBUTES = {"Microwave": ("no_metal",)}
 """Attributes of fixtures by the name of their class."""
-
-
-@dataclass(frozen=True)
-class Description:
-    """A scene, and where in MuJoCo's arrays its moving parts are read.
-
-    Attributes:
-        scene: what is recorded.
-        table: parts of geoms.
-        object_body: body id of each object (N,).
-        joint_qpos: qpos address of each joint (J,).
-        joint_dof: dof address of each joint (J,).
-        joint_open: joint position at openness 1; closed is 0 (J,).
-        box_geom: geom id of each box but those of water and burners, which come last.
-        box_site: site ids of the boxes of water and burners.
-        read_switches: give the switches' states, fixture by fixture.
-        finger_qpos: qpos addresses of the two fingers (2,).
-        finger_dof: dof addresses of the two fingers (2,).
-    """
-
-    scene: Scene
-    table: PartTable
-    object_body: NDArray[np.intp]
-    joint_qpos: NDArray[np.intp]
-    joint_dof: NDArray[np.intp]
-    joint_open: NDArray[np.float64]
-    box_geom: NDArray[np.intp]
-    box_site: NDArray[np.intp]
-    read_switches: Sequence[Read]
-    finger_qpos: NDArray[np.intp]
-    finger_dof: NDArray[np.intp]
 
 
 def describe(env: Any, data: Any) -> Description:
@@ -80,11 +55,13 @@ def describe(env: Any, data: Any) -> Description:
         for joint in _joints_below(model, int(model.body_rootid[root]))
     ]
     travel = [_travel(env.fixtures[name], model, joint) for name, joint in joints]
-    closed = _closed(model, data, [joint for _, joint in joints])
-    boxes = extents.boxes(model, env, sorted(set(roles.values())))
+    closed = closed_kinematics(model, data, {joint: 0.0 for _, joint in joints})
+    boxes = regions.boxes(model, env, sorted(set(roles.values())))
     at_sites = reached(model, env)
     found, readers = switches(model, env)
-    half, centre = extents.gripper_box(model, data, EEF_SITE)
+    hand = _hand(model)
+    geoms = np.flatnonzero(_of_hand(model))
+    half, centre = map(extents.vector, extents.box_around(model, data, hand.pose(data), geoms))
     scene = Scene(
         control_period=float(env.control_timestep),
         entities=(
@@ -95,7 +72,14 @@ def describe(env: Any, data: Any) -> Description:
         bodies=tuple(_body(model, data, name, body) for name, body in objects.items()),
         parts=table.parts,
         joints=tuple(
-            _joint(model, closed, env.fixtures[name], name, joint, opened)
+            joint_of(
+                model,
+                closed,
+                name,
+                joint,
+                opened,
+                model.joint(joint).name in env.fixtures[name].door_joint_names,
+            )
             for (name, joint), opened in zip(joints, travel, strict=True)
         ),
         boxes=tuple(box for box, _ in (*boxes, *at_sites)),
@@ -105,21 +89,47 @@ def describe(env: Any, data: Any) -> Description:
         actions=SPEC.robot.actions.entries,
         roles={**roles, **{name: name for name in objects}},
     ).checked()
-    fingers = [model.joint(f"gripper0_right_finger_joint{i}").id for i in (1, 2)]
     ids = np.array([joint for _, joint in joints], np.intp)
     return Description(
         scene=scene,
         table=table,
+        hands=(hand,),
+        base=model.body(BASE_BODY).id,
         object_body=np.array(list(objects.values()), np.intp),
         joint_qpos=model.jnt_qposadr[ids].astype(np.intp),
         joint_dof=model.jnt_dofadr[ids].astype(np.intp),
+        joint_closed=np.zeros(len(ids)),
         joint_open=np.array(travel, np.float64),
-        box_geom=np.array([geom for _, geom in boxes], np.intp),
-        box_site=np.array([site for _, site in at_sites], np.intp),
+        boxes=Boxes.of(
+            [
+                *(geom_place(model, geom) for _, geom in boxes),
+                *(site_place(model, site) for _, site in at_sites),
+            ]
+        ),
         read_switches=readers,
-        finger_qpos=model.jnt_qposadr[fingers].astype(np.intp),
-        finger_dof=model.jnt_dofadr[fingers].astype(np.intp),
     )
+
+
+def _hand(model: Any) -> Hand:
+    site = model.site(EEF_SITE).id
+    fingers = [model.joint(f"gripper0_right_finger_joint{i}").id for i in (1, 2)]
+    opened = np.array((GRIPPER_OPEN, -GRIPPER_OPEN))
+    return Hand(
+        site=site,
+        body=int(model.site_bodyid[site]),
+        qpos=model.jnt_qposadr[fingers].astype(np.intp),
+        dof=model.jnt_dofadr[fingers].astype(np.intp),
+        closed=np.zeros(2),
+        opened=opened,
+    )
+
+
+def _of_hand(model: Any) -> list[bool]:
+    """Whether each geom is the hand's and collides."""
+    return [
+        model.geom(geom).name.startswith("gripper0_right_") and bool(model.geom_contype[geom])
+        for geom in range(model.ngeom)
+    ]
 
 
 def _fixture_roles(env: Any, meta: Any) -> dict[str, str]:
@@ -153,15 +163,6 @@ def _fixture(name: str, fixture: Any) -> Entity:
     return Entity(name, kind, category, ATTRIBUTES.get(category, ()))
 
 
-def _closed(model: Any, data: Any, joints: list[int]) -> Any:
-    """The kinematics of the same scene with all doors and drawers closed, all controls at 0."""
-    closed = mujoco.MjData(model)
-    closed.qpos[:] = data.qpos
-    closed.qpos[model.jnt_qposadr[joints]] = 0.0
-    mujoco.mj_kinematics(model, closed)
-    return closed
-
-
 def _joints_below(model: Any, root: int) -> list[int]:
     return [
         joint
@@ -190,26 +191,13 @@ def _body(model: Any, data: Any, name: str, body: int) -> Body:
     geom = model.geom(f"{name}_reg_bbox").id
     matrix = data.geom_xmat[geom].reshape(3, 3)
     axes = np.stack([rotate(conjugate(pose[3:]), matrix[:, k]) for k in range(3)], axis=-1)
-    return Body(
-        entity=name,
-        half=extents.vector(np.abs(axes) @ model.geom_size[geom]),
-        centre=extents.vector(to_local(pose, data.geom_xpos[geom])),
-        com=extents.vector(to_local(pose, data.subtree_com[body])),
-        mass=float(model.body_subtreemass[body]),
+    half = extents.vector(np.abs(axes) @ model.geom_size[geom])
+    return body_of(
+        model, data, name, body, half, extents.vector(to_local(pose, data.geom_xpos[geom]))
     )
 
 
-def _joint(model: Any, data: Any, fixture: Any, entity: str, joint: int, opened: float) -> Joint:
-    hinge = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
-    pose, half = extents.moving_box(model, data, int(model.jnt_bodyid[joint]))
-    return Joint(
-        entity=entity,
-        name=part_names.local_name(model, joint, entity),
-        kind="hinge" if hinge else "slide",
-        gives_access=model.joint(joint).name in fixture.door_joint_names,
-        axis=extents.vector(data.xaxis[joint] * np.sign(opened)),
-        anchor=extents.vector(data.xanchor[joint]),
-        travel=abs(opened),
-        half=half,
-        pose=pose,
-    )
+def open_reader(env: Any) -> Reader:
+    """What reads the steps of a RoboCasa environment, after its reset."""
+    model, live = env.sim.model._model, env.sim.data._data
+    return Reader(model, live, lambda data: describe(env, data))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.sim.robocasa.description import Description
+from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.robocasa.patches.environments import quick_settling
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
 from pytest_safemanip.sim.staging import Change, Put, SetOpen

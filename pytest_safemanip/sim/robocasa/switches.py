@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.sim.robocasa import extents
-from pytest_safemanip.sim.robocasa import parts as part_names
+from pytest_safemanip.sim.mujoco import extents
+from pytest_safemanip.sim.mujoco.describing import local_name
+from pytest_safemanip.sim.mujoco.description import Read
 from pytest_safemanip.trace.elements import Box, Switch
 
 _HEATED = (0.08, 0.08, 0.1)
 """Half extents of what a burner heats, m: RoboCasa counts a pan within 8 cm as on it."""
-Read = Callable[[], Sequence[bool]]
 
 _BURNER_OFF = 0.35
 """Knob angle from 0 or a full turn within which a burner is off, rad (``Stove.is_burner_on``)."""
@@ -65,7 +65,7 @@ def reached(model: Any, env: Any) -> list[tuple[Box, int]]:
 
 def _knob(model: Any, stove: Any, burner: str) -> str:
     joint = model.joint(f"{stove.naming_prefix}knob_{burner}_joint").id
-    return f"{stove.name}/{part_names.local_name(model, joint, stove.name)}"
+    return f"{stove.name}/{local_name(model, joint, stove.name)}"
 
 
 def _tap(env: Any, sink: Any) -> Read:

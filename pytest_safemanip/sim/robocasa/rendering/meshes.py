@@ -13,10 +13,10 @@ from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.looks import Look, simplified
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.assets import Mode, prepare_assets
+from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.parts import is_robot
 from pytest_safemanip.sim.robocasa.rendering.drawing import VISUAL_GROUP
 from pytest_safemanip.sim.robocasa.rendering.studio import check_scene
-from pytest_safemanip.sim.robocasa.stepping.reading import Reader
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import CORNERS
 from pytest_safemanip.trace.recording import Recording
@@ -45,7 +45,7 @@ def read_looks(request: Request, recording: Recording, assets: Mode) -> list[Loo
     root = prepare_assets(loading.package_assets(), assets).root
     loading.load(root)
     env = environment.make(request, root)
-    check_scene(Reader(env).description.scene, recording.scene)
+    check_scene(open_reader(env).description.scene, recording.scene)
     model = env.sim.model._model
     data = mujoco.MjData(model)
     data.qpos[:] = recording.steps.qpos[0]

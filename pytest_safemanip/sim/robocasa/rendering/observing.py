@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.sim.mujoco.scratch import Scratch
 from pytest_safemanip.sim.robocasa import observation as names
 from pytest_safemanip.sim.robocasa.rendering.drawing import Painter
-from pytest_safemanip.sim.robocasa.stepping.scratch import Scratch
 
 
 class Observer:
@@ -27,7 +27,7 @@ class Observer:
     """
 
     def __init__(self, env: Any, context: Any) -> None:
-        self._env, self._copy = env, Scratch(env)
+        self._env, self._copy = env, Scratch(env.sim.model._model, env.sim.data._data)
         self._model, self._scratch = self._copy.model, self._copy.data
         self._pictures = Painter(self._model, context)
 

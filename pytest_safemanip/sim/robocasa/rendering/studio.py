@@ -16,6 +16,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.robocasa import environment, loading, observation
 from pytest_safemanip.sim.robocasa.assets import Mode, prepare_assets
+from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.parts import is_robot
 from pytest_safemanip.sim.robocasa.rendering import graphics
 from pytest_safemanip.sim.robocasa.rendering.drawing import (
@@ -25,7 +26,6 @@ from pytest_safemanip.sim.robocasa.rendering.drawing import (
     Painter,
 )
 from pytest_safemanip.sim.robocasa.rendering.thinning import simplify
-from pytest_safemanip.sim.robocasa.stepping.reading import Reader
 from pytest_safemanip.trace.scene import Scene
 
 ROBOT_CAMERAS = {
@@ -59,7 +59,7 @@ class Shot:
     def __init__(
         self, env: Any, context: Callable[[], Any], size: int, draft: bool = False
     ) -> None:
-        self._reader = Reader(env)
+        self._reader = open_reader(env)
         self._model = env.sim.model._model
         self._data = mujoco.MjData(self._model)
         self.instruction = environment.instruction(env)

@@ -17,10 +17,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.sim.mujoco.sleeping import Asleep
 from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck
 from pytest_safemanip.sim.robocasa.stepping.control import ArmController, TorsoController
 from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
-from pytest_safemanip.sim.robocasa.stepping.sleeping import Asleep
 
 Floats = NDArray[np.float64]
 

@@ -16,10 +16,11 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class Scratch:
-    """A copy of an environment's state.
+    """A copy of a simulation's state.
 
     Args:
-        env: a RoboCasa environment, after its reset.
+        model: its ``MjModel``.
+        live: its ``MjData``, which is only read.
 
     Attributes:
         model: its ``MjModel``.
@@ -27,13 +28,12 @@ class Scratch:
         state: what was copied last.
     """
 
-    def __init__(self, env: Any) -> None:
-        self._env = env
-        self.model = env.sim.model._model
-        self.data = mujoco.MjData(self.model)
+    def __init__(self, model: Any, live: Any) -> None:
+        self.model, self._live = model, live
+        self.data = mujoco.MjData(model)
         self.state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
 
     def take(self) -> None:
         """Copy the present state; nothing is derived from it yet."""
-        mujoco.mj_getState(self.model, self._env.sim.data._data, self.state, _STATE)
+        mujoco.mj_getState(self.model, self._live, self.state, _STATE)
         mujoco.mj_setState(self.model, self.data, self.state, _STATE)

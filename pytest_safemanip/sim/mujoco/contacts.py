@@ -10,9 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import RolloutError
-from pytest_safemanip.sim.robocasa.parts import PartTable
-from pytest_safemanip.sim.robocasa.stepping.sleeping import Asleep, Points
+from pytest_safemanip.sim.mujoco.parts import PartTable
+from pytest_safemanip.sim.mujoco.sleeping import Asleep, Points
 from pytest_safemanip.trace.steps import Contacts
 
 _Sample = tuple[NDArray[Any], ...]
@@ -26,14 +25,13 @@ class ContactSampler:
     :meth:`take` once at the end. Reading changes nothing in the simulation.
 
     Args:
-        model: a ``mujoco.MjModel`` with elliptic friction cones.
+        model: a ``mujoco.MjModel``.
         table: which geom is which part.
         asleep: what sleeps, where that is allowed; its contacts are listed as they were last.
     """
 
     def __init__(self, model: Any, table: PartTable, asleep: Asleep | None = None) -> None:
-        if model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
-            raise RolloutError("contact forces are read for elliptic friction cones only")
+        self._pyramids = model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
         self._part = table.of_geom
         self._matters = table.matters
         self._count = len(table.parts)
@@ -55,8 +53,8 @@ class ContactSampler:
         self._samples.append(
             (
                 contact.geom.copy(),
-                contact.efc_address.copy(),
-                data.efc_force.copy(),
+                contact.efc_address >= 0,
+                normal_forces(contact, data.efc_force, self._pyramids),
                 contact.pos.copy(),
                 contact.frame[:, :3].copy(),
             )
@@ -119,15 +117,12 @@ class ContactSampler:
             return _Rows(none, np.zeros(0), _NO_ROWS, _NO_ROWS, none, none)
         lengths = [len(sample[0]) for _, sample in found]
         sub = np.repeat([sub for sub, _ in found], lengths)
-        geom, address, force, position, normal = map(
+        geom, active, force, position, normal = map(
             np.concatenate, zip(*(sample for _, sample in found), strict=True)
         )
-        keep, pair, normal = self._meaning(geom, address >= 0, normal)
-        # With elliptic cones the first constraint row of a contact is its normal force.
-        offset = np.cumsum([0, *(len(sample[2]) for _, sample in found[:-1])])
-        row = address + np.repeat(offset, lengths)
+        keep, pair, normal = self._meaning(geom, active, normal)
         sub = sub[keep]
-        return _Rows(pair, force[row[keep]], position[keep], normal, sub, sub + 1)
+        return _Rows(pair, force[keep], position[keep], normal, sub, sub + 1)
 
     def _held(self, carried: list[Points]) -> list[_Rows]:
         """The contacts of what slept: a block for each run of substeps in which they stayed."""
@@ -187,3 +182,28 @@ class _Rows:
         """Of some, the one that presses most in a substep."""
         there = np.flatnonzero(wanted & (self.start <= at) & (at < self.stop))
         return int(there[self.force[there].argmax()])
+
+
+def normal_forces(contact: Any, rows: NDArray[np.float64], pyramids: bool) -> NDArray[np.float64]:
+    """Normal force of each contact point, N; 0 where it does not press (N,).
+
+    Args:
+        contact: MuJoCo's list of N contacts.
+        rows: forces of the constraints, ``MjData.efc_force`` (R,).
+        pyramids: whether friction cones are pyramids. Of an elliptic cone the first row is the
+            normal force; of a pyramid it is the sum of its edges' rows
+            (MuJoCo's documentation, Computation, "Friction cones").
+    """
+    address = contact.efc_address
+    active = address >= 0
+    first = address[active]
+    force = np.zeros(len(address))
+    if not pyramids:
+        force[active] = rows[first]
+        return force
+    edges = np.where(contact.dim > 1, 2 * (contact.dim - 1), 1)[active]
+    point = np.repeat(np.arange(len(first)), edges)
+    begins = np.cumsum(edges) - edges
+    row = first[point] + np.arange(len(point)) - begins[point]
+    force[active] = np.bincount(point, rows[row], len(first))
+    return force
