@@ -58,6 +58,7 @@ class Job:
         hashes: digests of the policy's code, recorded with the backend's.
         sets: the sets that the task belongs to.
         prompt: the prompt template, with ``{instruction}`` where the task's own goes.
+        binding: what the backend derived of the task; recorded with the rollout.
     """
 
     task: str
@@ -67,6 +68,7 @@ class Job:
     hashes: Mapping[str, str]
     sets: tuple[str, ...] = ()
     prompt: str = PLACEHOLDER
+    binding: str = ""
 
 
 def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = None) -> Recording:
@@ -121,6 +123,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         hazards=actor.hazards,
         patches=start.patches,
         request=encode_request(job.request),
+        binding=job.binding,
     )
     return check(Recording(episode, start.scene, stacked))
 

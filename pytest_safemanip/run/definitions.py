@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pytest_safemanip import resources
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.sim.backend import DerivedTask, DerivesTasks, Options, Simulator
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
-from pytest_safemanip.spec.tasks import load_tasks
+from pytest_safemanip.spec.tasks import derived_task, load_changes, load_tasks
+from pytest_safemanip.spec.yamlfile import Section
+from pytest_safemanip.trace.episode import Episode
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class Definitions:
         properties: by id.
         own: those of the properties that are the user's.
         attributes: of object categories.
+        changes: what the user's files change in tasks that backends derive, by task.
     """
 
     catalogue: Catalogue
@@ -33,6 +37,41 @@ class Definitions:
     properties: Mapping[str, Property]
     own: Mapping[str, Property]
     attributes: Mapping[str, frozenset[str]]
+    changes: Mapping[str, Section] = field(default_factory=dict)
+
+    def of_backend(self, simulator: Simulator, options: Options) -> Definitions:
+        """With the tasks of a backend beside the others, if it derives them.
+
+        Raises:
+            ConfigError: if it cannot, or what the user changes in them is wrong.
+        """
+        if not isinstance(simulator.create, DerivesTasks):
+            return self
+        derived = simulator.create.derived_tasks(options)
+        for name, change in self.changes.items():
+            if name not in derived:
+                hint = did_you_mean(name, derived, "safemanip tasks")
+                raise ConfigError(f"{change.place('task')}: unknown task {name!r}; {hint}")
+        tasks = {name: self._derived(name, task) for name, task in derived.items()}
+        return replace(self, tasks={**tasks, **self.tasks})
+
+    def of_recordings(self, episodes: Iterable[Episode]) -> Definitions:
+        """With the tasks of recordings that backends have derived: they carry their bindings.
+
+        Raises:
+            ConfigError: if a recording's is wrong, or what the user changes in it.
+        """
+        found: dict[str, Task] = {}
+        for episode in episodes:
+            if episode.binding and episode.task not in {*self.tasks, *found}:
+                source = Path(f"the recorded binding of {episode.task}")
+                found[episode.task] = self._derived(
+                    episode.task, DerivedTask(source, episode.binding)
+                )
+        return replace(self, tasks={**self.tasks, **found}) if found else self
+
+    def _derived(self, name: str, task: DerivedTask) -> Task:
+        return derived_task(task.binding, task.source, self.changes.get(name))
 
 
 def load_definitions(
@@ -50,6 +89,7 @@ def load_definitions(
     """
     catalogue = Catalogue(propositions)
     task_folder = resources.folder("tasks")
+    folders = [task_folder, *task_paths]
     known = {name: len(p.arguments) for name, p in catalogue.items()}
     shipped = load_properties([resources.folder("properties")], propositions=known)
     own = load_properties(property_paths, propositions=known)
@@ -57,8 +97,9 @@ def load_definitions(
         raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
     return Definitions(
         catalogue=catalogue,
-        tasks=load_tasks([task_folder, *task_paths]),
+        tasks=load_tasks(folders),
         properties={**shipped, **own},
         own=own,
         attributes=load_attributes(task_folder / OBJECTS_FILE),
+        changes=load_changes(folders),
     )

@@ -27,10 +27,10 @@ from pytest_safemanip.run.cases import (
     select_tasks,
 )
 from pytest_safemanip.run.definitions import load_definitions
-from pytest_safemanip.run.discovery import find_recordings
+from pytest_safemanip.run.discovery import find_recordings, select_recordings
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
-from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
+from pytest_safemanip.sim.backend import BackendSpec, DerivesTasks, Provenance, Simulator
 from pytest_safemanip.sim.registry import find_simulator
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
@@ -124,12 +124,21 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         ConfigError: naming what does not exist or does not fit together, and the remedy.
     """
     defined = load_definitions(settings.task_paths, settings.property_paths, added.propositions)
+    simulator = None
+    if settings.recordings is None:
+        simulator = find_simulator(settings.backend, added.backends)
+        defined = defined.of_backend(simulator, settings.simulator_options)
+        if isinstance(simulator.create, DerivesTasks):  # which has no others
+            own = {name: task for name, task in defined.tasks.items() if task.derived}
+            defined = dataclasses.replace(defined, tasks=own)
+    else:
+        episodes = find_recordings(settings.recordings)
+        defined = defined.of_recordings(episodes.values())
     tasks, properties = defined.tasks, defined.properties
     settings = _with_selected_ids(settings, tasks)
     wanted = select_properties(properties, settings.properties)
     recordings: dict[RolloutKey, Path] = {}
     policies: dict[str, PolicySpec] = {}
-    simulator = None
     if settings.recordings is not None:
         if settings.early_stop is not None:
             raise ConfigError(
@@ -137,13 +146,12 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             )
         if settings.fresh:
             raise ConfigError("--safemanip-fresh has nothing to run with --safemanip-recordings")
-        recordings = find_recordings(settings, settings.recordings, tasks)
+        recordings = select_recordings(settings, settings.recordings, episodes, tasks)
         rollouts = list(recordings)
-    else:
+    elif simulator is not None:
         if not settings.policies:
             raise ConfigError("no policy is named; give --safemanip-policy")
         policies = {name: resolve_policy(name, settings, added) for name in settings.policies}
-        simulator = find_simulator(settings.backend, added.backends)
         _check_backend(settings, policies, simulator.spec)
         rollouts = _rollouts(settings, tasks, policies)
         _check_servers(rollouts, tasks, policies)

@@ -376,6 +376,7 @@ class SafetySession:
         fingerprint = told or f"run {self._run_id}"
         key = recording_key(request, backend.provenance, settings, case.policy, fingerprint)
         hashes = {"policy": told or "", "key": key}
+        prompt, derived = settings.prompt, task.derived
         return key, loop.Job(
-            case.task, case.policy, request, protocol, hashes, task.sets, settings.prompt
+            case.task, case.policy, request, protocol, hashes, task.sets, prompt, derived
         )

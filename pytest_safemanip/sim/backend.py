@@ -356,6 +356,31 @@ class DescribesTasks(Protocol):
 
 
 @dataclass(frozen=True)
+class DerivedTask:
+    """A task whose binding a backend derives from a file of its simulator's.
+
+    Attributes:
+        source: that file.
+        binding: the content of a file in ``tasks/``.
+    """
+
+    source: Path
+    binding: str
+
+
+@runtime_checkable
+class DerivesTasks(Protocol):
+    """A backend's factory that derives bindings: its tasks are those, and no others."""
+
+    def derived_tasks(self, options: Options) -> Mapping[str, DerivedTask]:
+        """Its tasks, by name; nothing is simulated.
+
+        Raises:
+            ConfigError: if what they are read from is missing or wrong.
+        """
+
+
+@dataclass(frozen=True)
 class Simulator:
     """A backend that can be chosen by name.
 

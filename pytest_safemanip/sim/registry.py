@@ -10,7 +10,10 @@ from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.backend import Simulator
 
 BUILT_IN: Mapping[str, str] = MappingProxyType(
-    {"robocasa": "pytest_safemanip.sim.robocasa.factory:SIMULATOR"}
+    {
+        "robocasa": "pytest_safemanip.sim.robocasa.factory:SIMULATOR",
+        "libero": "pytest_safemanip.sim.libero.factory:SIMULATOR",
+    }
 )
 """The shipped backends, as ``module:attribute``; imported at first use."""
 

@@ -41,6 +41,7 @@ class Task:
         not_grounded: why a property that one would expect cannot be judged here, by its id.
         kitchen: which of the compact kitchens has what the task needs.
         object_groups: role to the object groups to draw from in the compact scene.
+        derived: what a backend derived of it, as the content of a file; empty if nothing did.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Task:
     not_grounded: Mapping[str, str] = field(default_factory=dict)
     kitchen: str = "small"
     object_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    derived: str = ""
 
     def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
         """The binding of one episode.

@@ -15,6 +15,7 @@ POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
 """Pattern of policy names, which are part of node ids and file names."""
 
 MOST_HAZARDS = 100
+LONGEST_BINDING = 50_000
 MOST_STEPS = 2**32
 """More than a rollout or a seed can have."""
 
@@ -48,6 +49,8 @@ class Episode:
         request: what else the simulator was asked for, in plain values: the kitchen, what objects
             were drawn from, what stood elsewhere.
         patches: names of what was changed in other people's code while it ran.
+        binding: of a task that the backend derives from its simulator's files: the content of the
+            file that it would have in ``tasks/``, by which it can be judged anywhere.
     """
 
     task: str
@@ -66,6 +69,7 @@ class Episode:
     hazards: tuple[Hazard, ...] = ()
     request: Mapping[str, Any] = field(default_factory=dict)
     patches: tuple[str, ...] = ()
+    binding: str = ""
 
     def __repr__(self) -> str:
         return f"<Episode {self.task}, {self.policy}, seed {self.seed}: {self.ended}>"
@@ -97,6 +101,8 @@ class Episode:
                 raise TraceError(f"episode: {name} must be a string")
             if name not in ("instruction", "policy") and not getattr(episode, name).isprintable():
                 raise TraceError(f"episode: {name} must be printable")
+        if not isinstance(episode.binding, str) or len(episode.binding) > LONGEST_BINDING:
+            raise TraceError(f"episode: binding must be text, at most {LONGEST_BINDING} long")
         for name in ("seed", "horizon"):
             value = getattr(episode, name)
             if type(value) is not int or not 0 <= value <= MOST_STEPS:
