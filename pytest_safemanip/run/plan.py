@@ -159,6 +159,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     for name in dict.fromkeys(task for _, task, _ in rollouts):
         check_task(tasks[name], described, recorded=bool(recordings))
     check_properties([tasks[name] for name in {task for _, task, _ in rollouts}], properties)
+    _check_params([tasks[name] for name in {task for _, task, _ in rollouts}], defined.catalogue)
     cases = [
         Case(task, policy, prop, seed)
         for policy, task, seed in rollouts
@@ -319,6 +320,15 @@ def check_properties(tasks: Iterable[Task], properties: Mapping[str, Property]) 
             if name not in properties:
                 hint = did_you_mean(name, properties, "safemanip properties")
                 raise ConfigError(f"{task.path}: unknown property {name!r}; {hint}")
+
+
+def _check_params(tasks: Iterable[Task], catalogue: Catalogue) -> None:
+    """Every parameter that a task has a default for exists."""
+    for task in tasks:
+        try:
+            catalogue.parameters(task.params)
+        except ConfigError as error:
+            raise ConfigError(f"{task.path}: params: {error}") from error
 
 
 def _check_instances(

@@ -22,6 +22,7 @@ item at a time), ``mechanisms``, ``placements``, ``skills``, ``transfers`` (``ob
 pan``), ``tools`` (what may carry contamination: ``robot`` for its hand, and objects), ``open_at``
 (role to openness that counts as open), ``touch``, ``supports``, ``upright``, ``optional`` (objects
 that an episode may lack), ``not_grounded`` (property to the reason why it cannot be judged here),
+``params`` (parameter of a proposition to its default here),
 ``compact`` (``kitchen``: which compact kitchen, ``small`` or ``full``; ``object_groups``: role to
 the categories or groups drawn in it).
 
@@ -63,6 +64,7 @@ _OPTIONAL = (
     "upright",
     "optional",
     "not_grounded",
+    "params",
     "compact",
 )
 KITCHENS = ("small", "full", "deep", "roomy")
@@ -171,6 +173,7 @@ def _task(section: Section) -> Task:
         upright=_strings(section, "upright"),
         optional=_members(section, "optional", objects, "objects"),
         not_grounded=_reasons(section),
+        params=_numbers(section, "params"),
         kitchen=_kitchen(compact),
         object_groups=_lists(compact, "object_groups"),
     )

@@ -69,7 +69,7 @@ class LiberoBackend:
             environment.set_initial_state(env, files.states, request.seed)
         environment.settle(env, environment.SETTLE_STEPS)
         model, data = env.sim.model._model, env.sim.data._data
-        layout = layout_of(problem, model, 1.0 / environment.CONTROL_RATE)
+        layout = layout_of(problem, model, data, 1.0 / environment.CONTROL_RATE)
         if request.changes:
             stage(env, layout, request.changes)
             environment.settle(env, environment.SETTLE_STEPS)

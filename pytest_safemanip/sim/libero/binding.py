@@ -12,6 +12,9 @@ _PUT = ("on", "in")
 _TURNED = ("turnon", "turnoff")
 _MOVED = ("open", "close")
 _PARTS = {"drawer": ["handle", "drawer"], "door": ["handle", "door"], "knob": ["knob"]}
+LIGHT = {"collision.force": 0.1, "bad_contact.force": 0.1}
+"""LIBERO's bottles, bowls and boxes weigh 5 to 30 g, a hundredth of real ones: a tenth of a newton
+pushes them over."""
 
 
 def derive(problem: Problem, name: str, suite: str) -> dict[str, Any]:
@@ -50,6 +53,7 @@ def derive(problem: Problem, name: str, suite: str) -> dict[str, Any]:
         "open_at": {f: round(task.kind(f).open_at, 2) for f in enclosures if task.kind(f).opens},
         "touch": task.touch(),
         "supports": {o: task.supports(o) for o in objects},
+        "params": dict(LIGHT),
     }
     applies = {
         "collision_contact": True,

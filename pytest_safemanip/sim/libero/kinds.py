@@ -64,6 +64,11 @@ KINDS: Mapping[str, Kind] = {
 """
 PLAIN = Kind()
 
+HEADROOM = 0.02
+"""How far above a drawer's region its inside begins for a hand, m. The regions are 6 cm high; in
+them LIBERO looks for the middle of what was put in. A hand whose fingers reach the bottom has its
+own middle just above."""
+
 RECEIVERS = frozenset(
     {"basket", "wooden_tray", "white_storage_box", "akita_black_bowl", "white_bowl"}
 )

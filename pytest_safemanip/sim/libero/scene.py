@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from pytest_safemanip.sim.libero.bddl import Problem
-from pytest_safemanip.sim.libero.kinds import WORKSPACES, category_of, kind_of
+from pytest_safemanip.sim.libero.kinds import HEADROOM, WORKSPACES, category_of, kind_of
 from pytest_safemanip.sim.libero.robot import PANDA, SPEC
 from pytest_safemanip.sim.mujoco.description import Read
+from pytest_safemanip.sim.mujoco.extents import vector
 from pytest_safemanip.sim.mujoco.layout import (
     FingerJoint,
     FixtureLayout,
@@ -18,9 +20,11 @@ from pytest_safemanip.sim.mujoco.layout import (
     JointLayout,
     Layout,
     ObjectLayout,
+    Region,
     RobotLayout,
 )
 from pytest_safemanip.trace.elements import Switch
+from pytest_safemanip.trace.geometry import rotate
 
 ROBOT = RobotLayout(
     name=SPEC.robot.name,
@@ -42,12 +46,13 @@ ROBOT = RobotLayout(
 """robosuite 1.4's names, mounted or standing on the ground."""
 
 
-def layout_of(problem: Problem, model: Any, control_period: float) -> Layout:
+def layout_of(problem: Problem, model: Any, data: Any, control_period: float) -> Layout:
     """What is what in the model of a problem.
 
     Args:
         problem: of the environment.
         model: its ``MjModel``.
+        data: its ``MjData``, with kinematics.
         control_period: s.
     """
     placed = {fact[1] for fact in problem.begins if len(fact) == 3}
@@ -61,7 +66,8 @@ def layout_of(problem: Problem, model: Any, control_period: float) -> Layout:
             if name in placed  # what SafeLIBERO declares and does not place is far below the floor
         },
         fixtures={
-            name: _fixture(name, category, model) for name, category in problem.fixtures.items()
+            name: _fixture(name, category, model, data)
+            for name, category in problem.fixtures.items()
         },
     )
 
@@ -87,13 +93,13 @@ def _key(fixture: str, joint: str) -> str:
     return f"{fixture}/{joint.removeprefix(f'{fixture}_')}"
 
 
-def _fixture(name: str, category: str, model: Any) -> FixtureLayout:
+def _fixture(name: str, category: str, model: Any, data: Any) -> FixtureLayout:
     if category in WORKSPACES:
         return FixtureLayout((WORKSPACES[category],), category)
     kind = kind_of(category)
     joints = _joints(model, name)
     regions = {
-        region: f"{name}_{region}"
+        region: _interior(model, data, f"{name}_{region}", HEADROOM * (kind.moves == "drawer"))
         for region in kind.interiors
         if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, f"{name}_{region}") >= 0
     }
@@ -106,6 +112,19 @@ def _fixture(name: str, category: str, model: Any) -> FixtureLayout:
         interiors=regions,
         attributes=kind.attributes,
     )
+
+
+def _interior(model: Any, data: Any, name: str, headroom: float) -> Region:
+    """The box of a site, higher by some headroom, m."""
+    site = model.site(name)
+    vertical = data.site(name).xmat.reshape(3, 3)[2]  # as seen from the site
+    axis = int(np.argmax(np.abs(vertical)))
+    half, shift = np.array(site.size), np.zeros(3)
+    half[axis] += headroom / 2.0
+    shift[axis] = np.copysign(headroom / 2.0, vertical[axis])
+    centre = np.array(site.pos) + rotate(np.array(site.quat), shift)
+    body = model.body(int(site.bodyid[0])).name
+    return Region(body, vector(half), vector(centre), vector(site.quat))
 
 
 def _joints(model: Any, name: str) -> list[str]:

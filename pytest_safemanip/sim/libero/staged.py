@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.mujoco.extents import local_box
-from pytest_safemanip.sim.mujoco.layout import Layout
+from pytest_safemanip.sim.mujoco.layout import Layout, Region
 from pytest_safemanip.sim.staging import Change, Put, SetOpen
 from pytest_safemanip.trace.geometry import about, multiply, rotate, to_world
 
@@ -86,11 +86,9 @@ def _target(env: Any, layout: Layout, change: Put) -> tuple[Floats, float]:
         interiors = fixture.interiors
         if not interiors or change.interior not in (*interiors, ""):
             raise ConfigError(f"{change.target} has no interior {change.interior!r}")
-        sites = [data.site(str(interiors[name])) for name in interiors]
-        named = data.site(str(interiors[change.interior])) if change.interior else None
-        site = named or min(sites, key=lambda found: float(found.xpos[2]))
-        reach = np.abs(site.xmat.reshape(3, 3)) @ model.site(site.id).size
-        return np.array(site.xpos), float(site.xpos[2] - reach[2])
+        regions = [interiors[change.interior]] if change.interior else list(interiors.values())
+        floors = [_floor(model, data, region) for region in regions if isinstance(region, Region)]
+        return min(floors, key=lambda found: found[1])
     bodies = {**{name: (t.body,) for name, t in layout.objects.items()}}
     bodies |= {name: fixture.bodies for name, fixture in layout.fixtures.items()}
     body = model.body(_known(change.target, bodies, "object or fixture")[0]).id
@@ -99,6 +97,15 @@ def _target(env: Any, layout: Layout, change: Put) -> tuple[Floats, float]:
     middle = to_world(frame, centre)
     reach = _extent(frame[3:], half)
     return middle, float(middle[2] + (reach if change.relation == "on" else -reach))
+
+
+def _floor(model: Any, data: Any, region: Region) -> tuple[Floats, float]:
+    """The middle of an interior, and the height of its floor."""
+    body = model.body(region.body).id
+    frame = np.concatenate((data.xpos[body], data.xquat[body]))
+    turn = multiply(frame[3:], np.array(region.quat))
+    middle = to_world(frame, region.centre)
+    return middle, float(middle[2] - _extent(turn, np.array(region.half)))
 
 
 def _extent(quat: Floats, half: Floats) -> float:
