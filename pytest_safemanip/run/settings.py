@@ -69,11 +69,12 @@ class Settings:
     @property
     def simulator_options(self) -> Options:
         """What the chosen backend is made with."""
+        name = self.backend.partition(":")[0]
         return Options(
             self.assets,
             self.out / "logs",
-            self.pythons.get(self.backend, ""),
-            self.backend_paths.get(self.backend, {}),
+            self.pythons.get(name, ""),
+            self.backend_paths.get(name, {}),
         )
 
     @property

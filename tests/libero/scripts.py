@@ -140,7 +140,8 @@ class IntoTheDrawer(Script):
         yield from self.grasp(CLOSE)
         yield from self.turn_along_x()
         yield from self.go(inside + 0.2 * UP)
-        yield from self.go(inside - 0.024 * UP, speed=0.12)
+        yield from self.go(inside + 0.04 * UP, speed=0.4)
+        yield from self.go(inside - 0.024 * UP, speed=0.2, most=60)
 
 
 class IntoTheHalfOpenDrawer(IntoTheDrawer):
