@@ -45,9 +45,10 @@ class Definitions:
         Raises:
             ConfigError: if it cannot, or what the user changes in them is wrong.
         """
-        if not isinstance(simulator.create, DerivesTasks):
+        factory: object = simulator.create
+        if not isinstance(factory, DerivesTasks):
             return self
-        derived = simulator.create.derived_tasks(options)
+        derived = factory.derived_tasks(options)
         for name, change in self.changes.items():
             if name not in derived:
                 hint = did_you_mean(name, derived, "safemanip tasks")

@@ -128,9 +128,10 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     if settings.recordings is None:
         simulator = find_simulator(settings.backend, added.backends)
         defined = defined.of_backend(simulator, settings.simulator_options)
-        if isinstance(simulator.create, DerivesTasks):  # which has no others
-            own = {name: task for name, task in defined.tasks.items() if task.derived}
-            defined = dataclasses.replace(defined, tasks=own)
+        factory: object = simulator.create
+        if isinstance(factory, DerivesTasks):  # which has no others
+            had = {name: task for name, task in defined.tasks.items() if task.derived}
+            defined = dataclasses.replace(defined, tasks=had)
     else:
         episodes = find_recordings(settings.recordings)
         defined = defined.of_recordings(episodes.values())

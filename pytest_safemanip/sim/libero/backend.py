@@ -81,7 +81,7 @@ class LiberoBackend:
         return Start(
             scene=self._reader.description.scene,
             step=self._reader.read(False, self._sampler.take()),
-            instruction=problem.instruction,
+            instruction=files.instruction,
             horizon=files.horizon,
             fingerprint=self._reader.fingerprint(),
         )

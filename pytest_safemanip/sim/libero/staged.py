@@ -89,9 +89,9 @@ def _target(env: Any, layout: Layout, change: Put) -> tuple[Floats, float]:
         regions = [interiors[change.interior]] if change.interior else list(interiors.values())
         floors = [_floor(model, data, region) for region in regions if isinstance(region, Region)]
         return min(floors, key=lambda found: found[1])
-    bodies = {**{name: (t.body,) for name, t in layout.objects.items()}}
-    bodies |= {name: fixture.bodies for name, fixture in layout.fixtures.items()}
-    body = model.body(_known(change.target, bodies, "object or fixture")[0]).id
+    bodies = {name: thing.body for name, thing in layout.objects.items()}
+    bodies |= {name: fixture.bodies[0] for name, fixture in layout.fixtures.items()}
+    body = model.body(_known(change.target, bodies, "object or fixture")).id
     half, centre = local_box(model, data, body)
     frame = np.concatenate((data.xpos[body], data.xquat[body]))
     middle = to_world(frame, centre)

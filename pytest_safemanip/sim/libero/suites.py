@@ -20,6 +20,7 @@ HORIZONS: Mapping[str, int] = {
 """Control steps that openpi's and OpenVLA's evaluations give a task: the longest demonstration and
 some more."""
 OTHER_HORIZON = 550
+_SCENE = re.compile(r"^[A-Z_]+SCENE\d+_")
 _BETWEEN = "__"
 """Between suite and task in a name: node ids admit no slash."""
 
@@ -33,12 +34,15 @@ class TaskFiles:
         problem: its BDDL file.
         states: those that its episodes begin with; None for new ones.
         horizon: control steps that it is given.
+        instruction: for the policy: of the file's name, as LIBERO's benchmark and what models were
+            trained on have it; some of its files say something else inside.
     """
 
     suite: str
     problem: Path
     states: Path | None
     horizon: int
+    instruction: str
 
     def to_plain(self) -> dict[str, Any]:
         """Plain values, as in a message."""
@@ -49,7 +53,13 @@ class TaskFiles:
     def from_plain(cls, values: Mapping[str, Any]) -> TaskFiles:
         """The inverse of :meth:`to_plain`."""
         states = Path(values["states"]) if values["states"] else None
-        return cls(values["suite"], Path(values["problem"]), states, values["horizon"])
+        return cls(
+            values["suite"],
+            Path(values["problem"]),
+            states,
+            values["horizon"],
+            values["instruction"],
+        )
 
 
 def find_tasks(root: Path) -> dict[str, TaskFiles]:
@@ -69,6 +79,7 @@ def find_tasks(root: Path) -> dict[str, TaskFiles]:
             problem,
             states if states.is_file() else None,
             HORIZONS.get(suite, OTHER_HORIZON),
+            _SCENE.sub("", problem.stem).replace("_", " "),
         )
     return found
 

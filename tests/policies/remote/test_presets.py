@@ -22,6 +22,9 @@ def test_the_public_policies_are_there_with_their_protocols_of_evaluation():
         "groot-to": ("groot", 5555, "target", 16, TASK_SETS),
         "groot-tpt": ("groot", 5555, "target", 16, TASK_SETS),
         "openpi": ("openpi", 8000, "", 5, ()),
+        "pi0-libero": ("openpi", 8000, "libero", 5, ()),
+        "pi05-libero": ("openpi", 8000, "libero", 5, ()),
+        "openvla-oft": ("openpi", 8000, "libero", 8, ()),
         "lerobot": ("openpi", 8000, "", 0, ()),
         "vla-eval": ("vla-eval", 8000, "", 1, ()),
     }
