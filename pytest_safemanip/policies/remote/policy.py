@@ -20,7 +20,6 @@ from pytest_safemanip.errors import (
 )
 from pytest_safemanip.policies.remote.actions import ActionError, chunk_of
 from pytest_safemanip.policies.remote.client import BadAnswer, Beginning, Client, Turn
-from pytest_safemanip.policies.remote.wire.dumps import dump
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.groot import GrootClient
 from pytest_safemanip.policies.remote.observation import Observation, blank, checked
@@ -29,6 +28,7 @@ from pytest_safemanip.policies.remote.presets import Preset
 from pytest_safemanip.policies.remote.probing import RETRY_PERIOD
 from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
 from pytest_safemanip.policies.remote.vlaeval import VlaEvalClient
+from pytest_safemanip.policies.remote.wire.dumps import dump
 
 
 @dataclass

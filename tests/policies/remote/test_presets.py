@@ -7,6 +7,7 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint, parse_endpoint
 from pytest_safemanip.policies.remote.presets import PRESETS, TASK_SETS, parse_servers
+from pytest_safemanip.sim.libero.robot import SPEC as LIBERO
 from pytest_safemanip.sim.robocasa.robot import SPEC
 
 
@@ -29,7 +30,10 @@ def test_the_public_policies_are_there_with_their_protocols_of_evaluation():
         "vla-eval": ("vla-eval", 8000, "", 1, ()),
     }
     assert {p.name for p in PRESETS.values() if p.inflight > 1} == {"vla-eval"}
-    assert {preset.split for preset in PRESETS.values() if preset.split} == {*SPEC.official}
+    assert {preset.split for preset in PRESETS.values() if preset.split} == {
+        *SPEC.official,
+        *LIBERO.official,
+    }
 
 
 @pytest.mark.parametrize("name", ["pi0", "pi05", "groot", "groot-pt", "groot-to", "groot-tpt"])
