@@ -106,6 +106,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         actions.append(action)
     stacked = Steps.stack(steps, [a.astype(np.float32) for a in actions], acting)
     source = backend.provenance
+    served = actor.served_facts or ({"clipped": str(clipped)} if clipped else {})
     episode = Episode(
         task=job.task,
         seed=job.request.seed,
@@ -119,7 +120,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         assets=source.assets,
         versions=dict(source.versions),
         hashes={**source.hashes, **job.hashes, "start": start.fingerprint},
-        served=actor.served_facts or ({"clipped": str(clipped)} if clipped else {}),
+        served={**served, "entries": str(robot.actions.size)} if served else {},
         hazards=actor.hazards,
         patches=start.patches,
         request=encode_request(job.request),

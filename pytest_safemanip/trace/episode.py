@@ -44,7 +44,8 @@ class Episode:
         hashes: digest of the backend's and policy's code, of the assets and of the start state.
         served: of a policy behind a server: endpoint, protocol, whether it took the seed, how many
             calls and actions there were and how many entries were clipped. Of any other policy how
-            many entries of its actions were clipped, if some were.
+            many entries of its actions were clipped, if some were. With either,
+            ``entries``: those of one action.
         hazards: what a policy did wrong on purpose; monitors do not see it.
         request: what else the simulator was asked for, in plain values: the kitchen, what objects
             were drawn from, what stood elsewhere.
@@ -128,7 +129,7 @@ def served_fault(served: Mapping[str, str]) -> str:
     empty if nothing is.
     """
     counts = ("calls", "actions", "clipped") if "protocol" in served else ()
-    for name in (*counts, *(name for name in served if name == "clipped")):
+    for name in (*counts, *(name for name in served if name in ("clipped", "entries"))):
         if not re.fullmatch("[0-9]{1,15}", served.get(name, "")):
             return f"{name} must be a count, found {served.get(name, 'nothing')!r}"
     if "protocol" in served and served.get("seeded") not in ("yes", "no"):

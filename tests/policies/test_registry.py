@@ -250,7 +250,7 @@ def test_what_is_no_policy_is_refused_with_what_is_missing(module):
         (
             "xyz",
             "known: groot, groot-pt, groot-to, groot-tpt, hold, lerobot, my_own_policy, openpi, "
-            "pi0, pi05, random, recording:DIR, scripted, vla-eval",
+            "openvla-oft, pi0, pi0-libero, pi05, pi05-libero, random, recording:DIR, scripted, vla-eval",
         ),
     ],
 )
