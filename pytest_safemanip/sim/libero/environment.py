@@ -55,7 +55,7 @@ def make(problem: Path, domain: str, seed: int) -> Any:
         seed: decides where things are placed.
 
     Raises:
-        RolloutError: if the objects cannot be placed.
+        RolloutError: if the objects cannot be placed, or an asset is missing.
     """
     from libero.libero.envs import TASK_MAPPING
     from robosuite import load_controller_config
@@ -83,6 +83,10 @@ def make(problem: Path, domain: str, seed: int) -> Any:
             return env
         except RandomizationError:
             continue
+        except FileNotFoundError as error:
+            raise RolloutError(
+                f"LIBERO's assets were not downloaded in full: {error.filename} is missing"
+            ) from error
     raise RolloutError(f"{problem}: no placement without an overlap in {ATTEMPTS} attempts")
 
 
