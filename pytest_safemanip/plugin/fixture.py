@@ -67,9 +67,10 @@ class RolloutProvider:
     @cached_property
     def _tasks(self) -> Mapping[str, object]:
         settings, own = self._simulation.settings, self._simulation.extensions.propositions
-        defined = load_definitions(settings.task_paths, settings.property_paths, own)
+        paths = settings.task_paths, settings.property_paths
+        defined = load_definitions(*paths, own, settings.backend)
         simulator = find_simulator(settings.backend, self._simulation.extensions.backends)
-        return defined.of_backend(simulator, settings.simulator_options).tasks
+        return defined.of_backend(simulator, settings.simulator_options).runnable
 
     def _check(self, task: str, seed: int) -> None:
         """Refuse what no episode has, in the words of whoever called."""

@@ -18,6 +18,9 @@ from pytest_safemanip.spec.tasks import derived_task, load_changes, load_tasks
 from pytest_safemanip.spec.yamlfile import Section
 from pytest_safemanip.trace.episode import Episode
 
+FIRST_BACKEND = "robocasa"
+"""The backend whose tasks are in no folder of its own."""
+
 
 @dataclass(frozen=True)
 class Definitions:
@@ -25,10 +28,12 @@ class Definitions:
 
     Attributes:
         catalogue: the propositions.
-        tasks: by name.
+        tasks: by name, those of all backends.
         properties: by id.
         own: those of the properties that are the user's.
         attributes: of object categories; the user's rows take the place of shipped ones.
+        runnable: those of the tasks that the chosen backend has; empty where none is to be run.
+        elsewhere: of the others, by name, the backend that has it.
         changes: what the user's files change in tasks that backends derive, by task.
     """
 
@@ -37,10 +42,12 @@ class Definitions:
     properties: Mapping[str, Property]
     own: Mapping[str, Property]
     attributes: Mapping[str, frozenset[str]]
+    runnable: Mapping[str, Task] = field(default_factory=dict)
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
     changes: Mapping[str, Section] = field(default_factory=dict)
 
     def of_backend(self, simulator: Simulator, options: Options) -> Definitions:
-        """With the tasks of a backend beside the others, if it derives them.
+        """With the tasks of a backend, which are runnable then, if it derives them.
 
         Raises:
             ConfigError: if it cannot, or what the user changes in them is wrong.
@@ -54,7 +61,7 @@ class Definitions:
                 hint = did_you_mean(name, derived, "safemanip tasks")
                 raise ConfigError(f"{change.place('task')}: unknown task {name!r}; {hint}")
         tasks = {name: self._derived(name, task) for name, task in derived.items()}
-        return replace(self, tasks={**tasks, **self.tasks})
+        return replace(self, tasks={**self.tasks, **tasks}, runnable=tasks)
 
     def of_recordings(self, episodes: Iterable[Episode]) -> Definitions:
         """With the tasks of recordings that backends have derived: they carry their bindings.
@@ -76,33 +83,51 @@ class Definitions:
 
 
 def load_definitions(
-    task_paths: Sequence[Path], property_paths: Sequence[Path], propositions: Iterable[Proposition]
+    task_paths: Sequence[Path],
+    property_paths: Sequence[Path],
+    propositions: Iterable[Proposition],
+    backend: str = FIRST_BACKEND,
 ) -> Definitions:
     """Read everything; a property may use any proposition that exists.
+
+    The shipped tasks of a backend are in a folder of its name, and those of RoboCasa, which
+    backends without such a folder have too, beside them. The user's go with any backend, and stand
+    for another backend's of the same name.
 
     Args:
         task_paths: the user's folders of tasks.
         property_paths: the user's folders of properties.
         propositions: the user's.
+        backend: the chosen one, ``NAME`` or ``NAME:VARIANT``.
 
     Raises:
         ConfigError: naming the file that is wrong, or the name that is taken.
     """
     catalogue = Catalogue(propositions)
     task_folder = resources.folder("tasks")
-    folders = [task_folder, *task_paths]
     known = {name: len(p.arguments) for name, p in catalogue.items()}
     shipped = load_properties([resources.folder("properties")], propositions=known)
     own = load_properties(property_paths, propositions=known)
     for name in sorted(set(shipped) & set(own)):
         raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
+    folders = {place.name: place for place in sorted(task_folder.iterdir()) if place.is_dir()}
+    chosen = folders.pop(backend.partition(":")[0], task_folder)
+    runnable = load_tasks([chosen, *task_paths])
+    others = {name: load_tasks([place]) for name, place in folders.items()}
+    if chosen != task_folder:
+        others[FIRST_BACKEND] = load_tasks([task_folder])
+    foreign = {task.name: task for tasks in others.values() for task in tasks.values()}
     return Definitions(
         catalogue=catalogue,
-        tasks=load_tasks(folders),
+        tasks={**foreign, **runnable},
+        runnable=runnable,
+        elsewhere={
+            task: name for name, tasks in others.items() for task in tasks if task not in runnable
+        },
         properties={**shipped, **own},
         own=own,
         attributes=_attributes([task_folder, *task_paths]),
-        changes=load_changes(folders),
+        changes=load_changes([task_folder, *folders.values(), *task_paths]),
     )
 
 
