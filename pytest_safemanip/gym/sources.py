@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,8 @@ def source_of(env: Any, told: Layout | OpenProbe | None) -> Source:
 
     Args:
         env: a Gymnasium environment.
-        told: the layout of its MuJoCo model, or what opens a probe; None for those of RoboCasa
-            and robosuite.
+        told: the layout of its MuJoCo model, or what opens a probe; None for those of
+            RoboCasa, LIBERO and robosuite.
 
     Raises:
         ConfigError: if it is none of these.
@@ -146,5 +147,19 @@ def _robosuite(inner: Any) -> Probe:
     return Probe.of(model, data, layout(model, robots, arms, entries, period, only))
 
 
-_READ_BY: Mapping[str, Callable[[Any], Probe]] = {"robocasa": _robocasa, "robosuite": _robosuite}
+def _libero(inner: Any) -> Probe:
+    from pytest_safemanip.sim.libero.bddl import load_problem
+    from pytest_safemanip.sim.libero.scene import layout_of, switches_of
+
+    problem = load_problem(Path(inner.bddl_file_name))
+    model, data = inner.sim.model._model, inner.sim.data._data
+    layout = layout_of(problem, model, data, float(inner.control_timestep))
+    return Probe.of(model, data, layout, switches_of(problem, model, data))
+
+
+_READ_BY: Mapping[str, Callable[[Any], Probe]] = {
+    "robocasa": _robocasa,
+    "libero": _libero,
+    "robosuite": _robosuite,
+}
 """What reads the environments of a package; where one builds on another, it comes first."""
