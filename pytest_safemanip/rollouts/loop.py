@@ -13,7 +13,7 @@ from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.policies.adapter import AdaptedPolicy
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
-from pytest_safemanip.sim.backend import ActionSpec, Backend, Request, Start
+from pytest_safemanip.sim.backend import ActionSpec, Backend, Request
 from pytest_safemanip.sim.codec import encode_request
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording, check
@@ -99,7 +99,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         if len(steps) > horizon or (steps[-1].success and job.protocol.stop == "success"):
             break
     acting = len(steps)
-    for action in _settling(robot.actions.hold(actions[1:]), steps, start):
+    for action in settling(robot.actions.hold(actions[1:]), steps, start.scene.control_period):
         steps.append(backend.step(action))
         actions.append(action)
     stacked = Steps.stack(steps, [a.astype(np.float32) for a in actions], acting)
@@ -173,16 +173,21 @@ def _checked(chunk: Any, where: str, spec: ActionSpec) -> NDArray[np.float64]:
     return actions
 
 
-def _settling(
-    hold: NDArray[np.float64], steps: list[Step], start: Start
+def settling(
+    hold: NDArray[np.float64], steps: list[Step], period: float
 ) -> Iterator[NDArray[np.float64]]:
-    """The action that holds still, until the scene has been at rest long enough."""
-    dt = start.scene.control_period
+    """The action that holds still, until the scene has been at rest long enough.
+
+    Args:
+        hold: the action (A,).
+        steps: of the episode; whoever takes the action appends the next.
+        period: of control, s.
+    """
     resting = 0
-    for _ in range(round(TAIL_SECONDS / dt)):
+    for _ in range(round(TAIL_SECONDS / period)):
         yield hold
         resting = resting + 1 if _at_rest(steps[-1]) else 0
-        if resting >= round(REST_SECONDS / dt):
+        if resting >= round(REST_SECONDS / period):
             return
 
 
