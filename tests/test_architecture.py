@@ -29,7 +29,8 @@ ROOMS: Mapping[str, str] = {
     "policies": "errors.py provenance.py sim trace",
     "rollouts": "errors.py policies sim trace",
     "metrics": "errors.py markup.py spec trace",
-    "importers": "errors.py trace",
+    "lerobot": "errors.py sim trace",
+    "importers": "errors.py lerobot provenance.py rollouts sim trace",
     "expert": "errors.py policies provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py metrics policies propositions resources.py rollouts sim spec "
@@ -41,7 +42,7 @@ ROOMS: Mapping[str, str] = {
     "api.py": "errors.py judge.py ltlf markup.py metrics plots propositions report run trace",
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
     "trace video",
-    "cli": "errors.py expert importers judge.py ltlf metrics plugin policies propositions "
+    "cli": "errors.py expert importers judge.py lerobot ltlf metrics plugin policies propositions "
     "provenance.py report resources.py rollouts run sim spec trace video",
 }
 """What each room may import; a room imports those above it only."""

@@ -11,6 +11,7 @@ from pytest_safemanip.importers.source import Source
 IMPORTERS = {
     "robosuite": "pytest_safemanip.importers.robosuite.importer:RobosuiteImporter",
     "robocasa": "pytest_safemanip.importers.lerobot.robocasa:RoboCasaImporter",
+    "lerobot": "pytest_safemanip.importers.lerobot.logs:LogImporter",
 }
 """The class of each importer, by the name of what it reads; the first that recognizes a source
 imports it."""

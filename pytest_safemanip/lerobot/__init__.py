@@ -1,1 +1,1 @@
-"""Datasets of LeRobot's as RoboCasa365 has them: what their arrays mean, and how they are written."""
+"""Datasets of LeRobot's as RoboCasa365 has them: what their arrays mean, how they are written."""

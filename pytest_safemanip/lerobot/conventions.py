@@ -1,9 +1,10 @@
 """What the arrays of RoboCasa365's datasets mean.
 
-State and action are vectors of named parts; ``meta/modality.json`` says where each part is. Datasets
-have the base first and the hand last, RoboCasa's environments the other way round. Positions are
-metres, quaternions ``xyzw`` as in robosuite; the end effector is relative to the base. Actions are
-those of RoboCasa's environment: gripper and mode are -1 or 1, the hand's motions are deltas.
+State and action are vectors of named parts; ``meta/modality.json`` says where each part is.
+Datasets have the base first and the hand last, RoboCasa's environments the other way round.
+Positions are metres, quaternions ``xyzw`` as in robosuite; the end effector is relative to the
+base. Actions are those of RoboCasa's environment: gripper and mode are -1 or 1, the hand's motions
+are differences.
 """
 
 from __future__ import annotations
@@ -79,8 +80,15 @@ def action_order(modality: object) -> NDArray[np.intp]:
             raise TraceError(f"meta/modality.json: {name} has {place.stop - place.start} entries")
         order[part] = np.arange(place.start, place.stop)
     if sorted(order.tolist()) != list(range(len(order))):
-        raise TraceError("meta/modality.json: the parts are not all of RoboCasa's action, once each")
+        raise TraceError("meta/modality.json: the parts are not those of the action, once each")
     return order
+
+
+def gym_order() -> NDArray[np.intp]:
+    """The same of logs without ``modality.json``: LeRobot's own environment of RoboCasa has the
+    environment's order.
+    """
+    return np.arange(SPEC.robot.actions.size)
 
 
 def to_dataset(actions: Array) -> Array:
@@ -103,7 +111,8 @@ def parts_of(modality: object, vector: str) -> dict[str, slice]:
         raise TraceError(f"meta/modality.json: {vector} is missing")
     found = {}
     for name, entry in entries.items():
-        start, end = (entry.get(k) if isinstance(entry, Mapping) else None for k in ("start", "end"))
+        known = entry if isinstance(entry, Mapping) else {}
+        start, end = known.get("start"), known.get("end")
         if type(start) is not int or type(end) is not int or not 0 <= start < end <= 1000:
             raise TraceError(f"meta/modality.json: {vector}, {name}: {shown(entry)}")
         found[str(name)] = slice(start, end)

@@ -97,7 +97,7 @@ def features(fps: int, drawn: bool) -> dict[str, Any]:
     actions = [name for part in ACTION_PARTS.values() for name in entries[part]]
     states = [f"{part}_{i}" for part, length in STATE_PARTS.items() for i in range(length)]
     return {
-        **({feature: images for feature in IMAGES.values()} if drawn else {}),
+        **(dict.fromkeys(IMAGES.values(), images) if drawn else {}),
         STATE: {"dtype": "float64", "shape": [len(states)], "names": states},
         ACTION: {"dtype": "float64", "shape": [len(actions)], "names": actions},
         REWARD: _number("float32"),

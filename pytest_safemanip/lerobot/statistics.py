@@ -38,8 +38,9 @@ class OfImages:
     def add(self, image: Array) -> None:
         """Take in one (H, W, 3), uint8."""
         if self._seen % EVERY == 0:
-            for channel, counts in enumerate(self._histogram):
-                counts += np.bincount(image[..., channel].ravel(), minlength=256)
+            self._histogram += [
+                np.bincount(image[..., channel].ravel(), minlength=256) for channel in range(3)
+            ]
         self._seen += 1
 
     def result(self) -> Statistics:

@@ -186,9 +186,7 @@ class DatasetWriter:
     def _write_lists(self, texts: list[str]) -> None:
         """The lists of version 2.1."""
         episodes = list(enumerate(zip(self.lengths, self._instructions, strict=True)))
-        self._lines(
-            "meta/tasks.jsonl", [{"task_index": i, "task": t} for i, t in enumerate(texts)]
-        )
+        self._lines("meta/tasks.jsonl", [{"task_index": i, "task": t} for i, t in enumerate(texts)])
         self._lines(
             "meta/episodes.jsonl",
             [{"episode_index": i, "tasks": [text], "length": n} for i, (n, text) in episodes],

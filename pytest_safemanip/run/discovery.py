@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
+from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.records import RolloutKey
-from pytest_safemanip.run.cases import select_tasks
+from pytest_safemanip.propositions.definition import Parameters
+from pytest_safemanip.run.cases import Case, select_tasks
+from pytest_safemanip.run.definitions import Definitions
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace import files
@@ -16,8 +20,9 @@ from pytest_safemanip.trace.episode import Episode
 
 def find_recordings(
     settings: Settings, folder: Path, tasks: Mapping[str, Task]
-) -> dict[RolloutKey, Path]:
-    """The recordings in a folder whose policy, task and seed are selected.
+) -> tuple[dict[RolloutKey, Path], frozenset[RolloutKey]]:
+    """The recordings in a folder whose policy, task and seed are selected, and those of them in
+    which not everything was observed.
 
     Raises:
         ConfigError: if there is none, two of the same rollout, or one that cannot be read.
@@ -26,6 +31,7 @@ def find_recordings(
         raise ConfigError(f"--safemanip-recordings: {folder} is not a directory")
     chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
     found: dict[RolloutKey, Path] = {}
+    partial: set[RolloutKey] = set()
     for path in sorted(folder.rglob(f"*{files.SUFFIX}")):
         episode = _read_episode(path, tasks)
         key = RolloutKey(episode.policy, episode.task, episode.seed)
@@ -38,11 +44,57 @@ def find_recordings(
         if key in found:
             raise ConfigError(f"{path} and {found[key]} are recordings of the same rollout")
         found[key] = path
+        if episode.unobserved:
+            partial.add(key)
     if not found:
         raise ConfigError(
             f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
         )
-    return found
+    return found, frozenset(partial)
+
+
+def refuse_unobserved(
+    cases: Iterable[Case],
+    recordings: Mapping[RolloutKey, Path],
+    defined: Definitions,
+    parameters: Parameters,
+) -> None:
+    """Judge recordings in which not everything was observed, as nothing else says what a property
+    needs; they are short of arrays, and quick.
+
+    Args:
+        cases: those of such recordings; of one rollout, neighbours.
+        recordings: file of each rollout.
+        defined: tasks, properties and propositions.
+        parameters: of propositions.
+
+    Raises:
+        ConfigError: naming the properties that need more.
+    """
+    for key, own in itertools.groupby(cases, lambda case: case.rollout):
+        path = recordings[key]
+        recording = files.load(path)
+        judge = Judge(
+            recording,
+            defined.tasks[key.task],
+            defined.attributes,
+            defined.catalogue,
+            parameters,
+        )
+        refused, can = [], []
+        for case in own:
+            try:
+                judge.judge(defined.properties[case.property_id])
+                can.append(case.property_id)
+            except TraceError:
+                refused.append(case.property_id)
+        if refused:
+            missing = ", ".join(sorted(recording.episode.unobserved))
+            raise ConfigError(
+                f"{path} has no {missing}: {', '.join(refused)} cannot be judged on it; name what "
+                "can be with --safemanip-properties "
+                f"({', '.join(can) or 'none of those that apply'})"
+            )
 
 
 def _read_episode(path: Path, tasks: Mapping[str, Task]) -> Episode:

@@ -27,7 +27,7 @@ from pytest_safemanip.run.cases import (
     select_tasks,
 )
 from pytest_safemanip.run.definitions import load_definitions
-from pytest_safemanip.run.discovery import find_recordings
+from pytest_safemanip.run.discovery import find_recordings, refuse_unobserved
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
@@ -128,6 +128,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     settings = _with_selected_ids(settings, tasks)
     wanted = select_properties(properties, settings.properties)
     recordings: dict[RolloutKey, Path] = {}
+    partial: frozenset[RolloutKey] = frozenset()
     policies: dict[str, PolicySpec] = {}
     simulator = None
     if settings.recordings is not None:
@@ -137,7 +138,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             )
         if settings.fresh:
             raise ConfigError("--safemanip-fresh has nothing to run with --safemanip-recordings")
-        recordings = find_recordings(settings, settings.recordings, tasks)
+        recordings, partial = find_recordings(settings, settings.recordings, tasks)
         rollouts = list(recordings)
     else:
         if not settings.policies:
@@ -159,6 +160,9 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
     _check_instances(cases, tasks, properties)
+    parameters = defined.catalogue.parameters(settings.params)
+    incomplete = (case for case in cases if case.rollout in partial)
+    refuse_unobserved(incomplete, recordings, defined, parameters)
     _check_gates(settings, cases, tasks, properties)
     if settings.shard is not None:
         if settings.early_stop is not None:
@@ -175,7 +179,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         properties=properties,
         policies=policies,
         catalogue=defined.catalogue,
-        parameters=defined.catalogue.parameters(settings.params),
+        parameters=parameters,
         attributes=defined.attributes,
         recordings=recordings,
         simulator=simulator,

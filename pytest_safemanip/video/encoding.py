@@ -76,9 +76,7 @@ class Mp4:
     :class:`Encoder`.
     """
 
-    def __init__(
-        self, path: Path, size: tuple[int, int], rate: float, keyframes: int = 0
-    ) -> None:
+    def __init__(self, path: Path, size: tuple[int, int], rate: float, keyframes: int = 0) -> None:
         self._path, self._scratch, self._ended = path, _scratch(path), False
         shape = f"{size[0]}x{size[1]}"
         source = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", shape, "-r", f"{rate:g}", "-i", "-")

@@ -164,7 +164,7 @@ class _Exporter:
             self._context = graphics.open_context(gl)
 
     def write(self, task: str, paths: list[Path]) -> list[str]:
-        """Write the dataset of a task, and print its path; gives the reasons of what was refused."""
+        """Write the dataset of a task, and print its path; gives the reasons of refusals."""
         refused = []
         period = files.load(paths[0]).scene.control_period
         rate = round(1 / period)

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from pytest_safemanip.cli.tables import print_table
-from pytest_safemanip.errors import ConfigError, SafemanipError, TraceError
+from pytest_safemanip.errors import ConfigError, SafemanipError
 from pytest_safemanip.importers.base import DRIFT_LIMIT, ImportOptions, SourceEpisode
 from pytest_safemanip.importers.registry import IMPORTERS, find_importer, load_importer
 from pytest_safemanip.importers.source import Source

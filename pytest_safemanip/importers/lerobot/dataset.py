@@ -7,7 +7,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -22,7 +22,7 @@ from pytest_safemanip.trace.typed import shown
 
 VERSIONS = ("v2.0", "v2.1", "v3.0")
 MOST_JSON, MOST_TABLE, MOST_UNPACKED = 64 * 2**20, 512 * 2**20, 2 * 2**30
-MOST_ROWS = 10_000_000
+MOST_ROWS, MOST_FPS = 10_000_000, 10_000
 EPISODES = "meta/episodes"
 _FIELD = re.compile(r"\{(\w+)(?::0(\d)d)?\}")
 
@@ -57,22 +57,20 @@ class Dataset:
 
     def __init__(self, source: Source, folder: str) -> None:
         self._source, self.folder = source, folder
+        self._known: tuple[str, Any] = "", None
         info = self.json(INFO)
         if not isinstance(info, dict):
             raise TraceError(f"{INFO}: must be a mapping")
-        self.version = info.get("codebase_version")
-        if self.version not in VERSIONS:
+        version, fps, pattern = (info.get(key) for key in ("codebase_version", "fps", "data_path"))
+        if version not in VERSIONS:
             raise TraceError(
-                f"{INFO}: codebase_version {shown(self.version)}, known are {', '.join(VERSIONS)}"
+                f"{INFO}: codebase_version {shown(version)}, known are {', '.join(VERSIONS)}"
             )
-        self.fps, self._pattern = info.get("fps"), info.get("data_path")
-        if not _number(self.fps) or not 0 < self.fps <= 10_000:
-            raise TraceError(f"{INFO}: fps must be a number above 0, found {shown(self.fps)}")
-        if not isinstance(self._pattern, str):
-            raise TraceError(f"{INFO}: data_path must be a text, found {shown(self._pattern)}")
-        features = info.get("features")
-        self.features: Mapping[str, Any] = features if isinstance(features, dict) else {}
-        self.robot = str(info.get("robot_type") or "")
+        if not isinstance(fps, int | float) or not 0 < fps <= MOST_FPS:
+            raise TraceError(f"{INFO}: fps must be a number above 0, found {shown(fps)}")
+        if not isinstance(pattern, str):
+            raise TraceError(f"{INFO}: data_path must be a text, found {shown(pattern)}")
+        self.version, self.fps, self._pattern = str(version), float(fps), pattern
 
     def has(self, name: str) -> bool:
         """Whether it has a file."""
@@ -144,21 +142,18 @@ class Dataset:
                 yield self._entry(entry, name, numbers)
 
     def _entry(self, entry: Mapping[str, Any], name: str, places: dict[str, Any]) -> EpisodeEntry:
-        index, length, texts = (entry.get(key) for key in ("episode_index", "length", "tasks"))
-        numbers = (index, length, *places.values())
-        if not all(type(value) is int and 0 <= value <= MOST_ROWS for value in numbers):
-            raise TraceError(f"{name}: an episode has impossible numbers: {shown(numbers)}")
+        index, length = (_count(entry.get(key), name) for key in ("episode_index", "length"))
+        places = {key: _count(value, name) for key, value in places.items()}
+        texts = entry.get("tasks")
         if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
             raise TraceError(f"{name}: tasks must be texts, found {shown(texts)}")
         known = {"episode_index": index, "episode_chunk": index // 1000, **places}
         return EpisodeEntry(index, tuple(texts), _filled(self._pattern, known), length)
 
     def _table(self, name: str) -> Any:
-        return self._read_table(name)
-
-    @lru_cache(maxsize=2)  # noqa: B019 - of version 3.0, many episodes are in one file
-    def _read_table(self, name: str) -> Any:
-        return read_table(self.read(name, MOST_TABLE), name)
+        if self._known[0] != name:  # of version 3.0, many episodes are in one file
+            self._known = name, read_table(self.read(name, MOST_TABLE), name)
+        return self._known[1]
 
 
 def read_table(content: bytes, name: str) -> Any:
@@ -226,8 +221,10 @@ def _numbers(values: Any, column: str, name: str) -> NDArray[Any]:
     return array
 
 
-def _number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+def _count(value: object, name: str) -> int:
+    if type(value) is not int or not 0 <= value <= MOST_ROWS:
+        raise TraceError(f"{name}: an episode has an impossible number: {shown(value)}")
+    return value
 
 
 def _parsed(text: bytes, name: str) -> Any:

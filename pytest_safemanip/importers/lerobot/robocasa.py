@@ -52,7 +52,7 @@ class RoboCasaImporter:
                 policy = options.policy or (about.policy if about else DEMONSTRATOR)
                 seed = about.seed if about else entry.index
                 name = f"{folder}episode_{entry.index:06d}"
-                who = dict(task=task, policy=policy, seed=seed)
+                who = {"task": task, "policy": policy, "seed": seed}
                 record = partial(_record, dataset, entry, options, who)
                 yield SourceEpisode(name, task, policy, seed, record)
 

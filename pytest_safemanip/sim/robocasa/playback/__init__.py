@@ -1,1 +1,1 @@
-"""Episodes of RoboCasa's datasets: their model as XML and their description, written and rebuilt."""
+"""Episodes of RoboCasa's datasets: their model as XML and their description, and back."""

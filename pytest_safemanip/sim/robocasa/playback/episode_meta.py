@@ -22,7 +22,7 @@ PUBLISHED = "/robocasa/models/assets/objects"
 
 
 def published(meta: Mapping[str, Any], kitchen: str) -> dict[str, Any]:
-    """RoboCasa's description of an episode as a dataset has it: plain JSON, no path of this machine.
+    """RoboCasa's description of an episode for a dataset: plain JSON, no path of this machine.
 
     Args:
         meta: RoboCasa's own (``get_ep_meta``).

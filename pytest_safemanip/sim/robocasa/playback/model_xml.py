@@ -13,8 +13,8 @@ from pytest_safemanip.sim.robocasa import downloads
 
 FOLDERS = ("meshdir", "texturedir", "assetdir")
 _PACKAGED = re.compile(r"(?:.*/)?(robosuite|robocasa)/models/assets/(.+)", re.DOTALL)
-"""How paths of both packages' assets end, on whatever machine; RoboCasa's own playback knows them by
-the same folders."""
+"""How paths of both packages' assets end, on whatever machine; RoboCasa's own playback knows them
+by the same folders."""
 
 
 def published(text: str, roots: Mapping[str, Path]) -> str:

@@ -133,9 +133,7 @@ class Replay:
         self._data.qpos[:], self._data.qvel[:] = state[1 : 1 + nq], state[1 + nq :]
 
 
-def _rebuilt(
-    episode: StoredEpisode, meta: dict[str, Any], kitchen: str, assets_root: Path
-) -> Any:
+def _rebuilt(episode: StoredEpisode, meta: dict[str, Any], kitchen: str, assets_root: Path) -> Any:
     """An environment with the stored model, in the order of RoboCasa's own playback."""
     arguments = scenes.arguments("compact", assets_root, kitchen) if kitchen else {}
     env = environment.unset(episode.task, SEED, **arguments)
@@ -162,7 +160,9 @@ def _checked(states: Floats, model: Any) -> Floats:
     if states.ndim != 2 or states.shape[1] != size or not len(states):
         raise TraceError(f"states: shape {states.shape}, the model has (N, {size})")
     if not np.isfinite(states).all():
-        raise TraceError(f"states: not finite at step {int(np.argwhere(~np.isfinite(states))[0, 0])}")
+        raise TraceError(
+            f"states: not finite at step {int(np.argwhere(~np.isfinite(states))[0, 0])}"
+        )
     return states
 
 
