@@ -9,7 +9,6 @@ from pytest_safemanip.importers.base import Importer
 from pytest_safemanip.importers.source import Source
 
 IMPORTERS = {
-    "robosuite": "pytest_safemanip.importers.robosuite.importer:RobosuiteImporter",
     "robocasa": "pytest_safemanip.importers.lerobot.robocasa:RoboCasaImporter",
     "lerobot": "pytest_safemanip.importers.lerobot.logs:LogImporter",
 }

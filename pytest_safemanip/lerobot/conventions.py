@@ -130,17 +130,19 @@ def _places(lengths: Mapping[str, int], key: str) -> dict[str, Any]:
 def to_environment(actions: Array, order: NDArray[np.intp]) -> NDArray[np.float64]:
     """Actions of a dataset (N, 12) in the environment's order and within its limits.
 
-    RoboCasa's datasets have -1 and 1 for gripper and mode, as its environment takes them. Logs of
-    its gym wrapper have 0 and 1, which the wrapper tells apart at 0.5; so are they here, where
-    neither of the two is ever negative.
-
     Args:
         actions: as they are stored.
         order: see :func:`action_order`.
     """
-    found = np.asarray(actions, np.float64)[:, order]
+    limits = SPEC.robot.actions.low, SPEC.robot.actions.high
+    return np.clip(np.asarray(actions, np.float64)[:, order], *limits)
+
+
+def as_gym_wrapper(actions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Actions (N, 12) as RoboCasa's gym wrapper, through which policies act, hands them on: below
+    0.5 gripper and mode are -1, else 1. So 0 and 1 mean what -1 and 1 do.
+    """
+    found = actions.copy()
     binary = [SPEC.robot.actions.index(name) for name in ("gripper_close", "control_mode")]
-    switched = found[:, binary]
-    if ((switched >= 0.0) & (switched <= 1.0)).all():
-        found[:, binary] = np.where(switched < 0.5, -1.0, 1.0)
-    return np.clip(found, SPEC.robot.actions.low, SPEC.robot.actions.high)
+    found[:, binary] = np.where(found[:, binary] < 0.5, -1.0, 1.0)
+    return found

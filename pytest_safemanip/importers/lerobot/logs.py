@@ -24,6 +24,7 @@ from pytest_safemanip.lerobot.conventions import (
     STATE,
     STATE_PARTS,
     action_order,
+    as_gym_wrapper,
     gym_order,
     modality,
     parts_of,
@@ -91,7 +92,8 @@ def _record(
             f"{sum(STATE_PARTS.values())} and {size}"
         )
     parts = _parts(state.astype(np.float64), about)
-    taken = to_environment(action, gym_order() if about is None else action_order(about))
+    order = gym_order() if about is None else action_order(about)
+    taken = as_gym_wrapper(to_environment(action, order))
     told = next((rows[name] for name in SUCCESS if name in rows), None)
     missing = ["contacts", "fixtures", "objects", *([] if told is not None else ["success"])]
     steps = _steps(parts, taken, told, 1.0 / dataset.fps)
