@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +22,11 @@ from tests.lerobot.conftest import command
 from tests.sim.test_observing import require
 
 
-def frames(path: Path) -> list[Any]:
-    reader = imageio_ffmpeg.read_frames(str(path))
-    width, height = next(reader)["size"]
-    return [np.frombuffer(frame, np.uint8).reshape(height, width, 3) for frame in reader]
+def frames(path: Path) -> Any:
+    """The pictures of a video (N, 256, 256, 3)."""
+    wanted = ("-v", "error", "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-")
+    done = subprocess.run([imageio_ffmpeg.get_ffmpeg_exe(), *wanted], capture_output=True)
+    return np.frombuffer(done.stdout, np.uint8).reshape(-1, 256, 256, 3)
 
 
 def test_images_are_those_of_the_observation_the_top_row_first(tmp_path: Path) -> None:
