@@ -34,11 +34,12 @@ def main() -> None:
     for source in sources:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            _safemanip("export", source, f"--lerobot={options.lerobot}", "-o", folder / "data")
+            data, again = folder / "data", folder / "again"
+            _safemanip("export", source, f"--lerobot={options.lerobot}", "-o", data)
             began = time.monotonic()
-            _safemanip("import", folder / "data", "-o", folder / "again")
+            _safemanip("import", data, "-o", again)
             seconds += time.monotonic() - began
-            (copy,) = (folder / "again").glob(f"*{files.SUFFIX}")
+            (copy,) = again.glob(f"*{files.SUFFIX}")
             first, second = files.load(source), files.load(copy)
         steps += len(first.steps)
         drifts.append((float(second.episode.origin["drift"].split()[0]), source.stem))

@@ -13,7 +13,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.robocasa import environment, observation
 from pytest_safemanip.sim.robocasa.description import open_reader
-from pytest_safemanip.sim.robocasa.playback import episode_meta, model_xml
+from pytest_safemanip.sim.robocasa.playback import episode_meta, model_xml, task_choices
 from pytest_safemanip.sim.robocasa.playback.roots import file_roots
 from pytest_safemanip.sim.robocasa.rendering.drawing import Painter
 from pytest_safemanip.sim.robocasa.rendering.observing import proprioception
@@ -48,7 +48,8 @@ class Capture:
                 "the episode begins with other objects now; it is from other assets than these"
             )
         kitchen = (request.kitchen or "small") if request.scenes == "compact" else ""
-        self.meta = episode_meta.published(env.get_ep_meta(), kitchen)
+        told = {**env.get_ep_meta(), task_choices.KEY: task_choices.choices(env)}
+        self.meta = episode_meta.published(told, kitchen)
         self.model = model_xml.published(env.model.get_xml(), file_roots(assets_root))
         self._model = env.sim.model._model
         self._data = mujoco.MjData(self._model)

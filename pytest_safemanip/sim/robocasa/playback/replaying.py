@@ -22,7 +22,7 @@ from pytest_safemanip.sim.mujoco.contacts import ContactSampler
 from pytest_safemanip.sim.robocasa import environment, loading, scenes
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.patches import environments
-from pytest_safemanip.sim.robocasa.playback import episode_meta
+from pytest_safemanip.sim.robocasa.playback import episode_meta, task_choices
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls, Stepper
 from pytest_safemanip.trace.steps import Step
@@ -100,9 +100,17 @@ class Replay:
 
         Args:
             action: (12,), in RoboCasa's order and within its limits.
+
+        Raises:
+            RolloutError: if RoboCasa fails.
         """
-        self._stepper.step(action)
-        success = bool(self._env._check_success())
+        try:
+            self._stepper.step(action)
+            success = bool(self._env._check_success())
+        except Exception as error:  # RoboCasa's code may raise anything
+            raise RolloutError(
+                f"RoboCasa fails in step {self._at + 1}: {first_line(error)}"
+            ) from error
         self._at += 1
         if self._at < len(self._states):
             reached = self._places()
@@ -143,6 +151,7 @@ def _rebuilt(episode: StoredEpisode, meta: dict[str, Any], kitchen: str, assets_
             env.reset()
             env.reset_from_xml_string(episode.model)
         env.sim.reset()
+        task_choices.restore(env, meta.get(task_choices.KEY, {}))
     except (ConfigError, TraceError):
         raise
     except Exception as error:  # RoboCasa's code may raise anything
