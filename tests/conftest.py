@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings as hypothesis_settings
 
 from pytest_safemanip.metrics.records import RolloutKey
 from pytest_safemanip.plugin.read_settings import read_settings
@@ -19,6 +20,10 @@ from pytest_safemanip.run.session import EvaluatedRollout, SafetySession
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import Backend, Options
 from pytest_safemanip.sim.robocasa.factory import create
+
+# How fast a machine is, is no subject of a test.
+hypothesis_settings.register_profile("any machine", deadline=None)
+hypothesis_settings.load_profile("any machine")
 
 
 class Rollouts:

@@ -32,6 +32,7 @@ DECISIVE_SETTINGS = ("semantics", "stop", "horizon_scale")
 MAX_NAME = 255
 """Sanity bound on a file's name, which file systems have, too."""
 _LANE = re.compile(r"[.#]{1,200}")
+_OPTION = re.compile(r"--safemanip-[a-z0-9-]{1,50}(=.{0,4096})?")
 _OUTCOMES = ("VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS")
 
 
@@ -52,8 +53,7 @@ class Summary:
             ``formula`` and, of those of the user's, ``file``, a path. Those of an earlier version's
             summary are missing.
         release: what gates and the comparison decided; None without any.
-        expected: how many cases there are, of a run that is not merged.
-        missing: how many of them were not run, as it was interrupted.
+        options: those that its test cases need to be run again; none of a merged run.
     """
 
     places: tuple[str, ...]
@@ -64,8 +64,7 @@ class Summary:
     partial: bool = False
     rules: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     release: Fields | None = None
-    expected: int = 0
-    missing: int = 0
+    options: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         rollouts, policies = len(self.records), len(by_policy(self.records))
@@ -102,7 +101,9 @@ def read(path: Path) -> Summary:
             raise ConfigError(f"{file}: cannot be read: not a regular file")
         if about.st_size > MAX_BYTES:
             raise ConfigError(f"{file}: larger than {MAX_BYTES} bytes")
-        document = json.loads(file.read_bytes(), parse_constant=_no_constant)
+        document = json.loads(
+            file.read_bytes(), parse_constant=_no_constant, object_pairs_hook=_mapping
+        )
     except FileNotFoundError:
         raise ConfigError(f"{path}: there is no {NAME}; name the folder of a run") from None
     except OSError as error:
@@ -113,13 +114,10 @@ def read(path: Path) -> Summary:
     schema = whole.number("schema")
     if schema != SCHEMA:
         raise ConfigError(f"{file}: schema {schema:g}, this version reads {SCHEMA}")
-    expected = missing = 0
     if "merged" in whole.values:
         partial = "partial" in whole.values and whole.boolean("partial")
     else:
         partial = _is_partial(whole.section("cases"))
-        expected = whole.section("cases").count("expected")
-        missing = len(whole.section("cases").texts("missing"))
     origins = tuple(dict(origin.values) for origin in whole.fields("provenance"))
     records = [_record(found, len(origins), file.parent) for found in whole.fields("rollouts")]
     keys = [record.key for record in records]
@@ -139,8 +137,7 @@ def read(path: Path) -> Summary:
         partial,
         rules,
         release,
-        expected,
-        missing,
+        _options(whole),
     )
 
 
@@ -340,6 +337,25 @@ def _rules(whole: Fields, folder: Path) -> dict[str, dict[str, str]]:
             "file": str(folder / file) if file else "",
         }
     return rules
+
+
+def _options(whole: Fields) -> tuple[str, ...]:
+    """Options of the suite: people copy commands with them into their shells."""
+    if whole.values.get("run") is None:
+        return ()
+    run = whole.section("run")
+    options = run.texts("options")
+    if not all(_OPTION.fullmatch(option) and option.isprintable() for option in options):
+        raise run.expected("options", "options --safemanip-NAME or --safemanip-NAME=VALUE")
+    return tuple(options)
+
+
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):  # readers would disagree about which of them counts
+        twice = next(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
+        raise ValueError(f"{printable(repr(twice))} stands twice in a mapping")
+    return found
 
 
 def _no_constant(name: str) -> Any:

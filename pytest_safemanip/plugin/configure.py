@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -73,7 +72,7 @@ def activate(config: pytest.Config, exclusive: bool, is_worker: bool) -> None:
     """
     simulation = simulation_of(config)
     settings, plugins = simulation.settings, config.pluginmanager
-    invocation = Invocation(config.invocation_params.dir, _command(config))
+    invocation = Invocation(config.invocation_params.dir, _options(config))
     makers: list[Maker] = []
     if settings.judges:
         makers.append(_cases(config, simulation, invocation, is_worker))
@@ -257,22 +256,23 @@ def _laws(
     )
 
 
-def _command(config: pytest.Config) -> str:
-    words = ["pytest"]
+def _options(config: pytest.Config) -> tuple[str, ...]:
+    """Those that a test case needs beside its id to be run again."""
+    words: list[str] = []
     for option in OPTIONS:
         given = config.getoption(option.ini)
         if given is None:
             continue
         if option.flag in IMPLIED:
             # A node id has no addresses.
-            words += [shlex.quote(f"{option.flag}={v}") for v in _addressed(given)]
+            words += [f"{option.flag}={v}" for v in _addressed(given)]
             continue
         if option.switch:
             words.append(option.flag)
             continue
         values = given if isinstance(given, list) else [given]
-        words += [shlex.quote(f"{option.flag}={value}") for value in values]
-    return " ".join(words)
+        words += [f"{option.flag}={value}" for value in values]
+    return tuple(words)
 
 
 def _addressed(given: object) -> list[str]:

@@ -15,7 +15,7 @@ from pytest_safemanip.report.counterexample import counterexample, headline
 from pytest_safemanip.report.junit import case_properties, verdict_properties
 from pytest_safemanip.run.cases import SUITE, Case
 from pytest_safemanip.run.early_stopping import EarlyStopping
-from pytest_safemanip.run.invocation import Invocation
+from pytest_safemanip.run.invocation import Invocation, look_at
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.results import CaseData, error_data, judged_data, skipped_data
 from pytest_safemanip.run.session import SafetySession
@@ -137,11 +137,13 @@ class SafetyItem(pytest.Item):
         text = line
         if self._verdict.findings:
             invocation = self._suite.invocation
+            path = invocation.relative_path(self._rollout.path)
             text = counterexample(
                 self.property,
                 self._verdict,
                 self._rollout.recording,
-                invocation.relative_path(self._rollout.path),
+                path,
+                look_at("replay", str(path), invocation.options),
                 invocation.reproduce(self.nodeid),
                 brief=style == "short",
             )

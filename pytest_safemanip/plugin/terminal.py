@@ -109,6 +109,7 @@ class Reporting:
             session.exitstatus = pytest.ExitCode.OK  # the other machines have enough to do
         if not session.config.option.collectonly and (self._results.begun or shard is not None):
             found = document.summary(self._plan, self._results, self._metrics)
+            found["run"] = self._invocation.to_json()
             ruling = self._gating.ruling if self._gating else None
             if ruling is not None:
                 found["release"] = ruling.to_json()

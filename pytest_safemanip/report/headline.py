@@ -46,10 +46,14 @@ def headline(found: Summary, release: Fields | None) -> Headline:
         any(verdict.outcome == "VIOLATED" for verdict in record.properties.values())
         for record in records
     )
+    if not records:
+        return Headline("OPEN", "no rollout was run")
     incomplete = sum(not record.complete for record in records)
+    missing = sum(len(record.unjudged) for record in records if not record.error)
+    expected = sum(len(record.properties) + len(record.unjudged) for record in records)
     parts = [f"{violated} of {counted(len(records), 'rollout')} violated"]
     parts += [f"{counted(incomplete, 'rollout')} incomplete"] if incomplete else []
-    parts += [f"{found.missing} of {found.expected} cases not run"] if found.missing else []
+    parts += [f"{missing} of {expected} cases not run"] if missing else []
     verdicts = [] if release is None else required_verdicts(release)
     refused = release is not None and bool(release.text("refused", empty=True))
     if refused:
@@ -57,10 +61,11 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     if verdicts:
         parts.insert(0, gates_line(verdicts))
     bad = [verdict for verdict in verdicts if verdict not in GOOD]
+    failed = bool(incomplete or missing)
     if release is None:
-        failed = bool(violated or incomplete or found.missing)
+        failed = failed or bool(violated)
     else:
-        failed = refused or any(verdict not in OPEN for verdict in bad)
+        failed = failed or refused or any(verdict not in OPEN for verdict in bad)
     return Headline("FAIL" if failed else "OPEN" if bad else "PASS", ", ".join(parts))
 
 

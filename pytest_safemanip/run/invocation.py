@@ -2,14 +2,40 @@
 
 from __future__ import annotations
 
+import platform
 import shlex
-from dataclasses import dataclass
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
+
+_JUDGING = ("--params=", "--semantics=")
+"""Options that decide verdicts, which commands for recordings have, too."""
 
 
 def relative_path(path: Path, folder: Path) -> Path:
     """A path as somebody in a folder would type it: relative if it is below the folder."""
     return path.relative_to(folder) if path.is_relative_to(folder) else path
+
+
+def reproduce(options: Iterable[str], node_id: str) -> str:
+    """The command that runs a test case again, with options of the suite."""
+    return shlex.join(("pytest", *options, node_id))
+
+
+def look_at(command: str, place: str, options: Iterable[str]) -> str:
+    """The command that shows a recording as it was judged.
+
+    Args:
+        command: of ``safemanip``: ``show``, ``replay``.
+        place: of the recording.
+        options: of the run.
+    """
+    judging = [option.replace("--safemanip-", "--", 1) for option in options]
+    judging = [option for option in judging if option.startswith(_JUDGING)]
+    return shlex.join(("safemanip", command, place, *judging))
 
 
 @dataclass(frozen=True)
@@ -18,11 +44,13 @@ class Invocation:
 
     Attributes:
         folder: the working directory.
-        command: the beginning of the command that runs one test case again.
+        options: those that a test case needs to be run again, ``--safemanip-NAME=VALUE``.
+        began: when, in seconds of :func:`time.time`.
     """
 
     folder: Path
-    command: str
+    options: tuple[str, ...] = ()
+    began: float = field(default_factory=time.time)
 
     def relative_path(self, path: Path) -> Path:
         """A path as the user would type it."""
@@ -30,4 +58,13 @@ class Invocation:
 
     def reproduce(self, node_id: str) -> str:
         """The command that runs a test case again."""
-        return f"{self.command} {shlex.quote(node_id)}"
+        return reproduce(self.options, node_id)
+
+    def to_json(self) -> dict[str, Any]:
+        """What a summary says about how and where it was run."""
+        return {
+            "options": list(self.options),
+            "host": platform.node(),
+            "began": datetime.fromtimestamp(self.began, UTC).isoformat(timespec="seconds"),
+            "seconds": round(max(0.0, time.time() - self.began), 1),
+        }

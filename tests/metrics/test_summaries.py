@@ -14,6 +14,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.merging import merge
 from pytest_safemanip.metrics.selection import select
 from pytest_safemanip.metrics.summaries import SCHEMA, Summary, differences, read
+from pytest_safemanip.run.invocation import reproduce
 from tests.metrics.build import bad, rollout, rollouts, verdict
 
 ORIGIN = {"backend": "toy", "versions": {"mujoco": "3.9.0"}, "hashes": {"assets": "1"}}
@@ -83,6 +84,15 @@ def test_what_was_written_is_read(tmp_path):
         assert found.decisive["semantics"] == "timed"
 
 
+def test_a_case_is_run_again_with_the_options_of_its_run(tmp_path):
+    given = ["--safemanip-fresh", "--safemanip-params=settled.speed=0.01; rm -rf ."]
+    found = read(written(tmp_path, {**document(RECORDS), "run": {"options": given}}))
+    assert reproduce(found.options, "safemanip::test_safety[a-b]") == (
+        "pytest --safemanip-fresh '--safemanip-params=settled.speed=0.01; rm -rf .' "
+        "'safemanip::test_safety[a-b]'"
+    )
+
+
 def test_an_error_may_have_no_message(tmp_path):
     found = document(RECORDS)
     found["cases"]["errors"]["safemanip::test_safety[T-p-a-seed3]"] = ""
@@ -149,6 +159,14 @@ def broken(change):
         (lambda d, r, p: p["violations"][0].update(duration_s=-1), "expected a number from 0"),
         (lambda d, r, p: p["violations"][0].update(entities=[1]), "expected a list of texts"),
         (lambda d, r, p: d["rollouts"].append(r), "two rollouts with the same policy, task and"),
+        (lambda d, r, p: d.update(run={}), "run: options: expected a list of texts"),
+        *(
+            (
+                lambda d, r, p, bad=bad: d.update(run={"options": [bad]}),
+                "run: options: expected opt",
+            )
+            for bad in ("; rm -rf .", "-p no:x", "--safemanip-a\nb", "--safemanip-a=\x1b[2J")
+        ),
     ],
 )
 def test_what_is_broken_is_refused_with_its_place(tmp_path, change, message):
@@ -185,6 +203,7 @@ def test_what_is_for_people_is_read_with_escapes(tmp_path):
         ("", "not a summary"),
         ("[1, 2]", "expected a mapping"),
         ('{"schema": NaN}', "NaN is no JSON"),
+        ('{"schema": 1, "a": {"b": 1, "b": 2}}', "'b' stands twice in a mapping"),
         ("[" * 100_000, "not a summary"),
         ("\xff", "not a summary"),
     ],

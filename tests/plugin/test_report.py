@@ -41,6 +41,8 @@ def check_summary(ran: Suite) -> None:
         "partial": False,
     }
     assert summary["provenance"][0]["assets"] == "primitive"
+    assert summary["run"]["options"] == []
+    assert 0.0 < summary["run"]["seconds"] < 600.0
     (rollout,) = summary["rollouts"]
     assert (rollout["task"], rollout["policy"], rollout["seed"]) == (TASK, POLICY, 0)
     assert rollout["success"] is True

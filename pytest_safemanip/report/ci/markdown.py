@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pytest_safemanip.errors import printable
@@ -18,12 +17,14 @@ from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparabl
 from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.records import by_policy
+from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.ci.reading import Row, Run, Violation, read_run, worst
 from pytest_safemanip.report.headline import headline, notes_on
 from pytest_safemanip.report.numbers import fraction, share, spread
 from pytest_safemanip.report.pictures import picture_of
 from pytest_safemanip.report.timeline import timeline_lines
 from pytest_safemanip.report.whole import write_whole
+from pytest_safemanip.run.invocation import look_at, reproduce
 
 NAME = "summary.md"
 MAX_VIOLATIONS = 10
@@ -65,7 +66,7 @@ def markdown(run: Run, beside: Path | None = None) -> str:
     shown = worst(run.summary.records, MAX_VIOLATIONS)
     if shown:
         parts.append("### The worst violations")
-        parts += [_violation(n, v, run.summary.rules, beside) for n, v in enumerate(shown, 1)]
+        parts += [_violation(n, v, run.summary, beside) for n, v in enumerate(shown, 1)]
         parts.append("Longest unsafe first, the worst of each property before the second of any.")
     return "\n\n".join(parts) + "\n"
 
@@ -118,11 +119,11 @@ def _violated(rate: Rate) -> tuple[str, str]:
 def _violation(
     number: int,
     violation: Violation,
-    rules: Mapping[str, Mapping[str, str]],
+    summary: Summary,
     beside: Path | None,
 ) -> str:
     record, found = violation.record, violation.found
-    rule = rules.get(violation.property_id, {})
+    rule = summary.rules.get(violation.property_id, {})
     about = f"{record.task}, {record.policy}, seed {record.seed}"
     blocks = [f"#### {number}. {escaped(violation.property_id)}: {escaped(about)}"]
     said = rule.get("title", "")
@@ -138,11 +139,11 @@ def _violation(
     if found.get("timeline"):
         lines += timeline_lines(found["timeline"], found["first"])
     blocks.append(code_block(_without_gaps(lines)))
-    blocks += _places(violation, beside)
+    blocks += _places(violation, summary.options, beside)
     return "\n\n".join(blocks)
 
 
-def _places(violation: Violation, beside: Path | None) -> list[str]:
+def _places(violation: Violation, options: Sequence[str], beside: Path | None) -> list[str]:
     """The picture, the recording, and how to see it again."""
     recording = Path(violation.record.recording)
     picture = picture_of(recording, beside) if beside else picture_of(recording)
@@ -151,10 +152,10 @@ def _places(violation: Violation, beside: Path | None) -> list[str]:
         found.append(f"![{escaped(violation.property_id)}](<{_target(picture)}>)")
     elif picture:
         found.append(f"picture: {escaped(str(picture))}")
-    commands = [f"pytest {shlex.quote(violation.node_id)}"]
+    commands = [reproduce(options, violation.node_id)]
     if violation.record.recording:
         place = os.path.relpath(violation.record.recording)
-        commands.insert(0, f"safemanip show {shlex.quote(place)}")
+        commands.insert(0, look_at("show", place, options))
     return [*found, code_block(commands)]
 
 

@@ -22,10 +22,11 @@ from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.page.encoding import told
 from pytest_safemanip.report.page.severity import Key, Measured, worst
 from pytest_safemanip.report.page.timeline import Judged, timeline
+from pytest_safemanip.report.pictures import is_of
 from pytest_safemanip.report.replay.packing import pack
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.definitions import Definitions
-from pytest_safemanip.run.invocation import Invocation, relative_path
+from pytest_safemanip.run.invocation import relative_path, reproduce
 from pytest_safemanip.trace import files
 
 Json = dict[str, Any]
@@ -57,7 +58,7 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
         record = found.records[number]
         content: Json = {
             "recording": str(_told_place(Path(os.path.normpath(record.recording)), folder)),
-            "commands": {id_: _command(record, id_) for id_ in record.properties},
+            "commands": {id_: _command(found, record, id_) for id_ in record.properties},
             "video": _video(record, folder),
         }
         try:
@@ -144,12 +145,12 @@ def _outcomes(record: RolloutRecord) -> set[str]:
 def _video(record: RolloutRecord, folder: Path) -> str:
     """The video of a rollout, from the folder of the run; empty if there is none."""
     place = f"{VIDEOS}/{Path(record.recording).stem}.mp4"
-    return quote(place) if (folder / place).is_file() else ""
+    return quote(place) if is_of(folder / place, Path(record.recording)) else ""
 
 
-def _command(record: RolloutRecord, id_: str) -> str:
+def _command(found: Summary, record: RolloutRecord, id_: str) -> str:
     case = Case(record.task, record.policy, id_, record.seed)
-    return Invocation(Path.cwd(), "pytest").reproduce(case.node_id)
+    return reproduce(found.options, case.node_id)
 
 
 def _judge(record: RolloutRecord, decisive: Mapping[str, Any], definitions: Definitions) -> Judged:

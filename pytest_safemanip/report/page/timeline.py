@@ -11,6 +11,7 @@ import numpy as np
 from pytest_safemanip.judge import Finding, Judge, Verdict
 from pytest_safemanip.ltlf import InstanceVerdict, Profile
 from pytest_safemanip.ltlf.dfa import Dfa
+from pytest_safemanip.report.lanes import label_of
 from pytest_safemanip.report.page.encoding import changes, packed, runs, told
 from pytest_safemanip.report.page.signals import Signal, hand_signals, signals_of
 from pytest_safemanip.spec.properties import Property
@@ -123,7 +124,7 @@ def _instances(judged: Judged, prop: Property, dfa: Dfa) -> list[Json]:
         {
             "entities": list(rows[n]),
             "lanes": [
-                {"atom": atom, "call": _call(call), "runs": runs(values[:, n, bit])}
+                {"atom": atom, "call": label_of(call), "runs": runs(values[:, n, bit])}
                 for bit, (atom, call) in enumerate(zip(prop.atoms, calls[n], strict=True))
             ],
             "states": changes(verdicts[n].states),
@@ -174,11 +175,6 @@ def _finding(finding: Finding, place: int, beyond: float | None) -> Json:
         "evidence": list(finding.evidence),
         "proof": finding.proof[:MAX_PROOF],
     }
-
-
-def _call(call: tuple[str, ...]) -> str:
-    name, *arguments = call
-    return f"{name}({', '.join(arguments)})" if arguments else name
 
 
 def _signals(judged: Judged) -> list[Signal]:

@@ -6,7 +6,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -115,7 +115,6 @@ def write_page(
             places[number] = ""
         else:
             places[number] = f"{BESIDE}/{beside.write(number, text)}"
-    beside.clear()
     excess = {key: own.excess for key, own in measured.items() if own.excess is not None}
     ranked = ranks(found.records, excess)
     data = {
@@ -129,7 +128,9 @@ def write_page(
     if unreadable:
         gone = counted(unreadable, "recording")
         data["notes"].append(f"{gone} cannot be read: what the summary says is shown instead")
-    return write_whole(folder / NAME, _render(script_json(data), within))
+    page = write_whole(folder / NAME, _render(script_json(data), within))
+    beside.clear()
+    return page
 
 
 def _about(folder: Path, found: Summary, ruling: Ruling | None) -> dict[str, Any]:
@@ -155,6 +156,7 @@ def _about(folder: Path, found: Summary, ruling: Ruling | None) -> dict[str, Any
             **_settings(whole.section("settings")),
             **_judged(found),
             **_rendered(found),
+            **_ran(whole),
         },
         "headline": {"verdict": came_to.verdict, "text": came_to.text},
         "release": read_release(str(file), decided),
@@ -195,6 +197,15 @@ def _rendered(found: Summary) -> dict[str, str]:
     return {"assets": told(", ".join(used))} if used else {}
 
 
+def _ran(whole: Fields) -> dict[str, str]:
+    """The machine, and how long the run took; nothing of a merged run."""
+    if whole.values.get("run") is None:
+        return {}
+    run = whole.section("run")
+    lasted = timedelta(seconds=round(run.number("seconds")))
+    return {"host": run.told("host", empty=True), "began": run.told("began"), "took": str(lasted)}
+
+
 def _by_rollout(ranked: Mapping[Key, int]) -> dict[int, dict[str, list[int]]]:
     """Ranks of the violations of each rollout, by property id."""
     found: dict[int, dict[str, list[int]]] = {}
@@ -222,9 +233,10 @@ class _Beside:
         """
         if self._folder.is_symlink():
             raise ConfigError(f"{self._folder}: is a link; remove it")
-        self._folder.mkdir(parents=True, exist_ok=True)
-        name = f"rollout-{number}.js"
-        (self._folder / name).write_text(f"SafemanipReport.received({number}, {text});\n", "utf-8")
+        script = f"SafemanipReport.received({number}, {text});\n".encode()
+        # Named by its content: a page that stays, since the next cannot be written, keeps its own.
+        name = f"rollout-{number}-{hashlib.sha256(script).hexdigest()[:12]}.js"
+        write_whole(self._folder / name, (script,))
         self._written.add(name)
         return name
 
@@ -245,7 +257,7 @@ def _render(data: str, within: list[dict[str, Any]]) -> Iterator[str]:
     script, style = "\n".join(scripts), "\n".join(styles)
     policy = (
         "default-src 'none'; "
-        f"script-src 'strict-dynamic' '{_digest(script)}'; "
+        f"script-src 'self' file: '{_digest(script)}'; "
         f"style-src '{_digest(style)}'; "
         "img-src data: blob:; media-src 'self' file:; base-uri 'none'; form-action 'none'"
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.plugin.read_settings import read_settings
 from pytest_safemanip.report import document
 from pytest_safemanip.report.page.writing import write_page
+from pytest_safemanip.run.invocation import Invocation
 from pytest_safemanip.run.plan import Extensions, Plan, make_plan
 from pytest_safemanip.run.results import Results, judged_data
 from tests.conftest import Rollouts
@@ -79,6 +81,8 @@ def run_folder(
         results.add(judged_data(case, prop, found, rollout.recording, path))
     content = document.summary(plan, results, measure_each(results.records))
     content["release"] = _ruling(plan, results)
+    invocation = Invocation(folder, ("--safemanip-params=settled.speed=0.02",), time.time() - 90.0)
+    content["run"] = invocation.to_json()
     document.write(content, folder / "summary.json")
     return RunFolder(folder)
 

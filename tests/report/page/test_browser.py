@@ -363,7 +363,7 @@ def test_the_command_is_copied(browser, page_file):
     page = tab.open(f"#rollout={KEY}").page
     page.click(".command button >> nth=0")
     page.wait_for_selector("#notice.shown")
-    assert page.evaluate("navigator.clipboard.readText()").startswith("pytest 'safemanip::test_")
+    assert page.evaluate("navigator.clipboard.readText()").startswith("pytest --safemanip-params")
     tab.context.close()
 
 
