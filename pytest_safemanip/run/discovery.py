@@ -19,7 +19,10 @@ from pytest_safemanip.trace.episode import Episode
 
 
 def find_recordings(
-    settings: Settings, folder: Path, tasks: Mapping[str, Task]
+    settings: Settings,
+    folder: Path,
+    tasks: Mapping[str, Task],
+    option: str = "--safemanip-recordings",
 ) -> tuple[dict[RolloutKey, Path], frozenset[RolloutKey]]:
     """The recordings in a folder whose policy, task and seed are selected, and those of them in
     which not everything was observed.
@@ -28,7 +31,7 @@ def find_recordings(
         ConfigError: if there is none, two of the same rollout, or one that cannot be read.
     """
     if not folder.is_dir():
-        raise ConfigError(f"--safemanip-recordings: {folder} is not a directory")
+        raise ConfigError(f"{option}: {folder} is not a directory")
     chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
     found: dict[RolloutKey, Path] = {}
     partial: set[RolloutKey] = set()
@@ -47,9 +50,7 @@ def find_recordings(
         if episode.unobserved:
             partial.add(key)
     if not found:
-        raise ConfigError(
-            f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
-        )
+        raise ConfigError(f"{option}: no *{files.SUFFIX} file in {folder} is selected")
     return found, frozenset(partial)
 
 

@@ -1,6 +1,6 @@
-"""What a task of RoboCasa's has drawn for itself: its description of an episode leaves some of it out.
+"""What a task of RoboCasa's has drawn for itself; its description of an episode lacks some of it.
 
-A task keeps it in attributes (``self.choice``, ``self.rack_level``), by which its own check decides.
+A task keeps it in attributes (``self.choice``, ``self.rack_level``); its own check decides by them.
 """
 
 from __future__ import annotations
