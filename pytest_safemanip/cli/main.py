@@ -32,7 +32,7 @@ COMMANDS = {
     "policies": "list the policies that --safemanip-policy takes",
     "faults": "list the mistakes that the expert can make on purpose",
     "show": "say what happened in a recording, and what it violates",
-    "import": "make recordings of other people's data: demonstrations, data sets",
+    "import": "make recordings of demonstrations and data sets",
     "export": "write recordings as a dataset that policies are trained on",
     "video": "draw a recording as a video, MP4 or GIF",
     "replay": "write a recording as a page that shows it in 3D",

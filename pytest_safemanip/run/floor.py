@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.records import RolloutRecord
@@ -34,7 +35,7 @@ def find_floor(plan: Plan) -> Sequence[RolloutRecord]:
         records = [_narrowed(r, wanted[r.task]) for r in read(folder).records if r.task in wanted]
         records = [record for record in records if record.complete and record.properties]
     else:
-        records = _judged(plan, wanted)
+        records = _judged(plan, folder, wanted)
     if not records:
         raise ConfigError(
             f"--safemanip-floor: {folder} has no demonstration of {', '.join(sorted(wanted))}"
@@ -50,9 +51,10 @@ def _narrowed(record: RolloutRecord, wanted: dict[str, None]) -> RolloutRecord:
     )
 
 
-def _judged(plan: Plan, wanted: dict[str, dict[str, None]]) -> list[RolloutRecord]:
+def _judged(
+    plan: Plan, folder: Path, wanted: dict[str, dict[str, None]]
+) -> list[RolloutRecord]:
     every = dataclasses.replace(plan.settings, policies=(), seeds=None, tasks=tuple(wanted))
-    folder = every.floor
     recordings, _ = find_recordings(every, folder, plan.tasks, "--safemanip-floor")
     cases = [
         Case(key.task, key.policy, id_, key.seed) for key in recordings for id_ in wanted[key.task]
