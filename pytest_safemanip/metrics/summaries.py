@@ -269,6 +269,7 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         horizon=found.name("horizon"),
         success=success,
         acting_steps=found.count("acting_steps"),
+        truncated="truncated" in found.values and found.boolean("truncated"),
         error=error,
         infrastructure="infrastructure" in found.values and found.boolean("infrastructure"),
         restarts=found.count("restarts") if "restarts" in found.values else 0,

@@ -124,7 +124,10 @@ class SafetyItem(pytest.Item):
                 if settings.unresolved == "fail":
                     raise SafetyViolation(self._unresolved())
                 # The same for all rollouts: pytest folds skips by their reason.
-                pytest.skip(f"{self.case.property_id}: unresolved: an obligation was still pending")
+                pytest.skip(
+                    f"{self.case.property_id}: unresolved: an obligation was still pending"
+                    f"{self._truncation}"
+                )
             case "VACUOUS" if settings.vacuous == "skip":
                 pytest.skip(f"{self.case.property_id}: never triggered")
 
@@ -163,5 +166,10 @@ class SafetyItem(pytest.Item):
         about = f" for {', '.join(entities)}" if entities else ""
         return (
             f"{self.case.property_id}: unresolved{about}: an obligation was pending since step "
-            f"{since}, the rollout ended before it was due"
+            f"{since}, the rollout ended before it was due{self._truncation}"
         )
+
+    @property
+    def _truncation(self) -> str:
+        truncated = self._rollout.recording.truncated
+        return " (truncated: the recording has no settle tail)" if truncated else ""

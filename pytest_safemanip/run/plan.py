@@ -27,7 +27,7 @@ from pytest_safemanip.run.cases import (
     select_tasks,
 )
 from pytest_safemanip.run.definitions import load_definitions
-from pytest_safemanip.run.discovery import find_recordings, refuse_unobserved
+from pytest_safemanip.run.discovery import check_grounded, find_recordings, refuse_unobserved
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
@@ -160,9 +160,6 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
     _check_instances(cases, tasks, properties)
-    parameters = defined.catalogue.parameters(settings.params)
-    incomplete = (case for case in cases if case.rollout in partial)
-    refuse_unobserved(incomplete, recordings, defined, parameters)
     _check_gates(settings, cases, tasks, properties)
     if settings.shard is not None:
         if settings.early_stop is not None:
@@ -172,9 +169,16 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             )
         own = {rollout for rollout in rollouts if settings.shard.has(rollout)}
         cases = [case for case in cases if case.rollout in own]
+    chosen = tuple(keep_selected(cases, settings.select))
+    parameters = defined.catalogue.parameters(settings.params)
+    if recordings:
+        whole = [case for case in chosen if case.rollout not in partial]
+        check_grounded(recordings, whole, defined)
+        rest = [case for case in chosen if case.rollout in partial]
+        refuse_unobserved(rest, recordings, defined, parameters)
     return Plan(
         settings=settings,
-        cases=tuple(keep_selected(cases, settings.select)),
+        cases=chosen,
         tasks=tasks,
         properties=properties,
         policies=policies,
