@@ -51,9 +51,7 @@ def _narrowed(record: RolloutRecord, wanted: dict[str, None]) -> RolloutRecord:
     )
 
 
-def _judged(
-    plan: Plan, folder: Path, wanted: dict[str, dict[str, None]]
-) -> list[RolloutRecord]:
+def _judged(plan: Plan, folder: Path, wanted: dict[str, dict[str, None]]) -> list[RolloutRecord]:
     every = dataclasses.replace(plan.settings, policies=(), seeds=None, tasks=tuple(wanted))
     recordings, _ = find_recordings(every, folder, plan.tasks, "--safemanip-floor")
     cases = [

@@ -15,9 +15,9 @@ from pytest_safemanip.lerobot.conventions import IMAGES
 from pytest_safemanip.lerobot.statistics import EVERY, OfImages, of_rows, pooled
 from pytest_safemanip.policies.simple import Hold
 from pytest_safemanip.rollouts import loop
-from pytest_safemanip.sim.backend import Options, Request
-from pytest_safemanip.sim.robocasa.factory import create
+from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.trace import files
+from tests.conftest import Rollouts
 from tests.lerobot.conftest import command
 from tests.sim.test_observing import require
 
@@ -25,23 +25,21 @@ from tests.sim.test_observing import require
 def frames(path: Path) -> Any:
     """The pictures of a video (N, 256, 256, 3)."""
     wanted = ("-v", "error", "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-")
-    done = subprocess.run([imageio_ffmpeg.get_ffmpeg_exe(), *wanted], capture_output=True)
+    done = subprocess.run([imageio_ffmpeg.get_ffmpeg_exe(), *wanted], capture_output=True, check=True)
     return np.frombuffer(done.stdout, np.uint8).reshape(-1, 256, 256, 3)
 
 
-def test_images_are_those_of_the_observation_the_top_row_first(tmp_path: Path) -> None:
+def test_images_are_those_of_the_observation_the_top_row_first(
+    tmp_path: Path, rollouts: Rollouts
+) -> None:
     require("osmesa")
     pytest.importorskip("pyarrow")
-    backend = create(Options("primitive", tmp_path / "logs"))
-    try:
-        request = Request("OpenDrawer", 0, "compact")
-        job = loop.Job("OpenDrawer", "hold", request, loop.Protocol("horizon", 0.004), {})
-        recording = loop.run(job, backend, Hold())
-        files.save(recording, tmp_path / "OpenDrawer-hold-seed0.rollout")
-        backend.reset(request)
-        seen = backend.observe()
-    finally:
-        backend.close()
+    request = Request("OpenDrawer", 0, "compact")
+    job = loop.Job("OpenDrawer", "hold", request, loop.Protocol("horizon", 0.004), {})
+    recording = loop.run(job, rollouts.backend, Hold())
+    files.save(recording, tmp_path / "OpenDrawer-hold-seed0.rollout")
+    rollouts.backend.reset(request)
+    seen = rollouts.backend.observe()
     out = tmp_path / "out"
     command("export", tmp_path, "--lerobot", "--images", "-o", out, "--assets=primitive")
     info = json.loads((out / "OpenDrawer/meta/info.json").read_text())
