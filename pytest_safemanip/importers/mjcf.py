@@ -28,6 +28,8 @@ ASSETS = "models/assets/"
 _PACKAGED = re.compile(rf"(?:.*/)?({'|'.join(PACKAGES)})/{ASSETS}(.+)", re.DOTALL)
 _REFUSED = ("include", "extension", "plugin", "composite", "flexcomp", "replicate", "model", "skin")
 """Elements that read other files, run other code, or make many elements of one."""
+_LIST = re.compile(r"\[[-+.e\d, ]*\]")
+"""What robosuite 1.0 wrote where MuJoCo wants numbers: a list of Python's."""
 _PATHS = ("meshdir", "texturedir", "assetdir", "strippath")
 _SIZES = ("njmax", "nconmax", "nstack", "memory")
 
@@ -42,10 +44,11 @@ class Assets:
 
     def __init__(self, source: Source, folders: Sequence[Path] = ()) -> None:
         self._source = source
+        root = source.root.resolve().name  # the source may be the folder of the package
         shipped = {
             f"{match[1]}/{ASSETS}{match[2]}": name
             for name in source.names
-            if (match := _PACKAGED.fullmatch(name))
+            if (match := _PACKAGED.fullmatch(f"{root}/{name}"))
         }
         self._shipped: Mapping[str, str] = shipped
         self._folders = [Source(folder) for folder in folders]
@@ -72,7 +75,7 @@ class Assets:
         if rest.startswith(".."):
             raise TraceError(f"the model names a file outside of {package}: {printable(reference)}")
         places = [(self._source, self._shipped.get(f"{package}/{ASSETS}{rest}", ""))]
-        places += [(folder, rest) for folder in self._folders]
+        places += [(folder, start + rest) for folder in self._folders for start in ("", ASSETS)]
         if package in self._packages:
             places.append((self._packages[package], ASSETS + rest))
         for source, name in places:
@@ -115,6 +118,7 @@ def compile_model(xml: str, assets: Assets, folder: str) -> Model:
         TraceError: if it is no MJCF, names what it may not, or does not compile.
     """
     root = parse(xml)
+    _write_numbers(root)
     _drop_pictures(root)
     contents = _files(root, assets, folder)
     text = ElementTree.tostring(root, encoding="unicode")
@@ -135,7 +139,7 @@ def parse(xml: str) -> Element:
     """
     if len(xml) > MOST_XML:
         raise TraceError(f"the model is longer than {MOST_XML} characters")
-    parser = ElementTree.XMLParser(target=_Builder())  # noqa: S314: a document type is refused
+    parser = ElementTree.XMLParser(target=_Builder())  # noqa: S314 - no document type
     try:
         parser.feed(xml)
         root: Element = parser.close()
@@ -155,6 +159,14 @@ class _Builder(ElementTree.TreeBuilder):
     def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
         """Only a document type can declare entities, and MJCF has none."""
         raise TraceError("the model has a document type, which may name other files")
+
+
+def _write_numbers(root: Element) -> None:
+    """Write lists as MuJoCo reads them."""
+    for element in root.iter():
+        for name, value in element.items():
+            if _LIST.fullmatch(value):
+                element.set(name, value.strip("[]").replace(",", " "))
 
 
 def _drop_pictures(root: Element) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import importlib
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError, did_you_mean, install_command
 from pytest_safemanip.importers.base import Importer
 from pytest_safemanip.importers.source import Source
 
 IMPORTERS = {
     "robocasa": "pytest_safemanip.importers.lerobot.robocasa:RoboCasaImporter",
     "lerobot": "pytest_safemanip.importers.lerobot.logs:LogImporter",
+    "robosuite": "pytest_safemanip.importers.robosuite.importer:RobosuiteImporter",
 }
 """The class of each importer, by the name of what it reads; the first that recognizes a source
 imports it."""
@@ -25,7 +26,12 @@ def load_importer(name: str) -> Importer:
     if name not in IMPORTERS:
         raise ConfigError(f"unknown importer {name!r}; {did_you_mean(name, IMPORTERS)}")
     module, _, attribute = IMPORTERS[name].partition(":")
-    importer: Importer = getattr(importlib.import_module(module), attribute)()
+    try:
+        importer: Importer = getattr(importlib.import_module(module), attribute)()
+    except ModuleNotFoundError as error:
+        raise ConfigError(
+            f"{error.name} is not installed; install it with: {install_command('import')}"
+        ) from error
     return importer
 
 

@@ -21,11 +21,20 @@ def shown(records):
     return summary_lines(records, measure_each(records))
 
 
-def add(results, plan, case, outcome, *findings, success=False):
-    recording = toy.recording(success=np.full(6, success))
+def add(results, plan, case, outcome, *findings, success=False, tail=1):
+    recording = toy.recording(tail=tail, success=np.full(6, success))
     prop = plan.properties[case.property_id]
     found = verdict(outcome, *findings)
     results.add(judged_data(case, prop, found, recording, plan.settings.out / "x"))
+
+
+def test_recordings_without_a_settle_tail_are_counted(make):
+    plan = make(seeds=(0, 1, 2), properties=("grasp_stability",))
+    results = Results(plan.tasks, plan.properties)
+    results.expect(plan.cases)
+    for case in plan.cases:
+        add(results, plan, case, "SATISFIED", tail=int(case.seed == 0))
+    assert "  truncated  2 recordings without a settle tail" in shown(results.records)
 
 
 def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from pytest_safemanip.cli.tables import print_table
+from pytest_safemanip.cli.folder import read_folder
 from pytest_safemanip.errors import ConfigError, SafemanipError
 from pytest_safemanip.importers.base import DRIFT_LIMIT, ImportOptions, SourceEpisode
+from pytest_safemanip.importers.drafting import write_drafts
 from pytest_safemanip.importers.registry import IMPORTERS, find_importer, load_importer
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.rollouts.store import file_name
+from pytest_safemanip.run.definitions import Definitions
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.video.progress import Bar
@@ -24,6 +25,9 @@ EXAMPLE = (
     "safemanip import demonstrations/lift/demo.hdf5 -o recordings && "
     "pytest --safemanip-recordings=recordings"
 )
+
+TASKS = "tasks"
+"""Folder, beside the recordings, of the files that are drafted for tasks that nobody has bound."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,6 +81,7 @@ def run(options: argparse.Namespace) -> int:
     Returns:
         1 if an episode was refused.
     """
+    defined = read_folder().definitions  # refused before anything is simulated
     source = Source(options.source)
     importer = load_importer(options.format) if options.format else find_importer(source)
     chosen = ImportOptions(
@@ -87,10 +92,11 @@ def run(options: argparse.Namespace) -> int:
         tail=not options.no_tail,
         drift_limit=options.drift_limit,
     )
-    found = _Found(options.out)
+    episodes = list(importer.episodes(source, chosen))
+    found = _Found(options.out, defined, len(episodes))
     try:
         with Bar() as bar:
-            found.take(list(importer.episodes(source, chosen)), bar)
+            found.take(episodes, bar)
     finally:  # Ctrl-C keeps what there is
         found.print()
     return 1 if found.refused else 0
@@ -101,18 +107,18 @@ class _Found:
     """What became of the episodes of a source."""
 
     out: Path
+    defined: Definitions
+    total: int
     imported: list[tuple[str, str, Recording]] = field(default_factory=list)
     refused: list[tuple[str, str]] = field(default_factory=list)
     known: int = 0
-    total: int = 0
 
     def take(self, episodes: list[SourceEpisode], bar: Bar) -> None:
         """Import them."""
-        self.total = len(episodes)
         for number, episode in enumerate(episodes, 1):
-            path = self.out / file_name(episode.task, episode.policy, episode.seed)
             what = f"{episode.name} ({number} of {self.total})"
             try:
+                path = self.out / file_name(episode.task, episode.policy, episode.seed)
                 if self._has(path, episode.name):
                     self.known += 1
                     continue
@@ -130,8 +136,7 @@ class _Found:
         """
         if not path.exists():
             return False
-        origin = files.load_episode(path).origin
-        if origin.get("episode") != name:
+        if files.load_episode(path).origin.get("episode") != name:
             raise ConfigError(
                 f"{path} is another rollout; name who acted with --policy, or another folder"
             )
@@ -139,18 +144,26 @@ class _Found:
 
     def print(self) -> None:
         """Say what there is now."""
-        if self.imported:
-            print_table(("episode", "steps", "drift", "recording"), list(self._rows()))
-            print()
+        for name, path, recording in self.imported:
+            origin, steps = recording.episode.origin, counted(recording.acting, "step")
+            drift = f", drift {origin['drift']}" if "drift" in origin else ""
+            print(f"{path}  {steps}{drift}  {name}")
         again = f", {self.known} imported before" if self.known else ""
         left = self.total - len(self.imported) - len(self.refused) - self.known
         rest = f", {left} not reached" if left else ""
         print(f"{len(self.imported)} of {counted(self.total, 'episode')} imported{again}{rest}")
         for name, why in self.refused:
             print(f"refused  {name}: {why}")
-        if self.imported or self.known:
-            print(f"judge them  pytest --safemanip-recordings={shlex.quote(str(self.out))}")
+        if not self.imported and not self.known:
+            return
+        drafts = self._drafts()
+        more = f" -o safemanip_task_paths={shlex.quote(str(self.out / TASKS))}" if drafts else ""
+        print(f"judge them  pytest --safemanip-recordings={shlex.quote(str(self.out))}{more}")
 
-    def _rows(self) -> Iterator[tuple[str, str, str, str]]:
-        for name, path, recording in self.imported:
-            yield name, str(len(recording.steps)), recording.episode.origin.get("drift", ""), path
+    def _drafts(self) -> bool:
+        """Write files for tasks that nobody has bound; whether there are any now."""
+        folder, known = self.out / TASKS, self.defined
+        recordings = [recording for *_, recording in self.imported]
+        for path in write_drafts(folder, recordings, known.tasks, known.attributes):
+            print(f"drafted  {path}: look through it before you trust a verdict")
+        return folder.is_dir()

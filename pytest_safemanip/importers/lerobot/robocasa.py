@@ -106,8 +106,8 @@ def _record(
         for _ in after[1:]:
             take(hold)
     elif options.tail:
-        for action in settling(hold, steps, period):
-            take(action)
+        for _ in settling(steps, period):
+            take(hold)
     stacked = Steps.stack(steps, [action.astype(np.float32) for action in taken], acting)
     success = bool(stacked.success[acting - 1])
     episode = about or _foreign(meta, replay.start.instruction)
