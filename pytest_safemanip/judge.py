@@ -18,6 +18,7 @@ from pytest_safemanip.ltlf import (
     worst,
 )
 from pytest_safemanip.markup import table
+from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.view import View
@@ -142,7 +143,9 @@ class Judge:
     ) -> None:
         self._recording = recording
         self._profile, self._catalogue = profile, catalogue
-        self._binding = task.bind(recording.scene, attributes)
+        # Without objects and fixtures, no role can be played.
+        partial = {"objects", "fixtures"} <= recording.episode.unobserved
+        self._binding = Binding() if partial else task.bind(recording.scene, attributes)
         self.view = View(recording.trace, self._binding, parameters, catalogue)
 
     @np.errstate(divide="warn", over="warn", under="ignore", invalid="warn")  # NumPy's own
@@ -153,6 +156,11 @@ class Judge:
             TraceError: if the recording lacks what a proposition needs.
         """
         rows = self._binding.relation(prop.relation) if prop.relation else ((),)
+        if missing := self._recording.episode.unobserved if not rows else None:
+            raise TraceError(
+                f"{prop.id}: ranges over {prop.relation}, and the recording has no "
+                f"{', '.join(sorted(missing))}"
+            )
         if not rows:
             raise TraceError(f"{prop.id}: no instance in {self._recording.episode.task}")
         acting = ~self._recording.steps.tail

@@ -63,18 +63,19 @@ def add_judging(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def evaluate(options: argparse.Namespace) -> Evaluation:
+def evaluate(options: argparse.Namespace, folder: Folder | None = None) -> Evaluation:
     """Judge a recording on every property that applies to its task and is selected.
 
     Args:
         options: those of :func:`add_judging`.
+        folder: the working folder, if it was read before.
 
     Raises:
         TraceError: if the recording cannot be read, or is none of its task.
         ConfigError: if an option is wrong, or the task is unknown.
     """
     recording = files.load(options.recording)
-    folder = read_folder()
+    folder = folder or read_folder()
     found = folder.definitions.of_recordings([recording.episode])
     name = recording.episode.task
     if name not in found.tasks:

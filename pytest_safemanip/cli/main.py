@@ -33,6 +33,7 @@ COMMANDS = {
     "faults": "list the mistakes that the expert can make on purpose",
     "show": "say what happened in a recording, and what it violates",
     "import": "make recordings of demonstrations and data sets",
+    "export": "write recordings as a dataset that policies are trained on",
     "video": "draw a recording as a video, MP4 or GIF",
     "replay": "write a recording as a page that shows it in 3D",
     "rrd": "write a recording as a file for Rerun",
@@ -44,6 +45,7 @@ COMMANDS = {
 }
 """Subcommands, each a module of this package, with what it is for."""
 MODULES = {
+    "export": "recordings.exporting",
     "import": "recordings.importing",
     "replay": "recordings.replay",
     "rrd": "recordings.rrd",

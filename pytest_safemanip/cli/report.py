@@ -10,7 +10,7 @@ from pytest_safemanip.cli.tables import print_json, terminal_width
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.comparability import not_comparable
 from pytest_safemanip.metrics.gates import check_gates, read_gates
-from pytest_safemanip.metrics.groups import measure_each
+from pytest_safemanip.metrics.groups import measure, measure_each
 from pytest_safemanip.metrics.merging import merge
 from pytest_safemanip.metrics.release_gate import PARTIAL, ReleaseGate
 from pytest_safemanip.metrics.selection import FILTERS
@@ -92,7 +92,8 @@ def run(options: argparse.Namespace) -> int:
         print_json({**content, "release": ruling.to_json()})
     else:
         elsewhere = not_comparable(found.records, found.origins)
-        lines = summary_lines(found.records, metrics, width, elsewhere)
+        floor = measure(found.floor) if found.floor else None
+        lines = summary_lines(found.records, metrics, width, elsewhere, floor)
         lines += [gone] if gone else []
         lines += [f"not all of the run: {PARTIAL}"] if found.partial else []
         if decided:

@@ -9,6 +9,8 @@ from pytest_safemanip.importers.base import Importer
 from pytest_safemanip.importers.source import Source
 
 IMPORTERS = {
+    "robocasa": "pytest_safemanip.importers.lerobot.robocasa:RoboCasaImporter",
+    "lerobot": "pytest_safemanip.importers.lerobot.logs:LogImporter",
     "robosuite": "pytest_safemanip.importers.robosuite.importer:RobosuiteImporter",
 }
 """The class of each importer, by the name of what it reads; the first that recognizes a source

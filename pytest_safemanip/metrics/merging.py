@@ -46,6 +46,7 @@ def merge(summaries: Sequence[Summary]) -> Summary:
         tuple(sorted({shard for s in summaries for shard in s.shards})),
         any(s.partial for s in summaries),
         {name: rule for s in summaries for name, rule in s.rules.items()},
+        floor=next((s.floor for s in summaries if s.floor), ()),
     )
 
 

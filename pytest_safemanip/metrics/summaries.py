@@ -54,6 +54,7 @@ class Summary:
             summary are missing.
         release: what gates and the comparison decided; None without any.
         options: those that its test cases need to be run again; none of a merged run.
+        floor: demonstrations that its rates are shown beside.
     """
 
     places: tuple[str, ...]
@@ -65,6 +66,7 @@ class Summary:
     rules: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     release: Fields | None = None
     options: tuple[str, ...] = ()
+    floor: tuple[RolloutRecord, ...] = ()
 
     def __repr__(self) -> str:
         rollouts, policies = len(self.records), len(by_policy(self.records))
@@ -138,7 +140,15 @@ def read(path: Path) -> Summary:
         rules,
         release,
         _options(whole),
+        _floor(whole),
     )
+
+
+def _floor(whole: Fields) -> tuple[RolloutRecord, ...]:
+    if "floor" not in whole.values:
+        return ()
+    found = whole.section("floor").fields("rollouts")
+    return tuple(_record(record, 0, Path()) for record in found)
 
 
 def place_for(folder: Path, partial: bool) -> Path:

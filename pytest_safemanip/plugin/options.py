@@ -178,6 +178,13 @@ OPTIONS = (
         "DIR",
     ),
     Option(
+        "--safemanip-floor",
+        "show beside the rates how often demonstrations are flagged: the folder of a run of them, "
+        "with summary.json, or of their recordings",
+        "",
+        "DIR",
+    ),
+    Option(
         "--safemanip-early-stop",
         "run no more seeds than the gates need; ALPHA is the probability, at most, that one of "
         "them is decided wrongly, for example 0.05",

@@ -80,6 +80,7 @@ def read_settings(config: pytest.Config) -> Settings:
         vacuous=values["safemanip_vacuous"],
         gates=gates,
         baseline=_path(config, baseline) if baseline else None,
+        floor=_path(config, values["safemanip_floor"]) if values["safemanip_floor"] else None,
         early_stop=parse_early_stop(early_stop, gates) if early_stop else None,
         inconclusive=values["safemanip_inconclusive"],
         allow_standins=bool(values["safemanip_allow_standins"]),

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
 import pytest
 
 from pytest_safemanip.metrics.comparability import not_comparable
-from pytest_safemanip.metrics.groups import Metrics, measure_each
+from pytest_safemanip.metrics.groups import Metrics, measure, measure_each
+from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.metrics.summaries import NAME, place_for
 from pytest_safemanip.plugin.exit_status import explained
 from pytest_safemanip.plugin.gate_reports import Gating
@@ -43,6 +45,7 @@ class Reporting:
         invocation: what paths in messages refer to.
         files: writes the reports that are asked for, when the summary is there.
         junit: completes pytest's JUnit file; None where none is written.
+        floor: demonstrations that rates are shown beside.
     """
 
     def __init__(
@@ -55,13 +58,14 @@ class Reporting:
         invocation: Invocation,
         files: ReportFiles,
         junit: JUnit | None,
+        floor: Sequence[RolloutRecord] = (),
     ) -> None:
         self._plan, self._source, self._rollouts = plan, source, rollouts
         self._results, self._gating, self._invocation = results, gating, invocation
         self._path = plan.settings.out / NAME
         self._summarising = False
         self._unwritten = ""
-        self._files, self._junit = files, junit
+        self._files, self._junit, self._floor = files, junit, floor
 
     def pytest_report_header(self) -> list[str]:
         """What is about to be done."""
@@ -108,7 +112,7 @@ class Reporting:
         if shard is not None and not self._plan.cases and exitstatus == _NO_TESTS:
             session.exitstatus = pytest.ExitCode.OK  # the other machines have enough to do
         if not session.config.option.collectonly and (self._results.begun or shard is not None):
-            found = document.summary(self._plan, self._results, self._metrics)
+            found = document.summary(self._plan, self._results, self._metrics, self._floor)
             found["run"] = self._invocation.to_json()
             ruling = self._gating.ruling if self._gating else None
             if ruling is not None:
@@ -176,7 +180,13 @@ class Reporting:
         missing = self._missing()
         skipped = len(self._results.skipped)
         return [
-            *summary_lines(self._results.records, self._metrics, width, self._elsewhere),
+            *summary_lines(
+                self._results.records,
+                self._metrics,
+                width,
+                self._elsewhere,
+                measure(self._floor) if self._floor else None,
+            ),
             *(["", *missing] if missing else []),
             *decided,
             *([f"  {counted(skipped, 'rollout')} skipped by early stopping"] if skipped else []),

@@ -14,7 +14,7 @@ from typing import Any
 
 from pytest_safemanip import resources
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
-from pytest_safemanip.metrics.groups import Metrics
+from pytest_safemanip.metrics.groups import Metrics, measure
 from pytest_safemanip.metrics.records import RolloutRecord, by_policy
 from pytest_safemanip.metrics.summaries import DECISIVE_SETTINGS, SCHEMA, Summary, decisive_of
 from pytest_safemanip.metrics.tables import tables
@@ -39,13 +39,19 @@ _UNKNOWN = f"without a source file, in run {uuid.uuid4().hex[:16]}"
 """Nobody can tell whether a proposition without a source file is still the same."""
 
 
-def summary(plan: Plan, results: Results, metrics: Mapping[str, Metrics]) -> dict[str, Any]:
+def summary(
+    plan: Plan,
+    results: Results,
+    metrics: Mapping[str, Metrics],
+    floor: Sequence[RolloutRecord] = (),
+) -> dict[str, Any]:
     """The document, in plain builtins; paths of recordings are relative to the output folder.
 
     Keys: ``schema``, ``versions``, ``settings``, ``hashes`` (of what judges), ``provenance`` (of
     the recordings; a rollout refers to it by index), ``properties``, ``cases``, ``policies``
     (restarts, failures of the infrastructure, whether they can be compared), ``rollouts``,
-    ``metrics``, ``tables``.
+    ``metrics``, ``tables``; ``floor`` (``rollouts`` and ``metrics`` of demonstrations) if there is
+    one.
     """
     return {
         **head(),
@@ -62,6 +68,15 @@ def summary(plan: Plan, results: Results, metrics: Mapping[str, Metrics]) -> dic
             "reused_rollouts": results.reused,
         },
         **findings(results.records, results.provenance, metrics, plan.settings.out),
+        **({"floor": floor_of(floor)} if floor else {}),
+    }
+
+
+def floor_of(records: Sequence[RolloutRecord]) -> dict[str, Any]:
+    """Demonstrations, and what is computed from them."""
+    return {
+        "rollouts": [record.to_json() for record in records],
+        "metrics": measure(records).to_json(),
     }
 
 
@@ -111,6 +126,7 @@ def merged(found: Summary, metrics: Mapping[str, Metrics], folder: Path) -> dict
             for name, rule in found.rules.items()
         },
         **findings(found.records, found.origins, metrics, folder),
+        **({"floor": floor_of(found.floor)} if found.floor else {}),
     }
 
 

@@ -51,6 +51,7 @@ def summary_lines(
     metrics: Mapping[str, Metrics],
     width: int = 80,
     elsewhere: Collection[str] = (),
+    floor: Metrics | None = None,
 ) -> list[str]:
     """Metrics of each policy, then all policies side by side.
 
@@ -59,12 +60,14 @@ def summary_lines(
         metrics: of each policy.
         width: columns of the terminal; wider tables are shown in blocks.
         elsewhere: the policies whose rollouts are on stand-in assets.
+        floor: of demonstrations, beside which each policy's are shown.
     """
     lines: list[str] = []
     policies = by_policy(records)
     few = len(policies) <= MOST_TABLES
     for policy, own in policies.items():
         head, *more = _policy_lines(policy, metrics[policy], own, few)
+        more += _floor_lines(metrics[policy], floor) if floor else []
         lines += [*fitted(_noted(head, policy, elsewhere), width, 2), *more, *([""] if few else [])]
     lines += [] if few else [*_ELSEWHERE, ""]
     if not any(found.total.complete > 1 for found in metrics.values()):
@@ -250,6 +253,24 @@ def _group_table(groups: Mapping[str, Group]) -> list[str]:
             )
         )
     return aligned(rows)
+
+
+def _floor_lines(metrics: Metrics, floor: Metrics) -> list[str]:
+    """A row per property: how often the policy violates it, and how often demonstrations do."""
+    rows = [("property", "violated", "rate", "demonstrations", "floor")]
+    for name, own in metrics.properties.items():
+        rows.append((name, *_violated(own), *_violated(floor.properties.get(name))))
+    counts = counted(floor.total.complete, "demonstration")
+    about = f"floor: what {counts} of {counted(floor.total.tasks, 'task')} violate"
+    return ["", *(f"  {line}" for line in aligned(rows)), f"  {about}"]
+
+
+def _violated(group: Group | None) -> tuple[str, str]:
+    """How many rollouts violate it, and their share, which what was never triggered has not."""
+    if group is None or not group.triggered:
+        return ("never" if group else "none"), "-"
+    rate = group.shares["violation_rate"]
+    return fraction(rate), percent(rate.value)
 
 
 def _unresolved_line(groups: Mapping[str, Group]) -> list[str]:

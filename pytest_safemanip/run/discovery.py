@@ -7,7 +7,9 @@ from itertools import groupby
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
+from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.records import RolloutKey
+from pytest_safemanip.propositions.definition import Parameters
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.run.cases import Case, select_tasks
 from pytest_safemanip.run.definitions import Definitions
@@ -17,27 +19,33 @@ from pytest_safemanip.trace import files
 from pytest_safemanip.trace.episode import Episode
 
 
-def find_recordings(folder: Path) -> dict[Path, Episode]:
-    """The recordings in a folder.
+def find_recordings(folder: Path, option: str = "--safemanip-recordings") -> dict[Path, Episode]:
+    """The recordings in a folder; ``option`` names it.
 
     Raises:
         ConfigError: if there is no such folder, or one cannot be read.
     """
     if not folder.is_dir():
-        raise ConfigError(f"--safemanip-recordings: {folder} is not a directory")
+        raise ConfigError(f"{option}: {folder} is not a directory")
     return {path: _read_episode(path) for path in sorted(folder.rglob(f"*{files.SUFFIX}"))}
 
 
 def select_recordings(
-    settings: Settings, folder: Path, recordings: Mapping[Path, Episode], tasks: Mapping[str, Task]
-) -> dict[RolloutKey, Path]:
-    """The recordings whose policy, task and seed are selected.
+    settings: Settings,
+    folder: Path,
+    recordings: Mapping[Path, Episode],
+    tasks: Mapping[str, Task],
+    option: str = "--safemanip-recordings",
+) -> tuple[dict[RolloutKey, Path], frozenset[RolloutKey]]:
+    """The recordings whose policy, task and seed are selected, and those of them in which not
+    everything was observed.
 
     Raises:
         ConfigError: if there is none, two of the same rollout, or one of an unknown task.
     """
     chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
     found: dict[RolloutKey, Path] = {}
+    partial: set[RolloutKey] = set()
     for path, episode in recordings.items():
         if episode.task not in tasks:
             hint = did_you_mean(episode.task, tasks, "safemanip tasks")
@@ -52,11 +60,55 @@ def select_recordings(
         if key in found:
             raise ConfigError(f"{path} and {found[key]} are recordings of the same rollout")
         found[key] = path
+        if episode.unobserved:
+            partial.add(key)
     if not found:
-        raise ConfigError(
-            f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
+        raise ConfigError(f"{option}: no *{files.SUFFIX} file in {folder} is selected")
+    return found, frozenset(partial)
+
+
+def refuse_unobserved(
+    cases: Iterable[Case],
+    recordings: Mapping[RolloutKey, Path],
+    defined: Definitions,
+    parameters: Parameters,
+) -> None:
+    """Judge recordings in which not everything was observed, as nothing else says what a property
+    needs; they are short of arrays, and quick.
+
+    Args:
+        cases: those of such recordings; of one rollout, neighbours.
+        recordings: file of each rollout.
+        defined: tasks, properties and propositions.
+        parameters: of propositions.
+
+    Raises:
+        ConfigError: naming the properties that need more.
+    """
+    for key, own in groupby(cases, lambda case: case.rollout):
+        path = recordings[key]
+        recording = files.load(path)
+        judge = Judge(
+            recording,
+            defined.tasks[key.task],
+            defined.attributes,
+            defined.catalogue,
+            parameters,
         )
-    return found
+        refused, can = [], []
+        for case in own:
+            try:
+                judge.judge(defined.properties[case.property_id])
+                can.append(case.property_id)
+            except TraceError:
+                refused.append(case.property_id)
+        if refused:
+            missing = ", ".join(sorted(recording.episode.unobserved))
+            raise ConfigError(
+                f"{path} has no {missing}: {', '.join(refused)} cannot be judged on it; name what "
+                "can be with --safemanip-properties "
+                f"({', '.join(can) or 'none of those that apply'})"
+            )
 
 
 def check_grounded(

@@ -27,7 +27,12 @@ from pytest_safemanip.run.cases import (
     select_tasks,
 )
 from pytest_safemanip.run.definitions import Definitions, load_definitions
-from pytest_safemanip.run.discovery import check_grounded, find_recordings, select_recordings
+from pytest_safemanip.run.discovery import (
+    check_grounded,
+    find_recordings,
+    refuse_unobserved,
+    select_recordings,
+)
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
@@ -139,6 +144,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     settings = _with_selected_ids(settings, tasks)
     wanted = select_properties(properties, settings.properties)
     recordings: dict[RolloutKey, Path] = {}
+    partial: frozenset[RolloutKey] = frozenset()
     policies: dict[str, PolicySpec] = {}
     if settings.recordings is not None:
         if settings.early_stop is not None:
@@ -147,7 +153,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             )
         if settings.fresh:
             raise ConfigError("--safemanip-fresh has nothing to run with --safemanip-recordings")
-        recordings = select_recordings(settings, settings.recordings, episodes, tasks)
+        recordings, partial = select_recordings(settings, settings.recordings, episodes, tasks)
         rollouts = list(recordings)
     elif simulator is not None:
         if not settings.policies:
@@ -180,8 +186,12 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         own = {rollout for rollout in rollouts if settings.shard.has(rollout)}
         cases = [case for case in cases if case.rollout in own]
     chosen = tuple(keep_selected(cases, settings.select))
+    parameters = defined.catalogue.parameters(settings.params)
     if recordings:
-        check_grounded(recordings, chosen, defined)
+        whole = [case for case in chosen if case.rollout not in partial]
+        check_grounded(recordings, whole, defined)
+        rest = [case for case in chosen if case.rollout in partial]
+        refuse_unobserved(rest, recordings, defined, parameters)
     return Plan(
         settings=settings,
         cases=chosen,
@@ -189,7 +199,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         properties=properties,
         policies=policies,
         catalogue=defined.catalogue,
-        parameters=defined.catalogue.parameters(settings.params),
+        parameters=parameters,
         attributes=defined.attributes,
         recordings=recordings,
         simulator=simulator,

@@ -45,6 +45,7 @@ class Settings:
     vacuous: str
     gates: Gates
     baseline: Path | None
+    floor: Path | None
     early_stop: float | None
     inconclusive: str
     allow_standins: bool

@@ -51,7 +51,7 @@ class Episode:
             were drawn from, what stood elsewhere.
         patches: names of what was changed in other people's code while it ran.
         origin: of a recording that was made from other data: the source and the episode in it, how
-            far physics drifted from it, and what was assumed.
+            far physics drifted from it, what was assumed, and what was not observed.
         binding: of a task that the backend derives from its simulator's files: the content of the
             file that it would have in ``tasks/``, by which it can be judged anywhere.
     """
@@ -77,6 +77,11 @@ class Episode:
 
     def __repr__(self) -> str:
         return f"<Episode {self.task}, {self.policy}, seed {self.seed}: {self.ended}>"
+
+    @property
+    def unobserved(self) -> frozenset[str]:
+        """What was not observed, of :data:`~pytest_safemanip.trace.observed.KINDS`."""
+        return frozenset(filter(None, self.origin.get("unobserved", "").split(", ")))
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins, for the recording's header."""

@@ -123,6 +123,10 @@ class Members:
         self._found = {entry.name: entry for entry in _directory(data) or _any_directory(data)}
         self._packed: dict[str, Packed] = {}
 
+    def has(self, name: str) -> bool:
+        """Whether there is a member of this name."""
+        return name in self._found
+
     def packed(self, name: str) -> Packed:
         """A member by name.
 

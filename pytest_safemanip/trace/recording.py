@@ -13,6 +13,7 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.strategies import made_by
 from pytest_safemanip.trace.elements import UNIT_TOLERANCE
 from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.observed import ObservedSteps
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps, array_shapes
 from pytest_safemanip.trace.trace import Trace
@@ -61,7 +62,9 @@ class Recording:
             TraceError: if the recording is impossible; see :func:`check`.
         """
         check(self)
-        return Trace(self.scene, self.steps)
+        missing = self.episode.unobserved
+        steps = ObservedSteps.of(self.steps, missing) if missing else self.steps
+        return Trace(self.scene, steps)
 
     @cached_property
     def fault(self) -> str:

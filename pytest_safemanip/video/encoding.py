@@ -55,18 +55,20 @@ def check_encoder(path: Path) -> None:
         _ffmpeg()
 
 
-def open_encoder(path: Path, size: tuple[int, int], rate: float) -> Encoder:
+def open_encoder(path: Path, size: tuple[int, int], rate: float, keyframes: int = 0) -> Encoder:
     """What writes a file; its folder exists.
 
     Args:
         path: the file, ``.mp4`` or ``.gif``.
         size: width and height of the pictures, pixels, even.
         rate: pictures per second.
+        keyframes: in MP4 at most so many pictures are from one that stands for itself to the next;
+            0 for as many as the encoder finds best.
 
     Raises:
         ConfigError: if a library is missing.
     """
-    return Gif(path, rate) if path.suffix == ".gif" else Mp4(path, size, rate)
+    return Gif(path, rate) if path.suffix == ".gif" else Mp4(path, size, rate, keyframes)
 
 
 class Mp4:
@@ -74,7 +76,7 @@ class Mp4:
     :class:`Encoder`.
     """
 
-    def __init__(self, path: Path, size: tuple[int, int], rate: float) -> None:
+    def __init__(self, path: Path, size: tuple[int, int], rate: float, keyframes: int = 0) -> None:
         self._path, self._scratch, self._ended = path, _scratch(path), False
         shape = f"{size[0]}x{size[1]}"
         source = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", shape, "-r", f"{rate:g}", "-i", "-")
@@ -82,6 +84,7 @@ class Mp4:
             *(_ffmpeg().get_ffmpeg_exe(), "-y", "-v", "error"),
             *source,
             *_H264,
+            *(("-g", str(keyframes)) if keyframes else ()),
             str(self._scratch.resolve()),
         ]
 
@@ -165,7 +168,7 @@ class Gif:
 
 def _scratch(path: Path) -> Path:
     """Beside the file; its suffix says what is written into it."""
-    return path.with_name(f".{os.getpid()}{path.suffix}")
+    return path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
 
 
 def _ffmpeg() -> Any:

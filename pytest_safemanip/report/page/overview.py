@@ -34,8 +34,9 @@ ABSENT, UNJUDGED = "-", "E"
 def overview(found: Summary, excess: Mapping[Key, float]) -> Json:
     """Metrics of each policy, and a row for each rollout.
 
-    Keys: ``notes``, ``policies`` (``name``, ``total``, ``groups``, ``crosses``), ``properties``
-    (id and category), ``rollouts``; see :func:`rollout_row`.
+    Keys: ``notes``, ``policies`` (``name``, ``total``, ``groups``, ``crosses``), ``floor``
+    (``groups``, of demonstrations; None without any), ``properties`` (id and category),
+    ``rollouts``; see :func:`rollout_row`.
 
     Args:
         found: the run.
@@ -48,6 +49,7 @@ def overview(found: Summary, excess: Mapping[Key, float]) -> Json:
         "policies": [
             _policy(name, metrics[name], own) for name, own in by_policy(found.records).items()
         ],
+        "floor": _floor(found.floor),
         "properties": [{"id": id_, "category": own} for id_, own in properties.items()],
         "rollouts": [
             rollout_row(record, list(properties), worst(record, number, excess))
@@ -121,6 +123,18 @@ def _policy(name: str, metrics: Metrics, records: Sequence[RolloutRecord]) -> Js
         "groups": {
             kind: {key: _group(group) for key, group in own.items()} for kind, own in groups.items()
         },
+    }
+
+
+def _floor(records: Sequence[RolloutRecord]) -> Json | None:
+    if not records:
+        return None
+    metrics = measure(records)
+    return {
+        "groups": {
+            kind: {key: _group(group) for key, group in getattr(metrics, kind).items()}
+            for kind in GROUPS
+        }
     }
 
 

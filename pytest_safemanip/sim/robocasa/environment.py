@@ -12,6 +12,16 @@ from pytest_safemanip.sim.robocasa.patches import environments
 from pytest_safemanip.sim.robocasa.robot import ROBOT_MODEL
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
 
+ARGUMENTS = {
+    "robots": ROBOT_MODEL,
+    "has_renderer": False,
+    "has_offscreen_renderer": False,
+    "use_camera_obs": False,
+    "renderer": "mujoco",
+    "ignore_done": True,
+}
+"""Of every environment: headless, without observations, without an end of its own."""
+
 
 def make(request: Request, assets_root: Path) -> Any:
     """A RoboCasa environment after its reset, headless and without observations.
@@ -23,30 +33,40 @@ def make(request: Request, assets_root: Path) -> Any:
     Raises:
         ConfigError: if RoboCasa has no such task.
     """
-    import robosuite
-    from robocasa.environments.kitchen.kitchen import REGISTERED_KITCHEN_ENVS
-    from robosuite.controllers import load_composite_controller_config
-
-    if request.task not in REGISTERED_KITCHEN_ENVS:
-        hint = did_you_mean(request.task, REGISTERED_KITCHEN_ENVS)
-        raise ConfigError(f"RoboCasa has no task {request.task!r}; {hint}")
-    env = robosuite.make(
-        request.task,
-        robots=ROBOT_MODEL,
-        controller_configs=load_composite_controller_config(robot=ROBOT_MODEL),
-        has_renderer=False,
-        has_offscreen_renderer=False,
-        use_camera_obs=False,
-        renderer="mujoco",
-        ignore_done=True,
-        seed=request.seed,
-        **scenes.arguments(request.scenes, assets_root, request.kitchen),
-    )
-    environments.keep_layout_fresh(env)
+    arguments = scenes.arguments(request.scenes, assets_root, request.kitchen)
+    env = unset(request.task, request.seed, **arguments)
     if request.object_groups:
         environments.choose_objects(env, request.object_groups)
     with environments.quick_settling(env, Controls):
         env.reset()
+    return env
+
+
+def unset(task: str, seed: int, **arguments: Any) -> Any:
+    """A RoboCasa environment before its reset, headless and without observations.
+
+    Args:
+        task: its name.
+        seed: of its random numbers.
+        arguments: of the environment, beside those that are always the same.
+
+    Raises:
+        ConfigError: if RoboCasa has no such task.
+    """
+    import robosuite
+    from robocasa.environments.kitchen.kitchen import REGISTERED_KITCHEN_ENVS
+    from robosuite.controllers import load_composite_controller_config
+
+    if task not in REGISTERED_KITCHEN_ENVS:
+        hint = did_you_mean(task, REGISTERED_KITCHEN_ENVS)
+        raise ConfigError(f"RoboCasa has no task {task!r}; {hint}")
+    env = robosuite.make(
+        task,
+        controller_configs=load_composite_controller_config(robot=ROBOT_MODEL),
+        seed=seed,
+        **{**ARGUMENTS, **arguments},
+    )
+    environments.keep_layout_fresh(env)
     return env
 
 

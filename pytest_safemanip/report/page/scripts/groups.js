@@ -50,6 +50,8 @@ SafemanipReport.groups = (() => {
   /** A matrix with a column for each policy. */
   function byPolicy(kind, share) {
     const columns = run.policies.map((policy) => ({ name: policy.name, groups: policy.groups[kind] }));
+    if (run.floor)
+      columns.push({ name: "demonstrations", label: "floor: demonstrations", groups: run.floor.groups[kind], floor: true });
     const rows = rowsOf(
       columns.map((column) => column.groups),
       kind !== "tasks",
@@ -58,7 +60,9 @@ SafemanipReport.groups = (() => {
       rows,
       columns,
       share,
-      choose: (column, id, group) => leads(kind, share, group, { policy: column.name, [KINDS[kind]]: id }),
+      // Demonstrations are not among the rollouts of the page.
+      choose: (column, id, group) =>
+        column.floor ? null : leads(kind, share, group, { policy: column.name, [KINDS[kind]]: id }),
     });
   }
 

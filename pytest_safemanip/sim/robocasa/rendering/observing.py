@@ -43,32 +43,37 @@ class Observer:
             key: self._pictures.take(self._scratch, key.removeprefix("video."))
             for key in names.CAMERAS
         }
-        return {**images, **self._proprioception()}
+        return {**images, **proprioception(self._env, self._scratch)}
 
     def close(self) -> None:
         """Free what was uploaded for drawing."""
         self._pictures.close()
 
-    def _proprioception(self) -> dict[str, NDArray[np.float32]]:
-        """The robot's own state.
 
-        robosuite's conversions are called: where a rotation by half a turn leaves a quaternion's
-        sign to rounding, and the hand points down by half a turn, a model knows their choice.
-        """
-        import robosuite.utils.transform_utils as transform
+def proprioception(env: Any, data: Any) -> dict[str, NDArray[np.float32]]:
+    """The robot's own state, by its names in an observation.
 
-        d, robot = self._scratch, self._env.robots[0]
-        base_site = self._model.site(robot.robot_model.base.correct_naming("center")).id
-        base_turn = d.site_xmat[base_site].reshape(3, 3)
-        hand = transform.convert_quat(d.body(robot.robot_model.eef_name["right"]).xquat, to="xyzw")
-        base = transform.make_pose(d.site_xpos[base_site], base_turn)
-        eef = transform.make_pose(d.site_xpos[robot.eef_site_id["right"]], transform.quat2mat(hand))
-        relative = np.linalg.inv(base) @ eef
-        values = {
-            names.EEF_POSITION: relative[:3, 3],
-            names.EEF_ROTATION: transform.mat2quat(relative[:3, :3]),
-            names.GRIPPER: d.qpos[robot._ref_gripper_joint_pos_indexes["right"]],
-            names.BASE_POSITION: d.site_xpos[base_site],
-            names.BASE_ROTATION: transform.mat2quat(base_turn),
-        }
-        return {key: np.asarray(value, np.float32) for key, value in values.items()}
+    robosuite's conversions are called: where a rotation by half a turn leaves a quaternion's sign
+    to rounding, and the hand points down by half a turn, a model knows their choice.
+
+    Args:
+        env: a RoboCasa environment, after its reset.
+        data: ``MjData`` of its model, kinematics up to date.
+    """
+    import robosuite.utils.transform_utils as transform
+
+    robot, center = env.robots[0], env.robots[0].robot_model.base.correct_naming("center")
+    base_site = data.site(center)
+    base_turn = base_site.xmat.reshape(3, 3)
+    hand = transform.convert_quat(data.body(robot.robot_model.eef_name["right"]).xquat, to="xyzw")
+    base = transform.make_pose(base_site.xpos, base_turn)
+    eef = transform.make_pose(data.site_xpos[robot.eef_site_id["right"]], transform.quat2mat(hand))
+    relative = np.linalg.inv(base) @ eef
+    values = {
+        names.EEF_POSITION: relative[:3, 3],
+        names.EEF_ROTATION: transform.mat2quat(relative[:3, :3]),
+        names.GRIPPER: data.qpos[robot._ref_gripper_joint_pos_indexes["right"]],
+        names.BASE_POSITION: base_site.xpos,
+        names.BASE_ROTATION: transform.mat2quat(base_turn),
+    }
+    return {key: np.asarray(value, np.float32) for key, value in values.items()}

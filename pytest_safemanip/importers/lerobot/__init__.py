@@ -1,0 +1,1 @@
+"""Datasets of LeRobot's: RoboCasa's with states, and logs without."""

@@ -1,0 +1,71 @@
+"""The false-alarm floor: how often properties flag demonstrations, which are meant to be safe."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.metrics.summaries import NAME, read
+from pytest_safemanip.run.cases import Case
+from pytest_safemanip.run.discovery import find_recordings, select_recordings
+from pytest_safemanip.run.plan import Plan
+from pytest_safemanip.run.results import Results, judged_data
+from pytest_safemanip.run.session import SafetySession
+
+
+def find_floor(plan: Plan) -> Sequence[RolloutRecord]:
+    """The demonstrations of a run's tasks, judged by its properties; none without a floor.
+
+    They are in ``--safemanip-floor``: the folder of a run, or recordings, which are judged now.
+
+    Raises:
+        ConfigError: if there are none.
+        SafemanipError: if a recording cannot be judged.
+    """
+    folder = plan.settings.floor
+    if folder is None:
+        return ()
+    wanted: dict[str, dict[str, None]] = {}
+    for case in plan.cases:
+        wanted.setdefault(case.task, {})[case.property_id] = None
+    if (folder / NAME).exists():
+        records = [_narrowed(r, wanted[r.task]) for r in read(folder).records if r.task in wanted]
+        records = [record for record in records if record.complete and record.properties]
+    else:
+        records = _judged(plan, folder, wanted)
+    if not records:
+        raise ConfigError(
+            f"--safemanip-floor: {folder} has no demonstration of {', '.join(sorted(wanted))}"
+        )
+    return records
+
+
+def _narrowed(record: RolloutRecord, wanted: dict[str, None]) -> RolloutRecord:
+    own = {id_: verdict for id_, verdict in record.properties.items() if id_ in wanted}
+    unjudged = {id_: category for id_, category in record.unjudged.items() if id_ in wanted}
+    return dataclasses.replace(
+        record, properties=own, unjudged=unjudged, deselected={}, provenance=None, recording=""
+    )
+
+
+def _judged(plan: Plan, folder: Path, wanted: dict[str, dict[str, None]]) -> list[RolloutRecord]:
+    every = dataclasses.replace(plan.settings, policies=(), seeds=None, tasks=tuple(wanted))
+    option = "--safemanip-floor"
+    episodes = find_recordings(folder, option)
+    recordings, _ = select_recordings(every, folder, episodes, plan.tasks, option)
+    cases = [
+        Case(key.task, key.policy, id_, key.seed) for key in recordings for id_ in wanted[key.task]
+    ]
+    own = dataclasses.replace(plan, settings=every, cases=tuple(cases), recordings=recordings)
+    session = SafetySession(own, None, None, "")
+    results = Results(plan.tasks, plan.properties)
+    for case in cases:
+        found = session.evaluate(case)
+        verdict, prop = found.verdict(case.property_id), plan.properties[case.property_id]
+        results.add(judged_data(case, prop, verdict, found.recording, found.path))
+    return [
+        dataclasses.replace(record, provenance=None, recording="") for record in results.records
+    ]

@@ -1,0 +1,91 @@
+"""A model's XML: the files that it names, led to the assets of this machine and to no others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from pytest_safemanip.errors import TraceError, printable
+from pytest_safemanip.sim.robocasa import downloads
+
+FOLDERS = ("meshdir", "texturedir", "assetdir")
+_PACKAGED = re.compile(r"(?:.*/)?(robosuite|robocasa)/models/assets/(.+)", re.DOTALL)
+"""How paths of both packages' assets end, on whatever machine; RoboCasa's own playback knows them
+by the same folders."""
+
+
+def published(text: str, roots: Mapping[str, Path]) -> str:
+    """A model for a dataset: without the paths of this machine.
+
+    Args:
+        text: the XML.
+        roots: the assets folder of each package.
+    """
+    root = ElementTree.fromstring(text)  # noqa: S314 - RoboCasa has just written it
+    for element, name, value in _files(root):
+        for package, folder in roots.items():
+            path = PurePosixPath(value)
+            if path.is_relative_to(folder):
+                element.set(name, f"/{package}/models/assets/{path.relative_to(folder)}")
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def rerooted(root: Element, roots: Mapping[str, Path]) -> str:
+    """A model whose files are those of this machine.
+
+    Args:
+        root: of the model, without elements that read files in other ways; is changed.
+        roots: the assets folder of each package.
+
+    Raises:
+        TraceError: if a path leads anywhere else, or an asset is not installed.
+    """
+    for compiler in root.iter("compiler"):
+        for folder in FOLDERS:  # all paths are whole
+            compiler.attrib.pop(folder, None)
+    for element, name, value in _files(root):
+        element.set(name, str(_found(value, roots)))
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def below(folder: Path, rest: str, whole: str) -> Path:
+    """A file of a folder.
+
+    Args:
+        folder: on this machine.
+        rest: its path in it, as a stranger has it.
+        whole: the stranger's whole path, for errors.
+
+    Raises:
+        TraceError: if it leads out of it, or is not there.
+    """
+    if ".." in PurePosixPath(rest).parts or rest.startswith("/") or "\0" in rest:
+        raise TraceError(f"{printable(whole)}: leads out of the assets")
+    path = folder / rest
+    if not path.is_file():
+        raise TraceError(
+            f"{printable(whole)} is not among the assets of this machine; RoboCasa's own are "
+            f"downloaded with: {downloads.COMMAND}"
+        )
+    return path
+
+
+def _found(value: str, roots: Mapping[str, Path]) -> Path:
+    match = _PACKAGED.fullmatch(value.replace("\\", "/"))
+    if not match:
+        raise TraceError(
+            f"the model names a file that is of no known package: {printable(value)}; nothing else "
+            "is read"
+        )
+    return below(roots[match[1]], match[2], value)
+
+
+def _files(root: Element) -> Iterator[tuple[Element, str, str]]:
+    """The attributes that name files: ``file``, and ``fileup`` and the like of a cube's sides."""
+    for element in root.iter():
+        for name, value in list(element.attrib.items()):
+            if name.startswith("file") and value:
+                yield element, name, value
