@@ -70,6 +70,30 @@ class Parameters(Mapping[str, float]):
 
 
 @dataclass(frozen=True)
+class Excess:
+    """A contact that is harder than it may be.
+
+    Attributes:
+        between: the two parts that meet, as evidence names them.
+        entities: that they belong to.
+        force: N.
+        limit: N, which it is held against.
+        step: when.
+    """
+
+    between: tuple[str, str]
+    entities: tuple[str, str]
+    force: float
+    limit: float
+    step: int
+
+    @property
+    def times(self) -> float:
+        """The force over its limit."""
+        return self.force / self.limit
+
+
+@dataclass(frozen=True)
 class Proposition:
     """A named truth value over time.
 
@@ -83,6 +107,7 @@ class Proposition:
             the steps of the window only.
         act: whether it is an act of the robot, which cannot happen in the settle tail.
         evidence: what was measured at a step, in words; may be empty.
+        excess: the contact that is farthest beyond its limit from ``first`` to ``last``, or None.
         debounce: seconds of the vote that its contacts pass, given the parameters: what flickers
             for less than half of it does not matter. None if it has no such filter.
         sparse: whether it looks at no more steps than it is asked for (`View.since`, `View.until`),
@@ -99,6 +124,7 @@ class Proposition:
     evaluate: Callable[..., Bools]
     act: bool = False
     evidence: Callable[..., list[str]] | None = None
+    excess: Callable[..., Excess | None] | None = None
     debounce: Callable[[Mapping[str, float]], float] | None = None
     sparse: bool = False
     exempt: Mapping[str, str] = field(default_factory=dict)

@@ -2,7 +2,7 @@
 SafemanipReport.overview = (() => {
   "use strict";
 
-  const { element, name, figure, percent, seconds, words } = SafemanipReport.dom;
+  const { element, name, percent, seconds, words } = SafemanipReport.dom;
   const { run } = SafemanipReport.data;
   const { address, baseline, charts, figures, groups, table } = SafemanipReport;
   const { badge, section } = figures;
@@ -123,11 +123,11 @@ SafemanipReport.overview = (() => {
           name(rollout.task),
           ", ",
           name(rollout.policy),
-          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}${violation.excess ? `, ${figure(violation.excess)} × limit` : ""}`,
+          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}${violation.excess ? `, ${SafemanipReport.violations.hardest(violation.excess)}` : ""}`,
         ),
       );
     };
-    const about = `The worst first, ${SafemanipReport.violations.RANKED}; seconds and forces say little about drops.`;
+    const about = `The worst first, ${run.ranked}; seconds and forces say little about drops.`;
     return section("The worst violation of each property", about, element("ol.worst", {}, found.map(item)));
   }
 

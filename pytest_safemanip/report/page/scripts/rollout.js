@@ -248,7 +248,7 @@ SafemanipReport.rollout = (() => {
     function chooseViolation(violation, step = violation.first) {
       line.show(groupsOf(details, violation.property, violation.instance), violation);
       line.seek(step);
-      scene.highlight(violation.entities);
+      scene.highlight(violation.guilty);
       scene.look(violation.property.id, violation.first);
       explained.replaceChildren(violations.explanation(violation, details));
       proved.replaceChildren(violations.again(violation, details));

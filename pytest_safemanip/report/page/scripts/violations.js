@@ -4,8 +4,10 @@ SafemanipReport.violations = (() => {
 
   const { element, name, figure, seconds, command, words } = SafemanipReport.dom;
 
-  const RANKED =
-    "ranked by the force over its limit where a contact was measured, then by how long it was unsafe";
+  const { run } = SafemanipReport.data;
+
+  /** The hardest contact of a violation, which need not be that of its first step. */
+  const hardest = ({ force, limit }) => `hardest ${figure(force)} N, ${figure(force / limit)} × its limit`;
 
   /** All violations, the worst first. */
   function list(details) {
@@ -47,14 +49,14 @@ SafemanipReport.violations = (() => {
       { type: "button", data: { violation: violation.id }, on: { click: () => choose(violation) } },
       element(
         "span.rank",
-        { title: `of ${total} in this run, ${RANKED}` },
+        { title: `of ${total} in this run, ${run.ranked}` },
         violation.rank ? `#${violation.rank}` : "",
       ),
       element(
         "span.what",
         {},
         element("strong", {}, words(violation.property.id)),
-        violation.entities.length ? [" ", entities(violation.entities, details.entities)] : null,
+        violation.guilty.length ? [" ", entities(violation.guilty, details.entities)] : null,
         element("span.evidence", {}, violation.evidence[0] ?? violation.reason),
       ),
       element(
@@ -63,7 +65,7 @@ SafemanipReport.violations = (() => {
         `step ${violation.first}`,
         element("br"),
         `${seconds(violation.duration_s)} unsafe`,
-        violation.excess ? [element("br"), `${figure(violation.excess)} × limit`] : null,
+        violation.excess ? [element("br"), hardest(violation.excess)] : null,
       ),
     );
   }
@@ -97,6 +99,15 @@ SafemanipReport.violations = (() => {
           : "",
         ".",
       ),
+      violation.excess
+        ? element(
+            "p",
+            {},
+            `At its hardest, at step ${violation.excess.step}: `,
+            ...violation.excess.between.flatMap((own, at) => [at ? " and " : "", name(own)]),
+            `, ${figure(violation.excess.force)} N, ${figure(violation.excess.force / violation.excess.limit)} × its limit of ${figure(violation.excess.limit)} N.`,
+          )
+        : null,
       violation.evidence.length
         ? element(
             "ul.evidence",
@@ -125,6 +136,9 @@ SafemanipReport.violations = (() => {
     );
   }
 
+  /** What a violation is about, with what goes before it. */
+  const about = ({ entities }) => (entities.length ? ` ${entities.join(", ")}` : "");
+
   const quoted = (path) => (/^[\w@%+=:,./-]+$/.test(path) ? path : `'${path.replaceAll("'", `'"'"'`)}'`);
 
   /** The violations as the summary has them, where nothing can be drawn. */
@@ -137,12 +151,12 @@ SafemanipReport.violations = (() => {
           "li",
           {},
           element("strong", {}, words(own.property)),
-          ` ${own.entities.join(", ")}, step ${own.first}, unsafe for ${seconds(own.duration_s)}: `,
+          `${about(own)}, step ${own.first}, unsafe for ${seconds(own.duration_s)}: `,
           (own.evidence.length ? own.evidence : [own.reason]).join("; "),
         ),
       ),
     );
   }
 
-  return { RANKED, told, list, card, explanation, again };
+  return { hardest, told, list, card, explanation, again };
 })();
