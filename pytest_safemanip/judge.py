@@ -25,6 +25,9 @@ from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
 
+AT_END = "still open at the end"
+"""Why it is a violation though no deadline passed: after the last step, nothing meets it."""
+
 
 @dataclass(frozen=True, repr=False)
 class Finding:
@@ -35,7 +38,7 @@ class Finding:
         first: first unsafe step.
         last: last unsafe step.
         duration_s: seconds.
-        reason: ``bad prefix`` or ``overdue``.
+        reason: ``bad prefix``, ``overdue``, or :data:`AT_END`.
         proof: the explanation's text: what was pending, since when, the steps that matter.
         evidence: what was measured at the first unsafe step, and where the obligation opened that
             was not met, in words.
@@ -208,7 +211,7 @@ class Judge:
             first=violation.first,
             last=violation.last,
             duration_s=violation.duration_s,
-            reason=violation.reason,
+            reason=AT_END if violation.at_end else violation.reason,
             proof=reasons.format(),
             evidence=tuple(evidence),
             excess=self._excess(calls.values(), violation),

@@ -55,8 +55,21 @@ IMPLIED = (
     "--safemanip-fresh",
     "--safemanip-jobs",
     "--safemanip-video",
+    "--safemanip-report",
+    "--safemanip-ci",
+    "--safemanip-gate",
+    "--safemanip-gates",
+    "--safemanip-baseline",
+    "--safemanip-early-stop",
+    "--safemanip-inconclusive",
+    "--safemanip-allow-standins",
+    "--safemanip-violations",
+    "--safemanip-shard",
+    "--safemanip-ray",
 )
-"""Options that a node id stands for, or that the recording makes unnecessary."""
+"""Options that a node id stands for, that the recording makes unnecessary, or that decide nothing
+about a case.
+"""
 
 
 def activate(config: pytest.Config, exclusive: bool, is_worker: bool) -> None:

@@ -182,6 +182,9 @@ def _contrast(contrast: Contrast, elsewhere: Collection[str], width: int) -> lis
         lines += [f"  {line}" for line in table]
     if contrast.unpaired:
         lines.append(f"  {counted(contrast.unpaired, 'rollout')} without a counterpart")
+    if contrast.absent:
+        among = counted(contrast.earlier, "rollout")
+        lines.append(f"  {contrast.absent} of the baseline's {among} have no counterpart")
     return [
         *lines,
         "  * has to pass; p is one-sided, adjusted for all of them (Holm), the others",
@@ -197,12 +200,15 @@ def _row(comparison: Comparison) -> tuple[str, ...]:
     if not pairs.total:
         return (name, comparison.verdict, "0", "-", "-", "-", "-", "-")
     mde = comparison.detectable
+    before, now = comparison.triggered
+    if not before and not now:
+        return (name, comparison.verdict, str(pairs.total), "never", "never", "-", "-", "-")
     return (
         name,
         comparison.verdict,
         str(pairs.total),
-        percent(pairs.before),
-        percent(pairs.now),
+        percent(pairs.before) if before else "never",
+        percent(pairs.now) if now else "never",
         _change(comparison),
         _p(comparison),
         "-" if mde is None else f"{mde * 100:+.1f}",
