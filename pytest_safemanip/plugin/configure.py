@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from pytest_safemanip.rollouts.cluster import RayCluster
 
 IMPLIED = (
-    "--safemanip-policy",
     "--safemanip-tasks",
     "--safemanip-properties",
     "--safemanip-seeds",
@@ -276,9 +275,10 @@ def _options(config: pytest.Config) -> tuple[str, ...]:
         given = config.getoption(option.ini)
         if given is None:
             continue
-        if option.flag in IMPLIED:
-            # A node id has no addresses.
+        if option.flag == "--safemanip-policy":  # a node id has no addresses
             words += [f"{option.flag}={v}" for v in _addressed(given)]
+            continue
+        if option.flag in IMPLIED:
             continue
         if option.switch:
             words.append(option.flag)
