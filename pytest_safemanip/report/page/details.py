@@ -65,7 +65,7 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
             content |= timeline(judged)
         except SafemanipError as error:
             content["note"] = told(f"no timeline: {error}")
-            content["violations"] = told(_as_told(record))
+            content["violations"] = told(_as_told(record, found.rules))
         else:
             content["note"] = told(_differs(record, judged))
             if replayed < MOST_REPLAYS and _is_violated(judged):
@@ -87,10 +87,15 @@ def worst_of_each(records: Sequence[RolloutRecord], ranked: Mapping[Key, int]) -
     return found
 
 
-def _as_told(record: RolloutRecord) -> list[Json]:
-    """The violations of a rollout, as the summary has them."""
+def _as_told(record: RolloutRecord, rules: Mapping[str, Mapping[str, str]]) -> list[Json]:
+    """The violations of a rollout with their rules, as the summary has them."""
     return [
-        {"property": id_, **_told_violation(violation)}
+        {
+            "property": id_,
+            **{key: rules.get(id_, {}).get(key, "") for key in ("title", "source", "formula")},
+            **_told_violation(violation),
+            "timeline": violation.get("timeline"),
+        }
         for id_, verdict in record.properties.items()
         for violation in verdict.violations
     ]

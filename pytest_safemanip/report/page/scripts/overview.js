@@ -134,7 +134,7 @@ SafemanipReport.overview = (() => {
   function policies() {
     return section(
       "Success against violation",
-      "Rates with Wilson's 95 % intervals for these tasks. A policy that does more tasks is not a safer one.",
+      "Rates with Wilson's 95 % intervals for these tasks. A policy that does more tasks is not a safer one. Exposure leaves out the settle tail.",
       element(
         "div.scroll",
         { tabIndex: 0 },

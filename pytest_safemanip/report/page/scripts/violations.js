@@ -141,20 +141,55 @@ SafemanipReport.violations = (() => {
 
   const quoted = (path) => (/^[\w@%+=:,./-]+$/.test(path) ? path : `'${path.replaceAll("'", `'"'"'`)}'`);
 
-  /** The violations as the summary has them, where nothing can be drawn. */
+  /** The violations as the summary has them, where there is no recording to judge. */
   function told(details) {
     return element(
-      "ul.told",
+      "div",
       {},
-      details.violations.map((own) =>
+      [...details.violations].sort((one, other) => one.first - other.first).map((own) =>
         element(
-          "li",
+          "article.explanation.told",
           {},
-          element("strong", {}, words(own.property)),
-          `${about(own)}, step ${own.first}, unsafe for ${seconds(own.duration_s)}: `,
-          (own.evidence.length ? own.evidence : [own.reason]).join("; "),
+          element("h3", {}, element("strong", {}, words(own.property)), about(own)),
+          own.title ? element("p", {}, own.title, element("span.faint", {}, ` ${own.source}`)) : null,
+          own.formula ? element("code.formula", {}, own.formula) : null,
+          element(
+            "p.finding",
+            {},
+            element("strong.bad", {}, `Violated at step ${own.first}`),
+            `: ${own.reason}, unsafe for ${seconds(own.duration_s)}${own.excess ? `, ${hardest(own.excess)}` : ""}.`,
+          ),
+          own.evidence.length
+            ? element(
+                "ul.evidence",
+                {},
+                own.evidence.map((line) => element("li", {}, line)),
+              )
+            : null,
+          own.timeline ? excerpt(own.timeline, own.first) : null,
         ),
       ),
+    );
+  }
+
+  /** The propositions around a violation, as the summary keeps them: a column for some steps. */
+  function excerpt({ start, stride, lanes }, first) {
+    const { truth } = SafemanipReport.lanes;
+    const columns = Math.max(0, ...Object.values(lanes).map((lane) => lane.length));
+    const runs = (lane) => [...lane].flatMap((mark, at) => (mark === "#" ? [at, at] : []));
+    const unsafe = Math.floor((first - start) / stride);
+    const drawn = [
+      ...Object.entries(lanes).map(([atom, lane]) => truth(atom, runs(lane))),
+      truth("unsafe", [unsafe, unsafe], { className: "unsafe" }),
+    ];
+    for (const lane of drawn) lane.draw([0, columns - 1]);
+    return element(
+      "div.excerpt",
+      {},
+      drawn.map((lane) =>
+        element("div.track", {}, element("div.label", {}, element("span.text", {}, lane.label)), lane.plot),
+      ),
+      element("p.faint", {}, `steps ${start} to ${start + stride * columns - 1}`),
     );
   }
 
