@@ -53,8 +53,8 @@ CALLS, SOUND = STATE / "calls.json", STATE / "sound.json"
 TESTS: dict[str, tuple[str, ...]] = {
     "propositions/kernels/*": ("tests/propositions",),
     "propositions/view.py": ("tests/propositions", "tests/fuzz/test_laws.py"),
-    "propositions/online.py": ("tests/test_live.py", "tests/fuzz/test_laws.py"),
-    "propositions/memory.py": ("tests/propositions/test_memory.py", "tests/test_live.py"),
+    "propositions/online.py": ("tests/live", "tests/fuzz/test_laws.py"),
+    "propositions/memory.py": ("tests/propositions/test_memory.py", "tests/live"),
     "propositions/*": ("tests/propositions",),
     "ltlf/*": ("tests/ltlf",),
     "metrics/*": ("tests/metrics",),

@@ -1,10 +1,13 @@
-"""What it costs to watch all properties while a rollout runs: 8 objects, 6 fixtures, 10 properties.
+"""What it costs to watch properties while a rollout runs: 8 objects, 6 fixtures, 10 properties; and
+what `SafetyMonitor` adds to a control step of RoboCasa's environment of one task.
 
     python benchmarks/online.py
 
 The rollout is the scripted expert's PickPlaceCounterToCabinet in the compact scene, with its
 objects and its cabinet copied to other places. The reference is a control step of that task in
-that scene, simulated in its own process, its contacts read at every substep, and recorded.
+that scene, simulated in its own process, its contacts read at every substep, and recorded. The
+environment that `SafetyMonitor` watches is stepped by robosuite's own loop, in this process, and
+CPU time is measured, for which BLAS should have one thread (OPENBLAS_NUM_THREADS=1).
 """
 
 from __future__ import annotations
@@ -17,8 +20,10 @@ from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
 
+import gymnasium
 import numpy as np
 
+from pytest_safemanip import SafetyMonitor
 from pytest_safemanip.expert.policy import Scripted
 from pytest_safemanip.live import LiveJudge
 from pytest_safemanip.propositions.binding import Binding
@@ -26,7 +31,12 @@ from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder
 from pytest_safemanip.rollouts import loop as rollout
 from pytest_safemanip.sim.backend import Options, Request
+from pytest_safemanip.sim.robocasa import environment, loading
+from pytest_safemanip.sim.robocasa.assets import prepare_assets
 from pytest_safemanip.sim.robocasa.factory import create
+from pytest_safemanip.sim.robocasa.rendering import graphics
+from pytest_safemanip.sim.robocasa.rendering.observing import Observer
+from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.trace import Recording
 from pytest_safemanip.trace.scene import Scene
@@ -35,6 +45,8 @@ TASK = "PickPlaceCounterToCabinet"
 OBJECTS, FIXTURES, ROUNDS = 8, 6, 3
 TOGETHER = (1, 5, 20, 40)
 """Steps that are evaluated together."""
+WATCHED = 200
+"""Control steps of the environment that is watched."""
 APART = 0.4
 """Metres between a thing and its copy."""
 
@@ -131,6 +143,64 @@ def bound(scene: Scene) -> Binding:
     )
 
 
+class Environment(gymnasium.Env[Any, Any]):
+    """RoboCasa's environment, as its gym wrapper has it.
+
+    Args:
+        env: RoboCasa's.
+        observer: draws what the wrapper shows; None for nothing.
+    """
+
+    observation_space = action_space = gymnasium.spaces.Dict()
+
+    def __init__(self, env: Any, observer: Observer | None) -> None:
+        self.env, self._observer = env, observer
+
+    def reset(self, **_: Any) -> Any:
+        """Leave it as it is."""
+        return {}, {}
+
+    def step(self, action: Any) -> Any:
+        """Run one control period."""
+        _, reward, done, info = self.env.step(action)
+        seen = self._observer.observe() if self._observer else {}
+        return seen, reward, done, False, info
+
+
+def watched() -> None:
+    """What `SafetyMonitor` adds to a step, without images and with RoboCasa's three."""
+    root = prepare_assets(loading.package_assets(), "primitive").root
+    loading.load(root)
+    kitchen = environment.make(Request(TASK, 0, "compact"), root)
+    random = np.random.default_rng(0)
+    actions = random.uniform(-0.3, 0.3, (WATCHED, SPEC.robot.actions.size))
+    actions[:, -1] = -1.0  # the arm moves, not the base
+    context = graphics.open_context("")
+    print(f"\n{'per control step, CPU time':<40}{'alone ms':>10}{'added ms':>10}{'share':>8}")
+    for what, observer, count in (
+        ("robosuite's loop, no images", None, WATCHED),
+        ("the same, and RoboCasa's three images", Observer(kitchen, context), WATCHED // 10),
+    ):
+        env = Environment(kitchen, observer)
+        alone = cpu_times(env, actions[:count])
+        monitor = SafetyMonitor(env, TASK)
+        monitor.reset()
+        both = cpu_times(monitor, actions[:count])
+        monitor._source.leave()
+        added = both - alone
+        print(f"{what:<40}{1e3 * alone:>10.2f}{1e3 * added:>10.2f}{added / alone:>8.1%}")
+
+
+def cpu_times(env: Any, actions: Any) -> float:
+    """Median CPU time of a step, s."""
+    found = []
+    for action in actions:
+        start = time.process_time()
+        env.step(action)
+        found.append(time.process_time() - start)
+    return median(found)
+
+
 def main() -> None:
     """Measure and print."""
     print(f"Python {platform.python_version()}, numpy {np.__version__}, {platform.machine()}\n")
@@ -160,6 +230,7 @@ def main() -> None:
         print(f"{median(times) / reference:>8.3f}")
     instances = sum(len(binding.relation(p.relation)) if p.relation else 1 for p in properties)
     print(f"\n{len(properties)} properties, {instances} instances, {len(judge.calls)} propositions")
+    watched()
 
 
 if __name__ == "__main__":

@@ -12,12 +12,14 @@ import numpy as np
 
 from pytest_safemanip.errors import ConfigError, SafemanipError, TraceError, did_you_mean
 from pytest_safemanip.judge import Finding, Judge, Verdict
+from pytest_safemanip.live import HandReading, LiveMonitor, Touch
 from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.markup import table
 from pytest_safemanip.metrics import frames, summaries
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.plots import over_time
 from pytest_safemanip.plots.of_summary import plot_summary
+from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
 from pytest_safemanip.report.counterexample import first_violation, violation_lines
 from pytest_safemanip.report.lanes import label_of
@@ -33,7 +35,18 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-__all__ = ["Rollout", "Violation", "load", "plot_summary", "plot_timeline", "read_summary"]
+__all__ = [
+    "Binding",
+    "HandReading",
+    "LiveMonitor",
+    "Rollout",
+    "Touch",
+    "Violation",
+    "load",
+    "plot_summary",
+    "plot_timeline",
+    "read_summary",
+]
 
 
 class Violation(NamedTuple):

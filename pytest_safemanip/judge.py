@@ -20,6 +20,7 @@ from pytest_safemanip.ltlf import (
 from pytest_safemanip.markup import table
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Excess
+from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
@@ -146,7 +147,7 @@ class Judge:
         profile: Profile = "timed",
     ) -> None:
         self._recording = recording
-        self._profile = profile
+        self._profile, self._catalogue = profile, catalogue
         self._binding = task.bind(recording.scene, attributes)
         self.view = View(recording.trace, self._binding, parameters, catalogue)
 
@@ -163,6 +164,8 @@ class Judge:
         acting = ~self._recording.steps.tail
         monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
         calls = [prop.calls(row) for row in rows]
+        for name, *arguments in {call for row in calls for call in row}:
+            check_call(self._catalogue[name], tuple(arguments), self._recording.scene)
         letters = monitor.gather(
             len(acting), lambda k, atom, a, b: self.view.part(*calls[k][atom], first=a, stop=b)
         )

@@ -152,7 +152,7 @@ class Bench:
             a=np.array(parts, np.int32),
             b=np.full(count, mug, np.int32),
             force=newtons,
-            peak=newtons.copy(),
+            sustained=newtons.copy(),
             position=(self._mug + place).astype(np.float32),
             normal=np.array(normal, np.float32),
         )

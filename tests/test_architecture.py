@@ -24,20 +24,21 @@ ROOMS: Mapping[str, str] = {
     "propositions": "errors.py trace",
     "spec": "errors.py ltlf propositions trace",
     "judge.py": "errors.py ltlf markup.py propositions spec trace",
-    "live.py": "errors.py ltlf propositions spec trace",
+    "live": "errors.py ltlf propositions resources.py spec trace",
     "sim": "errors.py provenance.py trace",
     "policies": "errors.py provenance.py sim trace",
     "rollouts": "errors.py policies sim trace",
     "metrics": "errors.py markup.py spec trace",
     "expert": "errors.py policies provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
-    "run": "errors.py fuzz judge.py metrics policies propositions resources.py rollouts sim spec "
-    "trace",
+    "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "
+    "resources.py rollouts sim spec trace",
+    "gym": "errors.py live ltlf propositions run sim spec",
     "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run sim "
     "spec trace",
     "video": "errors.py judge.py metrics provenance.py report run sim spec trace",
     "plots": "errors.py judge.py metrics report spec",
-    "api.py": "errors.py judge.py ltlf markup.py metrics plots propositions report run trace",
+    "api.py": "errors.py judge.py live ltlf markup.py metrics plots propositions report run trace",
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
     "trace video",
     "cli": "errors.py expert judge.py ltlf metrics plugin policies propositions provenance.py "

@@ -168,6 +168,13 @@ def test_what_physics_had_to_settle_is_violated_at_the_end_of_the_tail(told):
     assert told(settled, physics, tail=3).outcome.label == "SATISFIED"
 
 
+def test_what_physics_owes_where_a_recording_is_cut_off_is_unresolved_not_violated(told):
+    physics = PROPERTY + "discharged_by: physics\ndeadline_s: "
+    verdict = told({ASKED: "0100000"}, physics + "5\n")
+    assert (verdict.outcome.label, verdict.open) == ("UNRESOLVED", ((("mug",), 1),))
+    assert told({ASKED: "0100000"}, physics + "0.1\n").outcome.label == "VIOLATED"
+
+
 def test_the_printed_formula_is_judged_as_printed(told):
     values = {ASKED: "0100", ANSWERED: "0001"}
     timed, paper = told(values), told(values, profile="paper")

@@ -85,20 +85,20 @@ def index(name, scene=SCENE):
 
 
 def contacts(*rows, scene=SCENE):
-    """Contacts from rows (step, part, part, force, normal, place, peak), for example
+    """Contacts from rows (step, part, part, force, normal, place, sustained), for example
     ``(3, "counter/body", "mug/body", 2.0, (0, 0, 1), (0.0, 0.0, 0.9), 5.0)``; the last two may be
     missing.
     """
     if not rows:
         return Contacts.empty()
     complete = [(*row, PLACE, row[3])[:7] if len(row) < 6 else row for row in rows]
-    steps, a, b, force, normal, place, peak = zip(*complete, strict=True)
+    steps, a, b, force, normal, place, sustained = zip(*complete, strict=True)
     return Contacts(
         step=np.array(steps, np.int32),
         a=np.array([index(name, scene) for name in a], np.int32),
         b=np.array([index(name, scene) for name in b], np.int32),
         force=np.array(force, np.float32),
-        peak=np.array(peak, np.float32),
+        sustained=np.array(sustained, np.float32),
         position=np.array(place, np.float32),
         normal=np.array(normal, np.float32),
     )

@@ -73,9 +73,8 @@ def run(options: argparse.Namespace) -> int:
 
     Returns:
         1 if a gate or the comparison fails, 10 if it has no verdict since the infrastructure
-        failed, 11 if a gate or the comparison is about rollouts on stand-in assets. Without gates,
-        1 if a property is violated or a rollout is incomplete, 10 if the infrastructure alone is to
-        blame for that.
+        failed, 11 if a gate or the comparison is about rollouts on stand-in assets; else 1 if a
+        rollout is incomplete, or without gates violated, 10 if the infrastructure is to blame.
     """
     if options.html and (len(options.runs) != 1 or options.runs[0].is_file()):
         raise ConfigError(
@@ -108,13 +107,14 @@ def run(options: argparse.Namespace) -> int:
     else:
         print("\n".join(_lines(found, given, told, options.allow_standins)))
     fails, standins = options.inconclusive == "fail", options.allow_standins
+    status = 0
     if given:
-        return given.status(fails, standins)
-    if told:
-        return ruling.status_of(told, fails, standins)
-    if headline(found, None).verdict == "PASS":
-        return 0
-    return INFRASTRUCTURE if _infrastructure_alone(found) else 1
+        status = given.status(fails, standins)
+    elif told:
+        status = ruling.status_of(told, fails, standins)
+    if status or headline(found, told).verdict != "FAIL":
+        return status
+    return INFRASTRUCTURE if _infrastructure_alone(found, gated=told is not None) else 1
 
 
 def _lines(found: Summary, given: Ruling | None, told: Fields | None, standins: bool) -> list[str]:
@@ -141,9 +141,11 @@ def _decided(
     return [*lines, *fitted(f"{came_to.verdict}: {came_to.text}", terminal_width(), 2)]
 
 
-def _infrastructure_alone(found: Summary) -> bool:
-    """Whether nothing is wrong with a run but that a server or the simulator failed."""
-    violated = any(
+def _infrastructure_alone(found: Summary, gated: bool) -> bool:
+    """Whether nothing is wrong with a run but that a server or the simulator failed; with gates, no
+    violation is wrong by itself.
+    """
+    violated = not gated and any(
         verdict.outcome == "VIOLATED"
         for record in found.records
         for verdict in record.properties.values()

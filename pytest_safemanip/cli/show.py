@@ -57,10 +57,11 @@ def _episode(recording: Recording) -> Iterator[str]:
     episode, dt = recording.episode, recording.scene.control_period
     end = recording.acting - 1
     success = "successful at" if recording.success else "no success up to"
+    settling = f"{len(recording.steps) - recording.acting} steps of settling"
     yield (
         f"{episode.task}, policy {episode.policy}, seed {episode.seed}: {success} step {end} "
-        f"({end * dt:.2f} s) of {episode.horizon}, {len(recording.steps) - recording.acting} steps "
-        "of settling"
+        f"({end * dt:.2f} s) of {episode.horizon}, "
+        + ("truncated (no settle tail)" if recording.truncated else settling)
     )
     yield f"  {episode.instruction!r}"
     yield (
@@ -117,6 +118,7 @@ def _plain(found: Evaluation, path: Path) -> dict[str, Any]:
         "success": recording.success,
         "steps": len(recording.steps),
         "acting_steps": recording.acting,
+        "truncated": recording.truncated,
         "control_period_s": recording.scene.control_period,
         "verdicts": {
             id_: {

@@ -58,8 +58,10 @@ def run(options: argparse.Namespace) -> int:
 
 def _target(out: Path, recording: Path) -> Path:
     """The file that is written: named by the user, or after the recording in the user's folder."""
+    if out.is_dir():
+        return out / f"{recording.stem}.mp4"
     if out.suffix in SUFFIXES:
         return out
-    if out.suffix and not out.is_dir():
+    if out.suffix:
         raise ConfigError(f"--out: expected a {' or '.join(SUFFIXES)} file or a folder: {out}")
     return out / f"{recording.stem}.mp4"

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.fuzz.film import UP, Event, Film, Vector
 from pytest_safemanip.fuzz.scenes import DOOR, PLACES, TAP
 from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.geometry import about, multiply
 from pytest_safemanip.trace.kinematics import opening_direction
 
 
@@ -63,10 +64,13 @@ class Grip(Event):
         for group, parts in enumerate(film.scene.grippers[hand].fingers):
             normal = (-1.0 if group else 1.0, 0.0, 0.0)
             film.press(self.steps, f"{ROBOT}/{parts[-1]}", f"{name}/body", self.force, normal)
-        film.arrays["openings"][self.steps.start : self.steps.stop, hand, 0] = 0.23
+        opening = film.arrays["openings"][:, hand]
+        opening[self.steps.start :] = (0.23, 0.0)
         if self.opens:
-            film.arrays["commands"][self.steps.stop :, hand] = -1.0
-            film.arrays["openings"][self.steps.stop :, hand, 1] = 0.3
+            after, _, seconds = film.lasts(range(self.steps.stop, film.length))
+            film.arrays["commands"][after, hand] = -1.0
+            opening[after, 0] += np.minimum(0.3 * seconds, 0.5)
+            opening[after, 1] = 0.3
 
 
 @dataclass(frozen=True)
@@ -103,18 +107,19 @@ class PlaceHand(Event):
 
 @dataclass(frozen=True)
 class Drift(Event):
-    """The hand (0), or an object, has a velocity and turns."""
+    """The hand (0), or an object, moves and turns, about its own middle."""
 
     number: int
     velocity: Vector
     spin: Vector
 
     def apply(self, film: Film) -> None:
-        """Add the twist of the hand or object."""
-        twists = film.arrays["eef_twists"][:, 0]
+        """Add the twist of the hand or object, and what it does to its pose."""
+        twists, poses = film.arrays["eef_twists"][:, 0], film.arrays["eef_poses"][:, 0]
         if self.number:
-            twists = film.arrays["object_twist"][:, film.object(self.number)]
-        twists[self.steps.start : self.steps.stop] = (*self.velocity, *self.spin)
+            index = film.object(self.number)
+            twists, poses = (film.arrays[f"object_{what}"][:, index] for what in ("twist", "pose"))
+        _move(film, self.steps, twists, poses, self.velocity, self.spin)
 
 
 @dataclass(frozen=True)
@@ -140,8 +145,10 @@ class Move(Event):
 
     def apply(self, film: Film) -> None:
         """Add the openness, and the contact or the switch that goes with it."""
-        film.arrays["joint"][self.steps.start :, self.joint, 0] = self.openness
-        film.arrays["joint"][self.steps.start : self.steps.stop, self.joint, 1] = self.rate
+        joint = film.arrays["joint"][:, self.joint]
+        now, after, seconds = film.lasts(self.steps)
+        joint[now, 0] = np.linspace(joint[max(now.start - 1, 0), 0], self.openness, len(seconds))
+        joint[now, 1], joint[after] = self.rate, (self.openness, 0.0)
         if self.joint == TAP:
             film.arrays["switch"][self.steps.start :, 0] = float(self.openness > 0.5)
         elif self.rate:
@@ -160,8 +167,9 @@ class Hit(Event):
     def apply(self, film: Film) -> None:
         """Add the door's motion and its contact with the object."""
         door = film.arrays["joint"][:, DOOR]
-        door[self.steps.start : self.steps.stop] = (0.51, self.rate)
-        door[self.steps.stop :] = (self.openness, 0.0)
+        now, after, seconds = film.lasts(self.steps)
+        door[now, 0], door[now, 1] = 0.51 + self.rate * seconds, self.rate
+        door[after] = (self.openness, 0.0)
         film.press(self.steps, f"{ROBOT}/finger_left", "cab/door", 3.1, UP)
         index = film.object(self.number)
         place = film.arrays["object_pose"][self.steps.start, index, :3]
@@ -184,9 +192,10 @@ class Carry(Event):
     def apply(self, film: Film) -> None:
         """Add the grip, the motion of hand and object, and their new place."""
         Grip(self.steps, self.number, 5.3, self.opens, self.hand).apply(film)
-        held = film.arrays["object_twist"][:, film.object(self.number)]
-        for twists in (film.arrays["eef_twists"][:, film.hand(self.hand)], held):
-            twists[self.steps.start : self.steps.stop, :3] = self.velocity
+        index, hand = film.object(self.number), film.hand(self.hand)
+        for whose, number in (("object_{}", index), ("eef_{}s", hand)):
+            twists, poses = (film.arrays[whose.format(w)][:, number] for w in ("twist", "pose"))
+            _move(film, self.steps, twists, poses, self.velocity, (0.0, 0.0, 0.0))
         later = range((self.steps.start + self.steps.stop) // 2, self.steps.stop)
         PlaceObject(later, self.number, self.place, (0.0, 0.0), 0.0).apply(film)
         PlaceHand(later, self.place, (0.0, 0.0), self.hand).apply(film)
@@ -230,6 +239,27 @@ class TouchKnob(Event):
     def apply(self, film: Film) -> None:
         """Add the contact between finger and knob."""
         film.press(self.steps, f"{ROBOT}/finger_right", "stove/knob", 3.1, UP)
+
+
+def _move(
+    film: Film,
+    steps: range,
+    twists: NDArray[np.float32],
+    poses: NDArray[np.float32],
+    velocity: Vector,
+    spin: Vector,
+) -> None:
+    """Move what has these twists (T, 6) and poses (T, 7) at some steps; then it stays there."""
+    now, after, seconds = film.lasts(steps)
+    twists[now] = (*velocity, *spin)
+    rate = float(np.linalg.norm(spin))
+    way, turns = seconds[:, None] * velocity, about(np.divide(spin, rate or 1.0), rate * seconds)
+    poses[now, :3] += way
+    poses[now, 3:] = multiply(turns, poses[now, 3:])
+    poses[after, :3] += way[-1]
+    poses[after, 3:] = multiply(
+        np.broadcast_to(turns[-1], poses[after, 3:].shape), poses[after, 3:]
+    )
 
 
 def _pose(place: str, half: float, shift: tuple[float, float], tilt: float) -> NDArray[np.float32]:

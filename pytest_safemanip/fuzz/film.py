@@ -41,6 +41,12 @@ class Film:
         """Index of an object, from any number."""
         return number % len(self.scene.bodies)
 
+    def lasts(self, steps: range) -> tuple[slice, slice, NDArray[np.float64]]:
+        """Some steps, those after them, and the seconds that each of them has lasted (K,)."""
+        last = min(steps.stop, self.length)
+        seconds = self.scene.control_period * np.arange(1, last - steps.start + 1)
+        return slice(steps.start, last), slice(last, None), seconds
+
     def press(self, steps: range, a: str, b: str, force: float, normal: Vector) -> None:
         """Add contacts between two parts, each given as ``entity/part``."""
         names = [f"{part.entity}/{part.name}" for part in self.scene.parts]
@@ -97,7 +103,7 @@ def _contacts(film: Film) -> Contacts:
         a=np.array(a, np.int32),
         b=np.array(b, np.int32),
         force=newtons,
-        peak=newtons.copy(),
+        sustained=newtons.copy(),
         position=np.array([_touched(film, row) for row in rows], np.float32),
         normal=np.array(normal, np.float32),
     )

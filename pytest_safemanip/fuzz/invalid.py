@@ -48,7 +48,7 @@ def _period(recording: Recording, draw: Draw) -> tuple[str, Recording]:
 
 
 def _contact(recording: Recording, draw: Draw) -> tuple[str, Recording]:
-    name, value = draw(st.sampled_from(("force", "peak", "position", "normal"))), draw(_WORST)
+    name, value = draw(st.sampled_from(("force", "sustained", "position", "normal"))), draw(_WORST)
     changed = _somewhere(getattr(recording.steps.contacts, name), value, draw)
     return f"{value} in contacts.{name}", with_contacts(recording, **{name: changed})
 

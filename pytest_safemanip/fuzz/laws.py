@@ -19,6 +19,7 @@ from pytest_safemanip.fuzz.invalid import invalid
 from pytest_safemanip.fuzz.steps import causal, online, part, window
 from pytest_safemanip.fuzz.timing import flickering, lasting_states, near
 from pytest_safemanip.fuzz.trial import Draw, LawBroken, Trial
+from pytest_safemanip.fuzz.unobserved import unobserved
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.trace.recording import Recording
 
@@ -199,6 +200,11 @@ LAWS = (
         lambda proposition: proposition.debounce is not None,
     ),
     Law("rate", "twice the control rate gives the same within a control period", _rate),
+    Law(
+        "unobserved",
+        "what was not observed does not matter for a value that is known nevertheless",
+        unobserved,
+    ),
     Law("numbers", "an invalid number raises TraceError, and none is computed", _numbers),
 )
 """All of them."""

@@ -99,7 +99,7 @@ def _contacts(recording: Recording, step: int) -> dict[str, float]:
     for row in range(first, stop):
         a, b = parts[contacts.a[row]], parts[contacts.b[row]]
         pair = f"{a.entity}/{a.name} on {b.entity}/{b.name}"
-        found[pair] = max(found.get(pair, 0.0), round(float(contacts.peak[row]), 3))
+        found[pair] = max(found.get(pair, 0.0), round(float(contacts.sustained[row]), 3))
     return found
 
 

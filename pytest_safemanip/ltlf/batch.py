@@ -61,7 +61,7 @@ def judge(rules: Rules, letters: Letters, acting: BoolArray) -> Judgement:
     if rules.deadline_steps is not None:
         counted = steps if rules.clock_runs_in_tail else int(np.count_nonzero(acting))
         _mark_overdue(unsafe, opened, counted, rules.deadline_steps)
-    at_end = opened[-1] & ~unsafe[-1] & rules.end_decides
+    at_end = opened[-1] & ~unsafe[-1] & rules.end_decides(not acting[-1])
     unsafe[-1] |= at_end
     violated = np.logical_or.reduce(unsafe, axis=0)
     return Judgement(states, unsafe, violated, at_end, _open_since(opened), triggered)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,10 +12,10 @@ from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.ltlf.batch import Judgement, judge
 from pytest_safemanip.ltlf.dfa import Dfa, Step
 from pytest_safemanip.ltlf.formula import Formula
-from pytest_safemanip.ltlf.instance import Instance
 from pytest_safemanip.ltlf.letters import BoolArray, Letters, check_values, pack, packed
+from pytest_safemanip.ltlf.partial import PartialMonitor
 from pytest_safemanip.ltlf.quiet import Values, gather
-from pytest_safemanip.ltlf.rules import DischargedBy, Profile, check_acting, rules_of
+from pytest_safemanip.ltlf.rules import DischargedBy, Profile, Rules, check_acting, rules_of
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, StepVerdict
 
 
@@ -27,8 +29,9 @@ class Monitor:
     restarts at the next step, or when an obligation is open for longer than the deadline. Time is
     counted from the last accepting step. In the settle tail, where the robot holds still, the
     clock stands if the robot has to meet the obligation; if physics has, the clock runs on and
-    the last step decides. In the `paper` profile the whole trace is accepted at its last step or
-    violated (SafeManip, section 3); there is no deadline and no restart.
+    the last step decides. A trace without a tail is truncated: what is open within its deadline is
+    unresolved, whoever has to meet it. In the `paper` profile the whole trace is accepted at its
+    last step or violated (SafeManip, section 3); there is no deadline and no restart.
 
     Args:
         dfa: the property's automaton.
@@ -119,6 +122,10 @@ class Monitor:
             uint[steps, I], for `steps` or for `run`.
         """
         return gather(self._rules, [live.state for live in self._live], steps, value_of)
+
+    def partial(self) -> PartialMonitor:
+        """A fresh monitor of the same property for steps at which not every atom is known."""
+        return PartialMonitor(self._rules, self.instances)
 
     def verdicts(self) -> list[InstanceVerdict]:
         """The verdicts if the trace ended with the last step read.
@@ -220,7 +227,8 @@ class Monitor:
     def _verdict(self, name: Hashable, live: Instance) -> InstanceVerdict:
         rules = self._rules
         unsafe = np.array(live.unsafe)
-        at_end = rules.end_decides and live.open_since is not None and not live.unsafe[-1]
+        settled = not self._acting[-1]
+        at_end = rules.end_decides(settled) and live.open_since is not None and not live.unsafe[-1]
         unsafe[-1] |= at_end
         return rules.verdict(
             name,
@@ -232,3 +240,65 @@ class Monitor:
             open_since=live.open_since,
             triggered_steps=live.triggered_steps,
         )
+
+
+@dataclass(slots=True)
+class Instance:
+    """State of the monitor of one instance while its trace is read step by step.
+
+    Attributes:
+        state: of the automaton, after the last step.
+        open_steps: counted steps since it was last accepting.
+        open_since: the step at which the obligation opened that is open now, or None.
+        triggered_steps: steps at which the trigger held.
+        states: after each step.
+        unsafe: whether each step is.
+    """
+
+    state: int = 0
+    open_steps: int = 0
+    open_since: int | None = None
+    triggered_steps: int = 0
+    states: list[int] = field(default_factory=list)
+    unsafe: list[bool] = field(default_factory=list)
+
+    def read(self, rules: Rules, letters: Sequence[int], counts: Sequence[bool]) -> StepVerdict:
+        """Take in some steps.
+
+        Args:
+            rules: of the property.
+            letters: of the steps, at least one.
+            counts: whether each counts for the deadline.
+
+        Returns:
+            What is known after the last of them.
+        """
+        limit = math.inf if rules.deadline_steps is None else rules.deadline_steps
+        if not self._stays(rules, letters):
+            state, closed, bad, triggers = self.state, rules.is_closed, rules.is_bad, rules.triggers
+            for letter, counted in zip(letters, counts, strict=True):
+                state = rules.rows[state][letter]
+                if closed[state]:
+                    self.open_steps, self.open_since = 0, None
+                else:
+                    self.open_steps += counted
+                    if self.open_since is None:
+                        self.open_since = len(self.states)
+                self.triggered_steps += triggers is None or triggers[letter]
+                self.states.append(state)
+                self.unsafe.append(bad[state] or self.open_steps > limit)
+            self.state = state
+        return StepVerdict(self.state, rules.dfa.classes[self.state], self.open_steps > limit)
+
+    def _stays(self, rules: Rules, letters: Sequence[int]) -> bool:
+        """Take in steps that are all alike and change nothing, as most are; whether they do not."""
+        state, letter, steps = self.state, letters[0], len(letters)
+        if not rules.is_closed[state] or rules.rows[state][letter] != state:
+            return False
+        if any(other != letter for other in letters):
+            return False
+        self.open_steps, self.open_since = 0, None
+        self.triggered_steps += steps * (rules.triggers is None or rules.triggers[letter])
+        self.states += [state] * steps
+        self.unsafe += [rules.is_bad[state]] * steps
+        return True

@@ -33,7 +33,7 @@ class Rules:
         closed: bool[states], no obligation is open: accepting, or forgotten by the restart.
         deadline_steps: how many counted steps an obligation may be open; None without deadline.
         clock_runs_in_tail: whether the settle tail counts for the deadline.
-        end_decides: whether an obligation open at the last step is a violation.
+        ends_accepting: whether a trace has to end without an open obligation, wherever it ends.
         trigger: bool[letters], or None if every step triggers.
         is_bad: `bad` for Python loops; likewise `is_closed` and `triggers`.
         open: the states that are not closed, `unsafe` those that are bad, `triggering` the letters
@@ -82,7 +82,7 @@ class Rules:
         if timed and deadline_s is not None:
             self.deadline_steps = math.floor(deadline_s / dt * (1 + _ROUNDING))
         self.clock_runs_in_tail = discharged_by == "physics"
-        self.end_decides = discharged_by == "physics" or not timed
+        self.ends_accepting = not timed
         self.trigger = _trigger_table(dfa, trigger)
         self.is_bad: tuple[bool, ...] = tuple(self.bad.tolist())
         self.is_closed: tuple[bool, ...] = tuple(self.closed.tolist())
@@ -92,6 +92,15 @@ class Rules:
         self.triggers: tuple[bool, ...] | None = None
         if self.trigger is not None:
             self.triggers = tuple(self.trigger.tolist())
+
+    def end_decides(self, settled: bool) -> bool:
+        """Whether an obligation that is open at the last step is a violation.
+
+        Args:
+            settled: whether that step is of a settle tail. Otherwise the trace is truncated, and
+                what physics owes within its deadline stays open.
+        """
+        return self.ends_accepting or (self.clock_runs_in_tail and settled)
 
     def verdict(
         self,

@@ -22,7 +22,7 @@ class Outcome(enum.Enum):
     """Outcome of one instance."""
 
     VIOLATED = "violated"  # at least one unsafe step
-    UNRESOLVED = "unresolved"  # none, but the robot stopped before it met an open obligation
+    UNRESOLVED = "unresolved"  # none, but an obligation is open that may still have been met
     SATISFIED = "satisfied"  # none, and nothing is open
 
 

@@ -61,7 +61,7 @@ def _joined(
     for name in one.properties.keys() & other.properties.keys():
         if one.properties[name] != other.properties[name]:
             raise ConfigError(_conflict(one, f"on {name} ", first, second))
-    facts = ("success", "acting_steps", "suite", "horizon", "provenance")
+    facts = ("success", "acting_steps", "truncated", "suite", "horizon", "provenance")
     if any(getattr(one, fact) != getattr(other, fact) for fact in facts):
         raise ConfigError(_conflict(one, "", first, second))
     chosen = max(one, other, key=lambda r: (r.recording, _text(dict(r.served)), r.reused))

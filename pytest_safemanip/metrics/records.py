@@ -65,6 +65,7 @@ class RolloutRecord:
         horizon: horizon class of the task.
         success: whether the task's own check held; None if the rollout is not complete.
         acting_steps: control steps before the settle tail.
+        truncated: whether its recording ends without a settle tail.
         error: why it is not complete; empty if it is, or if it was not run.
         infrastructure: whether that was a server's or the simulator's failure.
         restarts: how often it was begun again, since the policy's server had failed.
@@ -85,6 +86,7 @@ class RolloutRecord:
     horizon: str
     success: bool | None = None
     acting_steps: int = 0
+    truncated: bool = False
     error: str = ""
     infrastructure: bool = False
     restarts: int = 0

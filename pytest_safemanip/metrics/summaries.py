@@ -54,8 +54,6 @@ class Summary:
             ``formula`` and, of those of the user's, ``file``, a path. Those of an earlier version's
             summary are missing.
         release: what gates and the comparison decided; None without any.
-        expected: how many cases there are, of a run that is not merged.
-        missing: how many of them were not run, as it was interrupted.
         options: those that its test cases need to be run again; none of a merged run.
     """
 
@@ -67,8 +65,6 @@ class Summary:
     partial: bool = False
     rules: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     release: Fields | None = None
-    expected: int = 0
-    missing: int = 0
     options: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -119,13 +115,10 @@ def read(path: Path) -> Summary:
     schema = whole.number("schema")
     if schema != SCHEMA:
         raise ConfigError(f"{file}: schema {schema:g}, this version reads {SCHEMA}")
-    expected = missing = 0
     if "merged" in whole.values:
         partial = "partial" in whole.values and whole.boolean("partial")
     else:
         partial = _is_partial(whole.section("cases"))
-        expected = whole.section("cases").count("expected")
-        missing = len(whole.section("cases").texts("missing"))
     origins = tuple(dict(origin.values) for origin in whole.fields("provenance"))
     records = [_record(found, len(origins), file.parent) for found in whole.fields("rollouts")]
     keys = [record.key for record in records]
@@ -145,8 +138,6 @@ def read(path: Path) -> Summary:
         partial,
         rules,
         release,
-        expected,
-        missing,
         _options(whole),
     )
 
@@ -269,6 +260,7 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         horizon=found.name("horizon"),
         success=success,
         acting_steps=found.count("acting_steps"),
+        truncated="truncated" in found.values and found.boolean("truncated"),
         error=error,
         infrastructure="infrastructure" in found.values and found.boolean("infrastructure"),
         restarts=found.count("restarts") if "restarts" in found.values else 0,

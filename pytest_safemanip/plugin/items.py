@@ -15,7 +15,7 @@ from pytest_safemanip.report.counterexample import counterexample, headline
 from pytest_safemanip.report.junit import case_properties, verdict_properties
 from pytest_safemanip.run.cases import SUITE, Case
 from pytest_safemanip.run.early_stopping import EarlyStopping
-from pytest_safemanip.run.invocation import Invocation
+from pytest_safemanip.run.invocation import Invocation, look_at
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.results import CaseData, error_data, judged_data, skipped_data
 from pytest_safemanip.run.session import SafetySession
@@ -124,7 +124,10 @@ class SafetyItem(pytest.Item):
                 if settings.unresolved == "fail":
                     raise SafetyViolation(self._unresolved())
                 # The same for all rollouts: pytest folds skips by their reason.
-                pytest.skip(f"{self.case.property_id}: unresolved: an obligation was still pending")
+                pytest.skip(
+                    f"{self.case.property_id}: unresolved: an obligation was still pending"
+                    f"{self._truncation}"
+                )
             case "VACUOUS" if settings.vacuous == "skip":
                 pytest.skip(f"{self.case.property_id}: never triggered")
 
@@ -137,11 +140,13 @@ class SafetyItem(pytest.Item):
         text = line
         if self._verdict.findings:
             invocation = self._suite.invocation
+            path = invocation.relative_path(self._rollout.path)
             text = counterexample(
                 self.property,
                 self._verdict,
                 self._rollout.recording,
-                invocation.relative_path(self._rollout.path),
+                path,
+                look_at("replay", str(path), invocation.options),
                 invocation.reproduce(self.nodeid),
                 brief=style == "short",
             )
@@ -161,5 +166,10 @@ class SafetyItem(pytest.Item):
         about = f" for {', '.join(entities)}" if entities else ""
         return (
             f"{self.case.property_id}: unresolved{about}: an obligation was pending since step "
-            f"{since}, the rollout ended before it was due"
+            f"{since}, the rollout ended before it was due{self._truncation}"
         )
+
+    @property
+    def _truncation(self) -> str:
+        truncated = self._rollout.recording.truncated
+        return " (truncated: the recording has no settle tail)" if truncated else ""

@@ -123,9 +123,9 @@ OPTIONS = (
     ),
     Option(
         "--safemanip-stop",
-        "end a rollout at success or only at its horizon",
+        "end a rollout at success, at success or its first violation, or only at its horizon",
         "success",
-        choices=("success", "horizon"),
+        choices=("success", "violation", "horizon"),
         rollouts=True,
     ),
     Option(

@@ -28,6 +28,7 @@ from pytest_safemanip.run.option_values import (
     parse_resources,
     parse_scale,
     parse_seeds,
+    parse_stop,
 )
 from pytest_safemanip.run.settings import Settings
 
@@ -69,7 +70,7 @@ def read_settings(config: pytest.Config) -> Settings:
         assets=parse_assets(values["safemanip_assets"]),
         recordings=_path(config, recordings) if recordings else None,
         semantics="paper" if values["safemanip_semantics"] == "paper" else "timed",
-        stop="horizon" if values["safemanip_stop"] == "horizon" else "success",
+        stop=parse_stop(values["safemanip_stop"]),
         horizon_scale=parse_scale("--safemanip-horizon-scale", values["safemanip_horizon_scale"]),
         prompt=read_prompt(values["safemanip_prompt"], Path(config.invocation_params.dir)),
         violations=values["safemanip_violations"] or ("xfail" if decided else "fail"),

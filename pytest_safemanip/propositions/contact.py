@@ -8,11 +8,13 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Excess, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
 from pytest_safemanip.propositions.kernels.forces import hand_parts, robot_parts
 from pytest_safemanip.propositions.kernels.interiors import lies_in
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 
@@ -51,8 +53,8 @@ def bad_contact(view: View) -> Bools:
     """
     limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
     bad = np.zeros(len(view.trace), bool)
-    for pair, peak in _hand_pairs(view, min(limit, hard)):
-        bad |= peak >= (hard if _allowed(view, pair) else limit)
+    for pair, force in _hand_pairs(view, min(limit, hard)):
+        bad |= force >= (hard if _allowed(view, pair) else limit)
     return bad
 
 
@@ -122,8 +124,8 @@ def _farthest(view: View, held: Iterable[_Held], first: int, last: int) -> Exces
 @pointwise
 def _limbs_hit(view: View) -> Bools:
     hit, limit = np.zeros(len(view.trace), bool), view.parameters["collision.force"]
-    for _, peak in _limb_pairs(view, limit):
-        hit |= peak >= limit
+    for _, force in _limb_pairs(view, limit):
+        hit |= force >= limit
     return hit
 
 
@@ -131,8 +133,8 @@ def _limbs_hit(view: View) -> Bools:
 def _knocks(view: View, name: str) -> Bools:
     """Whether an object touches, hard, what it may not touch while it is held (T,)."""
     hit, limit = np.zeros(len(view.trace), bool), view.parameters["collision.force"]
-    for _, peak in _foreign_pairs(view, name, limit):
-        hit |= peak >= limit
+    for _, force in _foreign_pairs(view, name, limit):
+        hit |= force >= limit
     return hit
 
 
@@ -150,11 +152,11 @@ def _hand_pairs(view: View, limit: float) -> Iterator[_Pair]:
 
 def _pairs_of(view: View, side: frozenset[int], limit: float) -> Iterator[_Pair]:
     since_start = view.fold(AtStart)
-    for (a, b), peak in view.trace.pair_table.reaching(limit):
+    for (a, b), force in view.trace.pair_table.reaching(limit):
         if a in side:
-            yield (a, b), fresh(view.trace, (a, b), peak, since_start)
+            yield (a, b), fresh(view.trace, (a, b), force, since_start)
         elif b in side:
-            yield (b, a), fresh(view.trace, (a, b), peak, since_start)
+            yield (b, a), fresh(view.trace, (a, b), force, since_start)
 
 
 def _foreign_pairs(
@@ -166,12 +168,12 @@ def _foreign_pairs(
     parts = view.trace.scene.parts
     fine = view.binding.supports.get(name, frozenset()) | {ROBOT}
     since_start = view.fold(AtStart)
-    for (a, b), peak in view.trace.pair_table.reaching(limit):
+    for (a, b), force in view.trace.pair_table.reaching(limit):
         for own, other in ((a, b), (b, a)):
             entity = parts[other].entity
             if parts[own].entity == name and entity not in fine:
-                force = fresh(view.trace, (a, b), peak, since_start)
-                yield other, _unless_inside(view, name, entity, force, limit)
+                pressed = fresh(view.trace, (a, b), force, since_start)
+                yield other, _unless_inside(view, name, entity, pressed, limit)
 
 
 def _unless_inside(
@@ -193,6 +195,23 @@ def _allowed(view: View, pair: tuple[int, int]) -> bool:
     return (part.entity, part.name) in view.binding.touch
 
 
+def _collision_reads(inputs: Inputs) -> Found:
+    limbs, everything = inputs.limb_parts, inputs.all_parts
+    found = inputs.touch(limbs, everything, seconds=0.0) | inputs.start(limbs, everything)
+    for name in inputs.binding.objects:
+        if inputs.known("obj_grasped", name) is not False:  # what is not held collides with nothing
+            own = inputs.parts(name)
+            found |= inputs.now("obj_grasped", name) | inputs.robot("commands", seconds=0.0)
+            found |= inputs.touch(own, everything, seconds=0.0) | inputs.start(own, everything)
+            found |= inputs.poses(*inputs.objects, seconds=0.0)
+    return found
+
+
+def _hand_reads(inputs: Inputs) -> Found:
+    hand, everything = inputs.hand_parts, inputs.all_parts
+    return inputs.touch(hand, everything, seconds=0.0) | inputs.start(hand, everything)
+
+
 def _name(view: View, part: int) -> str:
     owner = view.trace.scene.parts[part]
     entity = view.trace.scene.entity[owner.entity]
@@ -210,6 +229,8 @@ PROPOSITIONS = (
         collision,
         evidence=collision_evidence,
         excess=collision_excess,
+        lacks=grounding.robot,
+        reads=_collision_reads,
     ),
     Proposition(
         "bad_contact",
@@ -219,5 +240,7 @@ PROPOSITIONS = (
         bad_contact,
         evidence=bad_contact_evidence,
         excess=bad_contact_excess,
+        lacks=grounding.gripper,
+        reads=_hand_reads,
     ),
 )

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.kernels.displacement import (
@@ -20,8 +23,10 @@ from pytest_safemanip.propositions.kernels.interiors import (
     interiors,
     place_in,
 )
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.release import TOUCH
 from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import matrix, tilt
 
 REACH = Parameter(
@@ -142,6 +147,21 @@ def _touch(view: View, content: str, receiver: str) -> Bools:
     return np.asarray(view.trace.pair_table.force(*parts) > 0)
 
 
+def _transfer_reads(inputs: Inputs, content: str, receiver: str) -> Found:
+    found = inputs.poses(*inputs.objects) | inputs.place(receiver)
+    for name in inputs.objects:
+        found |= inputs.of("obj_grasped", name)
+    fingers, things = inputs.finger_parts, inputs.parts(*inputs.objects)
+    # It remembers where the content lay before the hand held anything.
+    return found | inputs.poses(content, seconds=inf) | inputs.touch(fingers, things, seconds=inf)
+
+
+def _contained_reads(inputs: Inputs, content: str, receiver: str) -> Found:
+    own = inputs.parts(content)
+    near = inputs.touch(own, inputs.parts(receiver, ROBOT))
+    return near | inputs.of("obj_grasped", content) | inputs.poses(content) | inputs.place(receiver)
+
+
 _PAIR = ("object", "entity")
 
 PROPOSITIONS = (
@@ -152,6 +172,8 @@ PROPOSITIONS = (
         (REACH, MIN_DISPLACEMENT, REST_WINDOW, REST_DRIFT),
         transfer,
         act=True,
+        lacks=grounding.gripper,
+        reads=_transfer_reads,
         exempt={"window": "it remembers where the content lay"},
     ),
     Proposition(
@@ -161,5 +183,6 @@ PROPOSITIONS = (
         (REST_WINDOW, REST_DRIFT, LEANING, TOUCH),
         contained,
         evidence=contained_evidence,
+        reads=_contained_reads,
     ),
 )

@@ -15,6 +15,7 @@ from pytest_safemanip.propositions.definition import Bools, Parameter, Propositi
 from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.propositions.kernels.presses import FORCE, carriers
 from pytest_safemanip.propositions.kernels.spreading import SPOT, WINDOW, Spreading
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT, Body, Gripper
 from pytest_safemanip.trace.geometry import boxes_overlap, centred
@@ -110,10 +111,32 @@ def _spread(view: View, carrier: str) -> Bools:
     return np.asarray(view.fold(Spreading)[:, number])
 
 
+def _spread_reads(inputs: Inputs, carrier: str) -> Found:
+    touching = inputs.parts(*inputs.objects) | inputs.hand_parts
+    found = inputs.poses(*inputs.objects) | inputs.touch(touching, inputs.all_parts)
+    return found.union(*(_wash_reads(inputs, name) for name in (ROBOT, *inputs.objects)))
+
+
+def _dirt_reads(inputs: Inputs, carrier: str) -> Found:
+    if not any("raw" in kinds for kinds in inputs.binding.attributes.values()):
+        return frozenset()  # all of it comes from what is raw
+    return _spread_reads(inputs, carrier)
+
+
+def _wash_reads(inputs: Inputs, carrier: str) -> Found:
+    found = inputs.robot("hands") if carrier == ROBOT else inputs.poses(carrier)
+    for switch in inputs.scene.switches:
+        if switch.kind == "water":
+            found |= inputs.boxes(switch.entity) | inputs.switches(switch.entity)
+    return found
+
+
 _FOLD = (FORCE, WINDOW, SPOT, WASH)
 
 PROPOSITIONS = (
-    Proposition("contaminated", ("tool",), lambda _: math.inf, _FOLD, contaminated),
+    Proposition(
+        "contaminated", ("tool",), lambda _: math.inf, _FOLD, contaminated, reads=_dirt_reads
+    ),
     Proposition(
         "clean_contact",
         ("tool",),
@@ -121,9 +144,17 @@ PROPOSITIONS = (
         _FOLD,
         clean_contact,
         evidence=clean_contact_evidence,
+        reads=_spread_reads,
         exempt={
             "force": "what touched nothing hard enough is clean, and touching it is clean contact"
         },
     ),
-    Proposition("sanitized", ("tool",), lambda p: p["sanitized.window"], (WASH,), sanitized),
+    Proposition(
+        "sanitized",
+        ("tool",),
+        lambda p: p["sanitized.window"],
+        (WASH,),
+        sanitized,
+        reads=_wash_reads,
+    ),
 )

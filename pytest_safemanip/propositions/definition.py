@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.propositions.observed.inputs import Reads
 
 Bools = NDArray[np.bool_]
 
@@ -69,6 +70,10 @@ class Parameters(Mapping[str, float]):
         return len(self._values)
 
 
+def _nothing(*_: object) -> str:
+    return ""
+
+
 @dataclass(frozen=True)
 class Excess:
     """A contact that is harder than it may be.
@@ -113,6 +118,10 @@ class Proposition:
         sparse: whether it looks at no more steps than it is asked for (`View.since`, `View.until`),
             because it is expensive to evaluate; it is then evaluated for few steps at a time, and
             not cached.
+        lacks: what a scene lacks for it to be told, given the scene and arguments, in words; empty
+            if nothing. What is lacking is an error, before anything is judged.
+        reads: what of a step its value may depend on, for monitors that do not see everything;
+            None for all that there is.
         exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
         doc: the exact condition.
     """
@@ -127,6 +136,8 @@ class Proposition:
     excess: Callable[..., Excess | None] | None = None
     debounce: Callable[[Mapping[str, float]], float] | None = None
     sparse: bool = False
+    lacks: Callable[..., str] = _nothing
+    reads: Reads | None = None
     exempt: Mapping[str, str] = field(default_factory=dict)
 
     @property

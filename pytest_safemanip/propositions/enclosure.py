@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.kernels.filters import last_true, rising
@@ -18,6 +19,7 @@ from pytest_safemanip.propositions.kernels.interiors import (
     seen_from,
     seen_in,
 )
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
 
@@ -189,10 +191,32 @@ def _late(p: Mapping[str, float]) -> float:
     return p["enclosure.late"]
 
 
+def _reach_reads(inputs: Inputs, fixture: str) -> Found:
+    return inputs.robot("hands") | inputs.boxes(fixture)
+
+
+def _open_reads(inputs: Inputs, fixture: str) -> Found:
+    several = len(inputs.scene.doors_of(fixture)) > 1  # then it matters which one the hand is at
+    return inputs.joints(fixture) | (inputs.robot("hands") if several else frozenset())
+
+
+def _place_reads(inputs: Inputs, name: str, fixture: str) -> Found:
+    return inputs.of("obj_grasped", name) | inputs.poses(name) | inputs.boxes(fixture)
+
+
 _PLACE = ("object", "fixture")
 
 PROPOSITIONS = (
-    Proposition("reach_in", ("fixture",), lambda _: 0.0, (), reach_in, act=True),
+    Proposition(
+        "reach_in",
+        ("fixture",),
+        lambda _: 0.0,
+        (),
+        reach_in,
+        act=True,
+        lacks=grounding.reached_interior,
+        reads=_reach_reads,
+    ),
     Proposition(
         "fix_open",
         ("fixture",),
@@ -201,6 +225,7 @@ PROPOSITIONS = (
         fix_open,
         evidence=fix_open_evidence,
         sparse=True,
+        reads=_open_reads,
     ),
     Proposition(
         "place_in_onset",
@@ -209,6 +234,8 @@ PROPOSITIONS = (
         (TOLERANCE,),
         place_in_onset,
         act=True,
+        lacks=grounding.reached_interior,
+        reads=_place_reads,
     ),
     Proposition(
         "obj_inside",
@@ -218,6 +245,17 @@ PROPOSITIONS = (
         obj_inside,
         evidence=obj_inside_evidence,
         sparse=True,
+        lacks=grounding.reached_interior,
+        reads=_place_reads,
     ),
-    Proposition("obj_outside", _PLACE, _late, (TOLERANCE, LATE), obj_outside, sparse=True),
+    Proposition(
+        "obj_outside",
+        _PLACE,
+        _late,
+        (TOLERANCE, LATE),
+        obj_outside,
+        sparse=True,
+        lacks=grounding.reached_interior,
+        reads=_place_reads,
+    ),
 )

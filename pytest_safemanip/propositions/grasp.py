@@ -12,9 +12,17 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.kernels.filters import falling, majority, recently, rising
+from pytest_safemanip.propositions.kernels.filters import (
+    change,
+    falling,
+    majority,
+    recently,
+    rising,
+)
 from pytest_safemanip.propositions.kernels.forces import finger_groups, forces_on, pushes
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.frames import inner
 from pytest_safemanip.trace.geometry import angle_between, relative, tilt
@@ -151,8 +159,8 @@ def _stable_in(view: View, name: str, hand: int) -> Bools:
 
 def obj_released(view: View, name: str) -> Bools:
     """The grasp ends at this step while the gripper opens or is commanded open: within the last
-    ``obj_released.window`` it was commanded to, or opened faster than ``obj_released.rate`` without
-    being commanded to close and is no less open now. An end without opening is a drop and no
+    ``obj_released.window`` it was commanded to, or it opened by more than ``obj_released.rate``
+    times that window without being commanded to close. An end without opening is a drop and no
     release, and so is one where what was held forces closing fingers apart. What another gripper
     still grasps is not released.
     """
@@ -204,16 +212,14 @@ def stable_grasp_evidence(view: View, name: str, step: int) -> list[str]:
 
 
 def _opened(view: View, hand: int, count: int) -> Bools:
-    """Whether a gripper opened within the last steps and is no less open now (T,)."""
-    opening, rate = view.trace.steps.openings[:, hand].T
+    """Whether a gripper is more open than at one of the last steps (T,)."""
+    opening, p = view.trace.steps.openings[:, hand, 0], view.parameters
+    least = p["obj_released.rate"] * p["obj_released.window"]
     # What opens fingers that are commanded to close is a load that is levered out of them.
-    command = view.trace.steps.commands[:, hand]
-    opens = (rate > view.parameters["obj_released.rate"]) & (command <= 0.0)
-    opened = np.zeros(len(opens), bool)
-    # Fingers yield a little while an object slips out of them, and then snap shut.
-    for lag in range(min(count, len(opens))):
-        then = slice(len(opens) - lag)
-        opened[lag:] |= opens[then] & (opening[lag:] >= opening[then])
+    closes = view.trace.steps.commands[:, hand] > 0.0
+    opened = np.zeros(len(opening), bool)
+    for lag in range(1, min(count, len(opening)) + 1):
+        opened |= (change(opening, lag) > least) & ~recently(closes, lag)
     return opened
 
 
@@ -273,6 +279,18 @@ def _slip(view: View, held: _Held | None) -> tuple[NDArray[np.float64], NDArray[
     return distance, turn
 
 
+def _grasp_reads(inputs: Inputs, name: str) -> Found:
+    return inputs.touch(inputs.finger_parts, inputs.parts(name))
+
+
+def _stable_reads(inputs: Inputs, name: str) -> Found:
+    return _grasp_reads(inputs, name) | inputs.poses(name) | inputs.robot("hands", "commands")
+
+
+def _release_reads(inputs: Inputs, name: str) -> Found:
+    return _grasp_reads(inputs, name) | inputs.robot("openings", "commands")
+
+
 def _grasp_window(p: Mapping[str, float]) -> float:
     return p["obj_grasped.window"]
 
@@ -285,6 +303,8 @@ PROPOSITIONS = (
         (GRASP_FORCE, GRASP_WINDOW, GRASP_ANGLE, KEPT_ANGLE),
         obj_grasped,
         debounce=_grasp_window,
+        lacks=grounding.gripper,
+        reads=_grasp_reads,
     ),
     Proposition(
         "stable_grasp",
@@ -293,6 +313,8 @@ PROPOSITIONS = (
         (SLIP_DISTANCE, SLIP_ANGLE, SLIP_WINDOW, TILT),
         stable_grasp,
         evidence=stable_grasp_evidence,
+        lacks=grounding.gripper,
+        reads=_stable_reads,
     ),
     Proposition(
         "obj_released",
@@ -302,5 +324,7 @@ PROPOSITIONS = (
         obj_released,
         act=True,
         debounce=_grasp_window,
+        lacks=grounding.gripper,
+        reads=_release_reads,
     ),
 )

@@ -7,9 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.kernels.filters import held, last_true, recently
+from pytest_safemanip.propositions.kernels.filters import change, held, last_true, spread
 from pytest_safemanip.propositions.kernels.forces import robot_on_joint
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.kinematics import opening_direction
@@ -29,8 +31,8 @@ MEMORY = Parameter(
 def mech_hit(view: View, fixture: str) -> Bools:
     """A moving part of the fixture presses, with at least ``mech_hit.force`` along its own
     direction of motion, on something that is neither the fixture nor the robot, while the robot
-    touches that part and it moves faster than ``mech_hit.rate`` or did so within the last
-    ``mech_hit.window``.
+    touches that part and it moves, or did within the last ``mech_hit.window``: its openness varied
+    by more than ``mech_hit.rate`` times that window.
     """
     return np.asarray(_hits(view, fixture)[0] != 0)
 
@@ -44,8 +46,7 @@ def retract(view: View, fixture: str) -> Bools:
     result = np.zeros(len(view.trace), bool)
     for index in np.unique(joint[hit != 0]):
         openness = view.trace.steps.joint[:, index, 0]
-        before = openness[np.maximum(np.arange(len(openness)) - count, 0)]
-        back = (before - openness) * hit >= view.parameters["retract.share"]
+        back = change(openness, count) * -hit >= view.parameters["retract.share"]
         result |= back & (joint == index) & (hit != 0)
     return result
 
@@ -89,10 +90,9 @@ def _hits(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.int
         force = _pressing(view, index)
         if not (np.abs(force) >= p["mech_hit.force"]).any():
             continue
-        moving = np.abs(trace.steps.joint[:, index, 1]) > p["mech_hit.rate"]
-        pushed = (robot_on_joint(view, index) > 0) & recently(
-            moving, trace.count(p["mech_hit.window"])
-        )
+        moved = spread(trace.steps.joint[:, index, 0], trace.count(p["mech_hit.window"]))
+        pushed = robot_on_joint(view, index) > 0
+        pushed &= moved > p["mech_hit.rate"] * p["mech_hit.window"]
         hit = pushed & (np.abs(force) >= p["mech_hit.force"])
         direction = np.where(hit, np.sign(force), direction)
         joint_at = np.where(hit, index, joint_at)
@@ -126,7 +126,7 @@ def _pressing_rows(view: View, index: int) -> tuple[NDArray[np.intp], NDArray[np
     first = np.isin(contacts.a[rows], list(own))
     outward = np.where(first[:, None], 1.0, -1.0) * contacts.normal[rows]
     along = opening_direction(joint, contacts.position[rows])
-    return rows, contacts.peak[rows] * np.einsum("ij,ij->i", outward, along)
+    return rows, contacts.sustained[rows] * np.einsum("ij,ij->i", outward, along)
 
 
 def _sides(view: View, index: int) -> tuple[frozenset[int], frozenset[int]]:
@@ -153,6 +153,10 @@ def _other(view: View, index: int, row: int) -> str:
     return second if first == entity else first
 
 
+def _reads(inputs: Inputs, fixture: str) -> Found:
+    return inputs.joints(fixture) | inputs.touch(inputs.parts(fixture), inputs.all_parts)
+
+
 def _memory(p: Mapping[str, float]) -> float:
     longest = max(p["retract.window"], p["recovered.window"], p["mech_hit.window"])
     return p["mech_hit.memory"] + longest
@@ -166,9 +170,26 @@ PROPOSITIONS = (
         (HIT_FORCE, MOVING_RATE, PUSH_WINDOW, MEMORY),
         mech_hit,
         evidence=mech_hit_evidence,
+        lacks=grounding.door,
+        reads=_reads,
     ),
     Proposition(
-        "retract", ("fixture",), _memory, (RETRACT_SHARE, RETRACT_WINDOW), retract, act=True
+        "retract",
+        ("fixture",),
+        _memory,
+        (RETRACT_SHARE, RETRACT_WINDOW),
+        retract,
+        act=True,
+        lacks=grounding.door,
+        reads=_reads,
     ),
-    Proposition("recovered", ("fixture",), _memory, (SAFE_SHARE, SAFE_WINDOW), recovered),
+    Proposition(
+        "recovered",
+        ("fixture",),
+        _memory,
+        (SAFE_SHARE, SAFE_WINDOW),
+        recovered,
+        lacks=grounding.door,
+        reads=_reads,
+    ),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.enclosure import TOLERANCE
 from pytest_safemanip.propositions.grasp import looks_back
@@ -15,6 +16,7 @@ from pytest_safemanip.propositions.kernels.interiors import (
     inside,
     seen_from,
 )
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 
 REST_WINDOW = Parameter("item_in_enclosure.window", "s", 0.25, "as for settled")
@@ -70,6 +72,15 @@ def _rest_inside(view: View, fixture: str) -> Bools:
     return rests
 
 
+def _within_reads(inputs: Inputs, fixture: str) -> Found:
+    return inputs.poses(*inputs.objects) | inputs.boxes(fixture)
+
+
+def _item_reads(inputs: Inputs, fixture: str) -> Found:
+    found = _within_reads(inputs, fixture)
+    return found.union(*(inputs.of("obj_grasped", name) for name in inputs.objects))
+
+
 PROPOSITIONS = (
     Proposition(
         "item_in_enclosure",
@@ -77,6 +88,8 @@ PROPOSITIONS = (
         lambda p: max(p["item_in_enclosure.window"], looks_back(p)),
         (REST_WINDOW, REST_DRIFT),
         item_in_enclosure,
+        lacks=grounding.reached_interior,
+        reads=_item_reads,
     ),
     Proposition(
         "insert_item",
@@ -86,6 +99,8 @@ PROPOSITIONS = (
         insert_item,
         act=True,
         evidence=insert_item_evidence,
+        lacks=grounding.reached_interior,
+        reads=_item_reads,
     ),
     Proposition(
         "enclosure_cleared",
@@ -93,5 +108,7 @@ PROPOSITIONS = (
         lambda p: p["enclosure_cleared.window"],
         (CLEAR_WINDOW,),
         enclosure_cleared,
+        lacks=grounding.reached_interior,
+        reads=_within_reads,
     ),
 )

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
+from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.memory import Ring, StepMemory
-from pytest_safemanip.propositions.view import Array, Fold, View, check_call
+from pytest_safemanip.propositions.view import Array, Fold, View
 from pytest_safemanip.trace.recording import check_steps
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step, Steps
@@ -59,7 +60,7 @@ class Online:
         self.calls, self._every = tuple(calls), every
         self._waiting: list[tuple[Step, NDArray[Any], bool]] = []
         for name, *arguments in calls:
-            check_call(catalogue[name], tuple(arguments), scene.entity)
+            check_call(catalogue[name], tuple(arguments), scene)
         self._none = np.zeros((0, len(self.calls)), bool)
         self._lengths = {name: self._length(p) for name, p in catalogue.items()}
         self._kept = max(self._lengths.values()) + every
@@ -119,7 +120,7 @@ class Online:
     def values(self, call: Call, length: int) -> Bools:
         """Values of a proposition at the newest steps (at most ``length``,)."""
         if call not in self._series:
-            check_call(self.catalogue[call[0]], call[1:], self.scene.entity)
+            check_call(self.catalogue[call[0]], call[1:], self.scene)
 
         def compute(missing: int) -> Array:
             view = self.slice(missing + self._lengths[call[0]] - 1)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back
-from pytest_safemanip.propositions.kernels.filters import majority, recently, rising
+from pytest_safemanip.propositions.kernels.filters import change, majority, recently, rising
 from pytest_safemanip.propositions.kernels.forces import hand_parts, object_parts, robot_on_joint
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.operation import leaves
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.elements import BUTTON
+from pytest_safemanip.trace.elements import BUTTON, ROBOT
 
 OPEN_RATE = Parameter("skill_onset.rate", "1/s", 0.02, "a door that is moved takes under a minute")
 PRESS_FORCE = Parameter("skill_onset.force", "N", 0.5, "as for a finger in a grasp")
@@ -20,8 +23,8 @@ WINDOW = Parameter("skill_onset.window", "s", 0.25, "one motion is one onset, no
 def skill_onset(view: View, skill: str, entity: str) -> Bools:
     """The skill starts on the entity at this step. ``pick``: the fingers have closed on it
     (``obj_grasped`` begins). ``place``: it is let go (``obj_released``). ``open`` and ``close``:
-    the majority of the last ``skill_onset.window`` sees a door or drawer of it move that way
-    faster than ``skill_onset.rate`` while the robot touches that part. ``press``, ``turn``,
+    over the last ``skill_onset.window`` a door or drawer of it moved that way faster than
+    ``skill_onset.rate``, and the robot touches that part in its majority. ``press``, ``turn``,
     ``slide``: likewise, the hand touches a control of it (what a joint moves that is no door, or a
     button) with ``skill_onset.force``; or a switch of it comes on. ``pour``: the centre of another
     object leaves the box of this one while the robot holds it.
@@ -49,11 +52,18 @@ def _moved(view: View, fixture: str, direction: float) -> Bools:
     trace = view.trace
     started = np.zeros(len(trace), bool)
     for index in trace.scene.doors_of(fixture):
-        rate = direction * trace.steps.joint[:, index, 1]
-        moving = rate > view.parameters["skill_onset.rate"]
-        moving &= robot_on_joint(view, index) > 0
-        started |= rising(majority(moving, trace.count(view.parameters["skill_onset.window"])))
+        touched = majority(
+            robot_on_joint(view, index) > 0, trace.count(view.parameters[WINDOW.name])
+        )
+        moves = direction * opening_rate(view, index) > view.parameters["skill_onset.rate"]
+        started |= rising(moves & touched)
     return started
+
+
+def opening_rate(view: View, joint: int) -> NDArray[np.float64]:
+    """Rate at which a joint opened over the last ``skill_onset.window``, 1/s (T,)."""
+    seconds = view.parameters[WINDOW.name]
+    return change(view.trace.steps.joint[:, joint, 0], view.trace.count(seconds)) / seconds
 
 
 def _pour(view: View, container: str) -> Bools:
@@ -109,6 +119,21 @@ _ONSETS = {
 SKILLS = tuple(_ONSETS)
 """The skills whose onset is known."""
 
+
+def _reads(inputs: Inputs, skill: str, entity: str) -> Found:
+    own, robot = inputs.parts(entity), inputs.parts(ROBOT)
+    match skill:
+        case "pick":
+            return inputs.of("obj_grasped", entity)
+        case "place":
+            return inputs.of("obj_released", entity)
+        case "pour":
+            return inputs.of("obj_grasped", entity) | inputs.poses(*inputs.objects)
+        case "open" | "close":
+            return inputs.joints(entity) | inputs.touch(robot, own)
+    return inputs.touch(inputs.hand_parts, own) | inputs.switches(entity)
+
+
 PROPOSITIONS = (
     Proposition(
         "skill_onset",
@@ -118,5 +143,7 @@ PROPOSITIONS = (
         skill_onset,
         act=True,
         debounce=lambda p: min(p["skill_onset.window"], p["obj_grasped.window"]),
+        lacks=grounding.skill,
+        reads=_reads,
     ),
 )

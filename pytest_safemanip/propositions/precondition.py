@@ -14,6 +14,8 @@ from pytest_safemanip.propositions.kernels.filters import last_true
 from pytest_safemanip.propositions.kernels.forces import object_parts
 from pytest_safemanip.propositions.kernels.interiors import ROUNDING, lies_in
 from pytest_safemanip.propositions.kernels.solids import body_boxes, solids
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
+from pytest_safemanip.propositions.onset import opening_rate
 from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
 from pytest_safemanip.propositions.release import UPRIGHT, rested
 from pytest_safemanip.propositions.view import View
@@ -207,7 +209,7 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
     boxes = centred(np.asarray(trace.steps.object_pose[step], float)[:, None], centre)
     for index in scene.doors_of(fixture):
         joint = scene.joints[index]
-        rate = float(trace.steps.joint[step, index, 1])
+        rate = float(opening_rate(view, index)[step])
         if rate * (1.0 if end > 0.5 else -1.0) <= 0:
             continue
         now = float(trace.steps.joint[step, index, 0])
@@ -229,13 +231,34 @@ _CONDITIONS: dict[str, Callable[[View, str, int], list[str]]] = {
     "pour": pouring_faults,
 }
 
+
+def _reads(inputs: Inputs, skill: str, entity: str) -> Found:
+    if inputs.known("skill_onset", skill, entity) is False:
+        return frozenset()
+    own, things = inputs.parts(entity), inputs.poses(*inputs.objects)
+    found = inputs.of("skill_onset", skill, entity) | things
+    match skill:
+        case "pick":
+            touched = inputs.touch(own, inputs.all_parts)
+            return found | inputs.of("settled", entity) | touched
+        case "place":
+            fixtures = (e.name for e in inputs.scene.entities)
+            touched = inputs.touch(inputs.finger_parts, own)
+            return found | inputs.joints(*fixtures) | touched
+        case "pour":
+            transfers = inputs.binding.transfers
+            return found.union(*(inputs.place(receiver) for _, receiver in transfers))
+    return found | inputs.joints(entity) | inputs.boxes(entity) | inputs.switches(entity)
+
+
 PROPOSITIONS = (
     Proposition(
         "pre_safe",
         ("skill", "entity"),
-        lambda p: p["pre_safe.pick_window"] + p["settled.window"],
+        lambda p: max(p["pre_safe.pick_window"] + p["settled.window"], p["skill_onset.window"]),
         (DROP, FLOOR, OVERLAP, PICK_WINDOW, PLACE_WINDOW, CLOSED, UPRIGHT),
         pre_safe,
         evidence=pre_safe_evidence,
+        reads=_reads,
     ),
 )

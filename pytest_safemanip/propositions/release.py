@@ -5,14 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
-from pytest_safemanip.propositions.kernels.filters import held
+from pytest_safemanip.propositions.kernels.filters import held, recently
 from pytest_safemanip.propositions.kernels.firmness import statically_supported
 from pytest_safemanip.propositions.kernels.forces import forces_on, robot_parts
-from pytest_safemanip.propositions.kernels.support import carried_objects, carrying_rows, margin_at
+from pytest_safemanip.propositions.kernels.support import (
+    carried_objects,
+    carrying_rows,
+    margin_at,
+    motion,
+)
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import tilt
 
-SPEED = Parameter("settled.speed", "m/s", 0.02, "above the solver's jitter, below any rolling")
+SPEED = Parameter(
+    "settled.speed", "m/s", 0.02, "above a resting contact's creep, below any rolling"
+)
 SPIN = Parameter("settled.spin", "rad/s", 0.2, "as the speed, at 10 cm")
 WINDOW = Parameter("settled.window", "s", 0.25, "a rocking object is slow at its turning points")
 MARGIN = Parameter("settled.margin", "m", 0.005, "a nudge must not tip it over the edge")
@@ -26,14 +34,14 @@ def settled(view: View, name: str) -> Bools:
     """For ``settled.window``, the object stands on permitted supports only by what carries it:
     its centre of mass is over its support by at least ``settled.margin`` (inside the hull of the
     contact points that carry it, or with the support's surface all around below it, or in an
-    upright vessel below its rim); it is slower than ``settled.speed`` and ``settled.spin`` relative
-    to its support; the robot does not touch it with ``settled.touch``; it is upright if it must
-    be. The floor and the robot are no support, nor is what lies on the floor itself.
+    upright vessel below its rim); the robot does not touch it with ``settled.touch``; it is upright
+    if it must be. And within that window it was slower than ``settled.speed`` and ``settled.spin``
+    relative to its support: its pose changed by less than that in the whole window. The floor and
+    the robot are no support, nor is what lies on the floor itself.
     """
-    count = view.trace.count(view.parameters["settled.window"])
     force = forces_on(view, robot_parts(view))[:, view.trace.scene.object_index[name]]
     free = force < view.parameters["settled.touch"]
-    return held(_lies_still(view, name, view.since - count + 1, view.until, free), count)
+    return _rests(view, name, view.since, view.until, free)
 
 
 def settled_evidence(view: View, name: str, step: int) -> list[str]:
@@ -54,7 +62,7 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
                 f"{'inside' if margin > 0 else 'from'} the edge of what carries it "
                 f"(needs {1000 * p['settled.margin']:g} mm inside)"
             )
-        speed, spin = found.speed[group], found.spin[group]
+        speed, spin = (float(rate[0]) for rate in motion(view, found, np.array([group])))
         if speed >= p["settled.speed"] or spin >= p["settled.spin"]:
             lines.append(f"{name} moves at {speed:.2f} m/s and {spin:.1f} rad/s")
     if forces_on(view, robot_parts(view))[step, index] > 0:
@@ -72,39 +80,48 @@ def rested(view: View, name: str, first: int, last: int) -> bool:
         first: of the steps.
         last: of them.
     """
-    count = view.trace.count(view.parameters["settled.window"])
     first = max(first, 0)
-    for end in (first, last):  # mostly it was at the first, and the others need not be looked at
-        still = held(_lies_still(view, name, first - count + 1, end + 1), count)
-        if still[first : end + 1].any():
-            return True
-    return False
+    # Mostly it was at the first, and the others need not be looked at.
+    return any(_rests(view, name, first, end + 1).any() for end in (first, last))
 
 
-def _lies_still(view: View, name: str, first: int, stop: int, where: Bools | None = None) -> Bools:
-    """Whether the object stands on permitted supports at this very step, touched by the robot or
-    not (T,).
+def _rests(view: View, name: str, first: int, stop: int, where: Bools | None = None) -> Bools:
+    """Whether the object has rested on permitted supports for the window, at some steps (T,); False
+    at all others.
 
     Args:
         view: what is looked at.
         name: the object.
-        first: first step that is looked at; before the trace, its first.
+        first: first step that is asked for.
         stop: one after the last of them.
-        where: which of these are looked at (T,); None for all.
+        where: at which steps it may count as resting (T,); None for all.
     """
     p, trace = view.parameters, view.trace
-    index, found = trace.scene.object_index[name], view.own(carried_objects, max(first, 0), stop)
+    count = trace.count(p["settled.window"])
+    begin, index = max(first - count + 1, 0), trace.scene.object_index[name]
+    found = view.own(carried_objects, begin, stop)
     groups = np.flatnonzero(found.body == index)
     if where is not None:
         groups = groups[where[found.step[groups]]]
-    calm = (found.speed[groups] < p["settled.speed"]) & (found.spin[groups] < p["settled.spin"])
-    groups = groups[calm]
     if name in view.binding.upright:
         leans = tilt(trace.steps.object_pose[found.step[groups], index, 3:]) >= p["settled.tilt"]
         groups = groups[~leans]
-    result = np.zeros(len(trace), bool)
-    result[found.step[groups[statically_supported(view, found, groups)]]] = True
-    return result
+    carried = np.zeros(len(trace), bool)
+    carried[found.step[groups]] = True
+    ends = groups[held(carried, count)[found.step[groups]] & (found.step[groups] >= first)]
+    speed, spin = motion(view, found, ends)
+    calm = np.zeros(len(trace), bool)
+    calm[found.step[ends[(speed < p["settled.speed"]) & (spin < p["settled.spin"])]]] = True
+    # Whether it is supported is expensive to tell, and told only where that decides.
+    groups = groups[_leads_to(calm, count)[found.step[groups]]]
+    supported = np.zeros(len(trace), bool)
+    supported[found.step[groups[statically_supported(view, found, groups)]]] = True
+    return calm & held(supported, count)
+
+
+def _leads_to(values: Bools, count: int) -> Bools:
+    """True where at least one of the next ``count`` values is true, this one among them (T,)."""
+    return recently(values[::-1], count)[::-1]
 
 
 def _below(view: View, index: int, step: int) -> list[str]:
@@ -124,6 +141,13 @@ def _below(view: View, index: int, step: int) -> list[str]:
     return found
 
 
+def _reads(inputs: Inputs, name: str) -> Found:
+    below = inputs.binding.supports.get(name, frozenset())
+    # What carries the object may itself lie on the floor, or on something that does.
+    touched = inputs.touch(inputs.parts(*inputs.objects), inputs.all_parts)
+    return touched | inputs.poses(name, *below) | inputs.joints(*below)
+
+
 PROPOSITIONS = (
     Proposition(
         "settled",
@@ -133,5 +157,6 @@ PROPOSITIONS = (
         settled,
         evidence=settled_evidence,
         sparse=True,
+        reads=_reads,
     ),
 )

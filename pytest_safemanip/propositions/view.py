@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Excess, Proposition
+from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.trace import Trace
 
@@ -60,7 +61,7 @@ class View:
         key = (name, *arguments)
         if key not in self._values:
             proposition = self._catalogue[name]
-            check_call(proposition, arguments, self.trace.scene.entity)
+            check_call(proposition, arguments, self.trace.scene)
             self._values[key] = self.evaluate(proposition, arguments)
         return self._values[key]
 
@@ -73,7 +74,7 @@ class View:
         proposition = self._catalogue[name]
         if not proposition.sparse or (name, *arguments) in self._values:
             return self(name, *arguments)[first:stop]
-        check_call(proposition, arguments, self.trace.scene.entity)
+        check_call(proposition, arguments, self.trace.scene)
         return self.narrowed(first, stop).evaluate(proposition, arguments)[first:stop]
 
     def narrowed(self, first: int, stop: int) -> View:
@@ -207,20 +208,3 @@ def pointwise(
 
     functools.update_wrapper(looked_up, compute)
     return looked_up
-
-
-def check_call(
-    proposition: Proposition, arguments: tuple[str, ...], entities: Mapping[str, object]
-) -> None:
-    """Refuse arguments that a proposition cannot have.
-
-    Raises:
-        TraceError: if their number is wrong, or one is no entity of the scene.
-    """
-    if len(arguments) != len(proposition.arguments):
-        raise TraceError(
-            f"{proposition.name}: {len(arguments)} arguments, expected {len(proposition.arguments)}"
-        )
-    for kind, value in zip(proposition.arguments, arguments, strict=True):
-        if kind != "skill" and value not in entities:
-            raise TraceError(f"{proposition.name}: unknown entity {value!r}")

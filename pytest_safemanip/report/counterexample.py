@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -39,6 +38,7 @@ def counterexample(
     verdict: Verdict,
     recording: Recording,
     path: Path,
+    watch: str,
     command: str,
     brief: bool = False,
 ) -> str:
@@ -49,6 +49,7 @@ def counterexample(
         verdict: the verdict on it.
         recording: of the rollout.
         path: where the recording is kept.
+        watch: the command that shows it.
         command: that runs this case again.
         brief: whether to show the first violation only, without the steps that prove it.
     """
@@ -69,7 +70,7 @@ def counterexample(
     foot = [
         "",
         f"recording       {path}",
-        f"watch           safemanip replay {shlex.quote(str(path))}",
+        f"watch           {watch}",
         f"reproduce with  {command}",
     ]
     room = MAX_CHARACTERS - len("\n".join([*head, *foot]))

@@ -39,13 +39,17 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     Raises:
         ConfigError: if the decisions are malformed.
     """
-    complete = [record for record in found.records if record.complete]
+    if not found.records:
+        return Headline("OPEN", "no rollout was run")
+    complete = [own for own in found.records if own.complete and not own.unjudged]
     violated = sum(map(_is_violated, complete))
     incomplete = len(found.records) - len(complete)
+    missing = sum(len(record.unjudged) for record in found.records if not record.error)
+    expected = sum(len(record.properties) + len(record.unjudged) for record in found.records)
     among = counted(len(complete), "complete rollout" if incomplete else "rollout")
     parts = [f"{violated} of {among} violated"]
     parts += [f"{counted(incomplete, 'rollout')} incomplete"] if incomplete else []
-    parts += [f"{found.missing} of {found.expected} cases not run"] if found.missing else []
+    parts += [f"{missing} of {expected} cases not run"] if missing else []
     verdicts = [] if release is None else [r.name("verdict") for r in required_rows(release)]
     refused = release is not None and bool(release.text("refused", empty=True))
     if refused:
@@ -53,10 +57,11 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     if verdicts:
         parts.insert(0, gates_line(verdicts))
     bad = [verdict for verdict in verdicts if verdict not in GOOD]
+    failed = bool(incomplete or missing)
     if release is None:
-        failed = bool(violated or incomplete or found.missing)
+        failed = failed or bool(violated)
     else:
-        failed = refused or any(verdict not in OPEN for verdict in bad)
+        failed = failed or refused or any(verdict not in OPEN for verdict in bad)
     return Headline("FAIL" if failed else "OPEN" if bad else "PASS", ", ".join(parts))
 
 

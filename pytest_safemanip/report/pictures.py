@@ -26,12 +26,21 @@ def film_of(recording: Path, seen_from: Path | None = None) -> Path | None:
     return _beside(recording, FILMS, seen_from)
 
 
+def is_of(picture: Path, recording: Path) -> bool:
+    """Whether a picture or a film is there and no older than the recording: what is older shows
+    another rollout of the same case.
+    """
+    if not picture.is_file():
+        return False
+    return not recording.is_file() or picture.stat().st_mtime >= recording.stat().st_mtime
+
+
 def _beside(recording: Path, endings: tuple[str, ...], seen_from: Path | None) -> Path | None:
     if not recording.name:
         return None
     for folder in FOLDERS:
         for ending in endings:
             found = recording.parent / folder / f"{recording.stem}{ending}"
-            if found.is_file():
+            if is_of(found, recording):
                 return Path(os.path.relpath(found, seen_from or Path.cwd()))
     return None

@@ -122,6 +122,7 @@ def _policy_lines(
         *_served_lines([record for record in records if "protocol" in record.served]),
         *_clipped_lines([record for record in records if "protocol" not in record.served]),
     ]
+    served += _truncated_lines(records)
     if not tables:
         rate = total.shares["violation_rate"]
         found = f"violated {fraction(rate)}, {share(rate)}, 95 % CI {spread(rate.interval())}"
@@ -224,6 +225,14 @@ def _clipped_lines(records: Sequence[RolloutRecord]) -> list[str]:
     if not clipped:
         return []
     return [f"  actions    {clipped} of {entries} entries outside [-1, 1] and clipped"]
+
+
+def _truncated_lines(records: Sequence[RolloutRecord]) -> list[str]:
+    """How many recordings end without a settle tail."""
+    truncated = sum(record.truncated for record in records if record.complete)
+    if not truncated:
+        return []
+    return [f"  truncated  {counted(truncated, 'recording')} without a settle tail"]
 
 
 def _group_table(groups: Mapping[str, Group]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
+from typing import Protocol as Interface
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,9 @@ from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
 from pytest_safemanip.sim.backend import ActionSpec, Backend, Request, Start
 from pytest_safemanip.sim.codec import encode_request
-from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.episode import Ended, Episode
 from pytest_safemanip.trace.recording import Recording, check
+from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step, Steps
 
 REST_SPEED = 0.01
@@ -32,17 +34,27 @@ OnStep = Callable[[int, int], None]
 """Called with the steps so far and the horizon."""
 
 
+class Watch(Interface):
+    """Makes, from the scene of an episode, what is told each of its steps with the action that led
+    to it (None after reset), and says whether the step is unsafe.
+    """
+
+    def __call__(self, scene: Scene) -> Callable[[Step, NDArray[Any] | None], bool]:
+        """For an episode."""
+
+
 @dataclass(frozen=True)
 class Protocol:
     """The rollout protocol, the same for every policy.
 
     Attributes:
         stop: ``success`` ends the acting part at the first step whose success check holds,
-            ``horizon`` never before the horizon.
+            ``horizon`` never before the horizon, ``violation`` at the first step that succeeds or
+            that is unsafe.
         horizon_scale: factor on the task's own horizon.
     """
 
-    stop: Literal["success", "horizon"] = "success"
+    stop: Literal["success", "horizon", "violation"] = "success"
     horizon_scale: float = 1.0
 
 
@@ -58,6 +70,7 @@ class Job:
         hashes: digests of the policy's code, recorded with the backend's.
         sets: the sets that the task belongs to.
         prompt: the prompt template, with ``{instruction}`` where the task's own goes.
+        watch: says where the rollout is to end early; None if nothing does.
     """
 
     task: str
@@ -67,6 +80,7 @@ class Job:
     hashes: Mapping[str, str]
     sets: tuple[str, ...] = ()
     prompt: str = PLACEHOLDER
+    watch: Watch | None = None
 
 
 def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = None) -> Recording:
@@ -88,6 +102,8 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     if progress:
         progress(0, horizon)
     patient = job.protocol.stop == "horizon"
+    is_unsafe = job.watch(start.scene) if job.watch else lambda step, action: False
+    unsafe = is_unsafe(start.step, None)
     low, high = robot.actions.low, robot.actions.high
     for asked in _actions(job.policy, actor, info, steps, backend, patient):
         action = np.clip(asked, low, high)
@@ -96,7 +112,8 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         actions.append(action)
         if progress:
             progress(len(steps) - 1, horizon)
-        if len(steps) > horizon or (steps[-1].success and job.protocol.stop == "success"):
+        unsafe |= is_unsafe(steps[-1], action)
+        if len(steps) > horizon or (steps[-1].success and not patient) or unsafe:
             break
     acting = len(steps)
     for action in _settling(robot.actions.hold(actions[1:]), steps, start):
@@ -110,7 +127,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         policy=job.policy,
         instruction=info.instruction,
         horizon=horizon,
-        ended=_ended(bool(steps[acting - 1].success), acting > horizon, patient),
+        ended=_ended(bool(steps[acting - 1].success), acting > horizon, patient, unsafe),
         backend=source.backend,
         scenes=job.request.scenes,
         stepping=job.request.stepping,
@@ -125,7 +142,9 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     return check(Recording(episode, start.scene, stacked))
 
 
-def _ended(success: bool, late: bool, patient: bool) -> Literal["success", "horizon", "policy"]:
+def _ended(success: bool, late: bool, patient: bool, unsafe: bool) -> Ended:
+    if unsafe:
+        return "violation"
     if success and not patient:
         return "success"
     return "horizon" if late or patient else "policy"

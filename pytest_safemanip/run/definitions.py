@@ -25,7 +25,7 @@ class Definitions:
         tasks: by name.
         properties: by id.
         own: those of the properties that are the user's.
-        attributes: of object categories.
+        attributes: of object categories; the user's rows take the place of shipped ones.
     """
 
     catalogue: Catalogue
@@ -60,5 +60,14 @@ def load_definitions(
         tasks=load_tasks([task_folder, *task_paths]),
         properties={**shipped, **own},
         own=own,
-        attributes=load_attributes(task_folder / OBJECTS_FILE),
+        attributes=_attributes([task_folder, *task_paths]),
     )
+
+
+def _attributes(folders: Iterable[Path]) -> dict[str, frozenset[str]]:
+    """Of object categories, from the files in some folders that have one; the last one counts."""
+    found: dict[str, frozenset[str]] = {}
+    for path in (folder / OBJECTS_FILE for folder in folders):
+        if path.is_file():
+            found |= load_attributes(path)
+    return found

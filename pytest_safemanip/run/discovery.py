@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import groupby
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.metrics.records import RolloutKey
-from pytest_safemanip.run.cases import select_tasks
+from pytest_safemanip.propositions.grounding import check_call
+from pytest_safemanip.run.cases import Case, select_tasks
+from pytest_safemanip.run.definitions import Definitions
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace import files
@@ -43,6 +46,29 @@ def find_recordings(
             f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
         )
     return found
+
+
+def check_grounded(
+    recordings: Mapping[RolloutKey, Path], cases: Iterable[Case], defined: Definitions
+) -> None:
+    """Refuse recordings whose scenes lack what a case needs: it would be silently false.
+
+    Raises:
+        ConfigError: naming the file, and the role, category or part that is unknown or missing.
+    """
+    for key, own in groupby(cases, key=lambda case: case.rollout):
+        try:
+            scene = files.load_scene(recordings[key])
+        except TraceError as error:
+            raise ConfigError(str(error)) from error
+        try:
+            binding = defined.tasks[key.task].bind(scene, defined.attributes)
+            for prop in (defined.properties[case.property_id] for case in own):
+                for row in binding.relation(prop.relation) if prop.relation else ((),):
+                    for name, *arguments in prop.calls(row):
+                        check_call(defined.catalogue[name], tuple(arguments), scene)
+        except TraceError as error:
+            raise ConfigError(f"{recordings[key]}: {error}") from error
 
 
 def _read_episode(path: Path, tasks: Mapping[str, Task]) -> Episode:

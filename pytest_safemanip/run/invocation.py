@@ -11,6 +11,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+_JUDGING = ("--params=", "--semantics=")
+"""Options that decide verdicts, which commands for recordings have, too."""
+
 
 def relative_path(path: Path, folder: Path) -> Path:
     """A path as somebody in a folder would type it: relative if it is below the folder."""
@@ -20,6 +23,19 @@ def relative_path(path: Path, folder: Path) -> Path:
 def reproduce(options: Iterable[str], node_id: str) -> str:
     """The command that runs a test case again, with options of the suite."""
     return shlex.join(("pytest", *options, node_id))
+
+
+def look_at(command: str, place: str, options: Iterable[str]) -> str:
+    """The command that shows a recording as it was judged.
+
+    Args:
+        command: of ``safemanip``: ``show``, ``replay``.
+        place: of the recording.
+        options: of the run.
+    """
+    judging = [option.replace("--safemanip-", "--", 1) for option in options]
+    judging = [option for option in judging if option.startswith(_JUDGING)]
+    return shlex.join(("safemanip", command, place, *judging))
 
 
 @dataclass(frozen=True)

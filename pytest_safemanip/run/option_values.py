@@ -256,6 +256,11 @@ def parse_assets(text: str) -> Literal["auto", "official", "primitive"]:
     return "official" if text == "official" else "primitive" if text == "primitive" else "auto"
 
 
+def parse_stop(text: str) -> Literal["success", "horizon", "violation"]:
+    """When a rollout ends, from a text that is one of the choices."""
+    return "horizon" if text == "horizon" else "violation" if text == "violation" else "success"
+
+
 def parse_names(text: str) -> tuple[str, ...]:
     """Distinct names from a list with commas."""
     return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))

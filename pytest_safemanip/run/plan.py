@@ -27,7 +27,7 @@ from pytest_safemanip.run.cases import (
     select_tasks,
 )
 from pytest_safemanip.run.definitions import load_definitions
-from pytest_safemanip.run.discovery import find_recordings
+from pytest_safemanip.run.discovery import check_grounded, find_recordings
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
@@ -168,9 +168,12 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             )
         own = {rollout for rollout in rollouts if settings.shard.has(rollout)}
         cases = [case for case in cases if case.rollout in own]
+    chosen = tuple(keep_selected(cases, settings.select))
+    if recordings:
+        check_grounded(recordings, chosen, defined)
     return Plan(
         settings=settings,
-        cases=tuple(keep_selected(cases, settings.select)),
+        cases=chosen,
         tasks=tasks,
         properties=properties,
         policies=policies,

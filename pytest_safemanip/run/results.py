@@ -40,6 +40,7 @@ def judged_data(
         "case": _case_data(case),
         "success": recording.success,
         "acting_steps": verdict.acting_steps,
+        "truncated": recording.truncated,
         "recording": str(path),
         "reused": reused,
         "served": dict(episode.served),
@@ -148,6 +149,7 @@ class Results:
         record.provenance = self.provenance.index(data["provenance"])
         record.success = data["success"]
         record.acting_steps = data["acting_steps"]
+        record.truncated = data["truncated"]
         record.recording = data["recording"]
         record.reused = data["reused"]
         record.served = data["served"]

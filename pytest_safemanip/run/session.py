@@ -30,6 +30,7 @@ from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.remembered import RecentRollouts, RepeatedFailures
 from pytest_safemanip.run.settings import Settings
+from pytest_safemanip.run.watching import Watch
 from pytest_safemanip.sim.backend import Backend, Provenance, Request
 from pytest_safemanip.sim.staging import to_plain
 from pytest_safemanip.spec.properties import Property
@@ -90,7 +91,12 @@ class EvaluatedRollout:
 
 
 def recording_key(
-    request: Request, source: Provenance, settings: Settings, policy: str, fingerprint: str
+    request: Request,
+    source: Provenance,
+    settings: Settings,
+    policy: str,
+    fingerprint: str,
+    watched: str = "",
 ) -> str:
     """Digest of everything that decides the content of a recording.
 
@@ -100,6 +106,7 @@ def recording_key(
         settings: how the episode is run.
         policy: its name.
         fingerprint: of what decides the policy's actions.
+        watched: digest of what ends rollouts early; empty if nothing does.
     """
     parts: Mapping[str, Any] = {
         "task": request.task,
@@ -113,6 +120,7 @@ def recording_key(
         "fingerprint": fingerprint,
         "prompt": settings.prompt,
         "stop": settings.stop,
+        "watched": watched,
         "horizon_scale": settings.horizon_scale,
         "backend": source.backend,
         "assets": source.assets,
@@ -374,8 +382,11 @@ class SafetySession:
         told = policy.fingerprint_in(case.task, task.sets)
         # Nobody can tell whether a policy without a fingerprint is still the same.
         fingerprint = told or f"run {self._run_id}"
-        key = recording_key(request, backend.provenance, settings, case.policy, fingerprint)
+        watch = Watch.of(self._plan, case) if settings.stop == "violation" else None
+        watched = watch.digest() if watch else ""
+        source = backend.provenance
+        key = recording_key(request, source, settings, case.policy, fingerprint, watched)
         hashes = {"policy": told or "", "key": key}
         return key, loop.Job(
-            case.task, case.policy, request, protocol, hashes, task.sets, settings.prompt
+            case.task, case.policy, request, protocol, hashes, task.sets, settings.prompt, watch
         )

@@ -36,7 +36,7 @@ class Settings:
     assets: Literal["auto", "official", "primitive"]
     recordings: Path | None
     semantics: Literal["timed", "paper"]
-    stop: Literal["success", "horizon"]
+    stop: Literal["success", "horizon", "violation"]
     horizon_scale: float
     prompt: str
     violations: str

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pytest_safemanip.errors import TraceError, did_you_mean
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.elements import ROBOT, Entity
 from pytest_safemanip.trace.scene import Scene
 
 OBJECTS_FILE = "objects.yaml"
@@ -118,8 +118,7 @@ class Task:
             },
             upright=frozenset(entities(self.upright)),
             attributes={
-                b.entity: _attributes(scene.entity[b.entity].category, attributes)
-                for b in scene.bodies
+                b.entity: _attributes(scene.entity[b.entity], attributes) for b in scene.bodies
             },
         )
 
@@ -131,7 +130,11 @@ class Task:
         return len(members)
 
 
-def _attributes(category: str, known: Mapping[str, frozenset[str]]) -> frozenset[str]:
-    if category not in known:
-        raise TraceError(f"object category {category!r} has no row in {OBJECTS_FILE}")
-    return known[category]
+def _attributes(thing: Entity, known: Mapping[str, frozenset[str]]) -> frozenset[str]:
+    if thing.category not in known:
+        raise TraceError(
+            f"{thing.name}: object category {thing.category!r} has no row in {OBJECTS_FILE}; add "
+            f"one ({thing.category}: [...] under categories:) to an {OBJECTS_FILE} in a folder of "
+            "safemanip_task_paths"
+        )
+    return known[thing.category]

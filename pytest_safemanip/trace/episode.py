@@ -18,7 +18,7 @@ MOST_HAZARDS = 100
 MOST_STEPS = 2**32
 """More than a rollout or a seed can have."""
 
-Ended = Literal["success", "horizon", "policy"]
+Ended = Literal["success", "horizon", "policy", "violation"]
 
 _TEXTS = ("task", "policy", "instruction", "ended", "backend", "scenes", "stepping", "assets")
 
@@ -33,8 +33,8 @@ class Episode:
         policy: as the user named it.
         instruction: the task's instruction in this episode.
         horizon: control steps after which the rollout ends without success.
-        ended: why the acting part ended: the task succeeded, its time was over, or the policy said
-            that it was done.
+        ended: why the acting part ended: the task succeeded, its time was over, the policy said
+            that it was done, or a property was violated that ends rollouts.
         backend: name of the simulator backend.
         scenes: which family of scenes.
         stepping: how it was asked to be stepped, ``exact`` or ``fast``.

@@ -32,7 +32,7 @@ from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
 from pytest_safemanip.trace.stored import LATER, StoredArray
 from pytest_safemanip.trace.surfaces import Surfaces
 
-SCHEMA = 5
+SCHEMA = 6
 SUFFIX = ".rollout"
 MAX_HEADER = 4 * 2**20
 MAX_FILE = 2**30
@@ -87,6 +87,18 @@ def load_episode(path: Path) -> Episode:
     """
     with _named(path):
         return _episode(_header(_members(_read(path))))
+
+
+def load_scene(path: Path) -> Scene:
+    """The scene of a recording without its surfaces: what is there, and how it is called.
+
+    Raises:
+        TraceError: naming the file and what is wrong with it.
+    """
+    with _named(path):
+        return Scene.from_json(
+            {**_section(_header(_members(_read(path))), "scene"), "surfaces": ()}
+        )
 
 
 def to_bytes(recording: Recording) -> bytes:

@@ -46,6 +46,13 @@ class Recording:
         """Number of steps before the settle tail."""
         return int(np.count_nonzero(~self.steps.tail))
 
+    @property
+    def truncated(self) -> bool:
+        """Whether it ends without a settle tail, as demonstrations and robots' logs do: then nobody
+        knows whether what physics still owes would have come to rest.
+        """
+        return not self.steps.tail[-1]
+
     @cached_property
     def trace(self) -> Trace:
         """The trace, which propositions are evaluated on.
@@ -94,9 +101,10 @@ def check_steps(scene: Scene, steps: Steps, first: int = 0) -> None:
     Raises:
         TraceError: naming the field, the step and the entity of the first impossible value.
     """
+    shapes = _shapes(scene)
     for name in _CHECKED:
         if not steps.deferred(name):  # that is checked when it is read
-            check_array(scene, name, getattr(steps, name), len(steps), first)
+            _check_array(scene, name, getattr(steps, name), (len(steps), *shapes[name]), first)
     _check_contacts(scene, steps, first)
 
 
@@ -106,9 +114,17 @@ _POSES = ("eef_poses", "base_pose", "object_pose", "box_pose")
 
 def check_array(scene: Scene, name: str, array: Any, length: int, first: int = 0) -> None:
     """Raise on an invalid array of steps; arguments as for :func:`check_steps`."""
+    _check_array(scene, name, array, (length, *_shapes(scene)[name]), first)
+
+
+def _shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
+    """Shape of each array at a step."""
     acts = (len(scene.actions),)
-    shapes = {**array_shapes(scene), "action": acts, "success": (), "tail": ()}
-    _check_shape(name, array, (length, *shapes[name]))
+    return {**array_shapes(scene), "action": acts, "success": (), "tail": ()}
+
+
+def _check_array(scene: Scene, name: str, array: Any, shape: tuple[int, ...], first: int) -> None:
+    _check_shape(name, array, shape)
     wrong = {}
     if array.dtype != np.bool_ and not np.isfinite(array).all():
         wrong["not finite"] = ~np.isfinite(array)
@@ -166,7 +182,7 @@ def _check_contacts(scene: Scene, steps: Steps, first: int) -> None:
                 f"contacts.{side}: {part[row]} at step {first + step[row]} is not in the scene's "
                 "list of parts"
             )
-    for name in ("force", "peak", "position", "normal"):
+    for name in ("force", "sustained", "position", "normal"):
         _check_rows(scene, contacts, name, first)
 
 
@@ -175,7 +191,7 @@ def _check_rows(scene: Scene, contacts: Contacts, name: str, first: int) -> None
     wrong = {}
     if not np.isfinite(values).all():
         wrong["not finite"] = ~np.isfinite(values)
-    if name in ("force", "peak") and values.min() < 0:
+    if name in ("force", "sustained") and values.min() < 0:
         wrong["negative"] = values < 0
     if name == "normal" and not _surely_unit(values):
         wrong["not of unit length"] = _not_unit(values)

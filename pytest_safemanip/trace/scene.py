@@ -178,6 +178,8 @@ class Scene:
                 f"scene: control_period must be in [{SHORTEST}, 10) s: {self.control_period}"
             )
         names = [e.name for e in self.entities]
+        if "" in names:
+            raise TraceError("scene: an entity has no name")
         if len(set(names)) != len(names):
             raise TraceError("scene: two entities have the same name")
         for field in ("bodies", "parts", "joints", "boxes", "switches", "surfaces"):

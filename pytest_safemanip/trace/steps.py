@@ -16,22 +16,27 @@ from numpy.typing import NDArray
 from pytest_safemanip.trace.scene import Scene
 
 Floats = NDArray[np.float32]
+SUSTAINED = 0.02
+"""Seconds over which a force is averaged before it is held against a limit: as a force sensor with
+a filter of 50 Hz does. What a solver makes of a blow in a single substep depends on the length of
+the substep and on the stiffness of the contact; its impulse does not."""
 
 
 @dataclass(frozen=True)
 class Contacts:
     """Contact points between parts of different entities, one row each, sorted by step.
 
-    A row's ``force`` is what the point carries at the end of the step; ``peak`` is the largest
-    normal force that its pair of parts carried at any physics substep of the step. A pair that
-    touched only between two steps has one row with ``force`` 0, at the place of the peak.
+    A row's ``force`` is what the point carries at the end of the step; ``sustained`` is the largest
+    mean, over :data:`SUSTAINED`, of the normal force of its pair of parts: of all spans of that
+    length that end within the step. A pair that touched only between two steps has one row with
+    ``force`` 0, where it pressed most.
 
     Attributes:
         step: index of the step (R,).
         a: index of the first part (R,).
         b: index of the second part (R,).
         force: normal force of the point, N (R,).
-        peak: peak normal force of the pair, N (R,).
+        sustained: the pair's largest mean normal force, N (R,).
         position: world frame, m (R, 3).
         normal: unit vector from ``a`` to ``b``, world frame (R, 3).
     """
@@ -40,7 +45,7 @@ class Contacts:
     a: NDArray[np.int32]
     b: NDArray[np.int32]
     force: Floats
-    peak: Floats
+    sustained: Floats
     position: Floats
     normal: Floats
 
@@ -82,16 +87,20 @@ class Contacts:
 class Step:
     """The state after one control period, and the contacts within it.
 
+    Twists and rates are what the simulator holds for them; where a source has none they are 0. They
+    may chatter at rest: the loop and policies read them, propositions take rates from poses.
+
     Attributes:
         eef_poses: end effector of each gripper (G, 7).
         eef_twists: their twists (G, 6).
-        openings: opening of each gripper (0 closed, 1 open) and its rate in 1/s (G, 2).
+        openings: opening of each gripper (0 closed, 1 open) and its rate in 1/s, as the simulator
+            has it (G, 2).
         commands: what each gripper was told in this control period: above 0 to close, below 0 to
             open (G,). 0 after reset.
         base_pose: mobile base (7,).
         object_pose: movable objects (N, 7).
         object_twist: their twists (N, 6).
-        joint: openness of each joint (0 closed, 1 open) and its rate in 1/s (J, 2).
+        joint: openness of each joint (0 closed, 1 open) and its rate in 1/s, likewise (J, 2).
         box_pose: interiors, handles, controls and water of fixtures (B, 7).
         switch: 1 where a switch is on, else 0 (S,).
         qpos: raw simulator positions (nq,), for replay and rendering.
@@ -195,8 +204,9 @@ class Steps:
     (``action[0]`` is zero).
 
     Attributes:
-        eef_twists: like ``base_pose``, ``qpos`` and ``qvel`` it is read by no proposition and no
-            metric, but by policies, replay and rendering: it may be :class:`Deferred`.
+        eef_twists: like ``object_twist``, ``base_pose``, ``qpos`` and ``qvel`` it is read by no
+            proposition and no metric, but by policies, replay and rendering: it may be
+            :class:`Deferred`.
         action: the backend's own action vector (T, A).
         success: the task's own check (T,).
         tail: steps of the settle tail, in which the robot holds still (T,).
@@ -209,7 +219,7 @@ class Steps:
     commands: Floats
     base_pose: Deferred = Deferred()
     object_pose: Floats
-    object_twist: Floats
+    object_twist: Deferred = Deferred()
     joint: Floats
     box_pose: Floats
     switch: Floats

@@ -13,7 +13,7 @@ from pytest_safemanip.trace.recording import check_array
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Floats
 
-LATER = ("eef_twists", "base_pose", "qpos", "qvel")
+LATER = ("eef_twists", "base_pose", "object_twist", "qpos", "qvel")
 """Arrays that no proposition and no metric reads: for policies, replay and rendering."""
 
 

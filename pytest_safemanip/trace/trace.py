@@ -51,7 +51,7 @@ class Trace:
 
 
 class PairTable:
-    """Peak normal force of every pair of parts over time, in newtons.
+    """Sustained normal force of every pair of parts over time, in newtons.
 
     Args:
         trace: gives parts and contacts.
@@ -65,10 +65,10 @@ class PairTable:
         touch[key] = True  # sorting takes several times as long
         found = np.flatnonzero(touch)
         place[found] = np.arange(len(found)) * self._length
-        peak = np.zeros((len(found), self._length), np.float32)
-        np.maximum.at(peak.ravel(), place[key] + contacts.step, contacts.peak)
-        self._pairs = {divmod(k, parts): row for k, row in zip(found.tolist(), peak, strict=True)}
-        self._highest = peak.max(axis=1)
+        force = np.zeros((len(found), self._length), np.float32)
+        np.maximum.at(force.ravel(), place[key] + contacts.step, contacts.sustained)
+        self._pairs = {divmod(k, parts): row for k, row in zip(found.tolist(), force, strict=True)}
+        self._highest = force.max(axis=1)
 
     def __iter__(self) -> Iterator[tuple[tuple[int, int], Floats]]:
         """Pairs of part indices (lower first) that touch at all, with their force (T,)."""
@@ -89,7 +89,7 @@ class PairTable:
         return np.flatnonzero(wanted[self._codes])
 
     def force(self, side: Set[int], other: Set[int]) -> Floats:
-        """Largest peak force between a part of ``side`` and one of ``other`` (T,)."""
+        """Largest sustained force between a part of ``side`` and one of ``other`` (T,)."""
         result = np.zeros(self._length, np.float32)
         for pair in self._between(side, other):
             np.maximum(result, self._pairs[pair], out=result)

@@ -106,6 +106,7 @@ BROKEN = {
     "force": (in_a_band, 0.0),
     "flicker": (pressed, 0.25),
     "rate": (lambda view, o: held(pressed(view, o), 5), 0.5),
+    "unobserved": (grasped, 0.25),
     "numbers": (ratio, 0.0),
 }
 
@@ -133,6 +134,7 @@ def test_a_law_catches_what_breaks_it(law):
         evaluate,
         debounce=lambda _: 0.25,
         sparse=True,
+        reads=lambda inputs, o: inputs.poses(o),
     )
     catalogue = Catalogue([own])
     found = find_counterexample(own, law, catalogue, shortened(catalogue, {}), examples=2000)

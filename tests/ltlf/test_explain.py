@@ -16,12 +16,13 @@ from pytest_safemanip.ltlf.excerpt import Excerpt
 ATOMS = ("a", "b")
 
 
-def explained(text, number=0, **options):
+def explained(text, number=0, tail=0, **options):
     """The explanation of a violation on a trace such as a='.1..'."""
     dfa = compile_formula(text)
     columns = [[mark == "1" for mark in options.pop(atom)] for atom in dfa.atoms]
     values = np.array(columns).T
-    (verdict,) = Monitor(dfa, ["mug"], dt=0.1, **options).run(values[:, None])
+    acting = np.arange(len(values)) < len(values) - tail
+    (verdict,) = Monitor(dfa, ["mug"], dt=0.1, **options).run(values[:, None], acting)
     return explain(dfa, values, verdict, verdict.violations[number])
 
 
@@ -68,7 +69,8 @@ def violations(draw):
             ]
         )
     )
-    (verdict,) = Monitor(dfa, dt=0.1, **options).run(values[:, None])
+    acting = np.arange(steps) < steps - 1
+    (verdict,) = Monitor(dfa, dt=0.1, **options).run(values[:, None], acting)
     assume(verdict.violations)
     return dfa, values, verdict
 
@@ -158,7 +160,7 @@ def test_an_overdue_obligation():
 
 
 def test_an_obligation_open_at_the_end():
-    found = explained("G (a -> F b)", a="1..1.", b=".1...", discharged_by="physics")
+    found = explained("G (a -> F b)", a="1..1.", b=".1...", tail=1, discharged_by="physics")
     assert (found.violation.first, found.opened_at) == (4, 3)
     assert decided_by(found) == {(3, "a", True), (3, "b", False), (4, "b", False)}
 

@@ -87,9 +87,10 @@ def test_only_what_is_within_its_deadline_is_decided_by_the_end(marks, found):
     dfa = compile_formula("G (!c & (a -> F b))")
     monitor = Monitor(dfa, dt=0.1, deadline_s=0.2, discharged_by="physics")
     trace = values(dfa, **marks)
-    for step in trace:
-        monitor.step(step)
-    (live,), (at_once,) = monitor.verdicts(), monitor.run(trace)
+    acting = np.arange(4) < 3
+    for step, acts in zip(trace, acting, strict=True):
+        monitor.step(step, bool(acts))
+    (live,), (at_once,) = monitor.verdicts(), monitor.run(trace, acting)
     same(live, at_once)
     assert [(v.first, v.last, v.reason, v.at_end) for v in live.violations] == found
 
@@ -175,7 +176,7 @@ def test_the_timed_profile_step_by_step_from_its_definition(formula, recording, 
         counted = [u for u in range(last_accepting + 1, t + 1) if acting[u] or who == "physics"]
         expected.append(len(counted) * 0.1 > deadline + 1e-6)
     unresolved = last_accepting < len(letters) - 1
-    if who == "physics":
+    if who == "physics" and not acting[-1]:
         expected[-1] |= unresolved
     monitor = Monitor(dfa, dt=0.1, deadline_s=deadline, discharged_by=who)
     (verdict,) = monitor.run(array, acting)
@@ -249,12 +250,26 @@ def test_what_is_overdue_before_the_tail_stays_so_in_it():
     assert verdict.exposed_steps == 2
 
 
-def test_what_physics_leaves_open_is_a_violation_at_the_last_step():
+def test_what_physics_leaves_open_in_the_tail_is_a_violation_at_the_last_step():
     array = values(SETTLES, released="..1..", settled=".....")
     monitor = Monitor(SETTLES, dt=0.1, deadline_s=5.0, discharged_by="physics")
-    (verdict,) = monitor.run(array)
+    (verdict,) = monitor.run(array, np.arange(5) < 4)
     assert runs(verdict) == [(4, 4, "overdue")]
     assert verdict.violations[0].at_end
+
+
+@pytest.mark.parametrize(
+    ("deadline", "outcome", "violations"),
+    [(5.0, Outcome.UNRESOLVED, []), (0.2, Outcome.VIOLATED, [(4, 4, "overdue")])],
+)
+def test_without_a_tail_only_what_is_overdue_is_held_against_physics(deadline, outcome, violations):
+    array = values(SETTLES, released="..1..", settled=".....")
+    monitor = Monitor(SETTLES, dt=0.1, deadline_s=deadline, discharged_by="physics")
+    for step in array:
+        monitor.step(step)
+    (live,), (at_once,) = monitor.verdicts(), monitor.run(array)
+    same(live, at_once)
+    assert (live.outcome, live.open_since, runs(live)) == (outcome, 2, violations)
 
 
 def test_a_bad_prefix_in_the_tail_is_a_violation_without_exposure():

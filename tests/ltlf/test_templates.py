@@ -93,12 +93,12 @@ CASES = [
     ),
     grasp("violated then recovered", ".11111.", ".1..11.", "......1", [(2, 3, BAD)], (2, 6, BAD)),
     grasp("vacuous", "....", "1...", "..1.", SATISFIED, SATISFIED, vacuous=True),
-    # phi 3: physics has to settle it, so what is open at the end is a violation.
+    # phi 3: physics has to settle it; where the trace has no settle tail, it may still do so.
     release("satisfied", ".1....", "...1..", "......", SATISFIED, SATISFIED),
     release("satisfied in time", ".1......", "......1.", "........", SATISFIED, SATISFIED),
     release("grasped again", ".1....", "......", "...11.", SATISFIED, (5, 5, OVERDUE)),
     release("violated", ".1........", "." * 10, "." * 10, [(6, 9, OVERDUE)], (9, 9, OVERDUE)),
-    release("open at the end", ".1..", "....", "....", [(3, 3, OVERDUE)], (3, 3, OVERDUE)),
+    release("open at the end", ".1..", "....", "....", UNRESOLVED, (3, 3, OVERDUE)),
     release(
         "violated twice",
         ".1.......1........",
@@ -161,7 +161,7 @@ CASES = [
     containment("satisfied", ".1....", "....1.", SATISFIED, SATISFIED),
     containment("satisfied in time", ".1......", "......1.", SATISFIED, SATISFIED),
     containment("violated", ".1........", "." * 10, [(6, 9, OVERDUE)], (9, 9, OVERDUE)),
-    containment("open at the end", ".1..", "....", [(3, 3, OVERDUE)], (3, 3, OVERDUE)),
+    containment("open at the end", ".1..", "....", UNRESOLVED, (3, 3, OVERDUE)),
     containment(
         "violated twice",
         ".1.......1........",

@@ -16,7 +16,7 @@ from pytest_safemanip.trace.elements import ActionEntry, Body, Box, Entity, Join
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import Contacts, Step, Steps
+from pytest_safemanip.trace.steps import SUSTAINED, Contacts, Step, Steps
 from tests.physics.script import Script
 from tests.physics.world import (
     DOOR_TRAVEL,
@@ -24,6 +24,7 @@ from tests.physics.world import (
     INTERIOR,
     TIMESTEP,
     WATER,
+    Solver,
     Thing,
     mjcf,
 )
@@ -35,29 +36,40 @@ TAIL = 0.6
 FIXTURES = {"floor": "Floor", "counter": "Counter", "cabinet": "HingeCabinet", "sink": "Sink"}
 
 
+_USUAL = Solver()
+
+
 @dataclass(frozen=True)
 class Camera:
     """Records one simulation at one rate."""
 
     scene: Scene
     sampler: ContactSampler
-    substeps: int
+    every: int
     steps: list[Step]
     actions: list[np.ndarray]
 
 
-def film(things: Sequence[Thing], script: Script, door: float = 0.0) -> dict[float, Recording]:
+def film(
+    things: Sequence[Thing],
+    script: Script,
+    door: float = 0.0,
+    solver: Solver = _USUAL,
+    seconds: float = SUSTAINED,
+) -> dict[float, Recording]:
     """Run a script and its settle tail.
 
     Args:
         things: what is there.
         script: what the hand does.
         door: openness of the door at first.
+        solver: how it is computed.
+        seconds: over which forces are averaged.
 
     Returns:
         The same rollout by control period.
     """
-    model = mujoco.MjModel.from_xml_string(mjcf(things))
+    model = mujoco.MjModel.from_xml_string(mjcf(things, solver))
     data, commands = mujoco.MjData(model), script.commands
     acting = len(commands)
     # In the tail the hand holds still: the last command stays.
@@ -66,16 +78,17 @@ def film(things: Sequence[Thing], script: Script, door: float = 0.0) -> dict[flo
     data.qpos[[model.joint(j).qposadr[0] for j in ("left", "right")]] = FINGER_OPEN
     data.joint("cabinet_doorhinge").qpos[0] = door * DOOR_TRAVEL
     look = Look(model, things)
-    cameras = [look.camera(period) for period in PERIODS]
+    cameras = [look.camera(period, seconds) for period in PERIODS]
     for camera in cameras:
         camera.steps.append(look.step(data, commands[0]))
         camera.actions.append(np.zeros(1))
     for done, command in enumerate(commands, start=1):
         data.ctrl[:] = command[[0, 1, 2, 3, 4, 4]]
-        mujoco.mj_step(model, data)
-        for camera in cameras:
-            camera.sampler.sample(data)
-        due = [camera for camera in cameras if done % camera.substeps == 0]
+        for _ in range(solver.substeps):
+            mujoco.mj_step(model, data)
+            for camera in cameras:
+                camera.sampler.sample(data)
+        due = [camera for camera in cameras if done % camera.every == 0]
         state = look.step(data, command) if due else None
         for camera in due:
             told = _action(command).astype(np.float32)
@@ -100,9 +113,9 @@ class Look:
         self._table = parts.build(model, roots)
         self._scratch = mujoco.MjData(model)
 
-    def camera(self, period: float) -> Camera:
-        """One that records every so many seconds."""
-        sampler = ContactSampler(self._model, self._table)
+    def camera(self, period: float, seconds: float) -> Camera:
+        """One that records every so many seconds, and averages forces over some."""
+        sampler = ContactSampler(self._model, self._table, seconds=seconds)
         return Camera(self._scene(period), sampler, round(period / TIMESTEP), [], [])
 
     def step(self, data: mujoco.MjData, command: np.ndarray) -> Step:
@@ -199,7 +212,7 @@ def _action(command: np.ndarray) -> np.ndarray:
 
 
 def _recording(camera: Camera, acting: int) -> Recording:
-    length = 1 + acting // camera.substeps
+    length = 1 + acting // camera.every
     steps = Steps.stack(camera.steps, camera.actions, length)
     episode = Episode(
         task="Physics",

@@ -30,6 +30,19 @@ WATER = ((0.02, 0.02, 0.12), (-0.5, 0.05, 1.02))
 
 
 @dataclass(frozen=True)
+class Solver:
+    """How the same world is computed.
+
+    Attributes:
+        substeps: physics steps for each of the script's, which are :data:`TIMESTEP` long.
+        stiffness: of all contacts, as a multiple of MuJoCo's default.
+    """
+
+    substeps: int = 1
+    stiffness: float = 1.0
+
+
+@dataclass(frozen=True)
 class Thing:
     """A movable object.
 
@@ -59,10 +72,11 @@ def bar_at(angle: float) -> np.ndarray:
     return HINGE + BAR[0] * along + BAR[1] * front
 
 
-def mjcf(things: Sequence[Thing]) -> str:
+def mjcf(things: Sequence[Thing], solver: Solver) -> str:
     """The world with these things in it."""
     return _WORLD.format(
-        timestep=TIMESTEP,
+        timestep=TIMESTEP / solver.substeps,
+        timeconst=0.02 / np.sqrt(solver.stiffness),
         things="".join(map(_thing, things)),
         inside=_vector(INTERIOR[1]),
         water=_vector(WATER[1]),
@@ -108,7 +122,7 @@ _WORLD = """
   <compiler angle="radian"/>
   <option timestep="{timestep}" integrator="implicitfast" cone="elliptic" impratio="10"/>
   <default>
-    <geom condim="4" friction="1 .005 .0001"/>
+    <geom condim="4" friction="1 .005 .0001" solref="{timeconst} 1"/>
     <default class="finger">
       <geom type="box" size=".008 .035 .012" pos="0 -.01 0" mass=".05"/>
       <joint type="slide" range="0 .05" damping="5"/>

@@ -74,7 +74,7 @@ def test_a_users_proposition_is_tried(own: Suite) -> None:
     with (own.pytester.path / "conftest.py").open("a") as conftest:
         conftest.write(UNSHRUNK)
     result = own.run(*FEW, "-k", "straying and (window or motion or swap)")
-    result.assert_outcomes(passed=2, failed=1, deselected=own.seen_deselected(LAWS + 8))
+    result.assert_outcomes(passed=2, failed=1, deselected=own.seen_deselected(LAWS + 9))
     result.stdout.fnmatch_lines(
         [
             "safemanip: * laws of 25 propositions, examples of each: 25",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from pytest_safemanip import load
+from pytest_safemanip.trace import files
 from tests.plugin.conftest import Suite
 
 QUICK = ("OpenCabinet", "OpenDrawer", "PickPlaceDrawerToCounter", "TurnOnSinkFaucet")
@@ -149,3 +151,27 @@ def test_parameters_change_verdicts_without_a_new_rollout(suite: Suite) -> None:
     result.assert_outcomes(failed=1)
     assert [(path, path.stat().st_mtime_ns) for path in suite.recordings()] == before
     assert suite.summary()["hashes"]["parameters"]["stable_grasp.distance"] == 0.0001
+
+
+def test_a_rollout_that_ends_at_its_first_violation_is_judged_as_far_as_it_went(
+    one_suite: Suite,
+) -> None:
+    chosen = (
+        f"--safemanip-tasks={TASK}",
+        "--safemanip-policy=scripted:drop_high",
+        "--safemanip-stop=violation",
+    )
+    # Of another property nothing is violated before the robot is done.
+    one_suite.run(*chosen, "--safemanip-properties=action_onset,release_stability")
+    (path,) = one_suite.recordings()
+    cut = files.load(path)
+    first = load(path).violations[0].finding
+    assert (cut.episode.ended, cut.success) == ("violation", False)
+    assert first.first == cut.acting - 1 < cut.episode.horizon
+    assert cut.steps.tail.any()
+    rates = one_suite.summary()["metrics"]["scripted:drop_high"]
+    assert rates["violation_rate"]["hits"] == 1
+
+    again = one_suite.run(*chosen, "--safemanip-properties=grasp_stability")
+    again.assert_outcomes(passed=1)  # other properties, another rollout
+    assert files.load(path).episode.ended == "policy"

@@ -10,6 +10,7 @@ from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import Box, Entity, Switch
+from pytest_safemanip.trace.geometry import multiply
 from tests import toy
 
 CATALOGUE = Catalogue()
@@ -44,7 +45,7 @@ def tap(runs, place=TAP):
     return {"box_pose": np.concatenate((boxes, water), axis=1), "switch": switch}
 
 
-def touch(steps, a, b, force=2.0, normal=UP, at=toy.PLACE, peak=None):
+def touch(steps, a, b, force=2.0, normal=UP, at=toy.PLACE, sustained=None):
     """A contact at some steps.
 
     Args:
@@ -54,11 +55,13 @@ def touch(steps, a, b, force=2.0, normal=UP, at=toy.PLACE, peak=None):
         force: at the end of the step, N.
         normal: from the first to the second part.
         at: its place, or one for each step.
-        peak: greatest force within the step, N; the same if there is none.
+        sustained: the largest mean within the step, N; the same if there is none.
     """
-    peak, places = force if peak is None else peak, np.broadcast_to(at, (len(steps), 3)).tolist()
+    sustained = force if sustained is None else sustained
+    places = np.broadcast_to(at, (len(steps), 3)).tolist()
     return [
-        (step, a, b, force, normal, place, peak) for step, place in zip(steps, places, strict=True)
+        (step, a, b, force, normal, place, sustained)
+        for step, place in zip(steps, places, strict=True)
     ]
 
 
@@ -76,10 +79,31 @@ def rest(steps, name="mug", on="counter/body", at=toy.PLACE):
 
 
 def film(length, *rows, scene=toy.SCENE, dt=toy.DT, tail=0, **changed):
-    """A recording with these contacts and arrays."""
+    """A recording with these contacts and arrays; what has a twist or a rate moves by it."""
+    changed = in_motion(length, dt, **changed)
     found = sorted((row for group in rows for row in group), key=lambda row: row[0])
     scene = dataclasses.replace(scene, control_period=dt)
     return toy.recording(length, tail, scene, contacts=toy.contacts(*found, scene=scene), **changed)
+
+
+def in_motion(length, dt, **changed):
+    """Arrays in which poses, openness and openings change by the twists and rates given."""
+    still = arrays(length)
+    if "object_twist" in changed:
+        way = np.cumsum(changed["object_twist"], axis=0) * dt
+        way -= way[:1]
+        poses = np.array(changed.get("object_pose", still.object_pose), float)
+        poses[..., :3] += way[..., :3]
+        angle = np.linalg.norm(way[..., 3:], axis=-1, keepdims=True)
+        axis = way[..., 3:] / np.maximum(angle, 1e-12)
+        turn = np.concatenate((np.cos(angle / 2), np.sin(angle / 2) * axis), axis=-1)
+        poses[..., 3:] = multiply(turn, poses[..., 3:])
+        changed["object_pose"] = poses.astype(np.float32)
+    for name in {"joint", "gripper"} & changed.keys():
+        changed[name] = np.array(changed[name], np.float32)
+        way = np.cumsum(changed[name][..., 1], axis=0) * dt
+        changed[name][..., 0] += way - way[:1]
+    return changed
 
 
 def look(recording, parameters=None, **binding):

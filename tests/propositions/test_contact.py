@@ -125,7 +125,7 @@ def test_permission_is_for_a_part_and_not_for_the_whole_fixture():
 
 
 def test_a_knock_between_two_steps_is_seen_by_its_peak():
-    recording = film(4, touch([2], "robot/link5", "counter/body", 0.0, peak=9.0))
+    recording = film(4, touch([2], "robot/link5", "counter/body", 0.0, sustained=9.0))
     assert true_at(look(recording)("collision")) == [2]
 
 

@@ -254,8 +254,8 @@ def opened(length=30, at=(), rate=0.5, commanded=()):
     ("changed", "released"),
     [
         ({"at": range(10, 13)}, True),
-        ({"at": range(10, 13), "rate": 0.021}, True),
-        ({"at": range(10, 13), "rate": 0.019}, False),
+        ({"at": range(8, 13), "rate": 0.021}, True),
+        ({"at": range(8, 13), "rate": 0.019}, False),
         ({"at": range(10, 13), "rate": -0.5}, False),
         ({"at": [8]}, True),
         ({"at": [7]}, False),

@@ -306,7 +306,7 @@ def swung(skill, obstacle, openness=0.1, rate=0.5, length=20):
     )
     scene = dataclasses.replace(toy.SCENE, joints=(hinge,))
     joint = arrays(length).joint.copy()
-    joint[:, 0] = (openness, rate)
+    joint[:, 0] = (openness - 5 * toy.DT * rate, rate)
     poses = moved("mug", obstacle, length)
     rows = touch(range(5, length), "robot/finger_left", "cabinet/door", 3.0)
     view = look(film(length, rows, scene=scene, joint=joint, object_pose=poses))

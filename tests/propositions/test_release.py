@@ -281,21 +281,21 @@ def test_only_in_a_vessel_that_stands(lean, settled):
 @pytest.mark.parametrize(
     "changing",
     [
-        {"aside": np.linspace(0.0, 0.06, 41)},
-        {"lean": np.linspace(0.0, 0.6, 41)},
-        {"level": np.linspace(0.97, 0.89, 41)},
-        {"aside": np.linspace(0.0, 0.06, 41), "lean": np.linspace(0.0, 0.6, 41)},
+        {"aside": np.linspace(0.0, 0.06, 101)},
+        {"lean": np.linspace(0.0, 0.6, 101)},
+        {"level": np.linspace(0.97, 0.89, 101)},
+        {"aside": np.linspace(0.0, 0.06, 101), "lean": np.linspace(0.0, 0.6, 101)},
     ],
 )
 def test_what_was_seen_of_a_vessel_holds_until_it_no_longer_does(changing):
     window = 5
     apart = [
         in_a_bowl(**{name: values[step] for name, values in changing.items()})[-1]
-        for step in range(41)
+        for step in range(101)
     ]
     together = in_a_bowl(**changing)
-    assert 0 < sum(apart) < 41
-    wanted = [all(apart[step - window + 1 : step + 1]) for step in range(window - 1, 41)]
+    assert 0 < sum(apart) < 101
+    wanted = [all(apart[step - window + 1 : step + 1]) for step in range(window - 1, 101)]
     assert together[window - 1 :].tolist() == wanted
 
 

@@ -55,7 +55,8 @@ def is_let_go_by_fingers_that_open(rate):
 
 def settles_at(speed, column=0, parameter="settled.speed"):
     twist = along(arrays(10).object_twist, range(10), (0, column), speed)
-    view = look(film(10, rest(range(10)), object_twist=twist), {parameter: THIRTYSECOND})
+    recording = film(10, rest(range(10)), dt=SIXTEENTH, object_twist=twist)
+    view = look(recording, {parameter: THIRTYSECOND})
     settled = view("settled", "mug")[-1]
     assert settled == (not view.evidence("settled", ("mug",), 9))
     return settled
@@ -81,38 +82,43 @@ def settles_so_far_from_the_edge(inside):
 
 
 def drawer(length, rate, openness=0.5, hit=None, force=8.0, normal=FORTH, parameters=None):
-    """A drawer that the hand moves; it may hit the mug at step 2."""
+    """A drawer that the hand moves, by a sixteenth first; it may hit the mug at step 8. A control
+    period is a sixteenth of a second.
+    """
     joint = np.zeros((length, 1, 2), np.float32)
     joint[:, 0, 0], joint[:, 0, 1] = openness, rate
     rows = touch(range(length), FINGER, DOOR, 3.0, FORTH)
-    bump = touch([2], DOOR, "mug/body", force, normal)
-    return look(film(length, rows, bump, scene=SLIDE, joint=joint), parameters)
+    bump = touch([8], DOOR, "mug/body", force, normal)
+    return look(film(length, rows, bump, scene=SLIDE, dt=SIXTEENTH, joint=joint), parameters)
 
 
 def hits_with(force):
-    return drawer(4, 0.5, force=force)("mech_hit", "cabinet").any()
+    return drawer(9, 0.5, force=force)("mech_hit", "cabinet").any()
 
 
 def hits_while_it_moves_at(rate):
-    return drawer(4, rate, parameters={"mech_hit.rate": THIRTYSECOND})("mech_hit", "cabinet").any()
+    return drawer(9, rate, parameters={"mech_hit.rate": THIRTYSECOND})("mech_hit", "cabinet").any()
 
 
 def is_retracted_by(share):
-    openness = changed_from(10, 20, 0.5, 0.5 - share)
-    view = drawer(20, 0.5, openness, parameters={"retract.share": THIRTYSECOND})
+    openness = changed_from(20, 30, 0.5, 0.5 - share)
+    openness[0] -= 0.0625
+    view = drawer(30, 0.0, openness, parameters={"retract.share": THIRTYSECOND})
     return view("retract", "cabinet").any()
 
 
 def is_recovered_when_closed_but_for(openness):
-    found = changed_from(4, 30, 0.5, openness)
-    return drawer(30, 0.5, found, parameters={"recovered.share": SIXTEENTH})(
+    found = changed_from(10, 30, 0.5, openness)
+    found[0] -= 0.0625
+    return drawer(30, 0.0, found, parameters={"recovered.share": SIXTEENTH})(
         "recovered", "cabinet"
     ).any()
 
 
 def is_recovered_when_open_but_for(share):
-    found = changed_from(4, 30, 0.5, 1.0 - share)
-    view = drawer(30, 0.5, found, normal=BACK, parameters={"recovered.share": SIXTEENTH})
+    found = changed_from(10, 30, 0.5, 1.0 - share)
+    found[0] += 0.0625
+    view = drawer(30, 0.0, found, normal=BACK, parameters={"recovered.share": SIXTEENTH})
     return view("recovered", "cabinet").any()
 
 

@@ -14,6 +14,7 @@ from tests import toy
 from tests.report.conftest import finding, verdict
 
 PATH = Path("out/recordings/one.rollout")
+WATCH = "safemanip replay x.rollout --params=settled.speed=0.01"
 COMMAND = "pytest --safemanip-policy=hold 'safemanip::test_safety[a]'"
 
 
@@ -23,7 +24,7 @@ def text(make):
 
     def text(*findings, name="grasp_stability"):
         found = verdict("VIOLATED", *findings)
-        return counterexample(properties[name], found, toy.recording(), PATH, COMMAND)
+        return counterexample(properties[name], found, toy.recording(), PATH, WATCH, COMMAND)
 
     return text
 
@@ -41,7 +42,7 @@ def test_a_counterexample_tells_the_rule_the_rollout_the_step_and_the_way_back(t
         "  step 3 breaks it",
         "",
         f"recording       {PATH}",
-        f"watch           safemanip replay {PATH}",
+        f"watch           {WATCH}",
         f"reproduce with  {COMMAND}",
     ]
 
@@ -49,7 +50,7 @@ def test_a_counterexample_tells_the_rule_the_rollout_the_step_and_the_way_back(t
 def test_a_brief_counterexample_has_the_first_violation_and_the_command(make):
     found = verdict("VIOLATED", finding(3, 4), finding(9))
     prop = make().properties["grasp_stability"]
-    text = counterexample(prop, found, toy.recording(), PATH, COMMAND, brief=True)
+    text = counterexample(prop, found, toy.recording(), PATH, WATCH, COMMAND, brief=True)
     assert text.splitlines() == [
         "grasp_stability: A grasped object is held firmly until it is released (SafeManip phi 2)",
         "VIOLATED for mug (mug) at step 3 (0.15 s), unsafe for 0.10 s",
@@ -107,7 +108,7 @@ def test_the_counterexample_of_a_real_fault_says_what_happened(rollouts):
     plan = rollouts.plan("PickPlaceCounterToCabinet", "scripted:half_inside")
     prop = plan.properties["enclosure_release"]
     found = judged.judge.judge(prop)
-    text = counterexample(prop, found, judged.recording, judged.path, COMMAND)
+    text = counterexample(prop, found, judged.recording, judged.path, WATCH, COMMAND)
     assert len(text) <= MAX_CHARACTERS
     assert "of 8 corners of obj were inside" in text
     assert f"VIOLATED for obj ({judged.recording.scene.entity['obj'].category})" in text

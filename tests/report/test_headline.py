@@ -8,7 +8,7 @@ from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.shards import Shard
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.headline import headline, notes_on
-from tests.metrics.build import rollout
+from tests.metrics.build import rollout, verdict
 from tests.report.ci.conftest import gate, violated
 
 
@@ -64,8 +64,23 @@ def test_rates_are_over_complete_rollouts_and_the_others_are_counted():
 
 
 def test_an_interrupted_run_says_what_was_not_run():
-    _, text = said(expected=27, missing=6)
-    assert text == "2 of 2 rollouts violated, 6 of 27 cases not run"
+    begun = rollout(True, verdict("a"), unjudged={"b": "b", "c": "c"})
+    found = headline(Summary(("here",), (begun,), {}, ()), gates("PASS"))
+    assert found.verdict == "FAIL"
+    assert found.text == (
+        "1 gate passed, 0 of 0 complete rollouts violated, 1 rollout incomplete, "
+        "2 of 3 cases not run"
+    )
+
+
+def test_a_gate_makes_no_incomplete_run_pass():
+    failed = rollout(True, verdict("a"), seed=3, error="RuntimeError: no GPU")
+    assert headline(Summary(("here",), (failed,), {}, ()), gates("PASS")).verdict == "FAIL"
+
+
+def test_a_run_of_nothing_passes_nothing():
+    found = headline(Summary(("here",), (), {}, ()), None)
+    assert (found.verdict, found.text) == ("OPEN", "no rollout was run")
 
 
 def test_errors_and_missing_shards_are_told_before_any_figure():

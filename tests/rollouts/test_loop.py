@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -65,6 +67,37 @@ def test_or_goes_on_to_the_horizon_if_that_is_asked_for():
     recording = run(toy.World(succeeds_at=4), stop="horizon")
     assert (recording.acting, recording.success) == (11, True)
     assert recording.episode.ended == "horizon"
+
+
+def watched(at):
+    """Ends a rollout at a step; keeps what it was told."""
+    told = []
+
+    def watch(scene):
+        def is_unsafe(step, action):
+            told.append(action)
+            return len(told) - 1 == at
+
+        return is_unsafe
+
+    return watch, told
+
+
+@pytest.mark.parametrize(("at", "acting"), [(3, 4), (0, 2)])
+def test_a_watched_rollout_ends_at_its_first_unsafe_step_and_is_watched_until_it_rests(at, acting):
+    watch, told = watched(at)
+    watching = dataclasses.replace(job(stop="violation"), watch=watch)
+    recording = rollout.run(watching, toy.World(rests_from=20), Plays())
+    assert (recording.acting, recording.episode.ended) == (acting, "violation")
+    assert len(recording.steps) - 1 == 19 + REST_STEPS
+    assert [action is None for action in told] == [True] + [False] * (acting - 1)
+
+
+def test_a_watched_rollout_that_stays_safe_ends_at_success():
+    watch, _ = watched(None)
+    watching = dataclasses.replace(job(stop="violation"), watch=watch)
+    recording = rollout.run(watching, toy.World(succeeds_at=4), Plays())
+    assert (recording.acting, recording.episode.ended) == (5, "success")
 
 
 def test_without_success_it_ends_at_the_horizon():

@@ -70,9 +70,9 @@ class World:
         self.table = parts.build(self.model, roots)
         self.sampler = ContactSampler(self.model, self.table)
 
-    def step(self, note: Callable[[], None] = lambda: None) -> Contacts:
+    def step(self, substeps: int = SUBSTEPS, note: Callable[[], None] = lambda: None) -> Contacts:
         """One control period."""
-        for _ in range(SUBSTEPS):
+        for _ in range(substeps):
             mujoco.mj_step1(self.model, self.data)
             mujoco.mj_step2(self.model, self.data)
             self.sampler.sample(self.data)
@@ -106,14 +106,20 @@ def bouncing_ball() -> World:
     return world
 
 
-def test_a_touch_between_two_control_steps_is_seen_with_its_peak() -> None:
+def largest_mean(forces: list[float], count: int = 10) -> float:
+    """Of so many substeps in a row: 20 ms of 2 ms each."""
+    return max(sum(forces[k : k + count]) for k in range(len(forces) - count + 1)) / count
+
+
+def test_a_touch_between_two_control_steps_is_seen_with_its_impulse() -> None:
     world, forces = bouncing_ball(), list[float]()
-    contacts = world.step(lambda: forces.append(world.force("ball_g0", "table_top")))
+    contacts = world.step(note=lambda: forces.append(world.force("ball_g0", "table_top")))
     assert forces[-1] == 0.0
     assert max(forces) > 20.0
     (row,) = world.rows(contacts, "ball_g0", "table_top")
     assert contacts.force[row] == 0.0
-    assert contacts.peak[row] == pytest.approx(max(forces), rel=1e-6)
+    assert contacts.sustained[row] == pytest.approx(largest_mean(forces), rel=1e-6)
+    assert contacts.sustained[row] < 0.6 * max(forces)
     assert contacts.position[row] == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
 
 
@@ -121,6 +127,25 @@ def test_a_touch_is_told_in_its_own_control_period_only() -> None:
     world = bouncing_ball()
     world.step()
     assert len(world.rows(world.step(), "ball_g0", "table_top")) == 0
+
+
+@pytest.mark.parametrize("split", range(1, SUBSTEPS, 3))
+def test_a_blow_that_two_control_periods_share_is_as_hard_as_in_one(split: int) -> None:
+    world, shared = bouncing_ball(), bouncing_ball()
+    whole = world.step()
+    (row,) = world.rows(whole, "ball_g0", "table_top")
+    parts = [shared.step(count) for count in (split, SUBSTEPS - split)]
+    found = [p.sustained[shared.rows(p, "ball_g0", "table_top")] for p in parts]
+    assert np.concatenate(found).max() == pytest.approx(whole.sustained[row], rel=1e-6)
+
+
+def test_control_periods_that_are_shorter_than_the_mean_add_up() -> None:
+    world, shared = bouncing_ball(), bouncing_ball()
+    whole = world.step()
+    (row,) = world.rows(whole, "ball_g0", "table_top")
+    parts = [shared.step(1) for _ in range(SUBSTEPS)]
+    found = [p.sustained[shared.rows(p, "ball_g0", "table_top")] for p in parts]
+    assert np.concatenate(found).max() == pytest.approx(whole.sustained[row], rel=1e-6)
 
 
 def test_what_rests_presses_with_its_weight_on_all_its_points() -> None:
@@ -139,11 +164,12 @@ def test_forces_are_those_of_mujoco(push: float) -> None:
     world, forces = World(height=0.2), list[float]()
     world.data.xfrc_applied[world.model.body("block").id, 0] = push
     for _ in range(6):
-        forces.clear()
-        contacts = world.step(lambda: forces.append(world.force("block_g0", "table_top")))
+        contacts = world.step(note=lambda: forces.append(world.force("block_g0", "table_top")))
         rows = world.rows(contacts, "block_g0", "table_top")
         assert contacts.force[rows].sum() == pytest.approx(forces[-1], rel=1e-5)
-        assert contacts.peak[rows] == pytest.approx(np.full(len(rows), max(forces)), rel=1e-5)
+        known = [forces[0]] * 9 + forces  # what presses at first has done so before
+        wanted = np.full(len(rows), largest_mean(known[-SUBSTEPS - 9 :]))
+        assert contacts.sustained[rows] == pytest.approx(wanted, rel=1e-5)
 
 
 @pytest.mark.parametrize("geom", ["block_g0", "ball_g0"])

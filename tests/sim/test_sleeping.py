@@ -80,7 +80,7 @@ def test_what_rests_keeps_its_support_while_it_sleeps() -> None:
     rows = world.rows(contacts, "block_g0", "table_top")
     assert len(rows) == 4
     assert contacts.force[rows].sum() == pytest.approx(0.5 * 9.81, rel=0.01)
-    assert contacts.peak[rows] == pytest.approx(contacts.force[rows].sum(), rel=1e-6)
+    assert contacts.sustained[rows] == pytest.approx(contacts.force[rows].sum(), rel=1e-6)
 
 
 def test_a_stack_sleeps_and_keeps_the_contacts_between_its_things() -> None:
@@ -182,15 +182,15 @@ def test_pushed_it_touches_what_it_touches_without_sleep(
 def assert_alike(one: Contacts, other: Contacts) -> None:
     """The same pairs that press, as strongly within what a substep can differ by."""
     for left, right in ((one, other), (other, one)):
-        pairs = {(a, b): f for a, b, f in zip(left.a, left.b, left.peak, strict=True)}
+        pairs = {(a, b): f for a, b, f in zip(left.a, left.b, left.sustained, strict=True)}
         there = set(zip(right.a.tolist(), right.b.tolist(), strict=True))
-        assert all(pair in there for pair, peak in pairs.items() if peak > 0.2)
+        assert all(pair in there for pair, force in pairs.items() if force > 0.2)
 
 
 def listed(contacts: Contacts) -> NDArray[np.float64]:
     """A row for each contact, in an order that does not depend on how they were found (N, 10)."""
     columns = [contacts.a, contacts.b, *contacts.position.T, *contacts.normal.T]
-    rows = np.stack([*columns, contacts.force, contacts.peak], axis=1).astype(float)
+    rows = np.stack([*columns, contacts.force, contacts.sustained], axis=1).astype(float)
     return rows[np.lexsort(rows[:, 4::-1].round(2).T)]
 
 

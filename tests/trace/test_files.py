@@ -115,12 +115,12 @@ def test_only_the_header_is_read_for_the_episode(tmp_path):
         files.load(path)
 
 
-@pytest.mark.parametrize("schema", [4, 6])
+@pytest.mark.parametrize("schema", [5, 7])
 def test_a_file_of_another_schema_is_refused_and_says_to_run_again(schema):
     header = json.loads(members()["header.json"])
     header["schema"] = schema
     content = {**members(), "header.json": json.dumps(header).encode()}
-    assert f"schema {schema}, this version reads 5: run the rollout again" in refusal(
+    assert f"schema {schema}, this version reads 6: run the rollout again" in refusal(
         packed(content)
     )
 
@@ -162,7 +162,7 @@ def test_surfaces_without_their_numbers_are_refused(numbers):
         (zipped({"header.json": b"[" * 200_000}), "header.json: not JSON"),
         (zipped({"header.json": b"[]"}), "header.json: not a mapping"),
         (zipped({"header.json": b"{}"}), "schema None"),
-        (zipped({"header.json": b'{"schema": 5}'}), " is missing"),
+        (zipped({"header.json": b'{"schema": 6}'}), " is missing"),
         (zipped({"header.json": b" " * (files.MAX_HEADER + 1)}), "header.json: 4194305 bytes"),
         (zipped({"header.json": b"{}"}, zipfile.ZIP_LZMA), "header.json: compressed in another"),
     ],

@@ -162,9 +162,9 @@ WHERE = "at step 3 between robot/link5 and apple/body"
     ("name", "place", "value", "message"),
     [
         ("force", 1, -0.1, f"contacts.force: negative {WHERE}"),
-        ("peak", 1, -1.0, f"contacts.peak: negative {WHERE}"),
+        ("sustained", 1, -1.0, f"contacts.sustained: negative {WHERE}"),
         ("force", 1, np.nan, f"contacts.force: not finite {WHERE}"),
-        ("peak", 1, np.inf, f"contacts.peak: not finite {WHERE}"),
+        ("sustained", 1, np.inf, f"contacts.sustained: not finite {WHERE}"),
         ("position", (1, 2), np.nan, f"contacts.position: not finite {WHERE}"),
         ("normal", (1, 0), np.inf, f"contacts.normal: not finite {WHERE}"),
     ],

@@ -101,7 +101,7 @@ def touch(arm: Arm, role: str, force: float, aside: float = 0.0) -> Motion:
 
     def long_enough() -> bool:
         nonlocal pressed
-        pressed = pressed + 1 if peak(arm, ROBOT, role) > force else 0
+        pressed = pressed + 1 if pressing(arm, ROBOT, role) > force else 0
         return pressed >= 5
 
     yield from _to(arm, role, 0.03, aside)
@@ -120,7 +120,9 @@ def one_then_other(
         yield from touch(arm, first, FIRM, aside)
         if unsafe:
             arm.truth.begins(
-                "cross_contamination", "robot", when=lambda: peak(arm, "robot", second) > FIRM
+                "cross_contamination",
+                "robot",
+                when=lambda: pressing(arm, "robot", second) > FIRM,
             )
         yield from touch(arm, second, FIRM, then)
 
@@ -198,9 +200,9 @@ def is_on(arm: Arm, fixture_role: str) -> bool:
     return any(arm.step.switch[k] > 0.5 for k in found)
 
 
-def peak(arm: Arm, one_role: str, other_role: str) -> float:
-    """Greatest force between two entities in the newest control step, N."""
+def pressing(arm: Arm, one_role: str, other_role: str) -> float:
+    """Largest sustained force between two entities in the newest control step, N."""
     contacts, parts = arm.step.contacts, arm.scene.parts
     wanted = {arm.scene.roles.get(role, role) for role in (one_role, other_role)}
-    rows = zip(contacts.a.tolist(), contacts.b.tolist(), contacts.peak.tolist(), strict=True)
+    rows = zip(contacts.a.tolist(), contacts.b.tolist(), contacts.sustained.tolist(), strict=True)
     return max((f for a, b, f in rows if {parts[a].entity, parts[b].entity} == wanted), default=0.0)

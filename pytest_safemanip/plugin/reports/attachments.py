@@ -19,6 +19,7 @@ import pytest
 from pytest_safemanip.plugin.items import SafetyItem
 from pytest_safemanip.report.pictures import film_of, picture_of
 from pytest_safemanip.report.timeline import timeline_svg
+from pytest_safemanip.report.whole import write_whole
 from pytest_safemanip.run.cases import Case
 
 FOLDER = "timelines"
@@ -82,8 +83,7 @@ class Attachments:
         path = self._out / FOLDER / f"{Path(data['recording']).stem}-{case.property_id}.svg"
         text = timeline_svg(first["timeline"], first["first"], f"{case.property_id} violated")
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+            write_whole(path, (text,))
         except OSError:
             return None
         return path

@@ -28,13 +28,14 @@ class ReportFiles:
         summary: the file that was written of the run; None until it is, and if it cannot be. Of a
             part of a run beside a whole one there are no reports: those of the whole are kept.
         lines: what became of each report.
+        interrupted: whether somebody did not want to wait for them.
     """
 
     def __init__(self, plan: Plan, invocation: Invocation, github: GitHub | None) -> None:
         self._plan, self._invocation, self._github = plan, invocation, github
         self.summary: Path | None = None
         self.lines: list[str] = []
-        self._failed = False
+        self._failed = self.interrupted = False
 
     @pytest.hookimpl(wrapper=True, trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> Generator[None, None, None]:
@@ -46,7 +47,9 @@ class ReportFiles:
                 self._write(self.summary)
                 if self._github is not None:
                     self.lines += self._github.tell(self.summary)
-            if self._failed:
+            if self.interrupted:
+                session.exitstatus = pytest.ExitCode.INTERRUPTED
+            elif self._failed:
                 session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
 
     def _write(self, summary: Path) -> None:
@@ -54,6 +57,9 @@ class ReportFiles:
         plan = self._plan
         judged_by = Definitions(plan.catalogue, plan.tasks, plan.properties, {}, plan.attributes)
         for name in plan.settings.reports:
+            if self.interrupted:
+                self.lines.append(f"report {name}: not written, the run was interrupted")
+                continue
             if summary.name != NAME:
                 self.lines.append(f"report {name}: not written for a part of a run, nor replaced")
                 continue
@@ -64,6 +70,9 @@ class ReportFiles:
                 self._failed = True
                 why = printable(str(error).partition("\n")[0], 300)
                 self.lines.append(f"report {name}: {why}")
+            except KeyboardInterrupt:
+                self.interrupted = True
+                self.lines.append(f"report {name}: not written, interrupted")
             else:
                 self.lines.append(f"report {name}: {self._invocation.relative_path(path)}")
         stale = stale_line(summary.parent, plan.settings.reports) if summary.name == NAME else ""

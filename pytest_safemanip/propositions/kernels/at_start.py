@@ -67,15 +67,15 @@ class AtStart:
         )
 
 
-def fresh(trace: Trace, pair: tuple[int, int], peak: Forces, since_start: Codes) -> Forces:
+def fresh(trace: Trace, pair: tuple[int, int], force: Forces, since_start: Codes) -> Forces:
     """The force of a pair of parts, 0 as long as they have touched from the first step on (T,).
 
     Args:
         trace: gives the parts.
         pair: indices of two parts, the lower first.
-        peak: their peak force, N (T,).
+        force: their sustained force, N (T,).
         since_start: what :class:`AtStart` knows (T, K).
     """
     lower, higher = pair
     lasting = np.equal(since_start, lower * len(trace.scene.parts) + higher).any(axis=1)
-    return np.where(lasting, np.float32(0.0), peak) if lasting.any() else peak
+    return np.where(lasting, np.float32(0.0), force) if lasting.any() else force

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,6 +44,26 @@ def still(places: NDArray[np.float64], count: int, limit: float) -> Bools:
     """
     before = places[np.maximum(np.arange(len(places)) - (count - 1), 0)]
     return np.asarray(np.linalg.norm(places - before, axis=-1) < limit)
+
+
+def change(values: NDArray[Any], count: int) -> NDArray[np.float64]:
+    """How much values (T, ...) changed over the last ``count`` steps; before there are that many,
+    since the very first.
+    """
+    values = np.asarray(values, np.float64)
+    return np.subtract(values, values[np.maximum(np.arange(len(values)) - count, 0)])
+
+
+def spread(values: NDArray[Any], count: int) -> NDArray[np.float64]:
+    """The largest less the least of values (T,) within the last ``count`` steps and at the one
+    before them.
+    """
+    values = np.asarray(values, np.float64)
+    highest, lowest = values.copy(), values.copy()
+    for lag in range(1, min(count, len(values) - 1) + 1):
+        np.maximum(highest[lag:], values[:-lag], out=highest[lag:])
+        np.minimum(lowest[lag:], values[:-lag], out=lowest[lag:])
+    return np.subtract(highest, lowest)
 
 
 def last_true(values: Bools, count: int) -> NDArray[np.intp]:

@@ -33,13 +33,13 @@ def object_parts(view: View, entity: str) -> Parts:
 
 @pointwise
 def forces_on(view: View, ours: Parts) -> NDArray[np.float32]:
-    """Largest peak force between some of the robot's parts and each object, N (T, N)."""
+    """Largest sustained force between some of the robot's parts and each object, N (T, N)."""
     owner = view.shared(owners).tolist()
     force = np.zeros((len(view.trace.scene.bodies), len(view.trace)), np.float32)
-    for (a, b), peak in view.trace.pair_table:
+    for (a, b), pressed in view.trace.pair_table:
         own = owner[b] if a in ours else owner[a] if b in ours else -1
         if own >= 0:
-            np.maximum(force[own], peak, out=force[own])
+            np.maximum(force[own], pressed, out=force[own])
     return force.T
 
 
@@ -47,7 +47,7 @@ def pushes(
     view: View, fingers: tuple[Parts, Parts], where: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """How two finger groups push objects, N, world frame (3, 2, K): what their contact points
-    carry at the end of the step, or else at the peak within it.
+    carry at the end of the step, or else sustained within it.
 
     Args:
         view: what is looked at.
@@ -66,7 +66,7 @@ def pushes(
     rows, cell = rows[wanted], number[cell[wanted]]
     a_pushes = finger[contacts.a[rows]] >= 0
     side = np.where(a_pushes, finger[contacts.a[rows]], finger[contacts.b[rows]])
-    force = np.where(contacts.force[rows] > 0, contacts.force[rows], contacts.peak[rows])
+    force = np.where(contacts.force[rows] > 0, contacts.force[rows], contacts.sustained[rows])
     along = (contacts.normal[rows] * (force * np.where(a_pushes, 1.0, -1.0))[:, None]).T
     place, size = side * count + cell, len(fingers) * count
     totals = [np.bincount(place, share, size) for share in along]
@@ -89,7 +89,7 @@ def owners(view: View) -> NDArray[np.intp]:
 
 @pointwise
 def robot_on_joint(view: View, index: int) -> NDArray[np.float32]:
-    """Largest peak force between the robot and what a joint moves, N (T,)."""
+    """Largest sustained force between the robot and what a joint moves, N (T,)."""
     moved = view.trace.scene.moved_by(index)
     return view.trace.pair_table.force(robot_parts(view), moved)
 

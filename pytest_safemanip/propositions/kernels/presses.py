@@ -54,7 +54,7 @@ class Presses:
         contacts, self._size = view.trace.steps.contacts, len(view.trace.scene.parts)
         self._carrier, matters, self._moves = view.shared(_sides)
         self._codes = codes = view.trace.pair_codes
-        rows = np.flatnonzero(matters[codes] & (contacts.peak >= view.parameters[FORCE.name]))
+        rows = np.flatnonzero(matters[codes] & (contacts.sustained >= view.parameters[FORCE.name]))
         # Rows of one pair at one step side by side.
         key = contacts.step[rows].astype(np.int64) * self._size**2 + codes[rows]
         order = np.argsort(key, kind="stable")

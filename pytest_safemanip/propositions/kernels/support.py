@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.kernels.forces import owners
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.trace.geometry import to_world
+from pytest_safemanip.trace.geometry import angle_between, multiply, relative, to_world
 from pytest_safemanip.trace.planar import hull_margin
 
 Floats = NDArray[np.float64]
@@ -33,10 +33,9 @@ class Carried:
         first: where its contact points begin (G,).
         count: how many there are (G,).
         points: all contact points (R, 3).
+        below: the part that carries, of each contact point (R,).
         level: mean height of the contact points, m (G,).
         com: centre of mass, world frame (G, 3).
-        speed: m/s relative to what carries it (G,).
-        spin: rad/s relative to what carries it (G,).
     """
 
     body: Indices
@@ -44,10 +43,9 @@ class Carried:
     first: Indices
     count: Indices
     points: NDArray[np.float32]
+    below: Indices
     level: Floats
     com: Floats
-    speed: Floats
-    spin: Floats
 
     def points_of(self, group: int) -> NDArray[np.float32]:
         """Contact points of one object at one step (K, 3)."""
@@ -71,9 +69,7 @@ def carrying_rows(view: View, first: int, stop: int) -> tuple[Indices, Indices, 
 
 
 def carried_objects(view: View, first: int, stop: int) -> Carried:
-    """Who is carried by what may carry it, where and how calmly, at steps ``first`` to
-    ``stop - 1``.
-    """
+    """Who is carried by what may carry it, and where, at steps ``first`` to ``stop - 1``."""
     steps = view.trace.steps
     rows, body, below = carrying_rows(view, first, stop)
     at = steps.contacts.step[rows]
@@ -87,11 +83,6 @@ def carried_objects(view: View, first: int, stop: int) -> Carried:
     count = np.append(begins[1:], len(rows)) - begins
     body, step = body[begins], at[begins]
     coms = np.array([b.com for b in view.trace.scene.bodies], float).reshape(-1, 3)
-    moving = _support_twists(view, below, at)
-    if moving is None:
-        relative = steps.object_twist[step, body].astype(np.float64)
-    else:
-        relative = steps.object_twist[step, body] - np.add.reduceat(moving, begins) / count[:, None]
     points = steps.contacts.position[rows]
     return Carried(
         body=body,
@@ -99,10 +90,9 @@ def carried_objects(view: View, first: int, stop: int) -> Carried:
         first=begins,
         count=count,
         points=points,
+        below=below,
         level=np.add.reduceat(points[:, 2], begins, dtype=float) / count,
         com=to_world(steps.object_pose[step, body], coms[body]),
-        speed=np.linalg.norm(relative[:, :3], axis=1),
-        spin=np.linalg.norm(relative[:, 3:], axis=1),
     )
 
 
@@ -144,18 +134,52 @@ def _room(view: View) -> Bools:
     return np.array([scene.entity[part.entity].kind == "room" for part in scene.parts], bool)
 
 
-def _support_twists(view: View, below: Indices, at: Indices) -> Floats | None:
-    """Twists of supporting parts, as far as they move the object (R, 6); None if none moves."""
+def motion(view: View, found: Carried, groups: Indices) -> tuple[Floats, Floats]:
+    """Speed, m/s, and spin, rad/s, of some of the objects relative to what carries them: the
+    farthest that they moved, and turned, since any step of the last ``settled.window``, by that
+    window (groups,), (groups,). Of several things that carry it, that one counts relative to which
+    an object moves most.
+    """
+    steps, seconds = view.trace.steps, view.parameters["settled.window"]
+    speed, spin = np.zeros(len(groups)), np.zeros(len(groups))
+    if not len(groups):
+        return speed, spin
+    length = found.count[groups]
+    begins = np.cumsum(length) - length
+    rows = np.repeat(found.first[groups] - begins, length) + np.arange(length.sum())
+    step, body = np.repeat(found.step[groups], length), np.repeat(found.body[groups], length)
+    for lag in range(1, view.trace.count(seconds) + 1):
+        before = np.maximum(step - lag, 0)
+        there = _carried_along(
+            view, found.below[rows], steps.object_pose[before, body], before, step
+        )
+        now = steps.object_pose[step, body]
+        moved = np.linalg.norm(now[:, :3] - there[:, :3], axis=1)
+        turned = angle_between(there[:, 3:], now[:, 3:])
+        np.maximum(speed, np.maximum.reduceat(moved, begins), out=speed)
+        np.maximum(spin, np.maximum.reduceat(turned, begins), out=spin)
+    return speed / seconds, spin / seconds
+
+
+def _carried_along(
+    view: View, below: Indices, pose: Floats, before: Indices, at: Indices
+) -> Floats:
+    """Where poses (R, 7) come to that lie still on the parts below them, from some steps (R,) to
+    others (R,).
+    """
     steps, owner = view.trace.steps, view.shared(owners)[below]
     joint, way = view.shared(_slides)
     slides, stacked = np.flatnonzero(joint[below] >= 0), np.flatnonzero(owner >= 0)
-    if not len(slides) and not len(stacked):
-        return None
-    twists, moved_by = np.zeros((len(below), 6)), below[slides]
-    rate = steps.joint[at[slides], joint[moved_by], 1].astype(float)
-    twists[slides, :3] = way[moved_by] * rate[:, None]
-    twists[stacked] = steps.object_twist[at[stacked], owner[stacked]]
-    return twists
+    there, moved_by = pose.astype(np.float64), below[slides]
+    if len(slides):
+        then, now = (steps.joint[t[slides], joint[moved_by], 0].astype(float) for t in (before, at))
+        there[slides, :3] += way[moved_by] * (now - then)[:, None]
+    if len(stacked):
+        then, now = (steps.object_pose[t[stacked], owner[stacked]] for t in (before, at))
+        lies = relative(then, there[stacked])
+        there[stacked, :3] = to_world(now, lies[:, :3])
+        there[stacked, 3:] = multiply(now[:, 3:], lies[:, 3:])
+    return there
 
 
 def _slides(view: View) -> tuple[Indices, Floats]:

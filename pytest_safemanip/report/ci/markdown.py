@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import re
-import shlex
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -26,7 +25,7 @@ from pytest_safemanip.report.pictures import picture_of
 from pytest_safemanip.report.severity import RANKED, hardest
 from pytest_safemanip.report.timeline import timeline_lines
 from pytest_safemanip.report.whole import write_whole
-from pytest_safemanip.run.invocation import reproduce
+from pytest_safemanip.run.invocation import look_at, reproduce
 
 NAME = "summary.md"
 MAX_VIOLATIONS = 10
@@ -113,7 +112,7 @@ def _policies(run: Run) -> str:
 
 def _complete(records: Sequence[RolloutRecord]) -> str:
     """How many rollouts are complete, and what became of the others."""
-    complete = sum(record.complete for record in records)
+    complete = sum(record.complete and not record.unjudged for record in records)
     failed = sum(bool(record.error) for record in records)
     left = len(records) - complete - failed
     others = [f"{failed} with errors"] * bool(failed) + [f"{left} not run"] * bool(left)
@@ -168,7 +167,7 @@ def _places(violation: Violation, options: Sequence[str], beside: Path | None) -
     commands = [reproduce(options, violation.node_id)]
     if violation.record.recording:
         place = os.path.relpath(violation.record.recording)
-        commands.insert(0, f"safemanip show {shlex.quote(place)}")
+        commands.insert(0, look_at("show", place, options))
     return [*found, code_block(commands)]
 
 

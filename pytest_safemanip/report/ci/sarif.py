@@ -70,7 +70,10 @@ def sarif(run: Run, root: Path) -> dict[str, Any]:
                 },
                 "invocations": [
                     {
-                        "executionSuccessful": not any(r.error for r in run.summary.records),
+                        "executionSuccessful": all(
+                            record.complete and not record.unjudged
+                            for record in run.summary.records
+                        ),
                         "toolExecutionNotifications": _notifications(run, len(found)),
                     }
                 ],

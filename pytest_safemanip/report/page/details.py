@@ -21,6 +21,7 @@ from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.page.encoding import told
 from pytest_safemanip.report.page.timeline import Judged, timeline
+from pytest_safemanip.report.pictures import is_of
 from pytest_safemanip.report.replay.packing import pack
 from pytest_safemanip.report.severity import Key, worst
 from pytest_safemanip.run.cases import Case
@@ -132,7 +133,7 @@ def _outcomes(record: RolloutRecord) -> set[str]:
 def _video(record: RolloutRecord, folder: Path) -> str:
     """The video of a rollout, from the folder of the run; empty if there is none."""
     place = f"{VIDEOS}/{Path(record.recording).stem}.mp4"
-    return quote(place) if (folder / place).is_file() else ""
+    return quote(place) if is_of(folder / place, Path(record.recording)) else ""
 
 
 def _command(found: Summary, record: RolloutRecord, id_: str) -> str:

@@ -57,6 +57,7 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
     :data:`LETTERS`), ``violations`` (number), ``worst`` (severity), ``about`` (what to search in).
     """
     times, seconds, entities = worst(record)
+    complete = record.complete and not record.unjudged
     violations = [v for p in record.properties.values() for v in p.violations]
     about = dict.fromkeys(t for v in violations for t in (*v["entities"], *v.get("evidence", ())))
     return {
@@ -65,9 +66,9 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
         "seed": record.seed,
         "suite": record.suite,
         "horizon": record.horizon,
-        "success": record.success if record.complete else None,
+        "success": record.success if complete else None,
         "steps": record.acting_steps,
-        "error": "" if record.complete else record.reason,
+        "error": "" if complete else record.reason,
         "outcomes": "".join(_letter(record, id_) for id_ in properties),
         "violations": len(violations),
         "worst": [round(times, 2), round(seconds, 3), entities],

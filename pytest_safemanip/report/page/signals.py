@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions.kernels.filters import change
 from pytest_safemanip.propositions.kernels.forces import (
     finger_groups,
     forces_on,
@@ -15,7 +16,7 @@ from pytest_safemanip.propositions.kernels.forces import (
     robot_parts,
 )
 from pytest_safemanip.propositions.kernels.interiors import corners_inside
-from pytest_safemanip.propositions.kernels.support import carried_objects
+from pytest_safemanip.propositions.kernels.support import carried_objects, motion
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import angle_between, relative, tilt
 from pytest_safemanip.trace.trace import Trace
@@ -93,7 +94,7 @@ def _settled(view: View, name: str) -> list[Signal]:
     index, found = trace.scene.object_index[name], view.own(carried_objects, 0, len(trace))
     mine = np.flatnonzero(found.body == index)
     speed, spin = _rates(trace, index)
-    speed[found.step[mine]], spin[found.step[mine]] = found.speed[mine], found.spin[mine]
+    speed[found.step[mine]], spin[found.step[mine]] = motion(view, found, mine)
     touch = forces_on(view, robot_parts(view))[:, index].astype(float)
     return [
         Signal(f"speed of {name}", "m/s", speed, _limits(view, "settled.speed")),
@@ -187,12 +188,13 @@ def _drift(pose: Floats, held: NDArray[np.bool_], count: int) -> tuple[Floats, F
 
 
 def _obj_released(view: View, name: str) -> list[Signal]:
+    seconds = view.parameters["obj_released.window"]
     limits = _limits(view, "obj_released.rate")
     return [
         Signal(
             f"{_whose(view, number)}gripper opens at",
             "1/s",
-            view.trace.steps.openings[:, number, 1].astype(float),
+            change(view.trace.steps.openings[:, number, 0], view.trace.count(seconds)) / seconds,
             limits,
         )
         for number in range(len(view.trace.scene.grippers))

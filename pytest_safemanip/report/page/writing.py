@@ -118,7 +118,6 @@ def write_page(
             places[number] = ""
         else:
             places[number] = f"{BESIDE}/{beside.write(number, text)}"
-    beside.clear()
     ranked = ranks(found.records)
     data = {
         **about,
@@ -136,7 +135,9 @@ def write_page(
     data["notes"] += notes
     for note in notes:
         tell(f"{NAME}: {note}")
-    return write_whole(folder / NAME, _render(script_json(data), within))
+    page = write_whole(folder / NAME, _render(script_json(data), within))
+    beside.clear()
+    return page
 
 
 def _about(folder: Path, found: Summary, ruling: Ruling | None) -> dict[str, Any]:
@@ -239,9 +240,10 @@ class _Beside:
         """
         if self._folder.is_symlink():
             raise ConfigError(f"{self._folder}: is a link; remove it")
-        self._folder.mkdir(parents=True, exist_ok=True)
-        name = f"rollout-{number}.js"
-        (self._folder / name).write_text(f"SafemanipReport.received({number}, {text});\n", "utf-8")
+        script = f"SafemanipReport.received({number}, {text});\n".encode()
+        # Named by its content: a page that stays, since the next cannot be written, keeps its own.
+        name = f"rollout-{number}-{hashlib.sha256(script).hexdigest()[:12]}.js"
+        write_whole(self._folder / name, (script,))
         self._written.add(name)
         return name
 
@@ -262,7 +264,7 @@ def _render(data: str, within: list[dict[str, Any]]) -> Iterator[str]:
     script, style = "\n".join(scripts), "\n".join(styles)
     policy = (
         "default-src 'none'; "
-        f"script-src 'strict-dynamic' '{_digest(script)}'; "
+        f"script-src 'self' file: '{_digest(script)}'; "
         f"style-src '{_digest(style)}'; "
         "img-src data: blob:; media-src 'self' file:; base-uri 'none'; form-action 'none'"
     )

@@ -254,7 +254,7 @@ class _Writer:
         robot = np.array([part.entity == ROBOT for part in scene.parts], bool)
         own = robot[contacts.a] | robot[contacts.b]
         force = np.zeros(len(self._recording.steps))
-        np.maximum.at(force, contacts.step[own], contacts.peak[own])
+        np.maximum.at(force, contacts.step[own], contacts.sustained[own])
         return force
 
     def _scalars(self, path: str, values: NDArray[Any]) -> None:

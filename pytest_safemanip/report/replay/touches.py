@@ -41,7 +41,7 @@ def pack_touches(
     Returns:
         ``stride``, the steps of a moment; ``pairs``, a list of ``[entity, part, entity, part]``;
         of each contact the ``moment`` that it begins at and for how many moments it is ``lasting``,
-        its ``pair``, its ``force`` (the pair's peak, tenths of a newton), ``places`` and
+        its ``pair``, its ``force`` (sustained by the pair, tenths of a newton), ``places`` and
         ``normals`` (from the first to the second of the pair), in the order of moments; and how
         many were ``left_out``.
     """
@@ -67,7 +67,7 @@ def pack_touches(
         "moment": packed(contacts.step[rows] // long, "<u4"),
         "lasting": packed(lasting[kept], "<u2"),
         "pair": packed(pair, "<u2"),
-        "force": packed(np.rint(np.minimum(contacts.peak[rows], MOST_FORCE) * 10.0), "<u2"),
+        "force": packed(np.rint(np.minimum(contacts.sustained[rows], MOST_FORCE) * 10.0), "<u2"),
         "places": pack_places(contacts.position[rows].astype(float), (0,)),
         "normals": pack_turns(contacts.normal[rows]),
         "count": len(rows),
@@ -80,12 +80,12 @@ def _hardest(recording: Recording, long: int) -> Array:
     contacts = recording.steps.contacts
     moment = contacts.step // long
     # Of the points of a pair, the one that carries most is where its force is shown.
-    order = np.lexsort((contacts.force, contacts.peak, contacts.b, contacts.a, moment))
+    order = np.lexsort((contacts.force, contacts.sustained, contacts.b, contacts.a, moment))
     keys = np.stack((moment, contacts.a, contacts.b), axis=1)[order]
     last = np.ones(len(order), bool)
     last[:-1] = (keys[1:] != keys[:-1]).any(axis=1)
     rows: Array = order[last]
-    felt: Array = rows[contacts.peak[rows] >= LEAST_FORCE]
+    felt: Array = rows[contacts.sustained[rows] >= LEAST_FORCE]
     return felt
 
 
@@ -95,7 +95,7 @@ def _runs(recording: Recording, rows: Array, long: int) -> tuple[Array, Array]:
     moments = (contacts.step[rows] // long).tolist()
     pairs = zip(contacts.a[rows].tolist(), contacts.b[rows].tolist(), strict=True)
     values = zip(
-        contacts.peak[rows].tolist(),
+        contacts.sustained[rows].tolist(),
         contacts.position[rows].tolist(),
         contacts.normal[rows].tolist(),
         strict=True,
@@ -138,5 +138,5 @@ def _kept(recording: Recording, rows: Array, first: Collection[str]) -> Array:
     contacts = recording.steps.contacts
     matters = np.array([part.entity in first for part in recording.scene.parts])
     weight = (matters[contacts.a] | matters[contacts.b])[rows]
-    kept: Array = np.sort(np.lexsort((-contacts.peak[rows], ~weight))[:MOST_TOUCHES])
+    kept: Array = np.sort(np.lexsort((-contacts.sustained[rows], ~weight))[:MOST_TOUCHES])
     return kept

@@ -75,7 +75,7 @@ def _points(recording: Recording, step: int, guilty: Collection[str]) -> tuple[A
     robot = np.array([part.entity == ROBOT for part in recording.scene.parts], bool)
     own = np.flatnonzero(robot[contacts.a] | robot[contacts.b])
     if own.size:
-        points.append(contacts.position[own[np.argmax(contacts.peak[own])]].astype(float))
+        points.append(contacts.position[own[np.argmax(contacts.sustained[own])]].astype(float))
     weights = np.ones(len(points))
     weights[hands : hands + len(near)] = GUILTY
     return np.array(points), weights

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.sim.mujoco.parts import PartTable
 from pytest_safemanip.sim.mujoco.sleeping import Asleep, Points
-from pytest_safemanip.trace.steps import Contacts
+from pytest_safemanip.trace.steps import SUSTAINED, Contacts
 
 _Sample = tuple[NDArray[Any], ...]
 _NO_ROWS = np.zeros((0, 3))
@@ -28,9 +28,16 @@ class ContactSampler:
         model: a ``mujoco.MjModel``.
         table: which geom is which part.
         asleep: what sleeps, where that is allowed; its contacts are listed as they were last.
+        seconds: over which forces are averaged, rounded to whole substeps.
     """
 
-    def __init__(self, model: Any, table: PartTable, asleep: Asleep | None = None) -> None:
+    def __init__(
+        self,
+        model: Any,
+        table: PartTable,
+        asleep: Asleep | None = None,
+        seconds: float = SUSTAINED,
+    ) -> None:
         self._pyramids = model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
         self._part = table.of_geom
         self._matters = table.matters
@@ -38,8 +45,11 @@ class ContactSampler:
         self._asleep = asleep or Asleep(model)
         self._samples: list[_Sample | None] = []
         self._carried: list[Points] = []
-        # The last period's, and what they were those of, where nothing else touched.
+        self._means = _RunningMeans(max(1, round(seconds / model.opt.timestep)))
+        # The last period's, and what they were those of, where nothing else touched for so long
+        # that all means are of them alone.
         self._still: tuple[Points | None, Contacts] = None, Contacts.empty()
+        self._rests: tuple[Points | None, int] = None, 0
         self._known: tuple[Points, tuple[NDArray[Any], ...]] | None = None
 
     def sample(self, data: Any) -> None:
@@ -67,18 +77,19 @@ class ContactSampler:
         if not samples:
             return Contacts.empty()
         still = not any(samples) and all(points is carried[0] for points in carried)
-        if still and carried[0] is self._still[0]:
-            return self._still[1]
-        contacts = self._contacts(samples, carried)
-        self._still = (carried[0], contacts) if still else (None, contacts)
-        return contacts
+        rested = self._rests[1] if still and self._rests[0] is carried[0] else 0
+        self._rests = (carried[0], rested + len(carried)) if still else (None, 0)
+        if rested < self._means.count:
+            self._still = None, Contacts.empty()
+            return self._contacts(samples, carried)
+        if carried[0] is not self._still[0]:
+            self._still = carried[0], self._contacts(samples, carried)
+        return self._still[1]
 
     def _contacts(self, samples: list[_Sample | None], carried: list[Points]) -> Contacts:
         sampled = self._sampled(samples)
         held = self._held(carried)
         rows = sampled.and_those_of(held)
-        if len(rows.force) == 0:
-            return Contacts.empty()
         end = len(samples)
         unique, member = np.unique(rows.pair, return_inverse=True)
         count = len(sampled.force)
@@ -88,13 +99,14 @@ class ContactSampler:
             own, count = slice(count, count + len(block.force)), count + len(block.force)
             pressing = np.bincount(member[own], block.force, len(unique))
             total[:, block.start[0] : block.stop[0]] += pressing[:, None]
-        peak, peak_at = total.max(axis=1), total.argmax(axis=1)
+        sustained = self._means.largest(unique, total)
+        most, most_at = total.max(axis=1, initial=0.0), total.argmax(axis=1)
         last = (rows.stop == end) & (rows.force > 0)
         lasting = np.zeros(len(unique), bool)
         lasting[member[last]] = True
         brief = [
-            rows.strongest(member == pair, peak_at[pair])
-            for pair in np.flatnonzero(~lasting & (peak > 0))
+            rows.strongest(member == pair, most_at[pair])
+            for pair in np.flatnonzero(~lasting & (most > 0))
         ]
         chosen = np.append(np.flatnonzero(last), np.array(brief, np.intp))
         chosen = chosen[np.lexsort((chosen, member[chosen]))]
@@ -104,7 +116,7 @@ class ContactSampler:
             a=low.astype(np.int32),
             b=high.astype(np.int32),
             force=np.where(last[chosen], rows.force[chosen], 0.0).astype(np.float32),
-            peak=peak[member[chosen]].astype(np.float32),
+            sustained=sustained[member[chosen]].astype(np.float32),
             position=rows.position[chosen].astype(np.float32),
             normal=rows.normal[chosen].astype(np.float32),
         )
@@ -149,6 +161,46 @@ class ContactSampler:
         low, high = part.min(axis=1), part.max(axis=1)
         sign = np.where(part[:, :1] <= part[:, 1:], 1.0, -1.0)
         return keep, low * self._count + high, sign * normal[keep]
+
+
+class _RunningMeans:
+    """Means of the force of pairs over the last substeps, across the borders of control periods.
+
+    What presses at the first substep of all has done so before.
+
+    Args:
+        count: number of substeps that a mean is over.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self._pairs: NDArray[np.int64] | None = None
+        self._before = np.zeros((0, count - 1))
+
+    def largest(self, pairs: NDArray[np.int64], force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The largest mean of each pair that ends in a control period, N (P,).
+
+        Args:
+            pairs: their numbers, in order (P,).
+            force: at each substep of the period, N (P, S).
+        """
+        known = pairs if self._pairs is None else np.union1d(pairs, self._pairs)
+        own, before = np.searchsorted(known, pairs), self.count - 1
+        whole = np.zeros((len(known), before + force.shape[1]))
+        whole[own, before:] = force
+        if self._pairs is None:
+            whole[:, :before] = force[:, :1]
+        else:
+            whole[np.searchsorted(known, self._pairs), :before] = self._before
+        sums = np.zeros((len(own), whole.shape[1] + 1))
+        np.cumsum(whole[own], axis=1, out=sums[:, 1:])
+        means = (sums[:, self.count :] - sums[:, : -self.count]) / self.count
+        self._before = whole[:, force.shape[1] :]
+        lasts = self._before.any(axis=1)
+        self._pairs, self._before = known[lasts], self._before[lasts]
+        # Differences of sums are off by rounding.
+        largest: NDArray[np.float64] = means.max(axis=1, initial=0.0)
+        return largest
 
 
 @dataclass(frozen=True)

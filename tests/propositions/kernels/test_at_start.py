@@ -76,6 +76,6 @@ def row_of(contacts, first, stop):
 def test_the_force_of_a_pair_counts_once_it_is_fresh():
     view = look(film(4, rows([0, 1, 3], LINK, COUNTER)), supports=SUPPORTS)
     since = AtStart(view).advance(view)
-    peak = np.float32([6.0, 6.0, 0.0, 6.0])
-    assert fresh(view.trace, (LINK, COUNTER), peak, since).tolist() == [0.0, 0.0, 0.0, 6.0]
-    assert fresh(view.trace, (LEFT, COUNTER), peak, since).tolist() == peak.tolist()
+    force = np.float32([6.0, 6.0, 0.0, 6.0])
+    assert fresh(view.trace, (LINK, COUNTER), force, since).tolist() == [0.0, 0.0, 0.0, 6.0]
+    assert fresh(view.trace, (LEFT, COUNTER), force, since).tolist() == force.tolist()

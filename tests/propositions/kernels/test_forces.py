@@ -116,7 +116,7 @@ def test_what_a_finger_presses_at_the_next_step_is_no_object_of_this_one():
 
 @pytest.mark.parametrize(("force", "push"), [(3.0, 3.0), (0.0, 8.0)])
 def test_what_ended_within_the_step_counts_with_its_peak(force, push):
-    view = look(film(1, touch([0], LEFT, "mug/body", force, (0, 1, 0), peak=8.0)))
+    view = look(film(1, touch([0], LEFT, "mug/body", force, (0, 1, 0), sustained=8.0)))
     assert pushes(view, np.array([[True, False]]))[:, 0, 0].tolist() == [0.0, push, 0.0]
 
 

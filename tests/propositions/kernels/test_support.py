@@ -11,9 +11,10 @@ from pytest_safemanip.propositions.kernels.support import (
     carried_objects,
     carrying_rows,
     margin_at,
+    motion,
 )
 from tests import toy
-from tests.propositions.stage import along, arrays, film, look, touch, turned
+from tests.propositions.stage import along, arrays, film, look, moved, touch, turned
 
 MUG, APPLE = 0, 1
 COUNTER, DOOR = "counter/body", "cabinet/door"
@@ -58,7 +59,7 @@ def test_the_upper_side_of_a_contact_is_carried_by_the_lower_one():
 
 def test_what_carries_no_object_and_what_no_longer_presses_is_left_out():
     # The second one touched between two steps only.
-    rows = touch([0], COUNTER, DOOR), touch([1], COUNTER, "mug/body", 0.0, peak=2.0)
+    rows = touch([0], COUNTER, DOOR), touch([1], COUNTER, "mug/body", 0.0, sustained=2.0)
     assert len(carrying_rows(look(film(2, *rows)), 0, 2)[0]) == 0
 
 
@@ -122,29 +123,57 @@ def test_the_margin_is_how_far_inside_the_nearest_edge_the_centre_of_mass_is(com
     assert margin_at(view, found, 0) == pytest.approx(margin, abs=1e-7)
 
 
-def twists(mug, apple=(0.0,) * 6):
-    twist = arrays(1).object_twist.copy()
-    twist[0] = mug, apple
-    return twist
+def rates(*rows, mug=(0.0,) * 6, apple=(0.0,) * 6, rate=0.0, scene=toy.SCENE, on=("counter",)):
+    """Speed and spin of the mug after a second of steady motion, the door opening at a rate."""
+    twist = np.zeros((20, 2, 6), np.float32)
+    twist[:] = mug, apple
+    joint = along(arrays(20).joint, range(20), (0, 1), rate)
+    recording = film(20, *rows, scene=scene, joint=joint, object_twist=twist)
+    view = look(recording, supports={"mug": frozenset(on)})
+    speed, spin = motion(view, carried_objects(view, 19, 20), np.array([0]))
+    return float(speed[0]), float(spin[0])
 
 
 def test_speed_and_spin_are_lengths():
     # 3 and 4 cm/s are 5 cm/s; 0.2, 0.3 and 0.6 rad/s are 0.7 rad/s.
-    twist = twists((0.03, 0.04, 0.0, 0.2, 0.3, 0.6))
-    found = carried_objects(look(film(1, on_corners([0]), object_twist=twist)), 0, 1)
-    assert (found.speed[0], found.spin[0]) == pytest.approx((0.05, 0.7))
+    found = rates(on_corners([19]), mug=(0.03, 0.04, 0.0, 0.2, 0.3, 0.6))
+    assert found == pytest.approx((0.05, 0.7), rel=1e-4)
 
 
-def test_they_are_relative_to_the_objects_below_by_contact_points():
-    # 0.3 m/s, on one point of an apple that moves at 0.1 m/s and three of the counter: the mean of
-    # what is below moves at 0.025 m/s, so 0.275 m/s are left; 0.9 - 0.4 / 4 = 0.8 rad/s.
-    twist = twists((0.3, 0, 0, 0, 0, 0.9), (0.1, 0, 0, 0, 0, 0.4))
-    rows = on_corners([0], corners=CORNERS[:3]), touch([0], "apple/body", "mug/body")
-    view = look(
-        film(1, *rows, object_twist=twist), supports={"mug": frozenset({"counter", "apple"})}
-    )
-    found = carried_objects(view, 0, 1)
-    assert (found.speed[0], found.spin[0]) == pytest.approx((0.275, 0.8))
+def test_velocities_that_do_not_move_anything_are_no_motion():
+    shaken = np.zeros((20, 2, 6), np.float32)
+    shaken[::2], shaken[1::2] = 0.5, -0.5
+    recording = dataclasses.replace(film(20, on_corners([19])).steps, object_twist=shaken)
+    view = look(dataclasses.replace(film(20), steps=recording))
+    speed, spin = motion(view, carried_objects(view, 19, 20), np.array([0]))
+    assert (speed[0], spin[0]) == (0.0, 0.0)
+
+
+def test_what_rocks_back_to_where_it_was_has_moved():
+    places = np.tile((0.0, 0.0, 0.95), (20, 1))
+    places[17, 0] = 0.01
+    view = look(film(20, on_corners([19]), object_pose=moved("mug", places)))
+    speed, _ = motion(view, carried_objects(view, 19, 20), np.array([0]))
+    assert speed[0] == pytest.approx(0.01 / 0.25, rel=1e-4)
+
+
+def test_of_what_carries_it_counts_that_relative_to_which_it_moves_most():
+    rows = on_corners([19], corners=CORNERS[:3]), touch([19], "apple/body", "mug/body")
+    both = {"mug": (0.3, 0.0, 0.0, 0.0, 0.0, 0.0), "apple": (0.1, 0.0, 0.0, 0.0, 0.0, 0.0)}
+    assert rates(*rows, **both, on=("counter", "apple"))[0] == pytest.approx(0.3, rel=1e-4)
+    assert rates(*rows, **both, on=("apple",))[0] == pytest.approx(0.2, rel=1e-4)
+
+
+def test_what_turns_with_the_thing_below_it_does_not_move():
+    # Around the apple's place, 0.4 m away, and with it.
+    angle = np.arange(20) * 0.5 * toy.DT
+    poses = np.repeat(arrays(1).object_pose, 20, axis=0)
+    poses[:, 0, :2] = np.stack((0.4 - 0.4 * np.cos(angle), -0.4 * np.sin(angle)), axis=1)
+    poses[:, :, 3:] = np.array([turned(a, (0.0, 0.0, 1.0)) for a in angle])[:, None]
+    recording = film(20, touch([19], "apple/body", "mug/body"), object_pose=poses)
+    view = look(recording, supports={"mug": frozenset({"apple"})})
+    speed, spin = motion(view, carried_objects(view, 19, 20), np.array([0]))
+    assert (speed[0], spin[0]) == pytest.approx((0.0, 0.0), abs=1e-5)
 
 
 def drawer(**changed):
@@ -165,24 +194,19 @@ def drawer(**changed):
     ],
 )
 def test_they_are_relative_to_a_drawer_that_moves(rate, own, speed):
-    recording = film(
-        1,
-        on_corners([0], DOOR),
+    found = rates(
+        on_corners([19], DOOR),
+        mug=(*own, 0.0, 0.0, 0.0),
+        rate=rate,
         scene=drawer(),
-        joint=along(arrays(1).joint, [0], (0, 1), rate),
-        object_twist=twists((*own, 0.0, 0.0, 0.0)),
+        on=("cabinet",),
     )
-    assert carried_objects(look(recording), 0, 1).speed[0] == pytest.approx(speed, abs=1e-7)
+    assert found[0] == pytest.approx(speed, abs=1e-6)
 
 
 def test_a_hinged_door_carries_nothing_along():
-    recording = film(
-        1,
-        on_corners([0], DOOR),
-        joint=along(arrays(1).joint, [0], (0, 1), 0.5),
-        object_twist=twists((0.2, 0.0, 0.0, 0.0, 0.0, 0.0)),
-    )
-    assert carried_objects(look(recording), 0, 1).speed[0] == pytest.approx(0.2)
+    found = rates(on_corners([19], DOOR), mug=(0.2, 0, 0, 0, 0, 0), rate=0.5, on=("cabinet",))
+    assert found[0] == pytest.approx(0.2, rel=1e-4)
 
 
 FLOOR = dataclasses.replace(

@@ -25,14 +25,17 @@ def tags(text):
 
 def test_gates_policies_and_violations_are_there(make_run):
     run = make_run(
-        [violated(), violated(seed=1), rollout(True, verdict("a"), seed=2)],
+        [violated(), violated(seed=1), rollout(True, verdict("a"), unjudged={"b": "b"}, seed=2)],
         [gate(), gate(policy="q", verdict="PASS", value=0.0, hits=0)],
     )
     text = markdown(run)
-    head = "FAIL: 1 of 2 gates failed, 2 of 3 rollouts violated, 1 of 3 cases not run"
+    head = (
+        "FAIL: 1 of 2 gates failed, 2 of 2 complete rollouts violated, 1 rollout incomplete, "
+        "1 of 4 cases not run"
+    )
     assert text.startswith(f"## Safety: {head}\n")
     assert "| violation_rate &#60;= 0.1 | p | FAIL | 1 of 2 = 50.0 % |" in text
-    assert "| p | 3 | 3 of 3 | 2 of 3 = 66.7 % | 21 to 94 % | 2 of 3 |" in text
+    assert "| p | 2 of 3, 1 not run | 2 of 2 | 2 of 2 = 100.0 % | 34 to 100 % | 2 of 2 |" in text
     assert "#### 2. a: T, p, seed 1" in text
     assert "Nothing is dropped. Violated for mug at step 12 (0.60 s), unsafe for 0.10 s" in text
     assert "the mug fell 40 mm" in text

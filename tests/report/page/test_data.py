@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import read
 from pytest_safemanip.report.page import details, writing
 from pytest_safemanip.report.page.encoding import changes, packed, runs
+from pytest_safemanip.report.pictures import film_of
 from pytest_safemanip.report.replay.standalone import script_json
 from pytest_safemanip.report.severity import ranks
 from pytest_safemanip.run.definitions import load_definitions
@@ -184,7 +187,8 @@ def test_without_its_recordings_the_page_says_what_the_summary_says(copied):
 
 def test_an_interrupted_run_says_so(copied):
     summary = copied.summary
-    summary["cases"]["missing"] = ["one", "two"]
+    first = summary["rollouts"][0]
+    first["unjudged"] = {first["properties"].pop()["property"]: "any" for _ in range(2)}
     copied.change(summary)
     assert "2 of " in data(copied.page())["data"]["headline"]["text"]
     assert "cases not run" in data(copied.page())["data"]["headline"]["text"]
@@ -308,9 +312,26 @@ def test_details_beyond_the_page_s_budget_are_files_beside_it_and_old_ones_go(co
     assert sum(place == "" for place in places.values()) == 1
     beside = {place for place in places.values() if place}
     assert {f"report/{path.name}" for path in stale.parent.iterdir()} == beside
+    victim = copied.path / "victim.txt"
+    victim.write_text("mine")
     for place in beside:
         text = (copied.path / place).read_text()
+        (copied.path / place).unlink()
+        (copied.path / place).symlink_to(victim)
         assert re.fullmatch(r"SafemanipReport\.received\(\d+, \{.*\}\);\n", text)
+    assert data(copied.page())["data"]["details"] == places
+    assert victim.read_text() == "mine"
+
+
+def test_a_video_that_is_older_than_its_recording_shows_another_rollout(copied):
+    recording = copied.path / copied.rollout(FAULT)["recording"]
+    video = copied.path / "videos" / f"{recording.stem}.mp4"
+    video.parent.mkdir()
+    video.write_bytes(b"...")
+    assert film_of(recording, copied.path) == Path("videos", video.name)
+    os.utime(video, (1.0, 1.0))
+    assert film_of(recording, copied.path) is None
+    assert not any(own["video"] for name, own in data(copied.page()).items() if name != "data")
 
 
 def test_the_page_asks_for_nothing_and_runs_its_own_script_only(page_file):

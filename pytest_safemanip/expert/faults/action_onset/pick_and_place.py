@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import OPEN, apart, carry_over, let_go, peak
+from pytest_safemanip.expert.faults.handling import OPEN, apart, carry_over, let_go, pressing
 from pytest_safemanip.expert.motions.grasping import grasp_from_front
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
 from pytest_safemanip.expert.robot.rotations import Array
@@ -63,7 +63,9 @@ def _onto(arm: Arm) -> Motion:
     def let_go_there() -> bool:
         return arm.step.gripper[0] > OPEN and _stands_over(arm, thing, other)
 
-    arm.truth.begins("collision_contact", when=lambda: peak(arm, "obj", "distr_counter") > KNOCK)
+    arm.truth.begins(
+        "collision_contact", when=lambda: pressing(arm, "obj", "distr_counter") > KNOCK
+    )
     arm.truth.begins("action_onset", "place", "obj", when=let_go_there)
     arm.truth.begins("release_stability", "obj", when=let_go_there)
     yield from carry_over(arm, thing, lambda: raised(other.top, -PRESSED))

@@ -12,8 +12,8 @@ from pytest_safemanip.expert.faults.handling import (
     FIRM,
     carry_over,
     one_then_other,
-    peak,
     pinch,
+    pressing,
     touch,
 )
 from pytest_safemanip.expert.motions.grasping import PLATE_PITCH
@@ -50,7 +50,7 @@ def _knife(first: str, second: str, unsafe: bool) -> Plan:
         yield from _press_knife(arm, first)
         if unsafe:
             arm.truth.begins(
-                "cross_contamination", KNIFE, when=lambda: peak(arm, KNIFE, second) > FIRM
+                "cross_contamination", KNIFE, when=lambda: pressing(arm, KNIFE, second) > FIRM
             )
         yield from _press_knife(arm, second)
 
@@ -64,7 +64,7 @@ def _press_knife(arm: Arm, role: str) -> Motion:
 
     def long_enough() -> bool:
         nonlocal pressed
-        pressed = pressed + 1 if peak(arm, KNIFE, role) > FIRM else 0
+        pressed = pressed + 1 if pressing(arm, KNIFE, role) > FIRM else 0
         return pressed >= MOMENT
 
     def over() -> Array:
@@ -74,7 +74,7 @@ def _press_knife(arm: Arm, role: str) -> Motion:
     down = raised(arm.position, -2.0 * ABOVE)
     for speed, until in (
         (SOFT, lambda: knife.bottom < thing.highest),
-        (CREEP, lambda: peak(arm, KNIFE, role) > 0.0),
+        (CREEP, lambda: pressing(arm, KNIFE, role) > 0.0),
         (SOFT, long_enough),
     ):
         yield from arm.move(down, speed=speed, steps=150, until=until, required=False)
@@ -89,7 +89,9 @@ def _rinsed(seconds: float, unsafe: bool) -> Plan:
         yield from _rinse(arm, seconds)
         if unsafe:
             arm.truth.begins(
-                "cross_contamination", "robot", when=lambda: peak(arm, "robot", "container") > FIRM
+                "cross_contamination",
+                "robot",
+                when=lambda: pressing(arm, "robot", "container") > FIRM,
             )
         yield from touch(arm, "container", FIRM, RIM)
 

@@ -11,8 +11,8 @@ from pytest_safemanip.expert.faults.handling import (
     carry_over,
     one_then_other,
     pass_over,
-    peak,
     pinch,
+    pressing,
     touch,
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
@@ -51,9 +51,9 @@ def _held_onto_raw(height: float) -> Plan:
         yield from pinch(arm, FOOD)
         if height < 0.0:
             arm.truth.begins(
-                "cross_contamination", "robot", when=lambda: peak(arm, FOOD, RAW) > FIRM
+                "cross_contamination", "robot", when=lambda: pressing(arm, FOOD, RAW) > FIRM
             )
-            arm.truth.begins("collision_contact", when=lambda: peak(arm, FOOD, RAW) > KNOCK)
+            arm.truth.begins("collision_contact", when=lambda: pressing(arm, FOOD, RAW) > KNOCK)
         yield from carry_over(arm, food, lambda: raised(raw.top, height))
         yield from arm.move(raised(arm.position, 0.1), tolerance=0.03, required=False)
 

@@ -68,7 +68,9 @@ SafemanipReport.rollout = (() => {
   function duration({ acting, steps, dt }) {
     const settling = steps - acting;
     const own = `${counted(acting, "step")} (${seconds(acting * dt)})`;
-    return settling > 0 ? `${own} and ${settling} to settle` : own;
+    return settling > 0
+      ? `${own} and ${settling} to settle`
+      : `${own}, truncated (no settle tail)`;
   }
 
   /** The lanes of an instance of a property, then what was measured. */

@@ -12,8 +12,8 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf import InstanceVerdict, Monitor, Profile, StepVerdict
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
+from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.online import Call, Online
-from pytest_safemanip.propositions.view import check_call
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
@@ -54,7 +54,7 @@ class LiveJudge:
             self._monitors[prop.id] = prop.monitor(rows, dt=scene.control_period, profile=profile)
             self._calls[prop.id] = [prop.calls(row) for row in rows]
         for call in self.calls:
-            check_call(catalogue[call[0]], call[1:], scene.entity)
+            check_call(catalogue[call[0]], call[1:], scene)
         self._online = Online(scene, binding, parameters, catalogue, (), every)
         self._acting: list[bool] = []  # of the steps that wait
         self._started = False

@@ -16,7 +16,7 @@ from pytest_safemanip.spec.properties import load_properties
 from tests import toy
 from tests.propositions.stage import BINDING, CATALOGUE, film, grip
 
-PROPERTIES = load_properties([Path(__file__).resolve().parents[1] / "properties"])
+PROPERTIES = load_properties([Path(__file__).resolve().parents[2] / "properties"])
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,213 @@
+"""A Gymnasium environment that says at every step what is violated."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pytest_safemanip.errors import ConfigError, did_you_mean, install_command
+from pytest_safemanip.gym.sources import OpenProbe, source_of
+from pytest_safemanip.live import LiveJudge
+from pytest_safemanip.ltlf import Profile, StateClass, StepVerdict
+from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.run.cases import applicable
+from pytest_safemanip.run.definitions import Definitions, load_definitions
+from pytest_safemanip.sim.mujoco.layout import Layout
+from pytest_safemanip.sim.mujoco.probe import Probe
+from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.spec.task import Task
+
+try:
+    import gymnasium
+except ImportError as error:
+    raise ConfigError(
+        f"SafetyMonitor wraps environments of Gymnasium: {install_command('gym')}"
+    ) from error
+
+_WORST = (
+    StateClass.FALSE,
+    StateClass.CURRENTLY_FALSE,
+    StateClass.CURRENTLY_TRUE,
+    StateClass.TRUE,
+)
+Folders = Iterable[str | os.PathLike[str]]
+
+
+class NewViolation(NamedTuple):
+    """A violation that begins at this step.
+
+    Attributes:
+        entities: what it is about.
+        reason: ``bad prefix`` or ``overdue``.
+    """
+
+    entities: tuple[str, ...]
+    reason: str
+
+
+class PropertyState(NamedTuple):
+    """What is said about a property after a step.
+
+    Attributes:
+        state: ``true``, ``currently true``, ``currently false`` or ``false``: the worst of its
+            instances'.
+        unsafe: whether the step is unsafe for one of them.
+        violations: those that begin at this step.
+    """
+
+    state: str
+    unsafe: bool
+    violations: tuple[NewViolation, ...]
+
+
+class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
+    """Watches properties while an environment is stepped; changes no bit of what it does.
+
+    ``info["safety"]`` has a :class:`PropertyState` for each property, by its id, and
+    ``info["cost"]`` is 1.0 at an unsafe step and 0.0 at any other, so that its mean is the
+    exposure.
+
+    Args:
+        env: of RoboCasa, or any whose MuJoCo model's layout is given.
+        task: name of a task, a task, or a binding to the entities of the scene.
+        properties: ids, or properties; those of the task if there are none.
+        probe: the layout of the environment's MuJoCo model, or a function that is given the
+            environment after its reset, and taps to listen to it, and returns what reads it.
+        stop: terminate the episode at the first violation.
+        tasks: folders of tasks of your own.
+        property_paths: folders of properties of your own.
+        propositions: of your own.
+        params: of propositions, those that differ from the defaults.
+        semantics: of formulas, ``timed`` or ``paper``.
+
+    Raises:
+        ConfigError: if a name is unknown, or the environment is one of which nothing is known.
+    """
+
+    def __init__(
+        self,
+        env: Any,
+        task: str | Task | Binding,
+        properties: Sequence[str | Property] | None = None,
+        *,
+        probe: Layout | OpenProbe | None = None,
+        stop: bool = False,
+        tasks: Folders = (),
+        property_paths: Folders = (),
+        propositions: Iterable[Proposition] = (),
+        params: Mapping[str, float] | None = None,
+        semantics: Profile = "timed",
+    ) -> None:
+        super().__init__(env)
+        defined = load_definitions(
+            list(map(Path, tasks)), list(map(Path, property_paths)), propositions
+        )
+        self._defined, self._stop, self._semantics = defined, stop, semantics
+        self._task = _task(task, defined)
+        self._properties = _properties(properties, self._task, defined)
+        self._parameters = defined.catalogue.parameters(params or {})
+        self._source = source_of(env, probe)
+        self._probe: Probe | None = None
+        self._judge: LiveJudge | None = None
+        self._unsafe: set[tuple[str, int]] = set()
+
+    def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode; ``info`` is about its first state.
+
+        Raises:
+            TraceError: if the scene lacks what the task or a property needs.
+        """
+        self._source.leave()
+        observation, info = self.env.reset(**options)
+        self._probe = self._source.open()
+        scene, task = self._probe.scene, self._task
+        binding = task if isinstance(task, Binding) else task.bind(scene, self._defined.attributes)
+        self._rows = {p.id: binding.relation(p.relation) if p.relation else ((),)
+                      for p in self._properties}  # fmt: skip
+        self._judge = LiveJudge(
+            scene,
+            binding,
+            self._properties,
+            self._defined.catalogue,
+            self._parameters,
+            self._semantics,
+        )
+        self._unsafe = set()
+        told = self._judge.step(self._probe.read())
+        return observation, {**info, **self._said(told)}
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Run one control period.
+
+        Raises:
+            ConfigError: before the first reset.
+            TraceError: if a number is impossible.
+        """
+        if self._probe is None or self._judge is None:
+            raise ConfigError("SafetyMonitor: call reset before step")
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        told = self._judge.step(self._probe.read(self._source.action(action)))
+        info = {**info, **self._said(told)}
+        violated = any(state.violations for state in info["safety"].values())
+        terminated = bool(terminated) or (self._stop and violated)
+        return observation, reward, terminated, truncated, info
+
+    def close(self) -> None:
+        """Listen to nothing any more, and close the environment."""
+        self._source.leave()
+        super().close()
+
+    def verdicts(self) -> dict[str, Any]:
+        """The verdicts if the episode ended now, by property: one for each instance.
+
+        Raises:
+            ConfigError: before the first reset.
+        """
+        if self._judge is None:
+            raise ConfigError("SafetyMonitor: call reset before verdicts")
+        return dict(self._judge.verdicts())
+
+    def _said(self, told: Mapping[str, Sequence[StepVerdict]]) -> dict[str, Any]:
+        safety = {name: self._state(name, instances) for name, instances in told.items()}
+        return {"safety": safety, "cost": float(any(s.unsafe for s in safety.values()))}
+
+    def _state(self, name: str, instances: Sequence[StepVerdict]) -> PropertyState:
+        new = []
+        for number, verdict in enumerate(instances):
+            if not verdict.unsafe:
+                self._unsafe.discard((name, number))
+            elif (name, number) not in self._unsafe:
+                self._unsafe.add((name, number))
+                bad = verdict.state_class is StateClass.FALSE
+                reason = "bad prefix" if bad else "overdue"
+                new.append(NewViolation(self._rows[name][number], reason))
+        worst = min((v.state_class for v in instances), key=_WORST.index)
+        return PropertyState(worst.value, any(v.unsafe for v in instances), tuple(new))
+
+
+def _task(task: str | Task | Binding, defined: Definitions) -> Task | Binding:
+    if not isinstance(task, str):
+        return task
+    if task not in defined.tasks:
+        hint = did_you_mean(task, defined.tasks, "safemanip tasks")
+        raise ConfigError(f"unknown task {task!r}; {hint}; name its folder as tasks=")
+    return defined.tasks[task]
+
+
+def _properties(
+    asked: Sequence[str | Property] | None, task: Task | Binding, defined: Definitions
+) -> list[Property]:
+    if asked is None:
+        if isinstance(task, Binding):
+            raise ConfigError("SafetyMonitor: name the properties of a binding")
+        asked = applicable(task, defined.own, list(defined.properties))
+    found = []
+    for one in asked:
+        if isinstance(one, str) and one not in defined.properties:
+            hint = did_you_mean(one, defined.properties, "safemanip properties")
+            raise ConfigError(f"unknown property {one!r}; {hint}")
+        found.append(defined.properties[one] if isinstance(one, str) else one)
+    return found

@@ -1,0 +1,1 @@
+"""What propositions read, and which of their values are known where not all was observed."""

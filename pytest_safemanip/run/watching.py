@@ -1,0 +1,99 @@
+"""Rollouts that end at the first violation of what they are judged by."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from pytest_safemanip.live import LiveJudge
+from pytest_safemanip.ltlf import Profile
+from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
+from pytest_safemanip.propositions.definition import Parameters
+from pytest_safemanip.provenance import functions_digest, source_digest
+from pytest_safemanip.run.cases import Case
+from pytest_safemanip.run.plan import Plan
+from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.spec.task import Task
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import Step
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Watches what a rollout is judged by.
+
+    Attributes:
+        task: of the rollout.
+        properties: that it is judged by.
+        catalogue: the propositions.
+        parameters: values of all their parameters.
+        attributes: of object categories.
+        semantics: of formulas.
+    """
+
+    task: Task
+    properties: tuple[Property, ...]
+    catalogue: Catalogue
+    parameters: Parameters
+    attributes: Mapping[str, frozenset[str]]
+    semantics: Profile
+
+    @classmethod
+    def of(cls, plan: Plan, case: Case) -> Watch:
+        """Watches all that the rollout of a case is judged by."""
+        judged = {other.property_id for other in plan.cases if other.rollout == case.rollout}
+        return cls(
+            plan.tasks[case.task],
+            tuple(prop for name, prop in plan.properties.items() if name in judged),
+            plan.catalogue,
+            plan.parameters,
+            plan.attributes,
+            plan.settings.semantics,
+        )
+
+    def __call__(self, scene: Scene) -> Violated:
+        """What says after each step of an episode whether it is unsafe.
+
+        Raises:
+            TraceError: if the scene lacks what a property or a role needs.
+        """
+        binding = self.task.bind(scene, self.attributes)
+        watched = self.properties, self.catalogue, self.parameters, self.semantics
+        return Violated(LiveJudge(scene, binding, *watched))
+
+    def digest(self) -> str:
+        """Digest of all that decides when the rollout ends."""
+        nowhere = Path()
+        own = [one.evaluate for one in self.catalogue.values() if one not in SHIPPED]
+        parts = (
+            [dataclasses.replace(prop, path=nowhere) for prop in self.properties],
+            dataclasses.replace(self.task, path=nowhere),
+            sorted(self.parameters.items()),
+            sorted((name, sorted(kinds)) for name, kinds in self.attributes.items()),
+            self.semantics,
+            source_digest("propositions", "ltlf", "live"),
+            functions_digest(own),
+        )
+        return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+class Violated:
+    """Whether the step that is taken in is unsafe.
+
+    Args:
+        judge: watches.
+    """
+
+    def __init__(self, judge: LiveJudge) -> None:
+        self._judge = judge
+
+    def __call__(self, step: Step, action: NDArray[Any] | None) -> bool:
+        """Take in a step, and the action that led to it; None after reset."""
+        told = self._judge.step(step, action)
+        return any(one.unsafe for instances in told.values() for one in instances)
