@@ -103,7 +103,7 @@ def _as_told(record: RolloutRecord, rules: Mapping[str, Mapping[str, str]]) -> l
 
 
 def _told_violation(violation: Mapping[str, Any]) -> Json:
-    kept = ("first", "duration_s", "entities", "reason")
+    kept = ("first", "last", "duration_s", "entities", "reason")
     about = {name: violation[name] for name in kept}
     evidence = list(violation.get("evidence", ()))
     return {**about, "evidence": evidence, "excess": violation.get("excess")}

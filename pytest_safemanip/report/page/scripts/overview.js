@@ -206,7 +206,7 @@ SafemanipReport.overview = (() => {
         "dl.about",
         {},
         rows.map(([key, value]) =>
-          element("div", { className: value.length > 60 ? "wide" : "" }, element("dt", {}, words(key)), element("dd", {}, value)),
+          element("div", { className: value.length > 60 ? "wide" : "" }, element("dt", {}, words(key)), element("dd", {}, name(value))),
         ),
       ),
     );

@@ -58,6 +58,7 @@ SafemanipReport.violations = (() => {
         element("strong", {}, words(violation.property.id)),
         violation.guilty.length ? [" ", entities(violation.guilty, details.entities)] : null,
         element("span.evidence", {}, violation.evidence[0] ?? violation.reason),
+        violation.excess ? element("span.evidence", {}, hardest(violation.excess)) : null,
       ),
       element(
         "span.when",
@@ -65,7 +66,6 @@ SafemanipReport.violations = (() => {
         `step ${violation.first}`,
         element("br"),
         `${seconds(violation.duration_s)} unsafe`,
-        violation.excess ? [element("br"), hardest(violation.excess)] : null,
       ),
     );
   }
@@ -166,21 +166,21 @@ SafemanipReport.violations = (() => {
                 own.evidence.map((line) => element("li", {}, line)),
               )
             : null,
-          own.timeline ? excerpt(own.timeline, own.first) : null,
+          own.timeline ? excerpt(own.timeline, own) : null,
         ),
       ),
     );
   }
 
   /** The propositions around a violation, as the summary keeps them: a column for some steps. */
-  function excerpt({ start, stride, lanes }, first) {
+  function excerpt({ start, stride, lanes }, { first, last }) {
     const { truth } = SafemanipReport.lanes;
     const columns = Math.max(0, ...Object.values(lanes).map((lane) => lane.length));
     const runs = (lane) => [...lane].flatMap((mark, at) => (mark === "#" ? [at, at] : []));
-    const unsafe = Math.floor((first - start) / stride);
+    const unsafe = [first, last].map((step) => Math.floor((step - start) / stride));
     const drawn = [
       ...Object.entries(lanes).map(([atom, lane]) => truth(atom, runs(lane))),
-      truth("unsafe", [unsafe, unsafe], { className: "unsafe" }),
+      truth("unsafe", unsafe, { className: "unsafe" }),
     ];
     for (const lane of drawn) lane.draw([0, columns - 1]);
     return element(
