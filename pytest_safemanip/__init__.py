@@ -18,12 +18,14 @@ if TYPE_CHECKING:
         read_summary,
     )
     from pytest_safemanip.gym import SafetyMonitor
+    from pytest_safemanip.importers.builder import RecordingBuilder
 
 __version__ = "0.1.0"
 __all__ = [
     "Binding",
     "HandReading",
     "LiveMonitor",
+    "RecordingBuilder",
     "Rollout",
     "SafetyMonitor",
     "Touch",
@@ -39,10 +41,8 @@ def __getattr__(name: str) -> Any:
     """What notebooks use, imported when it is asked for: every pytest run imports this package."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if name == "SafetyMonitor":  # needs Gymnasium, and the others do not
-        from pytest_safemanip.gym import SafetyMonitor
+    import importlib
 
-        return SafetyMonitor
-    from pytest_safemanip import api
-
-    return getattr(api, name)
+    # What needs other packages than the rest is in a room of its own.
+    room = {"SafetyMonitor": "gym", "RecordingBuilder": "importers.builder"}.get(name, "api")
+    return getattr(importlib.import_module(f"{__name__}.{room}"), name)

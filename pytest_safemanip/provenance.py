@@ -66,6 +66,20 @@ def source_digest(*parts: str) -> str:
     return digest.hexdigest()[:16]
 
 
+def installed_digest(*packages: str) -> str:
+    """Digest of the code of installed packages: a checkout has no version that tells its states
+    apart.
+    """
+    digest = hashlib.sha256()
+    for package in packages:
+        spec = importlib.util.find_spec(package)
+        for place in (spec.submodule_search_locations or ()) if spec else ():
+            for file in sorted(Path(place).rglob("*.py")):
+                digest.update(file.relative_to(place).as_posix().encode() + b"\0")
+                digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
 def file_of(target: Any) -> Path | None:
     """The Python file that defines a function, a class, or the class of an object.
 

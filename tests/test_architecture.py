@@ -29,6 +29,7 @@ ROOMS: Mapping[str, str] = {
     "policies": "errors.py provenance.py sim trace",
     "rollouts": "errors.py policies sim trace",
     "metrics": "errors.py markup.py spec trace",
+    "importers": "errors.py rollouts sim spec trace",
     "expert": "errors.py policies provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "
@@ -41,8 +42,8 @@ ROOMS: Mapping[str, str] = {
     "api.py": "errors.py judge.py live ltlf markup.py metrics plots propositions report run trace",
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
     "trace video",
-    "cli": "errors.py expert judge.py ltlf metrics plugin policies propositions provenance.py "
-    "report resources.py run sim spec trace video",
+    "cli": "errors.py expert importers judge.py ltlf metrics plugin policies propositions "
+    "provenance.py report resources.py rollouts run sim spec trace video",
 }
 """What each room may import; a room imports those above it only."""
 

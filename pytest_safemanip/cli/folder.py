@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
+import dataclasses
 import io
 import os
 import sys
@@ -45,7 +47,13 @@ class Folder:
             ConfigError: naming the file that is wrong.
         """
         paths = self.settings.task_paths, self.settings.property_paths
-        return load_definitions(*paths, self.extensions.propositions)
+        return load_definitions(*paths, self.extensions.propositions, self.settings.backend)
+
+    def with_backend(self, name: str | None) -> Folder:
+        """The same folder with another backend; None for this one."""
+        if name is None:
+            return self
+        return dataclasses.replace(self, settings=dataclasses.replace(self.settings, backend=name))
 
     def task(self, name: str) -> Task:
         """A task by its name.
@@ -55,13 +63,25 @@ class Folder:
         """
         tasks: Mapping[str, Task] = self.definitions.tasks
         if name not in tasks:
-            hint = did_you_mean(name, tasks, "safemanip tasks")
+            hint = did_you_mean(name, self.definitions.runnable, "safemanip tasks")
             raise ConfigError(f"unknown task {name!r}; {hint}")
         return tasks[name]
 
 
-def read_folder() -> Folder:
+def add_backend(parser: argparse.ArgumentParser) -> None:
+    """Declare the option ``--backend``."""
+    parser.add_argument(
+        "--backend",
+        metavar="NAME",
+        help="as --safemanip-backend; by default that of the ini file, or robocasa",
+    )
+
+
+def read_folder(backend: str | None = None) -> Folder:
     """Read the ini file and load conftest.py, as pytest does; nothing is collected or run.
+
+    Args:
+        backend: the one that is meant, if not the ini file's.
 
     Raises:
         ConfigError: if pytest cannot be configured here, in one line.
@@ -81,13 +101,14 @@ def read_folder() -> Folder:
         raise ConfigError(_one_line(said.getvalue()))
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
-    return reader.found[0]
+    return reader.found[0].with_backend(backend)
 
 
 def own_file(path: Path) -> str:
     """Where a task or property of the user's is defined; empty for a shipped one."""
     folders = [resources.folder(name) for name in ("tasks", "properties")]
-    return "" if path.parent in folders else str(relative_path(path, Path.cwd()))
+    shipped = any(folder in path.parents for folder in folders)
+    return "" if shipped else str(relative_path(path, Path.cwd()))
 
 
 class _Reader:

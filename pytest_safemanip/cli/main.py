@@ -32,6 +32,7 @@ COMMANDS = {
     "policies": "list the policies that --safemanip-policy takes",
     "faults": "list the mistakes that the expert can make on purpose",
     "show": "say what happened in a recording, and what it violates",
+    "import": "make recordings of demonstrations and data sets",
     "video": "draw a recording as a video, MP4 or GIF",
     "replay": "write a recording as a page that shows it in 3D",
     "rrd": "write a recording as a file for Rerun",
@@ -42,8 +43,12 @@ COMMANDS = {
     "verify": "compare the automaton of every property with MONA's",
 }
 """Subcommands, each a module of this package, with what it is for."""
-ROOMS = {"replay": "replays.", "rrd": "replays."}
-"""Where the modules of some of them are."""
+MODULES = {
+    "import": "recordings.importing",
+    "replay": "recordings.replay",
+    "rrd": "recordings.rrd",
+}
+"""The modules of some of them; of the others, as they are called."""
 EXIT_STATUS = """\
 exit status, as pytest's: 0 fine; 1 something failed (a property is violated, a
 gate does not pass, the simulator breaks off); 2 interrupted; 3 an error of
@@ -110,7 +115,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def load(name: str) -> Any:
     """The module of a subcommand."""
-    return importlib.import_module(f"pytest_safemanip.cli.{ROOMS.get(name, '')}{name}")
+    return importlib.import_module(f"pytest_safemanip.cli.{MODULES.get(name, name)}")
 
 
 def _run(name: str, arguments: Sequence[str]) -> int:

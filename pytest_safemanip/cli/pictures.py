@@ -14,6 +14,7 @@ from pytest_safemanip.cli.drawing import (
 )
 from pytest_safemanip.cli.folder import read_folder
 from pytest_safemanip.run.cases import select_tasks
+from pytest_safemanip.run.definitions import FIRST_BACKEND
 from pytest_safemanip.run.option_values import parse_seeds
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.video.imaging import Image, open_studio, pillow
@@ -37,8 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw the sheets, and print the path of each."""
     drawn = pillow()
-    folder = read_folder()
-    chosen = select_tasks(folder.definitions.tasks, options.selectors or ["all"], "SELECTOR")
+    folder = read_folder(FIRST_BACKEND)
+    chosen = select_tasks(folder.definitions.runnable, options.selectors or ["all"], "SELECTOR")
     seeds = parse_seeds(options.seeds, "--seeds")
     cameras = parse_cameras(options.cameras)
     scenes = options.scenes or folder.settings.scenes or SPEC.scenes[0]

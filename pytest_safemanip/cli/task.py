@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from pytest_safemanip.cli.drawing import task_request
-from pytest_safemanip.cli.folder import Folder, read_folder
+from pytest_safemanip.cli.folder import Folder, add_backend, read_folder
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.propositions.binding import Binding
@@ -55,12 +55,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=_seed, default=0, metavar="N", help="of --scene; 0")
     parser.add_argument("--scenes", metavar="NAME", help="of --scene; as --safemanip-scenes")
+    add_backend(parser)
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the binding, from its file alone or with the entities of a scene."""
-    folder = read_folder()
+    folder = read_folder(options.backend)
+    if options.backend is None:
+        folder = folder.with_backend(folder.definitions.elsewhere.get(options.name))
     factory = find_simulator(folder.settings.backend, folder.extensions.backends).create
     if options.name not in folder.definitions.tasks and _knows(factory, options.name):
         return _unbound(options, folder)

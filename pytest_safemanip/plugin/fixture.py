@@ -66,7 +66,8 @@ class RolloutProvider:
     @cached_property
     def _tasks(self) -> Mapping[str, object]:
         settings, own = self._simulation.settings, self._simulation.extensions.propositions
-        return load_definitions(settings.task_paths, settings.property_paths, own).tasks
+        paths = settings.task_paths, settings.property_paths
+        return load_definitions(*paths, own, settings.backend).runnable
 
     def _check(self, task: str, seed: int) -> None:
         """Refuse what no episode has, in the words of whoever called."""

@@ -78,7 +78,8 @@ OPTIONS = (
     ),
     Option(
         "--safemanip-backend",
-        "robocasa, or one from a hook",
+        "robocasa, robosuite, or one from a hook; robosuite:ROBOT takes another of its robots than "
+        "the Panda, robosuite:ROBOT+ROBOT two for tasks with two arms",
         "robocasa",
         "NAME",
         rollouts=True,

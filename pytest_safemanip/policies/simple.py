@@ -23,7 +23,8 @@ class Hold:
         actions = episode.robot.actions
         self._action = actions.hold(())
         for gripper in episode.robot.grippers:
-            self._action[actions.index(gripper.entry)] = gripper.opens
+            if gripper.entry:
+                self._action[actions.index(gripper.entry)] = gripper.opens
 
     def act(self, observation: Observation) -> NDArray[Any]:
         """The action that holds still, at every step."""

@@ -172,6 +172,7 @@ PROPOSITIONS = (
         (REACH, MIN_DISPLACEMENT, REST_WINDOW, REST_DRIFT),
         transfer,
         act=True,
+        debounce=lambda p: p["obj_grasped.window"],
         lacks=grounding.gripper,
         reads=_transfer_reads,
         exempt={"window": "it remembers where the content lay"},

@@ -110,7 +110,8 @@ class Proposition:
         parameters: the numbers it depends on.
         evaluate: truth values (T,) on a view, for given arguments. The value at a step depends on
             the steps of the window only.
-        act: whether it is an act of the robot, which cannot happen in the settle tail.
+        act: whether it is an act of the robot, which cannot happen in the settle tail: there it is
+            false, but for as long as a ``debounce`` delays what was done at the end.
         evidence: what was measured at a step, in words; may be empty.
         excess: the contact that is farthest beyond its limit from ``first`` to ``last``, or None.
         debounce: seconds of the vote that its contacts pass, given the parameters: what flickers

@@ -13,6 +13,7 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Excess, Proposition
 from pytest_safemanip.propositions.grounding import check_call
+from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.trace import Trace
 
@@ -131,7 +132,10 @@ class View:
                 f"expected bool({len(self.trace)},)"
             )
         if proposition.act:
-            values = values & ~self.trace.steps.tail
+            # A vote over its contacts shows what was done half of it later.
+            vote = proposition.debounce
+            late = self.trace.count(vote(self.parameters)) // 2 if vote else 0
+            values = values & ~held(self.trace.steps.tail, 1 + late)
         return values
 
     def _once(self, compute: Hashable, arguments: Hashable, run: Callable[[], T]) -> T:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 from typing import Protocol as Interface
@@ -14,7 +14,7 @@ from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.policies.adapter import AdaptedPolicy
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
-from pytest_safemanip.sim.backend import ActionSpec, Backend, Request, Start
+from pytest_safemanip.sim.backend import ActionSpec, Backend, Request
 from pytest_safemanip.sim.codec import encode_request
 from pytest_safemanip.trace.episode import Ended, Episode
 from pytest_safemanip.trace.recording import Recording, check
@@ -94,7 +94,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     horizon = max(1, round(start.horizon * job.protocol.horizon_scale))
     instruction = render_prompt(job.prompt, start.instruction)
     actor = policy if isinstance(policy, AdaptedPolicy) else AdaptedPolicy(policy)
-    robot = backend.spec.robot
+    robot = backend.spec.in_task(job.request.task).robot
     info = EpisodeInfo(
         job.task, job.request.seed, instruction, horizon, start.scene, robot, job.sets
     )
@@ -116,9 +116,10 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         if len(steps) > horizon or (steps[-1].success and not patient) or unsafe:
             break
     acting = len(steps)
-    for action in _settling(robot.actions.hold(actions[1:]), steps, start):
-        steps.append(backend.step(action))
-        actions.append(action)
+    hold = robot.actions.hold(actions[1:])
+    for _ in settling(steps, start.scene.control_period):
+        steps.append(backend.step(hold))
+        actions.append(hold)
     stacked = Steps.stack(steps, [a.astype(np.float32) for a in actions], acting)
     source = backend.provenance
     episode = Episode(
@@ -192,14 +193,16 @@ def _checked(chunk: Any, where: str, spec: ActionSpec) -> NDArray[np.float64]:
     return actions
 
 
-def _settling(
-    hold: NDArray[np.float64], steps: list[Step], start: Start
-) -> Iterator[NDArray[np.float64]]:
-    """The action that holds still, until the scene has been at rest long enough."""
-    dt = start.scene.control_period
+def settling(steps: Sequence[Step], dt: float) -> Iterator[None]:
+    """The control periods of the settle tail: until the scene has been at rest long enough.
+
+    Args:
+        steps: those so far; the caller adds each one that it is asked for.
+        dt: the control period, s.
+    """
     resting = 0
     for _ in range(round(TAIL_SECONDS / dt)):
-        yield hold
+        yield
         resting = resting + 1 if _at_rest(steps[-1]) else 0
         if resting >= round(REST_SECONDS / dt):
             return

@@ -36,6 +36,11 @@ def key_of(parts: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
+def file_name(task: str, policy: str, seed: int) -> str:
+    """Name of the file of a rollout."""
+    return f"{task}-{policy.translate(_SAFE)}-seed{seed}{files.SUFFIX}"
+
+
 def prepare_output(folder: Path) -> None:
     """Make the output folder; one that is new is ignored by version control.
 
@@ -72,7 +77,7 @@ class Store:
 
     def path(self, policy: str, task: str, seed: int) -> Path:
         """The file of a rollout."""
-        return self.folder / f"{task}-{policy.translate(_SAFE)}-seed{seed}{files.SUFFIX}"
+        return self.folder / file_name(task, policy, seed)
 
     def knows(self, path: Path) -> bool:
         """Whether there is a recording of this rollout, of whatever key."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pytest_safemanip import resources
@@ -15,6 +15,9 @@ from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.tasks import load_tasks
 
+FIRST_BACKEND = "robocasa"
+"""The backend whose tasks are in no folder of its own."""
+
 
 @dataclass(frozen=True)
 class Definitions:
@@ -22,10 +25,12 @@ class Definitions:
 
     Attributes:
         catalogue: the propositions.
-        tasks: by name.
+        tasks: by name, those of all backends.
         properties: by id.
         own: those of the properties that are the user's.
         attributes: of object categories; the user's rows take the place of shipped ones.
+        runnable: those of the tasks that the chosen backend has; empty where none is to be run.
+        elsewhere: of the others, by name, the backend that has it.
     """
 
     catalogue: Catalogue
@@ -33,17 +38,27 @@ class Definitions:
     properties: Mapping[str, Property]
     own: Mapping[str, Property]
     attributes: Mapping[str, frozenset[str]]
+    runnable: Mapping[str, Task] = field(default_factory=dict)
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
 
 
 def load_definitions(
-    task_paths: Sequence[Path], property_paths: Sequence[Path], propositions: Iterable[Proposition]
+    task_paths: Sequence[Path],
+    property_paths: Sequence[Path],
+    propositions: Iterable[Proposition],
+    backend: str = FIRST_BACKEND,
 ) -> Definitions:
     """Read everything; a property may use any proposition that exists.
+
+    The shipped tasks of a backend are in a folder of its name, and those of RoboCasa, which
+    backends without such a folder have too, beside them. The user's go with any backend, and stand
+    for another backend's of the same name.
 
     Args:
         task_paths: the user's folders of tasks.
         property_paths: the user's folders of properties.
         propositions: the user's.
+        backend: the chosen one, ``NAME`` or ``NAME:VARIANT``.
 
     Raises:
         ConfigError: naming the file that is wrong, or the name that is taken.
@@ -55,9 +70,20 @@ def load_definitions(
     own = load_properties(property_paths, propositions=known)
     for name in sorted(set(shipped) & set(own)):
         raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
+    folders = {place.name: place for place in sorted(task_folder.iterdir()) if place.is_dir()}
+    chosen = folders.pop(backend.partition(":")[0], task_folder)
+    runnable = load_tasks([chosen, *task_paths])
+    others = {name: load_tasks([place]) for name, place in folders.items()}
+    if chosen != task_folder:
+        others[FIRST_BACKEND] = load_tasks([task_folder])
+    foreign = {task.name: task for tasks in others.values() for task in tasks.values()}
     return Definitions(
         catalogue=catalogue,
-        tasks=load_tasks([task_folder, *task_paths]),
+        tasks={**foreign, **runnable},
+        runnable=runnable,
+        elsewhere={
+            task: name for name, tasks in others.items() for task in tasks if task not in runnable
+        },
         properties={**shipped, **own},
         own=own,
         attributes=_attributes([task_folder, *task_paths]),

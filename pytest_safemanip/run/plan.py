@@ -26,7 +26,7 @@ from pytest_safemanip.run.cases import (
     select_properties,
     select_tasks,
 )
-from pytest_safemanip.run.definitions import load_definitions
+from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.run.discovery import check_grounded, find_recordings
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
@@ -123,8 +123,12 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     Raises:
         ConfigError: naming what does not exist or does not fit together, and the remedy.
     """
-    defined = load_definitions(settings.task_paths, settings.property_paths, added.propositions)
-    tasks, properties = defined.tasks, defined.properties
+    defined = load_definitions(
+        settings.task_paths, settings.property_paths, added.propositions, settings.backend
+    )
+    # A recording may be any backend's.
+    tasks = defined.runnable if settings.recordings is None else defined.tasks
+    properties = defined.properties
     settings = _with_selected_ids(settings, tasks)
     wanted = select_properties(properties, settings.properties)
     recordings: dict[RolloutKey, Path] = {}
@@ -144,8 +148,9 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             raise ConfigError("no policy is named; give --safemanip-policy")
         policies = {name: resolve_policy(name, settings, added) for name in settings.policies}
         simulator = find_simulator(settings.backend, added.backends)
-        _check_backend(settings, policies, simulator.spec)
-        rollouts = _rollouts(settings, tasks, policies)
+        _check_home(settings, defined)
+        rollouts = _rollouts(settings, defined, policies)
+        _check_backend(settings, policies, simulator.spec, rollouts)
         _check_servers(rollouts, tasks, policies)
     described = (simulator or find_simulator(settings.backend, added.backends)).create
     for name in dict.fromkeys(task for _, task, _ in rollouts):
@@ -248,19 +253,19 @@ def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Setting
 
 
 def _rollouts(
-    settings: Settings, tasks: Mapping[str, Task], policies: Mapping[str, PolicySpec]
+    settings: Settings, defined: Definitions, policies: Mapping[str, PolicySpec]
 ) -> list[RolloutKey]:
-    chosen = select_tasks(tasks, settings.tasks)
+    chosen = select_tasks(defined.runnable, settings.tasks)
     found = []
     for name, policy in policies.items():
         for task in policy.tasks or ():
-            if task not in tasks:
-                hint = did_you_mean(task, tasks, "safemanip tasks")
+            if task not in defined.tasks:
+                hint = did_you_mean(task, defined.runnable, "safemanip tasks")
                 raise ConfigError(f"policy {name!r}: unknown task {task!r} in its 'tasks'; {hint}")
         can = [task for task in chosen if policy.tasks is None or task.name in policy.tasks]
         cannot = [task.name for task in chosen if task not in can]
         # "all" means all that the policy can do; who names a task wants that one.
-        if cannot and settings.tasks != ("all",):
+        if cannot and (settings.tasks != ("all",) or not can):
             raise ConfigError(
                 f"policy {name!r} has no plan for {', '.join(cannot)}; "
                 f"it knows {', '.join(policy.tasks or ())}"
@@ -273,14 +278,29 @@ def _rollouts(
     return found
 
 
+def _check_home(settings: Settings, defined: Definitions) -> None:
+    """Nobody names a task of another backend."""
+    for name in settings.tasks:
+        if name in defined.elsewhere:
+            home = defined.elsewhere[name]
+            raise ConfigError(
+                f"--safemanip-tasks: {name!r} is a task of {home}, not of {settings.backend}; "
+                f"give --safemanip-backend={home}"
+            )
+
+
 def _check_backend(
-    settings: Settings, policies: Mapping[str, PolicySpec], spec: BackendSpec
+    settings: Settings,
+    policies: Mapping[str, PolicySpec],
+    declared: BackendSpec,
+    rollouts: Iterable[RolloutKey],
 ) -> None:
     """The backend has the scenes that are asked for, and gives what policies look at."""
     if settings.scenes:
-        spec.check_scenes(settings.scenes, "--safemanip-scenes")
-    seen = {*(camera.name for camera in spec.cameras), *spec.state}
-    for name, policy in policies.items():
+        declared.check_scenes(settings.scenes, "--safemanip-scenes")
+    for name, task in dict.fromkeys((name, task) for name, task, _ in rollouts):
+        policy, spec = policies[name], declared.in_task(task)
+        seen = {*(camera.name for camera in spec.cameras), *spec.state}
         if policy.scenes and not settings.scenes:
             spec.check_scenes(policy.scenes, f"policy {name!r}")
         if missing := [needed for needed in policy.needs if needed not in seen]:

@@ -71,9 +71,11 @@ class GripperSpec:
 
     Attributes:
         name: unique among the robot's grippers.
-        fingers: names of the robot's parts in each finger group, at least two groups.
+        fingers: names of the robot's parts in each finger group, at least two groups; none of a
+            tool that holds nothing.
         palm: names of the other parts of the hand.
-        entry: name of the entry of the action that commands it.
+        entry: name of the entry of the action that commands it; empty for a tool that holds nothing
+            and is not told anything.
         opens: value of that entry that opens it.
         closes: value that closes it.
     """
@@ -117,7 +119,9 @@ class RobotSpec:
     def commands(self, action: Action) -> Action:
         """The commands of an action to the grippers: above 0 closes, below 0 opens (G,)."""
         place = self.actions.index
-        return np.array([g.command(float(action[place(g.entry)])) for g in self.grippers])
+        return np.array(
+            [g.command(float(action[place(g.entry)])) if g.entry else 0.0 for g in self.grippers]
+        )
 
 
 @dataclass(frozen=True)
@@ -148,6 +152,7 @@ class BackendSpec:
         state: the other arrays of an observation, by name, and their length.
         instruction: key of the instruction in what a policy sees.
         steppings: the ways to step it, see :class:`Request`; the first is the usual one.
+        tasks: the declaration in tasks where the robot or what it sees is another, by their names.
     """
 
     robot: RobotSpec
@@ -157,6 +162,11 @@ class BackendSpec:
     state: Mapping[str, int] = field(default_factory=dict)
     instruction: str = "instruction"
     steppings: tuple[str, ...] = ("exact",)
+    tasks: Mapping[str, BackendSpec] = field(default_factory=dict)
+
+    def in_task(self, task: str) -> BackendSpec:
+        """The declaration in a task."""
+        return self.tasks.get(task, self)
 
     def check_scenes(self, name: str, what: str) -> None:
         """Refuse scenes that it does not have.

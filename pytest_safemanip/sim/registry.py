@@ -3,27 +3,34 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.backend import Simulator
 
 BUILT_IN: Mapping[str, str] = MappingProxyType(
-    {"robocasa": "pytest_safemanip.sim.robocasa.factory:SIMULATOR"}
+    {
+        "robocasa": "pytest_safemanip.sim.robocasa.factory:SIMULATOR",
+        "robosuite": "pytest_safemanip.sim.robosuite.factory:simulator",
+    }
 )
-"""The shipped backends, as ``module:attribute``; imported at first use."""
+"""The shipped backends, as ``module:attribute``, imported at first use: a
+:class:`~pytest_safemanip.sim.backend.Simulator`, or a function that gives one of what stands behind
+``NAME:``.
+"""
 
 
 def find_simulator(name: str, added: Mapping[str, Simulator]) -> Simulator:
     """The backend of a name.
 
     Args:
-        name: as given to ``--safemanip-backend``.
+        name: as given to ``--safemanip-backend``: ``NAME``, or ``NAME:VARIANT`` of one that has
+            variants.
         added: those from the hook ``pytest_safemanip_backends``.
 
     Raises:
-        ConfigError: if there is none of this name, or the hook gives something else.
+        ConfigError: if there is none of this name or variant, or the hook gives something else.
     """
     if name in added:
         found = added[name]
@@ -33,9 +40,16 @@ def find_simulator(name: str, added: Mapping[str, Simulator]) -> Simulator:
                 "pytest_safemanip.sim.backend.Simulator(spec, create)"
             )
         return found
-    if name not in BUILT_IN:
+    base, _, variant = name.partition(":")
+    if base not in BUILT_IN:
         hint = did_you_mean(name, {*BUILT_IN, *added})
         raise ConfigError(f"--safemanip-backend: unknown backend {name!r}; {hint}")
-    module, _, attribute = BUILT_IN[name].partition(":")
-    shipped: Simulator = getattr(importlib.import_module(module), attribute)
+    module, _, attribute = BUILT_IN[base].partition(":")
+    shipped: Simulator | Callable[[str], Simulator] = getattr(
+        importlib.import_module(module), attribute
+    )
+    if not isinstance(shipped, Simulator):
+        return shipped(variant)
+    if variant:
+        raise ConfigError(f"--safemanip-backend: {base!r} has no variants, found {name!r}")
     return shipped

@@ -51,7 +51,7 @@ class Gripper:
     Attributes:
         name: unique among the robot's grippers.
         fingers: names of the robot's parts in each finger group, at least two groups. A grasp is
-            two groups that press against each other.
+            two groups that press against each other. A tool that holds nothing has none.
         palm: names of the other parts of the hand.
         half: half extents of the hand's box (3,), m.
         centre: centre of that box in the end effector's frame (3,), m.

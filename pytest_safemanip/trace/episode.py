@@ -48,6 +48,8 @@ class Episode:
         request: what else the simulator was asked for, in plain values: the kitchen, what objects
             were drawn from, what stood elsewhere.
         patches: names of what was changed in other people's code while it ran.
+        origin: of a recording that was made from other data: the source and the episode in it, how
+            far physics drifted from it, and what was assumed.
     """
 
     task: str
@@ -66,6 +68,7 @@ class Episode:
     hazards: tuple[Hazard, ...] = ()
     request: Mapping[str, Any] = field(default_factory=dict)
     patches: tuple[str, ...] = ()
+    origin: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"<Episode {self.task}, {self.policy}, seed {self.seed}: {self.ended}>"
@@ -104,7 +107,7 @@ class Episode:
         if episode.ended not in get_args(Ended):
             known_ends = ", ".join(get_args(Ended))
             raise TraceError(f"episode: ended must be one of {known_ends}, found {episode.ended!r}")
-        for name in ("versions", "hashes", "served"):
+        for name in ("versions", "hashes", "served", "origin"):
             value = getattr(episode, name)
             if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
                 raise TraceError(f"episode: {name} must be a mapping to strings")

@@ -218,8 +218,10 @@ class Scene:
         taken: set[str] = set()
         for gripper in self.grippers:
             what = f"scene: gripper {gripper.name!r}"
-            if len(gripper.fingers) < 2 or not all(gripper.fingers):
-                raise TraceError(f"{what} needs two groups of fingers or more, none of them empty")
+            if len(gripper.fingers) == 1 or not all(gripper.fingers):
+                raise TraceError(
+                    f"{what} needs two groups of fingers or more, none of them empty, or no fingers"
+                )
             for part in gripper.parts:
                 if part not in known:
                     raise TraceError(f"{what} names a part {part!r} that the robot does not have")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import inspect
 import io
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -16,6 +18,21 @@ from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.plugin.options import OPTIONS, Option, add_options
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.spec.tasks import HORIZONS
+from pytest_safemanip.trace.elements import (
+    ActionEntry,
+    Body,
+    Box,
+    Entity,
+    Gripper,
+    Joint,
+    Part,
+    Surface,
+    Switch,
+)
+from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.files import _DIGEST, _HEADER, _NAMES, _SURFACES, SCHEMA
+from pytest_safemanip.trace.scene import Scene
+from pytest_safemanip.trace.steps import Contacts, Step, Steps
 
 PACKAGE = Path(pytest_safemanip.__file__).parent
 WRITTEN = "Written from the code by `pytest tests/docs --update-docs`."
@@ -135,6 +152,35 @@ def tasks() -> str:
     return f"# Tasks\n\n{WRITTEN} {hint}\n\n{_table(head, rows)}\n"
 
 
+def recording() -> str:
+    """The fields of a recording, from the docstrings of its dataclasses."""
+    sections = [f"# Recording\n\n{WRITTEN}\n\n{_RECORDING}\n"]
+    for kind in RECORDED:
+        title, fields = _documented(kind)
+        rows = [(f"`{name}`", _cell(text.replace("``", "`"))) for name, text in fields.items()]
+        table = _table(("field", "what it is"), rows)
+        sections.append(f"## {kind.__name__}\n\n{title}\n\n{table}\n")
+    members = ", ".join(f"`{name}.npy`" for name in _NAMES)
+    sections.append(
+        f"## File\n\nA zip of `{_HEADER}` (schema {SCHEMA}: episode and scene), `{_SURFACES}` "
+        f"(half extents and pose of each surface), a `{_DIGEST}` over all of it, and plain NumPy "
+        f"arrays: {members}. `pytest_safemanip.trace.files` reads and writes it.\n"
+    )
+    return "\n".join(sections)
+
+
+def _documented(kind: type) -> tuple[str, dict[str, str]]:
+    """What a dataclass is, and its fields, from its docstring."""
+    title, _, rest = str(inspect.getdoc(kind)).partition("\n\nAttributes:\n")
+    fields: dict[str, str] = {}
+    for line in rest.splitlines():
+        if match := re.match(r" {4}(\w+): (.*)", line):
+            fields[match[1]] = match[2]
+        elif line.startswith(" " * 8) and fields:
+            fields[list(fields)[-1]] += " " + line.strip()
+    return title.replace("``", "`"), fields
+
+
 def metrics() -> str:
     """The table of metrics."""
     rows = [(f"`{name}`", metric.says) for name, metric in {**SHARES, **FIGURES}.items()]
@@ -211,12 +257,35 @@ def _fenced(text: str) -> str:
     return f"```text\n{text.rstrip()}\n```\n"
 
 
+_RECORDING = """\
+World frame, SI units, quaternions `wxyz`, time in front of every array; poses are position and
+quaternion (7,), twists are linear and angular velocity (6,). Letters in shapes: T steps, G
+grippers, N objects, J joints, B boxes, S switches, R contact points."""
+RECORDED = (
+    Episode,
+    Scene,
+    Entity,
+    Gripper,
+    ActionEntry,
+    Body,
+    Part,
+    Joint,
+    Box,
+    Switch,
+    Surface,
+    Step,
+    Steps,
+    Contacts,
+)
+"""What a recording consists of."""
+
 PAGES: Mapping[str, Callable[[], str]] = {
     "docs/reference/options.md": options,
     "docs/reference/cli.md": commands,
     "docs/reference/propositions.md": propositions,
     "docs/reference/properties.md": properties,
     "docs/reference/tasks.md": tasks,
+    "docs/reference/recording.md": recording,
 }
 """What prints each page, by its path."""
 

@@ -40,8 +40,9 @@ def test_a_fixture_receives_in_its_interior():
     assert not let_go((0.0, -0.2, 1.5), "cabinet").any()
 
 
-def test_nothing_is_transferred_in_the_settle_tail():
-    assert not let_go(ABOVE, tail=12).any()
+def test_nothing_is_transferred_in_the_settle_tail_but_what_was_let_go_before_it():
+    assert let_go(ABOVE, tail=9).any()
+    assert not let_go(ABOVE, tail=10).any()
 
 
 def test_what_is_flung_was_meant_for_what_it_was_over_when_the_fingers_left_it():

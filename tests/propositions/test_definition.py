@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,8 +9,10 @@ from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
 from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.calls import RELATIONS
+from tests import toy
 from tests.propositions.stage import BINDING, CATALOGUE, film, rest, true_at
 
 
@@ -146,3 +150,22 @@ def test_every_relation_that_properties_range_over_has_rows_in_a_binding(relatio
     assert Binding().relation(relation) == ()
     if relation in ("objects", "enclosures", "placements"):
         assert rows
+
+
+@pytest.mark.parametrize(
+    ("call", "changed", "message"),
+    [
+        (("obj_grasped", "mug"), {"grippers": ()}, r"obj_grasped\(mug\) .* has no gripper"),
+        (("bad_contact",), {"grippers": ()}, r"bad_contact\(\) .* the scene has no gripper"),
+        (("skill_onset", "pick", "mug"), {"grippers": ()}, "the scene has no gripper"),
+        (("skill_onset", "open", "counter"), {}, "'counter' has no door or drawer"),
+        (("mech_hit", "counter"), {}, "'counter' has no door or drawer"),
+        (("reach_in", "counter"), {}, "'counter' has no interior"),
+        (("settled", "counter"), {}, "'counter' is no movable object"),
+    ],
+)
+def test_what_a_scene_lacks_is_an_error_and_not_false(call, changed, message):
+    scene = dataclasses.replace(toy.SCENE, **changed)
+    name, *arguments = call
+    with pytest.raises(TraceError, match=message):
+        check_call(CATALOGUE[name], tuple(arguments), scene)

@@ -99,7 +99,7 @@ def test_it_plays_is_moved_by_keys_and_tells_the_step(opened):
     opened.locator("canvas").press("ArrowRight")
     assert opened.evaluate("told.at(-1)") == 1
     opened.get_by_role("button", name="Violation").click()
-    assert opened.evaluate("told.at(-1)") == 253
+    assert opened.evaluate("told.at(-1)") == 254
 
 
 def test_the_mouse_turns_it_and_reset_turns_it_back(opened):

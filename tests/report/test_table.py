@@ -21,8 +21,8 @@ def shown(records):
     return summary_lines(records, measure_each(records))
 
 
-def add(results, plan, case, outcome, *findings, success=False):
-    recording = toy.recording(success=np.full(6, success))
+def add(results, plan, case, outcome, *findings, success=False, tail=1):
+    recording = toy.recording(tail=tail, success=np.full(6, success))
     prop = plan.properties[case.property_id]
     found = verdict(outcome, *findings)
     results.add(judged_data(case, prop, found, recording, plan.settings.out / "x"))
@@ -33,6 +33,15 @@ def test_violations_that_no_exposure_counts_are_told_of_once():
     told = [line for line in shown(late) if "settle tail" in line]
     assert told == ["exposure leaves out the settle tail, in which 2 violations are or go on"]
     assert not any("settle tail" in line for line in shown(rollouts("xx")))
+
+
+def test_recordings_without_a_settle_tail_are_counted(make):
+    plan = make(seeds=(0, 1, 2), properties=("grasp_stability",))
+    results = Results(plan.tasks, plan.properties)
+    results.expect(plan.cases)
+    for case in plan.cases:
+        add(results, plan, case, "SATISFIED", tail=int(case.seed == 0))
+    assert "  truncated  2 recordings without a settle tail" in shown(results.records)
 
 
 def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
@@ -58,16 +67,13 @@ def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
         "  exposure                   25.0 %      3 to 80 %            -",
         "  outcomes  0 success and safe, 1 success but unsafe,",
     ]
-    assert lines[9:11] == [
-        "            1 fail but safe, 0 fail and unsafe",
-        "  truncated  2 recordings without a settle tail",
-    ]
-    assert [re.split(r"  +", line.strip()) for line in lines[12:15]] == [
+    assert lines[9] == "            1 fail but safe, 0 fail and unsafe"
+    assert [re.split(r"  +", line.strip()) for line in lines[11:14]] == [
         ["category (tasks)", "triggered", "violated", "rate", "95 % CI", "exposure"],
         ["enclosure_access (1)", "never", "-", "-", "-", "-"],
         ["grasp_stability (1)", "2 of 2", "1 of 2", "50.0 %", "9 to 91 %", "25.0 %"],
     ]
-    assert lines[15] == "  unresolved: grasp_stability 1"
+    assert lines[14] == "  unresolved: grasp_stability 1"
     assert lines[-2:] == list(LEGEND)
     assert max(map(len, lines)) <= 80
 

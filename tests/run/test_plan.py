@@ -250,15 +250,30 @@ def test_a_simulator_that_does_not_describe_its_tasks_has_them_all(pytestconfig,
     assert {case.task for case in made.cases} == {"Juggle"}
 
 
+def test_the_users_objects_are_added_to_the_shipped_ones_and_replace_them(plan, folder):
+    (own,) = folder(juggle=TASK)
+    (own / "objects.yaml").write_text("categories:\n  widget: [metal]\n  apple: [raw]\n")
+    made = plan(tasks=("set:own", PLACE), task_paths=(own,))
+    assert made.attributes["widget"] == {"metal"}
+    assert made.attributes["apple"] == {"raw"}
+    assert made.attributes["mug"] == {"container", "fragile"}
+
+
 def test_shipped_tasks_are_described_by_the_simulator(plan):
     assert len({case.task for case in plan(tasks=("all",)).cases}) == 50
+
+
+SCENE = dataclasses.replace(toy.SCENE, roles={**toy.SCENE.roles, "drawer": "cabinet"})
+KNOB = (dataclasses.replace(toy.SCENE.joints[0], gives_access=False),)
+WIDGETS = tuple(dataclasses.replace(e, category="widget") for e in toy.SCENE.entities)
 
 
 @pytest.fixture
 def recordings(tmp_path):
     def save(*episodes):
-        for n, changed in enumerate(episodes):
-            recording = toy.recording(3, about=toy.episode(**changed))
+        for n, changed in enumerate(map(dict, episodes)):
+            scene = dataclasses.replace(SCENE, **changed.pop("scene", {}))
+            recording = toy.recording(3, scene=scene, about=toy.episode(**changed))
             files.save(recording, tmp_path / "deep" / f"{n}{files.SUFFIX}")
         return tmp_path
 
@@ -287,6 +302,14 @@ def test_recordings_are_found_in_subfolders_and_selected(plan, recordings):
         ([{}], {"seeds": (9,)}, "is selected"),
         ([{}, {}], {}, "are recordings of the same rollout"),
         ([{"task": "OpenDrawr"}], {}, "unknown task 'OpenDrawr'; did you mean 'OpenDrawer'?"),
+        ([{}, {"seed": 1, "scene": {"roles": {}}}], {}, "1.rollout: "),
+        ([{"scene": {"roles": {}}}], {}, "the scene has no role "),
+        ([{"scene": {"entities": WIDGETS}}], {}, "category 'widget' has no row in objects.yaml"),
+        (
+            [{"task": DRAWER, "scene": {"joints": KNOB}}],
+            {"tasks": (DRAWER,)},
+            "'cabinet' has no door or drawer",
+        ),
     ],
 )
 def test_recordings_that_cannot_be_judged_are_refused(

@@ -158,10 +158,9 @@ class _Owners:
             return Part(ROOM, "body"), bool(model.body_weldid[body])
         fixture = self._layout.fixtures[entity]
         own = fixture.parts.get(model.geom(geom).name) or fixture.parts.get(model.body(body).name)
-        joint = parts.joint_of_body(model, body)
-        known = {model.joint(name).id for name in fixture.joints}
-        if joint not in known:
-            return Part(entity, own or "body"), joint >= 0
+        joint = parts.joint_of_body(model, body, [model.joint(name).id for name in fixture.joints])
+        if joint < 0:
+            return Part(entity, own or "body"), parts.joint_of_body(model, body) >= 0
         hinge = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
         moved = own or ("door" if hinge else "drawer")
         return Part(entity, moved, f"{entity}/{local_name(model, joint, entity)}"), True

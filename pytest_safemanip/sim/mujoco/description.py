@@ -56,7 +56,9 @@ class Hand:
         return np.concatenate((data.site_xpos[self.site], quat))
 
     def opening(self, data: Any) -> tuple[float, float]:
-        """0 closed, 1 open, and its rate in 1/s."""
+        """0 closed, 1 open, and its rate in 1/s; 0 of a tool without fingers."""
+        if not len(self.qpos):
+            return 0.0, 0.0
         way = self.opened - self.closed
         opening = ((data.qpos[self.qpos] - self.closed) / way).mean()
         return float(opening), float((data.qvel[self.dof] / way).mean())

@@ -116,7 +116,8 @@ class FixtureLayout:
     Attributes:
         bodies: what hangs on these belongs to it.
         category: what it is.
-        joints: those that it has, by name in the model.
+        joints: those that it has, by name in the model. What another moves, as a handle on its
+            spindle, is moved by the next of these above it.
         parts: names of parts by the geom or the body that they are (``handle``, ``button``);
             the rest of what a joint moves is a ``door`` or a ``drawer``, and what nothing moves is
             ``body``.

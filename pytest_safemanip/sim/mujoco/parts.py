@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,11 +66,16 @@ def collides(model: Any) -> NDArray[np.bool_]:
     return found
 
 
-def joint_of_body(model: Any, body: int) -> int:
+def joint_of_body(model: Any, body: int, among: Collection[int] | None = None) -> int:
     """The hinge or slide joint that moves a body relative to its entity, or -1.
 
     Of several joints on one body the last counts: it is the one that is used (the faucet's
     on/off after its temperature).
+
+    Args:
+        model: a ``mujoco.MjModel``.
+        body: its id.
+        among: the joints that count, by id; None for all.
     """
     while body > 0:
         count, first = int(model.body_jntnum[body]), int(model.body_jntadr[body])
@@ -78,7 +83,7 @@ def joint_of_body(model: Any, body: int) -> int:
             if model.jnt_type[joint] in (
                 mujoco.mjtJoint.mjJNT_HINGE,
                 mujoco.mjtJoint.mjJNT_SLIDE,
-            ):
+            ) and (among is None or joint in among):
                 return joint
         body = int(model.body_parentid[body])
     return -1

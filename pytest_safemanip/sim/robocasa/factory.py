@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_safemanip.provenance import source_digest, versions
+from pytest_safemanip.provenance import installed_digest, source_digest, versions
 from pytest_safemanip.sim.backend import (
     FixtureRole,
     Options,
@@ -44,7 +42,7 @@ class RoboCasaFactory:
             versions={k: v for k, v in versions(_PACKAGES).items() if v != "unknown"},
             hashes={
                 "backend": source_digest("sim", "trace", "rollouts/loop.py", "policies/adapter.py"),
-                "simulator": _installed_digest("robocasa", "robosuite"),
+                "simulator": installed_digest("robocasa", "robosuite"),
                 "assets": assets.key,
             },
             description=assets.describe(),
@@ -92,15 +90,3 @@ def local(
     from pytest_safemanip.sim.robocasa.backend import RoboCasaBackend
 
     return RoboCasaBackend(Path(assets_root), Provenance("robocasa", kind, versions, hashes), gl)
-
-
-def _installed_digest(*packages: str) -> str:
-    """Digest of the installed code: a checkout has no version that tells its states apart."""
-    digest = hashlib.sha256()
-    for package in packages:
-        spec = importlib.util.find_spec(package)
-        for place in (spec.submodule_search_locations or ()) if spec else ():
-            for file in sorted(Path(place).rglob("*.py")):
-                digest.update(file.relative_to(place).as_posix().encode() + b"\0")
-                digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]

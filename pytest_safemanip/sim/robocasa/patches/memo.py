@@ -35,7 +35,7 @@ def install() -> None:
     }
     _replace({texts: _texts(texts), apart: _intersect(apart)})
     _replace({function: _numbers(function, shape) for function, shape in turns.items()})
-    RobotModel.set_mujoco_model = _keep_model
+    RobotModel.set_mujoco_model = keep_model
 
 
 def _replace(functions: dict[Any, Any]) -> None:
@@ -105,7 +105,8 @@ def _intersect(function: Callable[..., bool]) -> Callable[..., bool]:
     return answer
 
 
-def _keep_model(robot: Any, mujoco_model: Any = None) -> None:
+def keep_model(robot: Any, mujoco_model: Any = None) -> None:
+    """Stands for a robot model's ``set_mujoco_model``, which compiles the robot alone."""
     robot.mujoco_model = mujoco_model
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.cli.evaluation import Evaluation, evaluate
-from pytest_safemanip.cli.replays.meshes import add_viewing, looks, output
+from pytest_safemanip.cli.recordings.meshes import add_viewing, looks, output
 from pytest_safemanip.report.replay.rerun_file import MOST_SERIES, load_rerun, write_rrd
 
 EXAMPLE = "safemanip rrd .safemanip/recordings/OpenDrawer-scripted-seed0.rollout -o drawer.rrd"

@@ -6,7 +6,7 @@ import argparse
 import sys
 
 from pytest_safemanip.cli.evaluation import evaluate
-from pytest_safemanip.cli.replays.meshes import add_viewing, looks, output
+from pytest_safemanip.cli.recordings.meshes import add_viewing, looks, output
 from pytest_safemanip.report.replay import pack, page
 from pytest_safemanip.report.whole import write_whole
 

@@ -1,0 +1,169 @@
+"""``safemanip import``."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from pytest_safemanip.cli.folder import read_folder
+from pytest_safemanip.errors import ConfigError, SafemanipError
+from pytest_safemanip.importers.base import DRIFT_LIMIT, ImportOptions, SourceEpisode
+from pytest_safemanip.importers.drafting import write_drafts
+from pytest_safemanip.importers.registry import IMPORTERS, find_importer, load_importer
+from pytest_safemanip.importers.source import Source
+from pytest_safemanip.report.numbers import counted
+from pytest_safemanip.rollouts.store import file_name
+from pytest_safemanip.run.definitions import Definitions
+from pytest_safemanip.trace import files
+from pytest_safemanip.trace.recording import Recording
+from pytest_safemanip.video.progress import Bar
+
+EXAMPLE = (
+    "safemanip import demonstrations/lift/demo.hdf5 -o recordings && "
+    "pytest --safemanip-recordings=recordings"
+)
+
+TASKS = "tasks"
+"""Folder, beside the recordings, of the files that are drafted for tasks that nobody has bound."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "source", type=Path, metavar="SOURCE", help="a file, a folder, or a wheel that has them"
+    )
+    parser.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", required=True, help="where recordings are written"
+    )
+    parser.add_argument("--task", default="", metavar="NAME", help="the task, if not the source's")
+    parser.add_argument(
+        "--policy", default="", metavar="NAME", help="who acted, if not what the source says"
+    )
+    parser.add_argument(
+        "--bindings",
+        type=Path,
+        metavar="FILE",
+        help="YAML that says what is a hand, an object, a fixture in the source, where its names "
+        "do not",
+    )
+    parser.add_argument(
+        "--assets",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="a folder of meshes that the source refers to; may be given several times",
+    )
+    parser.add_argument(
+        "--no-tail",
+        action="store_true",
+        help="end with the last state: what physics still owes is then unresolved",
+    )
+    parser.add_argument(
+        "--drift-limit",
+        type=float,
+        default=DRIFT_LIMIT,
+        metavar="M",
+        help="refuse an episode in which an object is farther from where physics takes it within a "
+        f"control period (default: {DRIFT_LIMIT} m)",
+    )
+    parser.add_argument(
+        "--format", choices=tuple(IMPORTERS), help="what the source is, if it is not recognized"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Import what can be imported, one file after the other, and say what was refused.
+
+    Returns:
+        1 if an episode was refused.
+    """
+    defined = read_folder().definitions  # refused before anything is simulated
+    source = Source(options.source)
+    importer = load_importer(options.format) if options.format else find_importer(source)
+    chosen = ImportOptions(
+        task=options.task,
+        bindings=options.bindings,
+        policy=options.policy,
+        assets=tuple(options.assets),
+        tail=not options.no_tail,
+        drift_limit=options.drift_limit,
+    )
+    episodes = list(importer.episodes(source, chosen))
+    found = _Found(options.out, defined, len(episodes))
+    try:
+        with Bar() as bar:
+            found.take(episodes, bar)
+    finally:  # Ctrl-C keeps what there is
+        found.print()
+    return 1 if found.refused else 0
+
+
+@dataclass
+class _Found:
+    """What became of the episodes of a source."""
+
+    out: Path
+    defined: Definitions
+    total: int
+    imported: list[tuple[str, str, Recording]] = field(default_factory=list)
+    refused: list[tuple[str, str]] = field(default_factory=list)
+    known: int = 0
+
+    def take(self, episodes: list[SourceEpisode], bar: Bar) -> None:
+        """Import them."""
+        for number, episode in enumerate(episodes, 1):
+            what = f"{episode.name} ({number} of {self.total})"
+            try:
+                path = self.out / file_name(episode.task, episode.policy, episode.seed)
+                if self._has(path, episode.name):
+                    self.known += 1
+                    continue
+                recording = episode.record(partial(bar.show, what))
+                files.save(recording, path)
+                self.imported.append((episode.name, path.name, recording))
+            except SafemanipError as error:
+                self.refused.append((episode.name, str(error)))
+
+    def _has(self, path: Path, name: str) -> bool:
+        """Whether the episode was imported before.
+
+        Raises:
+            ConfigError: if another one has its file.
+        """
+        if not path.exists():
+            return False
+        if files.load_episode(path).origin.get("episode") != name:
+            raise ConfigError(
+                f"{path} is another rollout; name who acted with --policy, or another folder"
+            )
+        return True
+
+    def print(self) -> None:
+        """Say what there is now."""
+        for name, path, recording in self.imported:
+            origin, steps = recording.episode.origin, counted(recording.acting, "step")
+            drift = f", drift {origin['drift']}" if "drift" in origin else ""
+            print(f"{path}  {steps}{drift}  {name}")
+        again = f", {self.known} imported before" if self.known else ""
+        left = self.total - len(self.imported) - len(self.refused) - self.known
+        rest = f", {left} not reached" if left else ""
+        print(f"{len(self.imported)} of {counted(self.total, 'episode')} imported{again}{rest}")
+        for name, why in self.refused:
+            print(f"refused  {name}: {why}")
+        if not self.imported and not self.known:
+            return
+        drafts = self._drafts()
+        more = f" -o safemanip_task_paths={shlex.quote(str(self.out / TASKS))}" if drafts else ""
+        print(f"judge them  pytest --safemanip-recordings={shlex.quote(str(self.out))}{more}")
+
+    def _drafts(self) -> bool:
+        """Write files for tasks that nobody has bound; whether there are any now."""
+        folder, known = self.out / TASKS, self.defined
+        recordings = [recording for *_, recording in self.imported]
+        for path in write_drafts(folder, recordings, known.tasks, known.attributes):
+            print(f"drafted  {path}: look through it before you trust a verdict")
+        return folder.is_dir()

@@ -1,1 +1,0 @@
-"""The subcommands that write a recording for viewers in 3D."""

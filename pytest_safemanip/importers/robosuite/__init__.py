@@ -1,0 +1,1 @@
+"""Demonstrations and data sets in robosuite's and robomimic's HDF5."""

@@ -1,0 +1,122 @@
+"""What an importer may read: the files of one folder, of one wheel, or one file's folder."""
+
+from __future__ import annotations
+
+import io
+import stat
+import zipfile
+import zlib
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from typing import IO
+
+from pytest_safemanip.errors import ConfigError, TraceError, printable
+
+MOST_FILES = 1_000_000
+LARGEST_MEMBER = 2 * 2**30
+ARCHIVES = (".whl", ".zip")
+
+
+class Source:
+    """The files that an importer may read, by their paths within the source.
+
+    Nothing outside is read: a name that leads out of it, by ``..`` or by a link, is refused.
+
+    Args:
+        path: a folder, a wheel or zip, or a file, which stands for its folder.
+
+    Raises:
+        ConfigError: if it does not exist, or is no wheel though it is called one.
+    """
+
+    def __init__(self, path: Path) -> None:
+        if not path.exists():
+            raise ConfigError(f"{path}: no such file or directory")
+        self.path = path
+        self._zip: zipfile.ZipFile | None = None
+        if path.is_file() and path.suffix in ARCHIVES:
+            try:
+                self._zip = zipfile.ZipFile(path)
+            except zipfile.BadZipFile as error:
+                raise ConfigError(f"{path}: not a zip archive, or a truncated one") from error
+        self.root = path if path.is_dir() else path.parent
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Paths of the files that the user named: all of a folder or wheel, or the one file.
+
+        Raises:
+            ConfigError: if there are more than a million.
+        """
+        if self._zip is not None:
+            return tuple(sorted(name for name in self._zip.namelist() if not name.endswith("/")))
+        if self.path.is_file():
+            return (self.path.name,)
+        return tuple(sorted(self._walk()))
+
+    def _walk(self) -> Iterator[str]:
+        for count, path in enumerate(self.root.rglob("*")):
+            if count >= MOST_FILES:
+                raise ConfigError(f"{self.path}: more than {MOST_FILES} files; name a part of it")
+            if path.is_file():
+                yield path.relative_to(self.root).as_posix()
+
+    def has(self, name: str) -> bool:
+        """Whether there is a file of this path, named by the user or beside it."""
+        try:
+            where = self._place(name)
+        except TraceError:
+            return False
+        return where in self._members if self._zip is not None else (self.root / where).is_file()
+
+    @cached_property
+    def _members(self) -> frozenset[str]:
+        return frozenset(self._zip.namelist()) if self._zip is not None else frozenset()
+
+    def read(self, name: str, most: int) -> bytes:
+        """The content of a file.
+
+        Raises:
+            TraceError: if it leads out of the source, is larger than ``most`` bytes, or cannot be
+                read.
+        """
+        with self.open(name) as stream:
+            content = stream.read(most + 1)
+        if len(content) > most:
+            raise TraceError(f"{printable(name)}: more than {most} bytes")
+        return content
+
+    def open(self, name: str) -> IO[bytes]:
+        """A file as a stream that can be sought in.
+
+        Raises:
+            TraceError: likewise.
+        """
+        where = self._place(name)
+        try:
+            if self._zip is not None:
+                if self._zip.getinfo(where).file_size > LARGEST_MEMBER:
+                    raise TraceError(f"{printable(name)}: more than {LARGEST_MEMBER} bytes")
+                return io.BytesIO(self._zip.read(where))
+            path = self.root / where
+            if not stat.S_ISREG(path.stat().st_mode):
+                raise TraceError(f"{printable(name)}: not a regular file")
+            return path.open("rb")
+        except (OSError, KeyError, RuntimeError, zlib.error, zipfile.BadZipFile) as error:
+            raise TraceError(f"{printable(name)}: cannot be read ({error})") from error
+
+    def _place(self, name: str) -> str:
+        """A name as it is in the source.
+
+        Raises:
+            TraceError: if it leads out of it.
+        """
+        parts = PurePosixPath(name).parts
+        where = PurePosixPath(*parts).as_posix()
+        inside = bool(parts) and ".." not in parts and not where.startswith("/")
+        if inside and self._zip is None:
+            inside = (self.root / where).resolve().is_relative_to(self.root.resolve())
+        if not inside or "\0" in name:
+            raise TraceError(f"{printable(name)}: leads out of {self.path}")
+        return where

@@ -1,0 +1,1 @@
+"""robosuite's own environments as a simulator."""

@@ -1,0 +1,103 @@
+"""``safemanip import``: what it writes, says and keeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_safemanip.importers import builder
+from pytest_safemanip.trace import files
+from tests.cli.conftest import Command
+from tests.importers import world
+
+
+@pytest.fixture(scope="module")
+def played() -> world.Played:
+    return world.play()
+
+
+def test_episodes_become_recordings_that_are_judged(
+    played: world.Played, safemanip: Command, tmp_path: Path
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played, env="LiftMine")
+    world.write(source, played, env="LiftMine", name="demo_2")
+    found = safemanip("import", source, "-o", "out")
+    assert found.status == 0, found.err
+    first, second, total, drafted, *_, then = found.out.splitlines()
+    assert first.startswith("LiftMine-human-seed1.rollout  104 steps, drift ")
+    assert first.endswith("  demo.hdf5:demo_1")
+    assert second.startswith("LiftMine-human-seed2.rollout")
+    assert total == "2 of 2 episodes imported"
+    assert drafted == "drafted  out/tasks/LiftMine.yaml: look through it before you trust a verdict"
+    assert then == (
+        "judge them  pytest --safemanip-recordings=out -o safemanip_task_paths=out/tasks"
+    )
+    assert "objects: [cube]" in Path("out/tasks/LiftMine.yaml").read_text()
+    Path("pytest.ini").write_text("[pytest]\nsafemanip_task_paths = out/tasks\n")
+    shown = safemanip("show", "out/LiftMine-human-seed1.rollout")
+    assert shown.status == 0, shown.out + shown.err
+    assert [line.split()[:4] for line in shown.out.splitlines() if "SATISFIED" in line] == [
+        ["collision_contact", "SATISFIED", "1", "of"],
+        ["grasp_stability", "SATISFIED", "1", "of"],
+        ["release_stability", "SATISFIED", "1", "of"],
+    ]
+
+
+def test_what_was_imported_before_is_kept(
+    played: world.Played, safemanip: Command, tmp_path: Path
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played)
+    assert safemanip("import", source, "-o", "out").status == 0
+    (path,) = Path("out").glob("*.rollout")
+    before = path.stat().st_mtime_ns
+    again = safemanip("import", source, "-o", "out")
+    assert (again.status, path.stat().st_mtime_ns) == (0, before)
+    assert "0 of 1 episode imported, 1 imported before" in again.out
+    other = world.write(tmp_path / "other.hdf5", played)
+    refused = safemanip("import", other, "-o", "out")
+    assert refused.status == 1
+    assert "is another rollout; name who acted with --policy" in refused.out
+    assert safemanip("import", other, "-o", "out", "--policy=alice").status == 0
+
+
+def test_what_is_refused_is_said_and_the_rest_imported(
+    played: world.Played, safemanip: Command, tmp_path: Path
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played)
+    world.write(source, played, name="demo_2", model="<mujoco/>")
+    found = safemanip("import", source, "-o", "out")
+    assert found.status == 1
+    assert "1 of 2 episodes imported" in found.out
+    assert (
+        "refused  demo.hdf5:demo_2: states: shape (104, 22), expected (2 or more, 1)" in found.out
+    )
+    assert files.load(Path("out/Lift-human-seed1.rollout")).success
+
+
+def test_an_interrupt_keeps_what_there_is(
+    played: world.Played, safemanip: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played)
+    world.write(source, played, name="demo_2")
+    build = builder.RecordingBuilder.build
+
+    def interrupted(self: Any, states: Any, about: builder.About, progress: Any) -> Any:
+        if about.seed == 2:
+            raise KeyboardInterrupt
+        return build(self, states, about, progress)
+
+    monkeypatch.setattr(builder.RecordingBuilder, "build", interrupted)
+    found = safemanip("import", source, "-o", "out")
+    assert found.status == 2
+    assert "1 of 2 episodes imported, 1 not reached" in found.out
+    assert [path.name for path in Path("out").glob("*.rollout")] == ["Lift-human-seed1.rollout"]
+
+
+def test_a_source_that_nobody_knows_is_refused_in_one_line(
+    safemanip: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "notes.txt").write_text("")
+    assert "no importer recognizes it" in safemanip("import", "notes.txt", "-o", "out").refusal
+    assert "no such file" in safemanip("import", "nosuch", "-o", "out").refusal

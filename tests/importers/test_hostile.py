@@ -1,0 +1,229 @@
+"""Files that are corrupt, foreign or hostile are refused by name, and lead nowhere else."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from pytest_safemanip.errors import ConfigError, TraceError
+from pytest_safemanip.importers.registry import find_importer
+from pytest_safemanip.importers.source import Source
+from tests.importers import world
+from tests.importers.conftest import import_one
+
+Damage = Callable[[h5py.Group, Path], None]
+HEAD = '<mujoco model="base">'
+
+
+def _other_file(folder: Path) -> Path:
+    path = folder.parent / "elsewhere.hdf5"
+    with h5py.File(path, "w") as file:
+        file["states"] = np.zeros((2, 22))
+    return path
+
+
+def _external_link(demo: h5py.Group, folder: Path) -> None:
+    del demo["states"]
+    demo["states"] = h5py.ExternalLink(str(_other_file(folder)), "/states")
+
+
+def _soft_link(demo: h5py.Group, folder: Path) -> None:
+    demo.file["kept"] = demo["states"][()]
+    del demo["states"]
+    demo["states"] = h5py.SoftLink("/kept")
+
+
+def _external_storage(demo: h5py.Group, folder: Path) -> None:
+    raw = folder.parent / "raw.bin"
+    raw.write_bytes(bytes(22 * 8 * 2))
+    del demo["states"]
+    demo.create_dataset("states", (2, 22), "f8", external=[(str(raw), 0, 22 * 8 * 2)])
+
+
+def _virtual(demo: h5py.Group, folder: Path) -> None:
+    layout = h5py.VirtualLayout((2, 22), "f8")
+    layout[:] = h5py.VirtualSource(str(_other_file(folder)), "states", (2, 22))
+    del demo["states"]
+    demo.create_virtual_dataset("states", layout)
+
+
+def _objects(demo: h5py.Group, folder: Path) -> None:
+    del demo["states"]
+    demo.create_dataset("states", (2,), h5py.string_dtype())
+
+
+def _huge(demo: h5py.Group, folder: Path) -> None:
+    del demo["states"]
+    demo.create_dataset("states", (2**31, 22), "f8", chunks=(1, 22))
+
+
+def _not_finite(demo: h5py.Group, folder: Path) -> None:
+    demo["states"][7, 3] = np.nan
+
+
+def _backwards(demo: h5py.Group, folder: Path) -> None:
+    demo["states"][7, 0] = 0.1
+
+
+def _other_model(demo: h5py.Group, folder: Path) -> None:
+    kept = demo["states"][:, :20]
+    del demo["states"]
+    demo["states"] = kept
+
+
+def _shorter_actions(demo: h5py.Group, folder: Path) -> None:
+    kept = demo["actions"][:-3]
+    del demo["actions"]
+    demo["actions"] = kept
+
+
+def _no_model(demo: h5py.Group, folder: Path) -> None:
+    del demo.attrs["model_file"]
+
+
+def _model_elsewhere(demo: h5py.Group, folder: Path) -> None:
+    (folder.parent / "model.xml").write_text(world.MODEL)
+    demo.attrs["model_file"] = "../../model.xml"
+
+
+def _xml(old: str, new: str) -> Damage:
+    def damage(demo: h5py.Group, folder: Path) -> None:
+        assert old in world.MODEL
+        demo.attrs["model_file"] = world.MODEL.replace(old, new)
+
+    return damage
+
+
+def _no_motors(demo: h5py.Group, folder: Path) -> None:
+    before, rest = world.MODEL.split("<actuator>")
+    demo.attrs["model_file"] = before + rest.partition("</actuator>")[2]
+
+
+ENTITY = '<!DOCTYPE mujoco [<!ENTITY e SYSTEM "file:///etc/passwd">]>'
+MESH = '<asset><mesh name="m" file="{}"/></asset><worldbody><geom type="mesh" mesh="m"/>'
+DAMAGES: dict[str, tuple[Damage, str]] = {
+    "external link": (_external_link, "/data/demo_1/states is a link to elsewhere"),
+    "soft link": (_soft_link, "/data/demo_1/states is a link to elsewhere"),
+    "external storage": (_external_storage, "states is kept in another file"),
+    "virtual": (_virtual, "states is kept in another file"),
+    "object dtype": (_objects, "/data/demo_1/states has the type object, not numbers"),
+    "huge": (_huge, "numbers, more than the limit"),
+    "not finite": (_not_finite, "qpos: not finite at state 7"),
+    "time goes back": (_backwards, "times: not increasing at state 7"),
+    "other model": (_other_model, r"states: shape \(104, 20\), expected \(2 or more, 22\)"),
+    "shorter actions": (_shorter_actions, "actions: 101, and 104 states"),
+    "no model": (_no_model, "has no model_file"),
+    "model elsewhere": (_model_elsewhere, "model.xml: leads out of"),
+    "entities": (_xml(HEAD, ENTITY + HEAD), "the model has a document type"),
+    "no XML": (_xml("</worldbody>", ""), "the model is no XML"),
+    "include": (_xml("<worldbody>", '<include file="x.xml"/><worldbody>'), "<include>"),
+    "plugin": (
+        _xml("<worldbody>", '<extension><plugin plugin="x"/></extension><worldbody>'),
+        "<extension>",
+    ),
+    "replicate": (
+        _xml("</worldbody>", '<replicate count="9"><geom size="1"/></replicate></worldbody>'),
+        "<replicate>",
+    ),
+    "absolute mesh": (
+        _xml("<worldbody>", MESH.format("/etc/passwd")),
+        "names a file that is of no known package: /etc/passwd",
+    ),
+    "mesh out of a package": (
+        _xml("<worldbody>", MESH.format("/x/robosuite/models/assets/../../../secret.stl")),
+        "names a file outside of robosuite",
+    ),
+    "mesh out of the source": (
+        _xml("<worldbody>", MESH.format("../../secret.stl")),
+        "secret.stl: leads out of",
+    ),
+    "missing mesh": (
+        _xml("<worldbody>", MESH.format("/x/robosuite/models/assets/robots/none.stl")),
+        "the model needs robosuite/models/assets/robots/none.stl.*--assets",
+    ),
+    "height field": (
+        _xml("<worldbody>", '<asset><hfield name="h" file="/etc/passwd"/></asset><worldbody>'),
+        "of no known package: /etc/passwd",
+    ),
+    "what does not compile": (_xml('size=".4 .4 .4"', 'size="a"'), "the model does not compile"),
+    "no robot": (_xml('robot0_joint1" name', 'nothing" name'), "does not compile"),
+}
+
+
+@pytest.mark.parametrize("case", DAMAGES)
+def test_what_is_wrong_with_a_file_is_refused_by_name(
+    case: str, played: world.Played, tmp_path: Path
+) -> None:
+    damage, message = DAMAGES[case]
+    folder = tmp_path / "source"
+    folder.mkdir()
+    short = world.Played(played.states[:104], played.actions[:104])
+    path = world.write(folder / "demo.hdf5", short)
+    with h5py.File(path, "a") as file:
+        damage(file["data/demo_1"], folder)
+    with pytest.raises(TraceError, match=message):
+        import_one(path)
+
+
+def test_a_link_of_the_file_system_leads_nowhere(played: world.Played, tmp_path: Path) -> None:
+    folder = tmp_path / "source"
+    folder.mkdir()
+    world.write(tmp_path / "demo.hdf5", played)
+    (folder / "demo.hdf5").symlink_to(tmp_path / "demo.hdf5")
+    with pytest.raises(TraceError, match=r"demo.hdf5: leads out of"):
+        import_one(folder)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "not HDF5"),
+        (b"\x89HDF\r\n\x1a\n" + bytes(200), "not HDF5"),
+        (b"PK\x03\x04", "not HDF5"),
+    ],
+)
+def test_a_file_that_is_no_hdf5_is_refused(content: bytes, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "demo.hdf5"
+    path.write_bytes(content)
+    with pytest.raises(TraceError, match="not HDF5"):
+        import_one(path)
+
+
+def test_hdf5_of_something_else_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "demo.hdf5"
+    with h5py.File(path, "w") as file:
+        file["weights"] = np.zeros(3)
+    with pytest.raises(TraceError, match="/data is missing"):
+        import_one(path)
+
+
+def test_a_truncated_file_is_refused(played: world.Played, tmp_path: Path) -> None:
+    path = world.write(tmp_path / "demo.hdf5", played)
+    path.write_bytes(path.read_bytes()[:-5000])
+    with pytest.raises(TraceError, match="damaged"):
+        import_one(path)
+
+
+def test_states_of_another_physics_are_refused(played: world.Played, tmp_path: Path) -> None:
+    jumps = played.states.copy()
+    jumps[50:, 5] += 0.3
+    path = world.write(tmp_path / "demo.hdf5", dataclasses.replace(played, states=jumps))
+    with pytest.raises(TraceError, match=r"physics has taken cube 300 mm .* more than the limit"):
+        import_one(path)
+    assert import_one(path, drift_limit=0.5).episode.origin["drift"].startswith("300")
+
+
+def test_a_source_that_nobody_knows_is_named(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("")
+    with pytest.raises(ConfigError, match=r"no importer recognizes it; .* for robosuite"):
+        find_importer(Source(tmp_path))
+    with pytest.raises(ConfigError, match="no such file or directory"):
+        Source(tmp_path / "nosuch")
+    (tmp_path / "a.whl").write_text("")
+    with pytest.raises(ConfigError, match="not a zip archive"):
+        Source(tmp_path / "a.whl")
