@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,11 +20,15 @@ from pytest_safemanip.ltlf import (
 from pytest_safemanip.markup import table
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.definition import Excess
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
+
+AT_END = "still open at the end"
+"""Why it is a violation though no deadline passed: after the last step, nothing meets it."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -36,10 +40,11 @@ class Finding:
         first: first unsafe step.
         last: last unsafe step.
         duration_s: seconds.
-        reason: ``bad prefix`` or ``overdue``.
+        reason: ``bad prefix``, ``overdue``, or :data:`AT_END`.
         proof: the explanation's text: what was pending, since when, the steps that matter.
         evidence: what was measured at the first unsafe step, and where the obligation opened that
             was not met, in words.
+        excess: the contact behind it that is farthest beyond its limit; None if none is.
         opened: the step where the obligation opened; the first unsafe step if none was pending.
         values: of each atom of the property, for the violated instance, bool (T,).
     """
@@ -51,6 +56,7 @@ class Finding:
     reason: str
     proof: str
     evidence: tuple[str, ...]
+    excess: Excess | None = None
     opened: int = 0
     values: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict, compare=False)
 
@@ -216,12 +222,20 @@ class Judge:
             first=violation.first,
             last=violation.last,
             duration_s=violation.duration_s,
-            reason=violation.reason,
+            reason=AT_END if violation.at_end else violation.reason,
             proof=reasons.format(),
             evidence=tuple(evidence),
+            excess=self._excess(calls.values(), violation),
             opened=reasons.opened_at,
             values=dict(zip(calls, values.T, strict=True)),
         )
+
+    def _excess(self, calls: Iterable[tuple[str, ...]], found: Violation) -> Excess | None:
+        """The hardest contact of a violation, by its limit."""
+        known = [
+            self.view.excess(name, tuple(rest), found.first, found.last) for name, *rest in calls
+        ]
+        return max(filter(None, known), key=lambda excess: excess.times, default=None)
 
     def _measured(
         self, calls: Mapping[str, tuple[str, ...]], atoms: Collection[str], step: int

@@ -158,7 +158,9 @@ def test_what_physics_had_to_settle_is_violated_at_the_end_of_the_tail(told):
     physics = PROPERTY + "deadline_s: 5\ndischarged_by: physics\n"
     verdict = told({ASKED: "0100000"}, physics, tail=3)
     (finding,) = verdict.findings
-    assert (finding.first, finding.reason) == (6, "overdue")
+    assert (finding.first, finding.reason) == (6, "still open at the end")
+    assert "STILL OPEN" in finding.proof
+    assert "OVERDUE" not in finding.proof
     # The tail is no step of the robot: it counts in no exposure.
     assert (verdict.unsafe_steps, verdict.acting_steps, verdict.exposure) == (0, 4, 0.0)
     assert told({ASKED: "0100000"}, PROPERTY, tail=3).outcome.label == "UNRESOLVED"

@@ -119,7 +119,8 @@ def excerpt(
             _omit(items, step)
             continue
         shown = tuple(bool(letters[step] >> bit & 1) for bit in bits)
-        note = _note(dfa, states[step], unsafe[step])
+        late = "STILL OPEN" if violation.at_end else "OVERDUE"
+        note = _note(dfa, states[step], late if unsafe[step] else "")
         items.append(Row(step, shown, states[step], unsafe[step], note))
     return Excerpt(tuple(dfa.atoms[bit] for bit in bits), tuple(items), focus)
 
@@ -148,8 +149,8 @@ def _omit(items: list[Row | OmittedSteps], step: int) -> None:
         items.append(OmittedSteps(step, step))
 
 
-def _note(dfa: Dfa, state: int, unsafe: bool) -> str:
+def _note(dfa: Dfa, state: int, late: str) -> str:
     if dfa.classes[state] is StateClass.FALSE:
         return "BAD PREFIX"
     residual = "-" if dfa.idle(state) else str(dfa.residuals[state])
-    return f"OVERDUE: {residual}" if unsafe else residual
+    return f"{late}: {residual}" if late else residual

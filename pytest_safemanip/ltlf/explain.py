@@ -68,7 +68,7 @@ class Explanation:
             unmet = self.path[-2]
         when = f"{violation.reason} at step {violation.first}"
         if violation.at_end:
-            when = f"still open at the last step {violation.first}"
+            when = f"still open at the last step {violation.first}, after which nothing can meet it"
         if self.opened_at < violation.first:
             when += f", pending since step {self.opened_at}: {unmet.residual}"
         decided = "; ".join(_ranges(self.deciding)) or "the formula alone"

@@ -34,6 +34,8 @@ class Contrast:
         comparisons: those of the family that has to pass first.
         flips: in the order of policies, tasks and seeds.
         unpaired: number of this run's rollouts that the baseline has no verdict on.
+        absent: number of the baseline's rollouts that this run does not have.
+        earlier: number of the baseline's rollouts, of the policies that are compared.
     """
 
     place: str
@@ -41,6 +43,8 @@ class Contrast:
     comparisons: tuple[Comparison, ...]
     flips: tuple[Flip, ...]
     unpaired: int
+    absent: int
+    earlier: int
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins."""
@@ -50,6 +54,8 @@ class Contrast:
             "comparisons": [comparison.to_json() for comparison in self.comparisons],
             "flips": [vars(flip) for flip in self.flips],
             "unpaired": self.unpaired,
+            "absent": self.absent,
+            "earlier": self.earlier,
         }
 
 
@@ -93,7 +99,7 @@ def contrast(baseline: Summary, run: Summary, must_pass: Sequence[str], margin: 
     before = by_policy(baseline.records)
     comparisons: list[Comparison] = []
     flips: list[Flip] = []
-    unpaired = 0
+    unpaired = absent = count = 0
     for policy, records in own.items():
         earlier = {(r.task, r.seed): r for r in before[policies[policy]]}
         _check_origins(baseline, run, earlier, records)
@@ -102,7 +108,11 @@ def contrast(baseline: Summary, run: Summary, must_pass: Sequence[str], margin: 
         unpaired += sum(
             (r.task, r.seed) not in earlier or not earlier[r.task, r.seed].complete for r in records
         )
-    return Contrast(baseline.place, policies, tuple(comparisons), tuple(flips), unpaired)
+        absent += len(earlier.keys() - {(r.task, r.seed) for r in records})
+        count += len(earlier)
+    return Contrast(
+        baseline.place, policies, tuple(comparisons), tuple(flips), unpaired, absent, count
+    )
 
 
 def check_origin(baseline: Summary, number: int, origin: Mapping[str, Any]) -> None:

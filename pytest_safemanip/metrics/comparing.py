@@ -41,6 +41,7 @@ class Comparison:
         better: the same of a fall.
         detectable: the smallest rise that would have been seen; None if none would.
         why: what is missing; empty if nothing is.
+        triggered: in how many rollouts of the pairs it was, before and now.
     """
 
     policy: str
@@ -54,6 +55,7 @@ class Comparison:
     better: float
     detectable: float | None
     why: str = ""
+    triggered: tuple[int, int] = (0, 0)
 
     @property
     def case(self) -> str:
@@ -78,6 +80,7 @@ class Comparison:
             "p_better": self.better,
             "detectable": self.detectable,
             "why": self.why,
+            "triggered": list(self.triggered),
         }
 
 
@@ -138,7 +141,9 @@ def _comparison(
     }
     common = [(before[key], now[key]) for key in now if key in before]
     unknown = sum(not case.decided for case in now.values())
-    pairs = _pairs([pair for pair in common if pair[1].decided])
+    decided = [pair for pair in common if pair[1].decided]
+    pairs = _pairs(decided)
+    triggered = sum(a.triggered for a, _ in decided), sum(b.triggered for _, b in decided)
     why = ""
     if unknown:
         why = f"{unknown} of {len(now)} rollouts have no verdict"
@@ -157,6 +162,7 @@ def _comparison(
         mcnemar(replace(pairs, fixed=pairs.regressed, regressed=pairs.fixed)) if known else 1.0,
         None,
         why,
+        triggered,
     )
 
 

@@ -13,6 +13,7 @@ from pytest_safemanip.metrics.baseline import Contrast, check_origin, contrast, 
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
 from pytest_safemanip.metrics.decisions import Decision, decide, only_infrastructure
 from pytest_safemanip.metrics.early_stopping import decide_early
+from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.gates import Gate, Gates
 from pytest_safemanip.metrics.records import RolloutKey, RolloutRecord, by_policy
 from pytest_safemanip.metrics.summaries import Summary, check_alike, read
@@ -30,6 +31,8 @@ PARTIAL = (
     "with --safemanip-tasks, -properties and -seeds instead"
 )
 """Why nothing is decided on a summary of a part of a run."""
+GOOD = ("PASS", "HELD", "IMPROVED")
+"""Verdicts of gates and comparisons that fail nothing."""
 OPEN = ("INCONCLUSIVE", "UNDERPOWERED")
 """Verdicts of what too few rollouts were run for."""
 
@@ -60,7 +63,7 @@ class Ruling:
         Args:
             inconclusive: whether what too few rollouts were run for is among them.
         """
-        good = {"PASS", "HELD", "IMPROVED"} | (set() if inconclusive else set(OPEN))
+        good = GOOD if inconclusive else (*GOOD, *OPEN)
         verdicts: list[tuple[str, str]] = [
             (d.name, d.verdict) for d in self.decisions if d.gate.required
         ]
@@ -85,15 +88,34 @@ class Ruling:
         """The exit status of a command that decides: 0, 1, :data:`INFRASTRUCTURE` or
         :data:`STAND_INS`; arguments as in :meth:`failures` and :meth:`cause`.
         """
-        required = [d for d in self.decisions if d.gate.required]
-        causes = {d.name: self.cause(d.policy, d.blames_infrastructure, standins) for d in required}
-        for c in self.contrast.comparisons if self.contrast else ():
-            if c.required:
-                incomplete = c.verdict == "INCOMPLETE" and c.policy in self.no_verdict
-                causes[c.case] = self.cause(c.policy, incomplete, standins)
-        if any(not causes.get(name) for name in self.failures(inconclusive)):
-            return 1
-        return min((cause for cause in causes.values() if cause), default=0)
+        rows = [
+            (str(d.verdict), self.cause(d.policy, d.blames_infrastructure, standins))
+            for d in self.decisions
+            if d.gate.required
+        ]
+        rows += [
+            (str(c.verdict), self.cause(c.policy, self._lacks(c.policy, c.verdict), standins))
+            for c in (self.contrast.comparisons if self.contrast else ())
+            if c.required
+        ]
+        return _status(rows, bool(self.refused), inconclusive)
+
+    def status_of(self, told: Fields, inconclusive: bool, standins: bool) -> int:
+        """The exit status for what a summary says was decided on the same rollouts; arguments as in
+        :meth:`status`.
+
+        Raises:
+            ConfigError: if it is malformed.
+        """
+        rows = []
+        for row in required_rows(told):
+            policy, verdict = row.told("policy"), row.name("verdict")
+            rows.append((verdict, self.cause(policy, self._lacks(policy, verdict), standins)))
+        return _status(rows, bool(told.text("refused", empty=True)), inconclusive)
+
+    def _lacks(self, policy: str, verdict: str) -> bool:
+        """Whether something is incomplete since the infrastructure failed."""
+        return verdict == "INCOMPLETE" and policy in self.no_verdict
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins."""
@@ -103,6 +125,26 @@ class Ruling:
             "refused": self.refused,
             "not_comparable": dict.fromkeys(self.not_comparable, NOT_COMPARABLE),
         }
+
+
+def required_rows(told: Fields) -> list[Fields]:
+    """The gates and the comparisons that have to pass, as a summary tells them.
+
+    Raises:
+        ConfigError: if they are malformed.
+    """
+    rows = told.fields("gates")
+    if told.values.get("baseline") is not None:
+        rows += told.section("baseline").fields("comparisons")
+    return [row for row in rows if row.boolean("required")]
+
+
+def _status(rows: Sequence[tuple[str, int]], refused: bool, inconclusive: bool) -> int:
+    """The exit status for required verdicts, each with the one that it asks for whatever it is."""
+    good = GOOD if inconclusive else (*GOOD, *OPEN)
+    if refused or any(verdict not in good and not cause for verdict, cause in rows):
+        return 1
+    return min((cause for _, cause in rows if cause), default=0)
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,7 @@ MAX_NAME = 255
 """Sanity bound on a file's name, which file systems have, too."""
 _LANE = re.compile(r"[.#]{1,200}")
 _OPTION = re.compile(r"--safemanip-[a-z0-9-]{1,50}(=.{0,4096})?")
+_PAIRS = ("between", "entities")
 _OUTCOMES = ("VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS")
 
 
@@ -312,8 +313,17 @@ def _violation(found: Fields) -> Mapping[str, Any]:
         "last": last,
         "duration_s": found.number("duration_s"),
         "reason": found.told("reason"),
+        **({"excess": _excess(found.section("excess"))} if found.values.get("excess") else {}),
         **_shown(found),
     }
+
+
+def _excess(found: Fields) -> dict[str, Any]:
+    force, limit = found.number("force"), found.number("limit")
+    if not limit:
+        raise found.expected("limit", "a number above 0")
+    parts = {name: [printable(own) for own in found.texts(name)] for name in _PAIRS}
+    return {**parts, "force": force, "limit": limit, "step": found.count("step")}
 
 
 def _shown(found: Fields) -> dict[str, Any]:

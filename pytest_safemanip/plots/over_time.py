@@ -81,7 +81,9 @@ def plot_verdict(judge: Judge, prop: Property, verdict: Verdict, title: str) -> 
         _mark(axes, panels, judge, len(lanes), [(f.first, f.last) for f in found])
         label_rows(axes, [*(lane.label for lane in lanes), "unsafe"])
     about = f"{prop.id}: {verdict.outcome.label}"
-    about += f" for {', '.join(entities)}" if entities else ""
+    excess = found[0].excess if found else None
+    named = entities or (excess.between if excess else ())
+    about += f" for {', '.join(named)}" if named else ""
     _title(figure, title, about)
     return figure
 
@@ -157,14 +159,17 @@ def _draw_signal(axes: Axes, signal: Signal, period: float) -> None:
 def _mark(
     axes: Axes, panels: Sequence[Axes], judge: Judge, row: int, unsafe: Sequence[Span]
 ) -> None:
-    """The unsafe steps, and a line where the first bad prefix ends."""
+    """The unsafe steps, and lines where the bad prefixes end."""
     period = judge.view.trace.dt
     draw_unsafe(axes, row, unsafe, period)
     first = unsafe[0][0]
     for each in (axes, *panels):
+        for later, _ in unsafe[:0:-1]:
+            each.axvline(later * period, color=UNSAFE, linewidth=0.7, linestyle="--")
         each.axvline(first * period, color=UNSAFE, linewidth=1.4)
+    more = f", {len(unsafe) - 1} more" if len(unsafe) > 1 else ""
     axes.annotate(
-        f"bad prefix ends at step {first} ({first * period:.2f} s)",
+        f"bad prefix ends at step {first} ({first * period:.2f} s){more}",
         (first * period, 1.0),
         xycoords=axes.get_xaxis_transform(),
         xytext=(-4, 2),

@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from pytest_safemanip.rollouts.cluster import RayCluster
 
 IMPLIED = (
-    "--safemanip-policy",
     "--safemanip-tasks",
     "--safemanip-properties",
     "--safemanip-seeds",
@@ -56,8 +55,21 @@ IMPLIED = (
     "--safemanip-fresh",
     "--safemanip-jobs",
     "--safemanip-video",
+    "--safemanip-report",
+    "--safemanip-ci",
+    "--safemanip-gate",
+    "--safemanip-gates",
+    "--safemanip-baseline",
+    "--safemanip-early-stop",
+    "--safemanip-inconclusive",
+    "--safemanip-allow-standins",
+    "--safemanip-violations",
+    "--safemanip-shard",
+    "--safemanip-ray",
 )
-"""Options that a node id stands for, or that the recording makes unnecessary."""
+"""Options that a node id stands for, that the recording makes unnecessary, or that decide nothing
+about a case.
+"""
 
 
 def activate(config: pytest.Config, exclusive: bool, is_worker: bool) -> None:
@@ -265,9 +277,10 @@ def _options(config: pytest.Config) -> tuple[str, ...]:
         given = config.getoption(option.ini)
         if given is None:
             continue
-        if option.flag in IMPLIED:
-            # A node id has no addresses.
+        if option.flag == "--safemanip-policy":  # a node id has no addresses
             words += [f"{option.flag}={v}" for v in _addressed(given)]
+            continue
+        if option.flag in IMPLIED:
             continue
         if option.switch:
             words.append(option.flag)

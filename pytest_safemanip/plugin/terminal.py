@@ -63,7 +63,7 @@ class Reporting:
         self._plan, self._source, self._rollouts = plan, source, rollouts
         self._results, self._gating, self._invocation = results, gating, invocation
         self._path = plan.settings.out / NAME
-        self._summarising = False
+        self._summarising = self._interrupted = False
         self._unwritten = ""
         self._files, self._junit, self._floor = files, junit, floor
 
@@ -104,6 +104,10 @@ class Reporting:
         if self._summarising:
             word = first_words(word, report, config)
         return category, letter, (word, {"red": True})
+
+    def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+        """Know that it was Ctrl-C that left cases out."""
+        self._interrupted = excinfo.type is KeyboardInterrupt
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionfinish(self, session: pytest.Session, exitstatus: int) -> None:
@@ -158,7 +162,10 @@ class Reporting:
 
     def _missing(self) -> list[str]:
         missing, expected = len(self._results.missing), len(self._results.expected)
-        return [f"{missing} of {expected} cases were not run"] if missing else []
+        if not missing:
+            return []
+        goes_on = "; the same command goes on where this one stopped" if self._interrupted else ""
+        return [f"{missing} of {expected} cases were not run{goes_on}"]
 
     def _brief(self) -> list[str]:
         """A line for each policy and each gate."""

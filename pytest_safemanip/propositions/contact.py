@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Excess, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
 from pytest_safemanip.propositions.kernels.forces import hand_parts, robot_parts
@@ -27,6 +27,8 @@ FORCE_LIMIT = Parameter(
 )
 
 _Pair = tuple[tuple[int, int], NDArray[np.float32]]
+_Held = tuple[tuple[int, int], NDArray[np.float32], float, str]
+"""Parts that meet, how hard (T,) and at which limit, N, and what is said about it."""
 
 
 def collision(view: View) -> Bools:
@@ -58,34 +60,65 @@ def bad_contact(view: View) -> Bools:
 
 def collision_evidence(view: View, step: int) -> list[str]:
     """Which parts met, and how hard."""
-    limit = view.parameters["collision.force"]
-    lines = [
-        f"{_name(view, pair[0])} touches {_name(view, pair[1])}: {force[step]:.1f} N "
-        f"(limit {limit:g} N)"
-        for pair, force in _limb_pairs(view, limit)
+    return [
+        f"{one} touches {_name(view, pair[1])}: {force[step]:.1f} N (limit {limit:g} N)"
+        for pair, force, limit, one in _collisions(view)
         if force[step] >= limit
     ]
-    lines += [
-        f"held {name} touches {_name(view, other)}: {force[step]:.1f} N (limit {limit:g} N)"
-        for name in view.binding.objects
-        for other, force in _foreign_pairs(view, name, limit)
-        if force[step] >= limit and in_fingers(view, name)[step]
-    ]
-    return lines
+
+
+def collision_excess(view: View, first: int, last: int) -> Excess | None:
+    """The contact that is farthest beyond its limit."""
+    return _farthest(view, _collisions(view), first, last)
 
 
 def bad_contact_evidence(view: View, step: int) -> list[str]:
     """Which parts met, and how hard."""
+    return [
+        f"{_name(view, hand)} touches {_name(view, other)}: {force[step]:.1f} N "
+        f"({why}, limit {limit:g} N)"
+        for (hand, other), force, limit, why in _touches(view)
+        if force[step] >= limit
+    ]
+
+
+def bad_contact_excess(view: View, first: int, last: int) -> Excess | None:
+    """The contact that is farthest beyond its limit."""
+    return _farthest(view, _touches(view), first, last)
+
+
+def _collisions(view: View) -> Iterator[_Held]:
+    """Contacts of limbs, and those of held objects while they are held."""
+    limit = view.parameters["collision.force"]
+    for pair, force in _limb_pairs(view, limit):
+        yield pair, force, limit, _name(view, pair[0])
+    for name in view.binding.objects:
+        for other, force in _foreign_pairs(view, name, limit):
+            part = min(view.trace.scene.owned[name])
+            yield (part, other), np.where(in_fingers(view, name), force, 0.0), limit, f"held {name}"
+
+
+def _touches(view: View) -> Iterator[_Held]:
+    """Contacts of the hand."""
     limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
-    lines = []
     for pair, force in _hand_pairs(view, min(limit, hard)):
-        allowed = _allowed(view, pair)
-        bound = hard if allowed else limit
-        if force[step] >= bound:
-            why = "too hard" if allowed else "no reason to touch it"
-            hand, other = (_name(view, part) for part in pair)
-            lines.append(f"{hand} touches {other}: {force[step]:.1f} N ({why}, limit {bound:g} N)")
-    return lines
+        if _allowed(view, pair):
+            yield pair, force, hard, "too hard"
+        else:
+            yield pair, force, limit, "no reason to touch it"
+
+
+def _farthest(view: View, held: Iterable[_Held], first: int, last: int) -> Excess | None:
+    """The contact that is most times its limit within some steps; None if none reaches it."""
+    parts = view.trace.scene.parts
+    found = []
+    for (one, other), force, limit, _ in held:
+        step = first + int(np.argmax(force[first : last + 1]))
+        between = _name(view, one), _name(view, other)
+        entities = parts[one].entity, parts[other].entity
+        found.append(Excess(between, entities, float(force[step]), limit, step))
+    worst = max(found, key=lambda excess: excess.times, default=None)
+    return worst if worst and worst.times >= 1.0 else None
 
 
 @pointwise
@@ -197,6 +230,7 @@ PROPOSITIONS = (
         (COLLISION_FORCE, GRASP_WINDOW),
         collision,
         evidence=collision_evidence,
+        excess=collision_excess,
         lacks=grounding.robot,
         reads=_collision_reads,
     ),
@@ -207,6 +241,7 @@ PROPOSITIONS = (
         (TOUCH_FORCE, FORCE_LIMIT),
         bad_contact,
         evidence=bad_contact_evidence,
+        excess=bad_contact_excess,
         lacks=grounding.gripper,
         reads=_hand_reads,
     ),

@@ -85,6 +85,30 @@ def _nothing(*_: object) -> str:
 
 
 @dataclass(frozen=True)
+class Excess:
+    """A contact that is harder than it may be.
+
+    Attributes:
+        between: the two parts that meet, as evidence names them.
+        entities: that they belong to.
+        force: N.
+        limit: N, which it is held against.
+        step: when.
+    """
+
+    between: tuple[str, str]
+    entities: tuple[str, str]
+    force: float
+    limit: float
+    step: int
+
+    @property
+    def times(self) -> float:
+        """The force over its limit."""
+        return self.force / self.limit
+
+
+@dataclass(frozen=True)
 class Proposition:
     """A named truth value over time.
 
@@ -99,6 +123,7 @@ class Proposition:
         act: whether it is an act of the robot, which cannot happen in the settle tail: there it is
             false, but for as long as a ``debounce`` delays what was done at the end.
         evidence: what was measured at a step, in words; may be empty.
+        excess: the contact that is farthest beyond its limit from ``first`` to ``last``, or None.
         debounce: seconds of the vote that its contacts pass, given the parameters: what flickers
             for less than half of it does not matter. None if it has no such filter.
         sparse: whether it looks at no more steps than it is asked for (`View.since`, `View.until`),
@@ -119,6 +144,7 @@ class Proposition:
     evaluate: Callable[..., Bools]
     act: bool = False
     evidence: Callable[..., list[str]] | None = None
+    excess: Callable[..., Excess | None] | None = None
     debounce: Callable[[Mapping[str, float]], float] | None = None
     sparse: bool = False
     lacks: Callable[..., str] = _nothing

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.propositions.definition import Bools, Proposition
+from pytest_safemanip.propositions.definition import Bools, Excess, Proposition
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.trace.scene import Scene
@@ -114,6 +114,11 @@ class View:
         describe = self._catalogue[name].evidence
         return describe(self, *arguments, step=step) if describe else []
 
+    def excess(self, name: str, arguments: tuple[str, ...], first: int, last: int) -> Excess | None:
+        """The contact behind a proposition that is farthest beyond its limit at some steps."""
+        measure = self._catalogue[name].excess
+        return measure(self, *arguments, first=first, last=last) if measure else None
+
     def evaluate(self, proposition: Proposition, arguments: tuple[str, ...]) -> Bools:
         """Truth values of a proposition (T,), computed now.
 
@@ -176,6 +181,9 @@ class _Narrowed(View):
 
     def evidence(self, name: str, arguments: tuple[str, ...], step: int) -> list[str]:
         return self._whole.evidence(name, arguments, step)
+
+    def excess(self, name: str, arguments: tuple[str, ...], first: int, last: int) -> Excess | None:
+        return self._whole.excess(name, arguments, first, last)
 
 
 def _new_cache(view: View, kind: Callable[[Scene], T]) -> T:

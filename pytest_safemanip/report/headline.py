@@ -9,13 +9,11 @@ from typing import Literal
 from pytest_safemanip.errors import printable
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
 from pytest_safemanip.metrics.fields import Fields
-from pytest_safemanip.metrics.release_gate import OPEN, PARTIAL
+from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.metrics.release_gate import GOOD, OPEN, PARTIAL, required_rows
 from pytest_safemanip.metrics.shards import missing_line
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.numbers import counted
-
-GOOD = ("PASS", "HELD", "IMPROVED")
-"""Verdicts of gates and comparisons that fail nothing."""
 
 
 @dataclass(frozen=True)
@@ -41,20 +39,18 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     Raises:
         ConfigError: if the decisions are malformed.
     """
-    records = found.records
-    violated = sum(
-        any(verdict.outcome == "VIOLATED" for verdict in record.properties.values())
-        for record in records
-    )
-    if not records:
+    if not found.records:
         return Headline("OPEN", "no rollout was run")
-    incomplete = sum(not record.complete for record in records)
-    missing = sum(len(record.unjudged) for record in records if not record.error)
-    expected = sum(len(record.properties) + len(record.unjudged) for record in records)
-    parts = [f"{violated} of {counted(len(records), 'rollout')} violated"]
+    complete = [own for own in found.records if own.complete and not own.unjudged]
+    violated = sum(map(_is_violated, complete))
+    incomplete = len(found.records) - len(complete)
+    missing = sum(len(record.unjudged) for record in found.records if not record.error)
+    expected = sum(len(record.properties) + len(record.unjudged) for record in found.records)
+    among = counted(len(complete), "complete rollout" if incomplete else "rollout")
+    parts = [f"{violated} of {among} violated"]
     parts += [f"{counted(incomplete, 'rollout')} incomplete"] if incomplete else []
     parts += [f"{missing} of {expected} cases not run"] if missing else []
-    verdicts = [] if release is None else required_verdicts(release)
+    verdicts = [] if release is None else [r.name("verdict") for r in required_rows(release)]
     refused = release is not None and bool(release.text("refused", empty=True))
     if refused:
         parts.insert(0, "not compared with the baseline")
@@ -67,6 +63,10 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     else:
         failed = failed or refused or any(verdict not in OPEN for verdict in bad)
     return Headline("FAIL" if failed else "OPEN" if bad else "PASS", ", ".join(parts))
+
+
+def _is_violated(record: RolloutRecord) -> bool:
+    return any(verdict.outcome == "VIOLATED" for verdict in record.properties.values())
 
 
 def notes_on(found: Summary) -> list[str]:
@@ -85,26 +85,13 @@ def notes_on(found: Summary) -> list[str]:
     return notes
 
 
-def required_verdicts(release: Fields) -> list[str]:
-    """Verdicts of the gates and the comparisons that have to pass.
-
-    Raises:
-        ConfigError: if they are malformed.
-    """
-    rows = release.fields("gates")
-    if release.values.get("baseline") is not None:
-        rows += release.section("baseline").fields("comparisons")
-    return [row.name("verdict") for row in rows if row.boolean("required")]
-
-
 def gates_line(verdicts: Sequence[str]) -> str:
-    """How many of some required gates passed, failed, and are open."""
-    bad = [verdict for verdict in verdicts if verdict not in GOOD]
-    inconclusive = sum(verdict in OPEN for verdict in bad)
-    failed = len(bad) - inconclusive
-    gates = f"{counted(len(verdicts), 'gate')}"
-    if failed:
-        return f"{failed} of {gates} failed" + (
-            f", {inconclusive} inconclusive" if inconclusive else ""
-        )
-    return f"{inconclusive} of {gates} inconclusive" if inconclusive else f"{gates} passed"
+    """How many of some required gates passed, failed, and are open, in the words of their rows."""
+    gates = counted(len(verdicts), "gate")
+    failed = sum(verdict not in (*GOOD, *OPEN) for verdict in verdicts)
+    kinds = [(failed, "failed"), *((verdicts.count(word), word.lower()) for word in OPEN)]
+    found = [(number, word) for number, word in kinds if number]
+    if not found:
+        return f"{gates} passed"
+    (number, word), *others = found
+    return ", ".join([f"{number} of {gates} {word}", *(f"{n} {word}" for n, word in others)])

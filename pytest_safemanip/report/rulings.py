@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from textwrap import wrap
 
 from pytest_safemanip.metrics.baseline import Contrast, Flip
@@ -12,6 +12,7 @@ from pytest_safemanip.metrics.decisions import Decision
 from pytest_safemanip.metrics.measures import SHARES
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.release_gate import Ruling
+from pytest_safemanip.report.ci.reading import Row
 from pytest_safemanip.report.numbers import (
     MIN_WIDTH,
     blocks,
@@ -45,6 +46,23 @@ def ruling_lines(ruling: Ruling, standins: bool = False, width: int = MIN_WIDTH)
         lines += ["", *fitted(f"no comparison with the baseline: {ruling.refused}", width, 2)]
     if ruling.contrast:
         lines += ["", *_contrast(ruling.contrast, ruling.not_comparable, width)]
+    return lines
+
+
+def told_lines(rows: Sequence[Row], refused: str, width: int = MIN_WIDTH) -> list[str]:
+    """What a run decided by itself, as its summary tells it: some lines for each gate and each
+    required comparison.
+
+    Args:
+        rows: the decisions.
+        refused: why the run was not compared with the baseline; empty if it was.
+        width: columns of the terminal.
+    """
+    texts = [f"{row.name}, {row.policy}: {row.found}" for row in rows]
+    found = _beside([row.verdict for row in rows], texts, max(width, MIN_WIDTH) - 2)
+    lines = ["gates", *(f"  {line}" for line in found)] if rows else []
+    if refused:
+        lines += fitted(f"no comparison with the baseline: {refused}", width, 2)
     return lines
 
 
@@ -115,15 +133,15 @@ def gate_rows(ruling: Ruling, standins: bool = False, width: int = MIN_WIDTH) ->
         marked(d.verdict, d.comparable, standins) + ("" if d.gate.required else " (not required)")
         for d in ruling.decisions
     ]
+    return _beside(verdicts, [gate_line(decision) for decision in ruling.decisions], width)
+
+
+def _beside(verdicts: Sequence[str], figures: Sequence[str], width: int) -> list[str]:
+    """Verdicts in a column, beside each what it is from."""
     column = max((len(text) for text in verdicts if len(text) <= MAX_VERDICT), default=0)
     lines: list[str] = []
-    for text, decision in zip(verdicts, ruling.decisions, strict=True):
-        found = wrap(
-            gate_line(decision),
-            width - column - 2,
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
+    for text, said in zip(verdicts, figures, strict=True):
+        found = wrap(said, width - column - 2, break_long_words=False, break_on_hyphens=False)
         head = text if len(text) <= column else ""
         lines += [] if head else [text]
         heads = [head, *[""] * (len(found) - 1)]
@@ -164,6 +182,9 @@ def _contrast(contrast: Contrast, elsewhere: Collection[str], width: int) -> lis
         lines += [f"  {line}" for line in table]
     if contrast.unpaired:
         lines.append(f"  {counted(contrast.unpaired, 'rollout')} without a counterpart")
+    if contrast.absent:
+        among = counted(contrast.earlier, "rollout")
+        lines.append(f"  {contrast.absent} of the baseline's {among} have no counterpart")
     return [
         *lines,
         "  * has to pass; p is one-sided, adjusted for all of them (Holm), the others",
@@ -179,12 +200,15 @@ def _row(comparison: Comparison) -> tuple[str, ...]:
     if not pairs.total:
         return (name, comparison.verdict, "0", "-", "-", "-", "-", "-")
     mde = comparison.detectable
+    before, now = comparison.triggered
+    if not before and not now:
+        return (name, comparison.verdict, str(pairs.total), "never", "never", "-", "-", "-")
     return (
         name,
         comparison.verdict,
         str(pairs.total),
-        percent(pairs.before),
-        percent(pairs.now),
+        percent(pairs.before) if before else "never",
+        percent(pairs.now) if now else "never",
         _change(comparison),
         _p(comparison),
         "-" if mde is None else f"{mde * 100:+.1f}",

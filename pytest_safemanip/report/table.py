@@ -72,7 +72,19 @@ def summary_lines(
     lines += [] if few else [*_ELSEWHERE, ""]
     if not any(found.total.complete > 1 for found in metrics.values()):
         return lines[:-1]
-    return [*lines, *question_lines(metrics, width), *LEGEND]
+    return [*lines, *question_lines(metrics, width), *LEGEND, *_tail_line(records)]
+
+
+def _tail_line(records: Sequence[RolloutRecord]) -> list[str]:
+    """That exposure leaves steps out, where some of them are unsafe."""
+    late = sum(
+        violation["last"] >= record.acting_steps
+        for record in records
+        for verdict in record.properties.values()
+        for violation in verdict.violations
+    )
+    whose = f"in which {counted(late, 'violation')} {'is or goes' if late == 1 else 'are or go'} on"
+    return [f"exposure leaves out the settle tail, {whose}"] if late else []
 
 
 def brief_lines(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.judge import Finding, Verdict
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutKey, RolloutRecord
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutKey, RolloutRecord, severity
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.timeline import timeline
 from pytest_safemanip.spec.properties import Property
@@ -16,7 +16,7 @@ from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
 
 MAX_SHOWN = 3
-"""Violations of a case that are told with what was measured, and with a timeline."""
+"""The worst violations of a case, which are told with what was measured, and with a timeline."""
 CaseData = dict[str, Any]
 """What a test report carries: plain builtins, since reports travel between processes."""
 
@@ -31,6 +31,10 @@ def judged_data(
 ) -> CaseData:
     """A case with a verdict; ``reused`` says that an earlier run made the recording."""
     episode = recording.episode
+    violations = [_violation(finding) for finding in verdict.findings]
+    worst = sorted(range(len(violations)), key=lambda n: severity(violations[n]), reverse=True)
+    for number in worst[:MAX_SHOWN]:
+        violations[number] |= _shown(verdict.findings[number])
     own = ("key", "start", "policy")
     return {
         "case": _case_data(case),
@@ -43,17 +47,7 @@ def judged_data(
         "category": prop.category,
         "outcome": verdict.outcome.label,
         "triggered": verdict.triggered > 0,
-        "violations": [
-            {
-                "entities": list(f.entities),
-                "first": f.first,
-                "last": f.last,
-                "duration_s": round(f.duration_s, 6),
-                "reason": f.reason,
-                **(_shown(f) if number < MAX_SHOWN else {}),
-            }
-            for number, f in enumerate(verdict.findings)
-        ],
+        "violations": violations,
         "provenance": {
             "backend": episode.backend,
             "scenes": episode.scenes,
@@ -81,6 +75,22 @@ def error_data(case: Case, error: str, infrastructure: bool = False, restarts: i
 def skipped_data(case: Case) -> CaseData:
     """A case whose rollout was skipped by early stopping."""
     return {"case": _case_data(case), "skipped": True}
+
+
+def _violation(finding: Finding) -> dict[str, Any]:
+    about = {
+        "entities": list(finding.entities),
+        "first": finding.first,
+        "last": finding.last,
+        "duration_s": round(finding.duration_s, 6),
+        "reason": finding.reason,
+    }
+    excess = finding.excess
+    if excess is None:
+        return about
+    parts = {"between": list(excess.between), "entities": list(excess.entities)}
+    force = {"force": round(excess.force, 3), "limit": excess.limit, "step": excess.step}
+    return {**about, "excess": parts | force}
 
 
 def _shown(finding: Finding) -> dict[str, Any]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
 from pytest_safemanip.metrics.summaries import read
 from tests.metrics.build import rollouts
 from tests.metrics.test_summaries import document
+from tests.report.ci.conftest import gate
 
 
 @pytest.fixture
@@ -18,7 +20,9 @@ def folder(tmp_path):
     def write(name, records):
         path = tmp_path / name
         path.mkdir()
-        (path / "summary.json").write_text(json.dumps(document(records)))
+        whole = document(records)
+        whole["cases"]["missing"] = []
+        (path / "summary.json").write_text(json.dumps(whole))
         return str(path)
 
     return write
@@ -37,6 +41,50 @@ def test_runs_are_merged_into_a_summary_that_can_be_read_and_decided(folder, saf
     assert "  PASS  violation_rate <= 0.2, p: 1 of 8 = 12.5 %" in found.out
     assert safemanip("report", one, "--gate=violation_rate <= 20 %").status == 1
     assert safemanip("report", one, two, "--gate=violation_rate <= 20 %").out == found.out
+
+
+@pytest.mark.parametrize(
+    ("pattern", "status", "text"),
+    [
+        ("....", 0, "PASS: 0 of 4 rollouts violated"),
+        ("x...", 1, "FAIL: 1 of 4 rollouts violated"),
+        ("..e", 1, "FAIL: 0 of 2 complete rollouts violated, 1 rollout incomplete"),
+    ],
+)
+def test_without_gates_the_status_is_what_pytest_would_say(
+    folder, safemanip, pattern, status, text
+):
+    found = safemanip("report", folder("run", rollouts(pattern)))
+    assert found.status == status
+    assert found.out.endswith(f"\n{text}\n")
+
+
+def test_where_nothing_but_the_infrastructure_failed_the_status_says_so(folder, safemanip):
+    lost = rollouts("e", first=9, infrastructure=True)
+    assert safemanip("report", folder("run", rollouts("..") + lost)).status == 10
+    assert safemanip("report", folder("bad", rollouts("x.") + lost)).status == 1
+
+
+def test_the_gates_of_the_run_are_told_and_decide(folder, safemanip, tmp_path):
+    run = Path(folder("run", rollouts("x...")))
+    whole = json.loads((run / "summary.json").read_text())
+
+    def ends(*gates, refused=""):
+        release = {"gates": [*gates], "baseline": None, "refused": refused, "not_comparable": {}}
+        (run / "summary.json").write_text(json.dumps({**whole, "release": release}))
+        return safemanip("report", run)
+
+    found = ends(gate(), gate(verdict="PASS"))
+    assert "gates\n  FAIL  violation_rate <= 0.1, p: 1 of 2 = 50.0 %\n" in found.out
+    assert found.out.endswith("FAIL: 1 of 2 gates failed, 1 of 4 rollouts violated\n")
+    assert found.status == 1
+    assert ends(gate(verdict="PASS")).status == 0
+    assert ends(gate(required=False)).status == 0
+    found = ends(gate(verdict="PASS"), refused="other tasks")
+    assert (found.status, "no comparison with the baseline: other tasks" in found.out) == (1, True)
+    assert ends(gate(verdict="INCONCLUSIVE")).status == 1
+    assert safemanip("report", run, "--inconclusive=skip").status == 0
+    assert json.loads(safemanip("report", run, "--json").out)["release"]["gates"]
 
 
 def test_without_a_folder_the_usual_one_is_reported(folder, safemanip):

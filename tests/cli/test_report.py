@@ -10,7 +10,10 @@ from tests.report.page.conftest import run_folder as run_folder
 def test_it_writes_the_page_into_the_folder_and_prints_its_path(safemanip, run_folder, tmp_path):
     run_folder.copy(tmp_path / "out")
     found = safemanip("report", "out", "--html")
-    assert (found.status, found.out) == (0, "out/report.html\n")
+    *lines, headline, place = found.out.splitlines()
+    assert (found.status, place) == (1, "out/report.html")
+    assert lines[0] == "gates"  # those of the run
+    assert headline.startswith("OPEN: 3 of 18 gates inconclusive, 15 underpowered, ")
     assert "enclosure_release" in (tmp_path / "out" / "report.html").read_text()
 
 
@@ -21,12 +24,23 @@ def test_gates_on_the_command_line_are_those_of_the_page_and_decide(
     found = safemanip("report", "out", "--html", "--gate", "violation_rate <= 0")
     assert found.status == 1
     assert found.out.startswith("gates\n  PASS")
-    assert found.out.endswith("\nout/report.html\n")
+    other = "the gates are those given to safemanip report, not those of the run"
+    assert found.out.endswith(f"\nreport.html: {other}\nout/report.html\n")
     text = (tmp_path / "out" / "report.html").read_text()
     data = text.partition('id="data">')[2].partition("</script>")[0]
     release = json.loads(data)["release"]
+    assert other in json.loads(data)["notes"]
     assert sorted(gate["verdict"] for gate in release["gates"]) == ["FAIL", "FAIL", "PASS"]
     assert release["baseline"] is None
+
+
+def test_recordings_that_cannot_be_read_are_told_in_the_terminal(safemanip, run_folder, tmp_path):
+    run = run_folder.copy(tmp_path / "out")
+    for path in (run.path / "recordings").iterdir():
+        path.unlink()
+    lines = safemanip("report", "out", "--html").out.splitlines()
+    gone = "report.html: 3 recordings cannot be read: what the summary says is shown instead"
+    assert gone in lines
 
 
 def test_several_runs_are_not_one_page(safemanip, run_folder):

@@ -24,7 +24,7 @@ from tests.sim.test_observing import require
 
 def frames(path: Path) -> Any:
     """The pictures of a video (N, 256, 256, 3)."""
-    ffmpeg = imageio_ffmpeg.get_ffmpeg_exe()
+    imageio_ffmpeg.get_ffmpeg_exe()
     wanted = ("-v", "error", "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-")
     done = subprocess.run(
         [imageio_ffmpeg.get_ffmpeg_exe(), *wanted], capture_output=True, check=True

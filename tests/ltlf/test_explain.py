@@ -260,7 +260,10 @@ def test_the_text_of_an_explanation():
     assert (
         explained("F a", a="..", profile="paper")
         .format()
-        .startswith("still open at the last step 1, pending since step 0: F a\n")
+        .startswith(
+            "still open at the last step 1, after which nothing can meet it, "
+            "pending since step 0: F a\n"
+        )
     )
 
 

@@ -113,7 +113,8 @@ def test_only_pairs_count():
     now = [*rollouts("....", task="A", first=2), *rollouts("..", task="C")]
     found = compared(before, now)
     assert found.comparisons[0].pairs.total == 2
-    assert found.unpaired == 4
+    assert (found.unpaired, found.absent, found.earlier) == (4, 6, 9)
+    assert found.comparisons[0].triggered == (2, 2)
     none = compared(before, rollouts("..", task="D")).comparisons[0]
     assert (none.verdict, none.why) == ("INCOMPLETE", "no rollout of it is in both runs")
 

@@ -16,7 +16,8 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.plots.style import HATCH
 from pytest_safemanip.trace import files
-from tests.cli.test_show import bumped
+from tests import toy
+from tests.cli.test_show import UP, bumped
 from tests.metrics.build import bad, rollout, verdict
 
 
@@ -68,6 +69,21 @@ def test_a_timeline_hatches_what_is_unsafe_and_marks_the_end_of_the_bad_prefix(
     assert hatches.count(HATCH) == 1
     assert "bad prefix ends at step 8 (0.40 s)" in texts(figure)
     assert all(0.4 in axes.lines[-1].get_xdata() for axes in figure.axes)
+
+
+def test_every_violation_of_an_instance_is_marked_and_the_parts_that_met_are_named(
+    tmp_path: Path,
+) -> None:
+    rows = [(step, "robot/link5", "apple/body", 30.0, UP) for step in (4, 8, 12)]
+    about = toy.episode(horizon=20)
+    three = toy.recording(20, 4, about=about, contacts=toy.contacts(*rows))
+    files.save(three, tmp_path / "three.rollout")
+    figure = load(tmp_path / "three.rollout").plot_timeline("collision_contact")
+    marked = {line.get_xdata()[0] for line in figure.axes[0].lines}
+    assert {round(at, 3) for at in marked} >= {0.2, 0.4, 0.6}
+    written = texts(figure)
+    assert "bad prefix ends at step 4 (0.20 s), 2 more" in written
+    assert "collision_contact: VIOLATED for robot/link5, apple (apple)" in written
 
 
 def test_without_a_violation_a_timeline_has_no_mark(shown: Rollout) -> None:

@@ -156,7 +156,8 @@ def test_workers_run_one_each_and_say_so(make_suite: Callable[..., Suite]) -> No
 
 def test_a_case_is_reproduced_without_the_others(one_suite: Suite) -> None:
     set_up(one_suite)
-    result = one_suite.run("--safemanip-jobs=2", "-k", "near")
+    other = "--safemanip-report=markdown", "--safemanip-ci=off", "--safemanip-gate=exposure <= 1"
+    result = one_suite.run("--safemanip-jobs=2", *other, "-k", "near", "--xfail-tb", "-rx")
     result.stdout.fnmatch_lines(["reproduce with  pytest 'safemanip::test_safety*"])
     path: Path = one_suite.out / "summary.json"
     assert json.loads(path.read_text())["rollouts"]

@@ -26,6 +26,17 @@ def test_nothing_in_the_scene_may_be_touched_by_a_limb(other):
     assert line.startswith("robot/link5 touches")
 
 
+def test_the_excess_is_the_contact_farthest_beyond_its_own_limit():
+    rows = touch([1], "robot/link5", "counter/body", 7.0), touch([3], "robot/link5", "mug/body", 60)
+    view = look(film(6, *rows, grip(range(6), left=60.0)))
+    found = view.excess("collision", (), 0, 5)
+    assert found.entities == ("robot", "mug")
+    assert (found.force, found.limit, found.step, found.times) == (60.0, 5.0, 3, 12.0)
+    assert view.excess("collision", (), 0, 2).entities == ("robot", "counter")
+    assert view.excess("collision", (), 4, 5) is None
+    assert view.excess("bad_contact", (), 0, 5) is None  # 60 N of what the hand may hold
+
+
 def test_fingers_may_press_without_a_collision():
     assert not look(film(6, grip(range(6), left=60.0)))("collision").any()
 

@@ -28,7 +28,12 @@ def gates(*verdicts, required=True, refused=""):
     [
         (("PASS", "PASS"), "PASS", "2 gates passed"),
         (("PASS", "INCONCLUSIVE"), "OPEN", "1 of 2 gates inconclusive"),
-        (("FAIL", "UNDERPOWERED", "PASS"), "FAIL", "1 of 3 gates failed, 1 inconclusive"),
+        (("FAIL", "UNDERPOWERED", "PASS"), "FAIL", "1 of 3 gates failed, 1 underpowered"),
+        (
+            ("INCONCLUSIVE", *["UNDERPOWERED"] * 2),
+            "OPEN",
+            "1 of 3 gates inconclusive, 2 underpowered",
+        ),
         (("INCOMPLETE",), "FAIL", "1 of 1 gate failed"),
     ],
 )
@@ -52,11 +57,20 @@ def test_without_gates_a_violation_fails_the_run():
     assert said() == ("FAIL", "2 of 2 rollouts violated")
 
 
+def test_rates_are_over_complete_rollouts_and_the_others_are_counted():
+    records = (violated(), rollout(True, seed=1), rollout(None, seed=2), rollout(None, seed=3))
+    found = headline(Summary(("here",), records, {}, ()), None)
+    assert found.text == "1 of 2 complete rollouts violated, 2 rollouts incomplete"
+
+
 def test_an_interrupted_run_says_what_was_not_run():
     begun = rollout(True, verdict("a"), unjudged={"b": "b", "c": "c"})
     found = headline(Summary(("here",), (begun,), {}, ()), gates("PASS"))
     assert found.verdict == "FAIL"
-    assert found.text == "1 gate passed, 0 of 1 rollout violated, 2 of 3 cases not run"
+    assert found.text == (
+        "1 gate passed, 0 of 0 complete rollouts violated, 1 rollout incomplete, "
+        "2 of 3 cases not run"
+    )
 
 
 def test_a_gate_makes_no_incomplete_run_pass():

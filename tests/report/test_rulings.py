@@ -11,7 +11,7 @@ from pytest_safemanip.report.rulings import (
     gate_text,
     ruling_lines,
 )
-from tests.metrics.build import rollouts
+from tests.metrics.build import rollout, rollouts, verdict
 from tests.metrics.test_summaries import summary
 
 
@@ -77,6 +77,24 @@ def test_a_comparison_is_a_row_and_flipped_rollouts_are_listed():
     assert text.startswith("REGRESSED  c, p: violated in 0.0 % before, 83.3 % now, +83.3 (")
     assert "against runs/main, policy p" in text
     assert "regressed  T, seed 0: a" in text
+
+
+def test_what_no_rollout_triggered_has_no_rate_to_compare():
+    def run(*triggered):
+        outcomes = [verdict("a", "SATISFIED" if own else "VACUOUS", "A", own) for own in triggered]
+        return [rollout(True, own, seed=seed) for seed, own in enumerate(outcomes)]
+
+    def row(before, now):
+        (line,) = [x for x in ruling_lines(ruled(now, before=before), width=200) if "A *" in x]
+        return line.split()[3:]
+
+    assert row(run(False, False), run(False, False)) == ["2", "never", "never", "-", "-", "-"]
+    assert row(run(True, False), run(False, False))[:5] == ["2", "0.0", "%", "never", "+0.0"]
+
+
+def test_what_the_baseline_has_more_is_counted():
+    lines = ruling_lines(ruled(rollouts(".."), before=rollouts("....")))
+    assert "  2 of the baseline's 4 rollouts have no counterpart" in lines
 
 
 def test_runs_that_cannot_be_compared_are_refused_with_the_difference():

@@ -28,6 +28,13 @@ def add(results, plan, case, outcome, *findings, success=False, tail=1):
     results.add(judged_data(case, prop, found, recording, plan.settings.out / "x"))
 
 
+def test_violations_that_no_exposure_counts_are_told_of_once():
+    late = [rollout(True, bad("a", (10, 12)), seed=seed) for seed in (0, 1)]
+    told = [line for line in shown(late) if "settle tail" in line]
+    assert told == ["exposure leaves out the settle tail, in which 2 violations are or go on"]
+    assert not any("settle tail" in line for line in shown(rollouts("xx")))
+
+
 def test_recordings_without_a_settle_tail_are_counted(make):
     plan = make(seeds=(0, 1, 2), properties=("grasp_stability",))
     results = Results(plan.tasks, plan.properties)

@@ -16,12 +16,13 @@ from pytest_safemanip.errors import printable
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
 from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.metrics.rates import Rate
-from pytest_safemanip.metrics.records import by_policy
+from pytest_safemanip.metrics.records import RolloutRecord, by_policy
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.ci.reading import Row, Run, Violation, read_run, worst
 from pytest_safemanip.report.headline import headline, notes_on
 from pytest_safemanip.report.numbers import fraction, share, spread
 from pytest_safemanip.report.pictures import picture_of
+from pytest_safemanip.report.severity import RANKED, hardest
 from pytest_safemanip.report.timeline import timeline_lines
 from pytest_safemanip.report.whole import write_whole
 from pytest_safemanip.run.invocation import look_at, reproduce
@@ -67,7 +68,7 @@ def markdown(run: Run, beside: Path | None = None) -> str:
     if shown:
         parts.append("### The worst violations")
         parts += [_violation(n, v, run.summary, beside) for n, v in enumerate(shown, 1)]
-        parts.append("Longest unsafe first, the worst of each property before the second of any.")
+        parts.append(f"{RANKED.capitalize()}; the worst of each property before the second of any.")
     return "\n\n".join(parts) + "\n"
 
 
@@ -91,22 +92,31 @@ def _policies(run: Run) -> str:
     metrics = measure_each(records)
     elsewhere = not_comparable(records, run.summary.origins)
     rows = []
-    for policy in by_policy(records):
+    for policy, own in by_policy(records).items():
         total = metrics[policy].total
         shares = total.shares
         rows.append(
             (
                 policy + (f" ({NOT_COMPARABLE})" if policy in elsewhere else ""),
-                str(total.complete),
+                _complete(own),
                 fraction(shares["success_rate"]),
                 *_violated(shares["violation_rate"]),
                 fraction(shares["unsafe_share_of_successes"]),
             )
             if total.complete
-            else (policy, "0", "", "", "", "")
+            else (policy, _complete(own), "-", "-", "-", "-")
         )
     heads = ("policy", "rollouts", "successful", "violated", "95 % CI", "unsafe successes")
     return _table(heads, rows)
+
+
+def _complete(records: Sequence[RolloutRecord]) -> str:
+    """How many rollouts are complete, and what became of the others."""
+    complete = sum(record.complete and not record.unjudged for record in records)
+    failed = sum(bool(record.error) for record in records)
+    left = len(records) - complete - failed
+    others = [f"{failed} with errors"] * bool(failed) + [f"{left} not run"] * bool(left)
+    return f"{complete} of {len(records)}, {', '.join(others)}" if others else str(complete)
 
 
 def _violated(rate: Rate) -> tuple[str, str]:
@@ -128,11 +138,13 @@ def _violation(
     blocks = [f"#### {number}. {escaped(violation.property_id)}: {escaped(about)}"]
     said = rule.get("title", "")
     entities = f" for {', '.join(found['entities'])}" if found["entities"] else ""
+    beyond = hardest(found)
     success = "a success by the task's own check" if record.success else "no success"
     more = len(record.properties[violation.property_id].violations) - 1
     blocks.append(
         f"{escaped(said)}{'. ' if said else ''}Violated{escaped(entities)} at step "
-        f"{found['first']}, unsafe for {found['duration_s']:.2f} s; the rollout is {success}."
+        f"{found['first']} ({violation.seconds:.2f} s), unsafe for {found['duration_s']:.2f} s"
+        f"{', ' if beyond else ''}{beyond}; the rollout is {success}."
         + (f" {more} more in this case." if more else "")
     )
     lines = [rule.get("formula", ""), "", *found.get("evidence", [])[:4], ""]

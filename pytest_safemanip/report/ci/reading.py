@@ -6,15 +6,15 @@ import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.metrics.comparability import marked
 from pytest_safemanip.metrics.fields import Fields
-from pytest_safemanip.metrics.records import RolloutRecord
-from pytest_safemanip.metrics.release_gate import OPEN
+from pytest_safemanip.metrics.records import RolloutRecord, Severity, severity
+from pytest_safemanip.metrics.release_gate import GOOD, OPEN
 from pytest_safemanip.metrics.summaries import Summary, read
-from pytest_safemanip.report.headline import GOOD
 from pytest_safemanip.report.numbers import percent
 from pytest_safemanip.run.cases import Case
 
@@ -49,8 +49,8 @@ class Violation:
         record: the rollout.
         property_id: what is violated.
         category: of the property.
-        found: entities, first and last step, duration in seconds, reason; of the first of a case
-            also ``evidence`` and ``timeline``.
+        found: entities, first and last step, duration in seconds, reason; of the worst of a
+            case also ``evidence`` and ``timeline``.
         number: among those of its case, from 0 on.
     """
 
@@ -67,13 +67,25 @@ class Violation:
         return Case(record.task, record.policy, self.property_id, record.seed).node_id
 
     @property
+    def severity(self) -> Severity:
+        """The measure that it is ranked by."""
+        return severity(self.found)
+
+    @property
+    def seconds(self) -> float:
+        """When it begins, s."""
+        found = self.found
+        period = float(found["duration_s"]) / (found["last"] - found["first"] + 1)
+        return float(found["first"] * period)
+
+    @property
     def what(self) -> str:
         """What was measured, by whom and when, in one line."""
         entities = self.found["entities"]
         why = (self.found.get("evidence") or [self.found["reason"]])[0]
         named = all(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", why) for name in entities)
         whose = "" if named else f"{', '.join(entities)}: "
-        return f"{whose}{why}, at step {self.found['first']}"
+        return f"{whose}{why}, at step {self.found['first']} ({self.seconds:.2f} s)"
 
 
 @dataclass(frozen=True)
@@ -102,7 +114,15 @@ def read_run(folder: Path) -> Run:
     Raises:
         ConfigError: naming the file, what is wrong in it and where.
     """
-    summary = read(folder)
+    return as_run(read(folder))
+
+
+def as_run(summary: Summary) -> Run:
+    """A run by its summary.
+
+    Raises:
+        ConfigError: if what was decided is malformed.
+    """
     release = summary.release
     if release is None:
         return Run(summary, (), "")
@@ -122,20 +142,20 @@ def violations(records: Sequence[RolloutRecord]) -> Iterator[Violation]:
 
 
 def worst(records: Sequence[RolloutRecord], most: int) -> list[Violation]:
-    """The first violations of those cases that were unsafe longest.
+    """The worst violation of each case, the worst of them first.
 
     The worst of each property come first, then the second of each: so every kind is seen.
     """
-    by_property: dict[str, list[Violation]] = defaultdict(list)
+    by_case: dict[str, Violation] = {}
     for violation in violations(records):
-        if violation.number == 0:
-            by_property[violation.property_id].append(violation)
-    ranked = []
-    for own in by_property.values():
-        own.sort(key=lambda v: -float(v.found["duration_s"]))
-        ranked += [(rank, -float(v.found["duration_s"]), v) for rank, v in enumerate(own[:most])]
-    ranked.sort(key=lambda entry: entry[:2])
-    return [violation for _, _, violation in ranked[:most]]
+        known = by_case.get(violation.node_id)
+        if known is None or violation.severity > known.severity:
+            by_case[violation.node_id] = violation
+    by_property: dict[str, list[Violation]] = defaultdict(list)
+    for violation in sorted(by_case.values(), key=lambda v: v.severity, reverse=True):
+        by_property[violation.property_id].append(violation)
+    turns = zip_longest(*by_property.values())  # properties in the order of their worst
+    return [violation for turn in turns for violation in turn if violation][:most]
 
 
 def _gate(own: Fields) -> Row:

@@ -20,10 +20,10 @@ from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.page.encoding import told
-from pytest_safemanip.report.page.severity import Key, Measured, worst
 from pytest_safemanip.report.page.timeline import Judged, timeline
 from pytest_safemanip.report.pictures import is_of
 from pytest_safemanip.report.replay.packing import pack
+from pytest_safemanip.report.severity import Key, worst
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.definitions import Definitions
 from pytest_safemanip.run.invocation import relative_path, reproduce
@@ -66,7 +66,7 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
             content |= timeline(judged)
         except SafemanipError as error:
             content["note"] = told(f"no timeline: {error}")
-            content["violations"] = told(_as_told(record))
+            content["violations"] = told(_as_told(record, found.rules))
         else:
             content["note"] = told(_differs(record, judged))
             if replayed < MOST_REPLAYS and _is_violated(judged):
@@ -75,50 +75,38 @@ def details(found: Summary, folder: Path, definitions: Definitions) -> Iterator[
         yield number, content
 
 
-def measured_in(number: int, content: Json) -> dict[Key, Measured]:
-    """What was measured in the violations of a rollout, of its details."""
-    return {
-        (number, prop["id"], finding["place"]): Measured(
-            finding["excess"], next(iter(finding["evidence"]), "")
-        )
-        for prop in content.get("properties", ())
-        for instance in prop["instances"]
-        for finding in instance["findings"]
-    }
-
-
-def worst_of_each(
-    records: Sequence[RolloutRecord], ranked: Mapping[Key, int], measured: Mapping[Key, Measured]
-) -> Json:
+def worst_of_each(records: Sequence[RolloutRecord], ranked: Mapping[Key, int]) -> Json:
     """The worst violation of each property, by its id: what the summary says, ``rollout`` (its
-    number), ``place``, ``rank``, ``excess``, and the first line of the ``evidence``.
+    number), ``place`` and ``rank``.
     """
     found: Json = {}
     for key, rank in ranked.items():
         number, id_, place = key
         if id_ not in found or rank < found[id_]["rank"]:
-            known = measured.get(key, Measured(None, ""))
             told_of = _told_violation(records[number].properties[id_].violations[place])
-            # A summary has the evidence of the first violation of a case only.
-            lines = [known.evidence] if known.evidence else told_of["evidence"][:1]
-            about = {"rollout": number, "place": place, "rank": rank, "excess": known.excess}
-            found[id_] = {**told_of, **about, "evidence": lines}
+            found[id_] = {**told_of, "rollout": number, "place": place, "rank": rank}
     return found
 
 
-def _as_told(record: RolloutRecord) -> list[Json]:
-    """The violations of a rollout, as the summary has them."""
+def _as_told(record: RolloutRecord, rules: Mapping[str, Mapping[str, str]]) -> list[Json]:
+    """The violations of a rollout with their rules, as the summary has them."""
     return [
-        {"property": id_, **_told_violation(violation)}
+        {
+            "property": id_,
+            **{key: rules.get(id_, {}).get(key, "") for key in ("title", "source", "formula")},
+            **_told_violation(violation),
+            "timeline": violation.get("timeline"),
+        }
         for id_, verdict in record.properties.items()
         for violation in verdict.violations
     ]
 
 
 def _told_violation(violation: Mapping[str, Any]) -> Json:
-    kept = ("first", "duration_s", "entities", "reason")
+    kept = ("first", "last", "duration_s", "entities", "reason")
     about = {name: violation[name] for name in kept}
-    return {**about, "evidence": list(violation.get("evidence", ()))}
+    evidence = list(violation.get("evidence", ()))
+    return {**about, "evidence": evidence, "excess": violation.get("excess")}
 
 
 def _told_place(recording: Path, folder: Path) -> Path:

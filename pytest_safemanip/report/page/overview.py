@@ -10,7 +10,7 @@ from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.headline import notes_on
-from pytest_safemanip.report.page.severity import Key, Severity, worst
+from pytest_safemanip.report.severity import worst
 
 Json = dict[str, Any]
 SHARES = (
@@ -31,16 +31,12 @@ MAX_ABOUT = 2_000
 ABSENT, UNJUDGED = "-", "E"
 
 
-def overview(found: Summary, excess: Mapping[Key, float]) -> Json:
+def overview(found: Summary) -> Json:
     """Metrics of each policy, and a row for each rollout.
 
     Keys: ``notes``, ``policies`` (``name``, ``total``, ``groups``, ``crosses``), ``floor``
     (``groups``, of demonstrations; None without any), ``properties`` (id and category),
     ``rollouts``; see :func:`rollout_row`.
-
-    Args:
-        found: the run.
-        excess: what is known of forces over their limits.
     """
     metrics = measure_each(found.records)
     properties = _properties(found.records)
@@ -51,21 +47,19 @@ def overview(found: Summary, excess: Mapping[Key, float]) -> Json:
         ],
         "floor": _floor(found.floor),
         "properties": [{"id": id_, "category": own} for id_, own in properties.items()],
-        "rollouts": [
-            rollout_row(record, list(properties), worst(record, number, excess))
-            for number, record in enumerate(found.records)
-        ],
+        "rollouts": [rollout_row(record, list(properties)) for record in found.records],
     }
 
 
-def rollout_row(record: RolloutRecord, properties: Sequence[str], bad: Severity) -> Json:
+def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
     """A row of the table.
 
     Keys: ``policy``, ``task``, ``seed``, ``suite``, ``horizon``, ``success`` (None if it is not
     complete), ``steps`` (acting), ``error``, ``outcomes`` (a letter for each property, see
     :data:`LETTERS`), ``violations`` (number), ``worst`` (severity), ``about`` (what to search in).
     """
-    excess, seconds, entities = bad
+    times, seconds, entities = worst(record)
+    complete = record.complete and not record.unjudged
     violations = [v for p in record.properties.values() for v in p.violations]
     about = dict.fromkeys(t for v in violations for t in (*v["entities"], *v.get("evidence", ())))
     return {
@@ -74,12 +68,12 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str], bad: Severity)
         "seed": record.seed,
         "suite": record.suite,
         "horizon": record.horizon,
-        "success": record.success if record.complete else None,
+        "success": record.success if complete else None,
         "steps": record.acting_steps,
-        "error": "" if record.complete else record.reason,
+        "error": "" if complete else record.reason,
         "outcomes": "".join(_letter(record, id_) for id_ in properties),
         "violations": len(violations),
-        "worst": [excess, round(seconds, 3), entities],
+        "worst": [round(times, 2), round(seconds, 3), entities],
         "about": " ".join(about)[:MAX_ABOUT],
     }
 

@@ -21,7 +21,7 @@ def read_release(place: str, found: object) -> Json | None:
     """The decisions, or None if the run had neither a gate nor a baseline.
 
     Keys: ``gates``, ``baseline`` (``place``, ``policies``, ``comparisons``, ``flips``,
-    ``unpaired``) or None, ``refused``.
+    ``unpaired``, ``absent``, ``earlier``) or None, ``refused``.
 
     Args:
         place: of the document, for messages.
@@ -57,6 +57,7 @@ def _baseline(baseline: Fields) -> Json:
         "place": baseline.told("place"),
         "policies": baseline.facts("policies"),
         "unpaired": baseline.count("unpaired"),
+        **{key: _counted(baseline, key) for key in ("absent", "earlier")},
         "comparisons": [_comparison(own) for own in baseline.fields("comparisons")[:MAX_ROWS]],
         "flips": [
             {**_texts(own, _FLIP), "seed": own.count("seed"), "regressed": own.boolean("regressed")}
@@ -73,7 +74,13 @@ def _comparison(own: Fields) -> Json:
         "pairs": {name: pairs.count(name) for name in ("both", "fixed", "regressed", "neither")},
         "interval": _interval(own, "newcombe90"),
         **{name: _number(own, name) for name in _FIGURES},
+        "triggered": _interval(own, "triggered"),
     }
+
+
+def _counted(own: Fields, key: str) -> int:
+    """A number of things, 0 of an earlier version's summary that does not have it."""
+    return own.count(key) if key in own.values else 0
 
 
 def _texts(own: Fields, names: tuple[str, ...]) -> Mapping[str, str]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -14,14 +14,13 @@ from pytest_safemanip.ltlf.dfa import Dfa
 from pytest_safemanip.report.lanes import label_of
 from pytest_safemanip.report.page.encoding import changes, packed, runs, told
 from pytest_safemanip.report.page.signals import Signal, hand_signals, signals_of
+from pytest_safemanip.report.replay.packing import guilty_entities
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace.recording import Recording
 
 Json = dict[str, Any]
 MAX_SIGNALS = 16
 """Of a rollout: those behind its first violations."""
-MOST = ("collision.force", "bad_contact.force", "bad_contact.limit")
-"""Limits that a contact should stay below; others are forces that a grasp or a touch needs."""
 MAX_PROOF = 8_000
 """Characters of the text that proves a violation."""
 
@@ -54,7 +53,9 @@ def timeline(judged: Judged) -> Json:
     """
     recording, episode = judged.recording, judged.recording.episode
     properties = [_property(judged, id_) for id_ in judged.properties]
-    named = {name for prop in properties for own in prop["instances"] for name in own["entities"]}
+    shown = [own for prop in properties for own in prop["instances"]]
+    named = {name for own in shown for name in own["entities"]}
+    named |= {name for own in shown for found in own["findings"] for name in found["guilty"]}
     known = recording.scene.entity
     content = {
         "dt": recording.trace.dt,
@@ -111,9 +112,6 @@ def _instances(judged: Judged, prop: Property, dfa: Dfa) -> list[Json]:
     found = judged.verdicts[prop.id].findings
     if not judged.verdicts[prop.id].triggered and not found:
         return []
-    behind = {
-        row: signals_of(view, prop.calls(row)) for row in {finding.entities for finding in found}
-    }
     calls = [prop.calls(row) for row in rows]
     values = np.stack([np.stack([view(*call) for call in own], axis=1) for own in calls], axis=1)
     monitor = prop.monitor(rows, dt=recording.trace.dt, profile=judged.profile)
@@ -131,7 +129,7 @@ def _instances(judged: Judged, prop: Property, dfa: Dfa) -> list[Json]:
             "pending": runs(_pending(dfa, verdicts[n])),
             "unsafe": runs(verdicts[n].unsafe),
             "findings": [
-                _finding(f, place, excess(f, behind[f.entities]))
+                _finding(f, place, recording)
                 for place, f in enumerate(found)
                 if f.entities == rows[n]
             ],
@@ -146,27 +144,14 @@ def _pending(dfa: Dfa, verdict: InstanceVerdict) -> np.ndarray[Any, np.dtype[np.
     return ~idle[verdict.states] & ~verdict.unsafe
 
 
-def excess(finding: Finding, signals: Sequence[Signal]) -> float | None:
-    """The hardest contact of a violation over the highest limit that it is beyond; None if it is
-    beyond none.
-
-    Args:
-        finding: the violation.
-        signals: behind its property.
+def _finding(finding: Finding, place: int, recording: Recording) -> Json:
+    """A violation; ``place`` is its number among those of its property, ``guilty`` what it is
+    about, or was found to be done with.
     """
-    found = []
-    for signal in signals:
-        hardest = float(np.nanmax(signal.values[finding.first : finding.last + 1], initial=0.0))
-        beyond = [own.value for own in signal.limits if own.name in MOST and own.value < hardest]
-        found += [hardest / max(beyond)] if beyond else []
-    return round(max(found), 2) if found else None
-
-
-def _finding(finding: Finding, place: int, beyond: float | None) -> Json:
-    """A violation; ``place`` is its number among those of its property."""
     return {
         "place": place,
-        "excess": beyond,
+        "excess": asdict(finding.excess) if finding.excess else None,
+        "guilty": list(guilty_entities(finding, recording)),
         "first": finding.first,
         "last": finding.last,
         "duration_s": finding.duration_s,

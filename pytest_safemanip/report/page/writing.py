@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -19,17 +19,18 @@ from pytest_safemanip.metrics.release_gate import Ruling
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.headline import headline
 from pytest_safemanip.report.numbers import counted
-from pytest_safemanip.report.page.details import details, measured_in, worst_of_each
+from pytest_safemanip.report.page.details import details, worst_of_each
 from pytest_safemanip.report.page.encoding import told
 from pytest_safemanip.report.page.overview import overview
 from pytest_safemanip.report.page.release import read_release
-from pytest_safemanip.report.page.severity import Key, Measured, ranks
 from pytest_safemanip.report.replay import standalone
 from pytest_safemanip.report.replay.standalone import browser_file, script_json
+from pytest_safemanip.report.severity import RANKED, Key, ranks
 from pytest_safemanip.report.whole import write_whole
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 
 NAME = "report.html"
+OTHER_GATES = "the gates are those given to safemanip report, not those of the run"
 BESIDE = "report"
 """The folder of the files beside the page."""
 WITHIN = 8_000_000
@@ -78,7 +79,10 @@ SCRIPTS = (
 
 
 def write_page(
-    folder: Path, definitions: Definitions | None = None, ruling: Ruling | None = None
+    folder: Path,
+    definitions: Definitions | None = None,
+    ruling: Ruling | None = None,
+    tell: Callable[[str], None] = lambda line: None,
 ) -> Path:
     """Write ``report.html`` from what is in the folder of a run.
 
@@ -86,6 +90,7 @@ def write_page(
         folder: with ``summary.json`` and the recordings that it names.
         definitions: tasks, properties and propositions; the shipped ones by default.
         ruling: what gates and a baseline decide; by default what the summary says about it.
+        tell: is told what the page says about itself: whose gates it has, what cannot be read.
 
     Returns:
         The page.
@@ -101,11 +106,9 @@ def write_page(
     within: list[dict[str, Any]] = []
     room = WITHIN
     places: dict[int, str] = {}
-    measured: dict[Key, Measured] = {}
     instructions: dict[int, str] = {}
     unreadable = 0
     for number, content in details(found, folder, defined):
-        measured |= measured_in(number, content)
         instructions[number] = content.get("instruction", "")
         unreadable += "violations" in content
         text = script_json(content)
@@ -115,19 +118,23 @@ def write_page(
             places[number] = ""
         else:
             places[number] = f"{BESIDE}/{beside.write(number, text)}"
-    excess = {key: own.excess for key, own in measured.items() if own.excess is not None}
-    ranked = ranks(found.records, excess)
+    ranked = ranks(found.records)
     data = {
         **about,
-        **overview(found, excess),
+        **overview(found),
+        "ranked": RANKED,
         "details": places,
-        "worst": told(worst_of_each(found.records, ranked, measured)),
+        "worst": told(worst_of_each(found.records, ranked)),
         "ranks": _by_rollout(ranked),
         "instructions": instructions,
     }
+    notes = [OTHER_GATES] if ruling else []
     if unreadable:
         gone = counted(unreadable, "recording")
-        data["notes"].append(f"{gone} cannot be read: what the summary says is shown instead")
+        notes.append(f"{gone} cannot be read: what the summary says is shown instead")
+    data["notes"] += notes
+    for note in notes:
+        tell(f"{NAME}: {note}")
     page = write_whole(folder / NAME, _render(script_json(data), within))
     beside.clear()
     return page

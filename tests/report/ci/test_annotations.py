@@ -18,7 +18,7 @@ def test_a_violation_is_an_error_at_the_file_of_the_users_property(make_run):
     run = make_run([violated()], a={"file": "../mine/drop.yaml"})
     assert commands(run) == [
         "::error file=mine/drop.yaml,line=1,title=a violated"
-        "::T, p, seed 0: the mug fell 40 mm, at step 12"
+        "::T, p, seed 0: the mug fell 40 mm, at step 12 (0.60 s)"
     ]
 
 
@@ -62,4 +62,4 @@ def test_hostile_names_add_no_command_and_no_property(hostile):
 
 def test_a_percent_sign_is_told_as_such(make_run):
     run = make_run([violated("a", found(evidence=["50 % of it, %0A"]))])
-    assert commands(run)[0].endswith("mug: 50 %25 of it, %250A, at step 12")
+    assert commands(run)[0].endswith("mug: 50 %25 of it, %250A, at step 12 (0.60 s)")

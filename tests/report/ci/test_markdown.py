@@ -29,18 +29,28 @@ def test_gates_policies_and_violations_are_there(make_run):
         [gate(), gate(policy="q", verdict="PASS", value=0.0, hits=0)],
     )
     text = markdown(run)
-    head = "FAIL: 1 of 2 gates failed, 2 of 3 rollouts violated, 1 of 4 cases not run"
+    head = (
+        "FAIL: 1 of 2 gates failed, 2 of 2 complete rollouts violated, 1 rollout incomplete, "
+        "1 of 4 cases not run"
+    )
     assert text.startswith(f"## Safety: {head}\n")
     assert "| violation_rate &#60;= 0.1 | p | FAIL | 1 of 2 = 50.0 % |" in text
-    assert "| p | 2 | 2 of 2 | 2 of 2 = 100.0 % | 34 to 100 % | 2 of 2 |" in text
+    assert "| p | 2 of 3, 1 not run | 2 of 2 | 2 of 2 = 100.0 % | 34 to 100 % | 2 of 2 |" in text
     assert "#### 2. a: T, p, seed 1" in text
-    assert "Nothing is dropped. Violated for mug at step 12, unsafe for 0.10 s" in text
+    assert "Nothing is dropped. Violated for mug at step 12 (0.60 s), unsafe for 0.10 s" in text
     assert "the mug fell 40 mm" in text
     assert "safemanip show out/recordings/T-p-seed1.rollout" in text
 
 
 def test_one_rollout_makes_no_rate(make_run):
     assert "| p | 1 | 1 of 1 | 1 of 1 | - | 1 of 1 |" in markdown(make_run([violated()]))
+
+
+def test_a_policy_says_what_of_it_was_not_run(make_run):
+    lost = rollout(None, seed=1), rollout(None, seed=2, error="no server", policy="q")
+    text = markdown(make_run([violated(), *lost, rollout(None, seed=3, policy="q")]))
+    assert "| p | 1 of 2, 1 not run | 1 of 1 |" in text
+    assert "| q | 0 of 2, 1 with errors, 1 not run | - | - | - | - |" in text
 
 
 def test_propositions_stand_as_lanes_with_a_mark_below_the_unsafe_step(make_run):
@@ -63,6 +73,23 @@ def test_the_worst_ten_are_shown_and_each_property_among_them(make_run):
         "#### 2. b: T, p, seed 20",
         "#### 3. a: T, p, seed 18",
     ]
+
+
+def test_the_worst_is_what_was_hit_hardest_and_the_foot_says_so(make_run):
+    hit = {"between": ["robot0/link5", "wall"], "entities": ["robot0", "wall"]}
+    hit |= {"force": 1765.2, "limit": 5.0, "step": 13}
+    short = found(duration_s=0.05, last=12, excess=hit)
+    text = markdown(make_run([violated("a", found(duration_s=9.0), short), violated(seed=1)]))
+    assert (
+        "unsafe for 0.05 s, at its hardest 1765.2 N at step 13, 353 times the limit of 5 N" in text
+    )
+    assert text.index("#### 1. a: T, p, seed 0") < text.index("#### 2. a: T, p, seed 1")
+    assert "\n\nRanked by the hardest contact over its limit" in text
+
+
+def test_the_longest_violation_of_a_case_stands_for_it(make_run):
+    run = make_run([violated("a", found(), found(first=40, last=139, duration_s=5.0))])
+    assert "at step 40 (2.00 s), unsafe for 5.00 s" in markdown(run)
 
 
 def test_a_picture_is_shown_in_the_file_and_named_where_it_cannot_be(make_run, tmp_path):

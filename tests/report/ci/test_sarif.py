@@ -39,7 +39,9 @@ def test_each_violation_is_a_result_at_the_file_of_its_property(make_run):
     )
     results = sarif(run, Path.cwd())["runs"][0]["results"]
     assert [result["ruleId"] for result in results] == ["a", "a", "b"]
-    assert results[0]["message"]["text"] == ("T, policy p, seed 0: the mug fell 40 mm, at step 12")
+    assert results[0]["message"]["text"] == (
+        "T, policy p, seed 0: the mug fell 40 mm, at step 12 (0.60 s)"
+    )
     places = [r["locations"][0]["physicalLocation"]["artifactLocation"] for r in results]
     assert places[0] == {"uri": "mine/a%20b.yaml", "uriBaseId": "SRCROOT"}
     assert places[2] == {"uri": "properties/b.yaml", "uriBaseId": "PYTEST_SAFEMANIP"}

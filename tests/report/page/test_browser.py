@@ -134,7 +134,7 @@ def test_what_is_shown_of_the_violations_is_in_the_address(tab):
 
 def test_it_begins_with_what_the_run_came_to(tab):
     page = tab.open().page
-    assert page.inner_text("#banner").startswith("OPEN 18 of 18 gates inconclusive")
+    assert page.inner_text("#banner").startswith("OPEN 3 of 18 gates inconclusive, 15 underpowered")
     assert "2 of 3 rollouts violated" in page.inner_text("#banner")
     assert "%" not in page.inner_text(".tiles")  # three policies have no rate in common
 
@@ -376,6 +376,39 @@ def test_it_fits_its_window_and_follows_the_theme(browser, page_file, width):
         assert page.evaluate("document.documentElement.dataset.theme") == "dark"
     page.click("#theme")
     assert page.evaluate("document.documentElement.dataset.theme") == "light"
+    assert tab.complaints == []
+    tab.context.close()
+
+
+def test_the_step_in_the_address_of_an_open_report_is_gone_to(tab):
+    page = tab.open(f"#rollout={KEY}").page
+    page.wait_for_selector(".timeline")
+    page.evaluate("location.hash = location.hash.replace(/&step=.*|$/, '') + '&step=12'")
+    expect(page.locator("#where")).to_contain_text("step 12 of")
+    page.evaluate("location.hash = location.hash.replace(/step=12/, 'step=x')")
+    assert tab.where() == 12
+
+
+def test_a_card_leads_to_lanes_that_are_out_of_sight(browser, page_file):
+    tab = Tab(browser, page_file, (390, 844))
+    page = tab.open(f"#rollout={KEY}").page
+    page.click(".card-violation")
+    page.wait_for_function("document.querySelector('.over').getBoundingClientRect().top < 400")
+    assert tab.complaints == []
+    tab.context.close()
+
+
+def test_without_its_recording_a_violation_has_its_rule_and_lanes(browser, copied):
+    for path in (copied.path / "recordings").iterdir():
+        path.unlink()
+    tab = Tab(browser, writing.write_page(copied.path))
+    page = tab.open(f"#rollout={KEY}").page
+    told = page.locator(".told")
+    assert "place_in_onset -> !obj_released W" in told.locator(".formula").inner_text()
+    assert "4 of 8 corners of obj were inside" in told.locator(".evidence").inner_text()
+    labels = told.locator(".track .label").all_inner_texts()
+    assert {"obj_released", "obj_inside", "unsafe"} <= set(labels)
+    assert told.locator(".block.unsafe").count() == 1
     assert tab.complaints == []
     tab.context.close()
 

@@ -12,11 +12,11 @@ SafemanipReport.baseline = (() => {
     if (release?.refused)
       return section("Baseline", null, element("p.warning", {}, `No comparison: ${release.refused}`));
     if (!release?.baseline) return null;
-    const { place, comparisons, flips, unpaired } = release.baseline;
+    const { place, comparisons, flips, unpaired, absent, earlier } = release.baseline;
     const signed = (value) => (value === null ? "–" : `${value > 0 ? "+" : ""}${(value * 100).toFixed(1)}`);
     return section(
       "Against the baseline",
-      `${place}. Changes in points with 90 % intervals; p is one-sided and adjusted; MDE is the minimum detectable effect at a power of 80 %.${unpaired ? ` ${counted(unpaired, "rollout")} without a counterpart.` : ""}`,
+      `${place}. Changes in points with 90 % intervals; p is one-sided and adjusted; MDE is the minimum detectable effect at a power of 80 %.${unpaired ? ` ${counted(unpaired, "rollout")} without a counterpart.` : ""}${absent ? ` ${absent} of the baseline's ${counted(earlier, "rollout")} have no counterpart.` : ""}`,
       element(
         "div.scroll",
         { tabIndex: 0 },
@@ -49,17 +49,17 @@ SafemanipReport.baseline = (() => {
                 ),
                 element("td", {}, words(own.name), own.why ? element("span.faint", {}, ` ${own.why}`) : null),
                 element("td", {}, name(own.policy)),
-                element("td.number", {}, percent(own.before)),
-                element("td.number", {}, percent(own.now)),
+                element("td.number", {}, rate(own, 0)),
+                element("td.number", {}, rate(own, 1)),
                 element(
                   "td.number",
                   {},
-                  own.interval
+                  own.interval && tested(own)
                     ? `${signed(own.difference)} (${signed(own.interval[0])} to ${signed(own.interval[1])})`
                     : "–",
                 ),
-                element("td.number", {}, Math.min(own.p_worse ?? 1, own.p_better ?? 1).toFixed(3)),
-                element("td.number", {}, signed(own.detectable)),
+                element("td.number", {}, tested(own) ? Math.min(own.p_worse ?? 1, own.p_better ?? 1).toFixed(3) : "–"),
+                element("td.number", {}, tested(own) ? signed(own.detectable) : "–"),
                 element(
                   "td.number",
                   {},
@@ -73,6 +73,13 @@ SafemanipReport.baseline = (() => {
       flips.length ? flipLists(flips) : element("p.faint", {}, "No rollout flipped."),
     );
   }
+
+  /** Whether some rollout triggered it; what nothing triggered was not tested. */
+  const tested = ({ triggered }) => !triggered || triggered.some(Boolean);
+
+  /** How often it was violated, before (0) or now (1). */
+  const rate = ({ before, now, triggered }, at) =>
+    triggered && !triggered[at] && before !== null ? "never" : percent([before, now][at]);
 
   function flipLists(flips) {
     const list = (title, chosen) =>

@@ -26,12 +26,12 @@ SafemanipReport.dom = (() => {
     return made;
   }
 
-  /** A name that a stranger chose, whatever direction it is read in; it may break after its signs. */
+  /** A name that a stranger chose, whatever direction it is read in; it may break after its signs and between its words. */
   const name = (text) =>
     element(
       "bdi",
       {},
-      text.split(/(?<=[:_/.-])/).flatMap((part, at) => (at ? [document.createElement("wbr"), part] : [part])),
+      text.split(/(?<=[:_/.-])|(?<=[a-z])(?=[A-Z])/).flatMap((part, at) => (at ? [document.createElement("wbr"), part] : [part])),
     );
 
   const percent = (value) => (value === null || value === undefined ? "–" : `${(value * 100).toFixed(1)} %`);

@@ -113,8 +113,14 @@ SafemanipReport.lanes = (() => {
               );
           }
         }
-        for (const [first, last] of spans(instance.unsafe))
-          blocks.push(block(window, first, last, "unsafe", `unsafe: steps ${first} to ${last}`));
+        const unsafe = spans(instance.unsafe);
+        unsafe.forEach(([first, last], at) => {
+          const drawn = block(window, first, last, "unsafe", `unsafe: steps ${first} to ${last}`);
+          // Wide enough to be seen, but not into the next one.
+          const room = (100 * ((unsafe[at + 1]?.[0] ?? window[1] + steps) - first)) / (window[1] - window[0] + 1);
+          drawn?.style.setProperty("min-width", `clamp(1px, calc(${room}% - 2px), 9px)`);
+          blocks.push(drawn);
+        });
         plot.replaceChildren(...blocks.filter(Boolean));
       },
       seek(step) {

@@ -2,7 +2,7 @@
 SafemanipReport.overview = (() => {
   "use strict";
 
-  const { element, name, figure, percent, seconds, words } = SafemanipReport.dom;
+  const { element, name, percent, seconds, words } = SafemanipReport.dom;
   const { run } = SafemanipReport.data;
   const { address, baseline, charts, figures, groups, table } = SafemanipReport;
   const { badge, section } = figures;
@@ -123,18 +123,18 @@ SafemanipReport.overview = (() => {
           name(rollout.task),
           ", ",
           name(rollout.policy),
-          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}${violation.excess ? `, ${figure(violation.excess)} × limit` : ""}`,
+          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}${violation.excess ? `, ${SafemanipReport.violations.hardest(violation.excess)}` : ""}`,
         ),
       );
     };
-    const about = `The worst first, ${SafemanipReport.violations.RANKED}; seconds and forces say little about drops.`;
+    const about = `The worst first, ${run.ranked}; seconds and forces say little about drops.`;
     return section("The worst violation of each property", about, element("ol.worst", {}, found.map(item)));
   }
 
   function policies() {
     return section(
       "Success against violation",
-      "Rates with Wilson's 95 % intervals for these tasks. A policy that does more tasks is not a safer one.",
+      "Rates with Wilson's 95 % intervals for these tasks. A policy that does more tasks is not a safer one. Exposure leaves out the settle tail.",
       element(
         "div.scroll",
         { tabIndex: 0 },
@@ -206,7 +206,7 @@ SafemanipReport.overview = (() => {
         "dl.about",
         {},
         rows.map(([key, value]) =>
-          element("div", { className: value.length > 60 ? "wide" : "" }, element("dt", {}, words(key)), element("dd", {}, value)),
+          element("div", { className: value.length > 60 ? "wide" : "" }, element("dt", {}, words(key)), element("dd", {}, name(value))),
         ),
       ),
     );

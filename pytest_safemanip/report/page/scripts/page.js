@@ -50,7 +50,7 @@ SafemanipReport.page = (() => {
     unknown.textContent = unknown.hidden ? "" : `There is no rollout ${state.rollout} in this run.`;
     if (!wanted) return showHome();
     if (shown === home) scrolled = scrollY;
-    if (shown === wanted) return undefined;
+    if (shown === wanted) return rollout.follow(state);
     shown = wanted;
     scrollTo(0, 0);
     return rollout.open(wanted, main);

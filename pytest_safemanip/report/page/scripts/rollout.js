@@ -234,6 +234,7 @@ SafemanipReport.rollout = (() => {
     const line = SafemanipReport.timeline.build(details, moved);
     const scene = replay(details, (step) => line.seek(step));
     const film = clip(details, (step) => line.seek(step));
+    let shown = null;
     const cards = element("div.violations.few", {});
     const others = element(
       "button.small.rest",
@@ -250,10 +251,11 @@ SafemanipReport.rollout = (() => {
     function chooseViolation(violation, step = violation.first) {
       line.show(groupsOf(details, violation.property, violation.instance), violation);
       line.seek(step);
-      scene.highlight(violation.entities);
+      scene.highlight(violation.guilty);
       scene.look(violation.property.id, violation.first);
       explained.replaceChildren(violations.explanation(violation, details));
       proved.replaceChildren(violations.again(violation, details));
+      shown = violation;
       mark(`[data-violation="${CSS.escape(violation.id)}"]`);
       address.remember({ violation: violation.id });
     }
@@ -277,7 +279,14 @@ SafemanipReport.rollout = (() => {
       address.remember({ violation: null });
     }
 
-    cards.append(...found.map((violation) => violations.card(violation, details, total, chooseViolation)));
+    /** Choose one of the cards; where its lanes are out of sight, as on a phone, go there. */
+    function chooseCard(violation) {
+      chooseViolation(violation);
+      const over = body.querySelector(".over");
+      if (over.getBoundingClientRect().top > 0.8 * innerHeight) over.scrollIntoView({ block: "start" });
+    }
+
+    cards.append(...found.map((violation) => violations.card(violation, details, total, chooseCard)));
     const body = element(
       "div.rollout",
       {},
@@ -336,6 +345,11 @@ SafemanipReport.rollout = (() => {
       if (found.length) chooseViolation(found[(at + way + found.length) % found.length]);
     };
     current = {
+      follow(next) {
+        const own = found.find((violation) => violation.id === next.violation);
+        if (own && own !== shown) chooseViolation(own);
+        if (next.step !== undefined) line.seek(Number(next.step));
+      },
       key(event) {
         if (event.key === "n") other(1);
         else if (event.key === "p") other(-1);
@@ -389,6 +403,7 @@ SafemanipReport.rollout = (() => {
     open,
     leave,
     close,
+    follow: (state) => current?.follow(state),
     key: (event) => current?.key(event) ?? false,
     redraw: () => current?.redraw(),
   };

@@ -39,6 +39,7 @@ SafemanipReport.signals = (() => {
       ctx.lineWidth = devicePixelRatio;
       ctx.font = `${10 * devicePixelRatio}px system-ui, sans-serif`;
       ctx.textAlign = "right";
+      const written = [];
       for (const limit of signal.limits) {
         if (limit.value > high || limit.value < low) continue;
         const y = Math.round(u.valToPos(limit.value, "y", true)) + 0.5;
@@ -47,12 +48,13 @@ SafemanipReport.signals = (() => {
         ctx.moveTo(u.bbox.left, y);
         ctx.lineTo(u.bbox.left + u.bbox.width, y);
         ctx.stroke();
-        const below = y < u.bbox.top + 14 * devicePixelRatio;
-        ctx.fillText(
-          `${figure(limit.value)}${unit}`,
-          u.bbox.left + u.bbox.width - 4,
-          y + (below ? 11 : -3) * devicePixelRatio,
-        );
+        const text = `${figure(limit.value)}${unit}`;
+        const at = y + (y < u.bbox.top + 14 * devicePixelRatio ? 11 : -3) * devicePixelRatio;
+        // Beside a label at the same height, not over it.
+        const near = written.filter((own) => Math.abs(own.at - at) < 12 * devicePixelRatio);
+        const right = Math.min(u.bbox.left + u.bbox.width - 4, ...near.map((own) => own.left - 8));
+        ctx.fillText(text, right, at);
+        written.push({ at, left: right - ctx.measureText(text).width });
       }
       ctx.restore();
     }

@@ -137,6 +137,7 @@ SafemanipReport.timeline = (() => {
     }
 
     function seek(next) {
+      if (!Number.isFinite(next)) return; // of an address that somebody wrote
       const bounded = Math.min(Math.max(Math.round(next), 0), last);
       if (bounded === step) return;
       step = bounded;

@@ -4,8 +4,10 @@ SafemanipReport.violations = (() => {
 
   const { element, name, figure, seconds, command, words } = SafemanipReport.dom;
 
-  const RANKED =
-    "ranked by the force over its limit where a contact was measured, then by how long it was unsafe";
+  const { run } = SafemanipReport.data;
+
+  /** The hardest contact of a violation, which need not be that of its first step. */
+  const hardest = ({ force, limit }) => `hardest ${figure(force)} N, ${figure(force / limit)} × its limit`;
 
   /** All violations, the worst first. */
   function list(details) {
@@ -47,15 +49,16 @@ SafemanipReport.violations = (() => {
       { type: "button", data: { violation: violation.id }, on: { click: () => choose(violation) } },
       element(
         "span.rank",
-        { title: `of ${total} in this run, ${RANKED}` },
+        { title: `of ${total} in this run, ${run.ranked}` },
         violation.rank ? `#${violation.rank}` : "",
       ),
       element(
         "span.what",
         {},
         element("strong", {}, words(violation.property.id)),
-        violation.entities.length ? [" ", entities(violation.entities, details.entities)] : null,
+        violation.guilty.length ? [" ", entities(violation.guilty, details.entities)] : null,
         element("span.evidence", {}, violation.evidence[0] ?? violation.reason),
+        violation.excess ? element("span.evidence", {}, hardest(violation.excess)) : null,
       ),
       element(
         "span.when",
@@ -63,7 +66,6 @@ SafemanipReport.violations = (() => {
         `step ${violation.first}`,
         element("br"),
         `${seconds(violation.duration_s)} unsafe`,
-        violation.excess ? [element("br"), `${figure(violation.excess)} × limit`] : null,
       ),
     );
   }
@@ -97,6 +99,15 @@ SafemanipReport.violations = (() => {
           : "",
         ".",
       ),
+      violation.excess
+        ? element(
+            "p",
+            {},
+            `At its hardest, at step ${violation.excess.step}: `,
+            ...violation.excess.between.flatMap((own, at) => [at ? " and " : "", name(own)]),
+            `, ${figure(violation.excess.force)} N, ${figure(violation.excess.force / violation.excess.limit)} × its limit of ${figure(violation.excess.limit)} N.`,
+          )
+        : null,
       violation.evidence.length
         ? element(
             "ul.evidence",
@@ -125,24 +136,62 @@ SafemanipReport.violations = (() => {
     );
   }
 
+  /** What a violation is about, with what goes before it. */
+  const about = ({ entities }) => (entities.length ? ` ${entities.join(", ")}` : "");
+
   const quoted = (path) => (/^[\w@%+=:,./-]+$/.test(path) ? path : `'${path.replaceAll("'", `'"'"'`)}'`);
 
-  /** The violations as the summary has them, where nothing can be drawn. */
+  /** The violations as the summary has them, where there is no recording to judge. */
   function told(details) {
     return element(
-      "ul.told",
+      "div",
       {},
-      details.violations.map((own) =>
+      [...details.violations].sort((one, other) => one.first - other.first).map((own) =>
         element(
-          "li",
+          "article.explanation.told",
           {},
-          element("strong", {}, words(own.property)),
-          ` ${own.entities.join(", ")}, step ${own.first}, unsafe for ${seconds(own.duration_s)}: `,
-          (own.evidence.length ? own.evidence : [own.reason]).join("; "),
+          element("h3", {}, element("strong", {}, words(own.property)), about(own)),
+          own.title ? element("p", {}, own.title, element("span.faint", {}, ` ${own.source}`)) : null,
+          own.formula ? element("code.formula", {}, own.formula) : null,
+          element(
+            "p.finding",
+            {},
+            element("strong.bad", {}, `Violated at step ${own.first}`),
+            `: ${own.reason}, unsafe for ${seconds(own.duration_s)}${own.excess ? `, ${hardest(own.excess)}` : ""}.`,
+          ),
+          own.evidence.length
+            ? element(
+                "ul.evidence",
+                {},
+                own.evidence.map((line) => element("li", {}, line)),
+              )
+            : null,
+          own.timeline ? excerpt(own.timeline, own) : null,
         ),
       ),
     );
   }
 
-  return { RANKED, told, list, card, explanation, again };
+  /** The propositions around a violation, as the summary keeps them: a column for some steps. */
+  function excerpt({ start, stride, lanes }, { first, last }) {
+    const { truth } = SafemanipReport.lanes;
+    const columns = Math.max(0, ...Object.values(lanes).map((lane) => lane.length));
+    const runs = (lane) => [...lane].flatMap((mark, at) => (mark === "#" ? [at, at] : []));
+    const unsafe = [first, last].map((step) => Math.floor((step - start) / stride));
+    const drawn = [
+      ...Object.entries(lanes).map(([atom, lane]) => truth(atom, runs(lane))),
+      truth("unsafe", unsafe, { className: "unsafe" }),
+    ];
+    for (const lane of drawn) lane.draw([0, columns - 1]);
+    return element(
+      "div.excerpt",
+      {},
+      drawn.map((lane) =>
+        element("div.track", {}, element("div.label", {}, element("span.text", {}, lane.label)), lane.plot),
+      ),
+      element("p.faint", {}, `steps ${start} to ${start + stride * columns - 1}`),
+    );
+  }
+
+  return { hardest, told, list, card, explanation, again };
 })();
