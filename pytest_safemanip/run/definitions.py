@@ -61,7 +61,13 @@ class Definitions:
                 hint = did_you_mean(name, derived, "safemanip tasks")
                 raise ConfigError(f"{change.place('task')}: unknown task {name!r}; {hint}")
         tasks = {name: self._derived(name, task) for name, task in derived.items()}
-        return replace(self, tasks={**self.tasks, **tasks}, runnable=tasks)
+        others = dict.fromkeys(self.runnable.keys() - tasks.keys(), FIRST_BACKEND)
+        return replace(
+            self,
+            tasks={**self.tasks, **tasks},
+            runnable=tasks,
+            elsewhere={**self.elsewhere, **others},
+        )
 
     def of_recordings(self, episodes: Iterable[Episode]) -> Definitions:
         """With the tasks of recordings that backends have derived: they carry their bindings.
