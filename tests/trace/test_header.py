@@ -91,7 +91,7 @@ def test_hazards_survive_as_json():
     assert Episode.from_json(json.loads(json.dumps(episode.to_json()))) == episode
 
 
-@pytest.mark.parametrize("field", sorted(set(JSON) - {"hazards", "request", "patches"}))
+@pytest.mark.parametrize("field", sorted(set(JSON) - {"hazards", "origin", "patches", "request"}))
 def test_a_missing_field_of_an_episode_is_refused_by_name(field):
     rest = {name: value for name, value in JSON.items() if name != field}
     with pytest.raises(TraceError, match=f"malformed description .*{field}"):
