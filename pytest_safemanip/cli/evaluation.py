@@ -75,7 +75,7 @@ def evaluate(options: argparse.Namespace) -> Evaluation:
     """
     recording = files.load(options.recording)
     folder = read_folder()
-    found = folder.definitions
+    found = folder.definitions.of_recordings([recording.episode])
     name = recording.episode.task
     if name not in found.tasks:
         raise ConfigError(

@@ -17,20 +17,31 @@ from pytest_safemanip.trace import files
 from pytest_safemanip.trace.episode import Episode
 
 
-def find_recordings(
-    settings: Settings, folder: Path, tasks: Mapping[str, Task]
-) -> dict[RolloutKey, Path]:
-    """The recordings in a folder whose policy, task and seed are selected.
+def find_recordings(folder: Path) -> dict[Path, Episode]:
+    """The recordings in a folder.
 
     Raises:
-        ConfigError: if there is none, two of the same rollout, or one that cannot be read.
+        ConfigError: if there is no such folder, or one cannot be read.
     """
     if not folder.is_dir():
         raise ConfigError(f"--safemanip-recordings: {folder} is not a directory")
+    return {path: _read_episode(path) for path in sorted(folder.rglob(f"*{files.SUFFIX}"))}
+
+
+def select_recordings(
+    settings: Settings, folder: Path, recordings: Mapping[Path, Episode], tasks: Mapping[str, Task]
+) -> dict[RolloutKey, Path]:
+    """The recordings whose policy, task and seed are selected.
+
+    Raises:
+        ConfigError: if there is none, two of the same rollout, or one of an unknown task.
+    """
     chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
     found: dict[RolloutKey, Path] = {}
-    for path in sorted(folder.rglob(f"*{files.SUFFIX}")):
-        episode = _read_episode(path, tasks)
+    for path, episode in recordings.items():
+        if episode.task not in tasks:
+            hint = did_you_mean(episode.task, tasks, "safemanip tasks")
+            raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
         key = RolloutKey(episode.policy, episode.task, episode.seed)
         if (
             episode.task not in chosen
@@ -71,12 +82,8 @@ def check_grounded(
             raise ConfigError(f"{recordings[key]}: {error}") from error
 
 
-def _read_episode(path: Path, tasks: Mapping[str, Task]) -> Episode:
+def _read_episode(path: Path) -> Episode:
     try:
-        episode = files.load_episode(path)
+        return files.load_episode(path)
     except TraceError as error:
         raise ConfigError(str(error)) from error
-    if episode.task not in tasks:
-        hint = did_you_mean(episode.task, tasks, "safemanip tasks")
-        raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
-    return episode
