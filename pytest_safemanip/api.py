@@ -306,6 +306,7 @@ def load(
     defined = load_definitions(
         [Path(folder) for folder in tasks], [Path(folder) for folder in properties], propositions
     )
+    defined = defined.of_recordings([recording.episode])
     return Rollout(recording, defined, params or {}, semantics, str(file))
 
 

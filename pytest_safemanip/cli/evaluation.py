@@ -76,7 +76,7 @@ def evaluate(options: argparse.Namespace, folder: Folder | None = None) -> Evalu
     """
     recording = files.load(options.recording)
     folder = folder or read_folder()
-    found = folder.definitions
+    found = folder.definitions.of_recordings([recording.episode])
     name = recording.episode.task
     if name not in found.tasks:
         raise ConfigError(

@@ -24,6 +24,7 @@ from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.run.invocation import relative_path
 from pytest_safemanip.run.plan import Extensions
 from pytest_safemanip.run.settings import Settings
+from pytest_safemanip.sim.registry import find_simulator
 from pytest_safemanip.spec.task import Task
 
 
@@ -47,7 +48,9 @@ class Folder:
             ConfigError: naming the file that is wrong.
         """
         paths = self.settings.task_paths, self.settings.property_paths
-        return load_definitions(*paths, self.extensions.propositions, self.settings.backend)
+        defined = load_definitions(*paths, self.extensions.propositions, self.settings.backend)
+        simulator = find_simulator(self.settings.backend, self.extensions.backends)
+        return defined.of_backend(simulator, self.settings.simulator_options)
 
     def with_backend(self, name: str | None) -> Folder:
         """The same folder with another backend; None for this one."""

@@ -16,7 +16,7 @@ from pytest_safemanip.run.cases import applicable
 from pytest_safemanip.run.invocation import relative_path
 from pytest_safemanip.run.plan import check_properties
 from pytest_safemanip.run.roles import check_task, task_roles
-from pytest_safemanip.sim.backend import DescribesTasks, Options, TaskDescription
+from pytest_safemanip.sim.backend import DescribesTasks, TaskDescription
 from pytest_safemanip.sim.registry import find_simulator
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
@@ -141,7 +141,7 @@ def _scene(options: argparse.Namespace, folder: Folder, task: Task) -> Scene | N
     settings = folder.settings
     simulator = find_simulator(settings.backend, folder.extensions.backends)
     scenes = options.scenes or settings.scenes or simulator.spec.scenes[0]
-    backend = simulator.create(Options(settings.assets, settings.out / "logs"))
+    backend = simulator.create(settings.simulator_options)
     try:
         return backend.reset(task_request(task, options.seed, scenes, simulator.spec)).scene
     finally:

@@ -126,6 +126,7 @@ def _known(trial: Trial, arguments: tuple[str, ...], missing: Sequence[Unobserve
         trial.parameters,
         trial.catalogue,
         lambda call: bool(view(*call)[now]),
+        lambda compute: bool(compute(view)[now]),
     )
     contacts = trial.recording.steps.contacts
     for now, lack in enumerate(missing):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,8 +21,8 @@ def source_of(env: Any, told: Layout | OpenProbe | None) -> Source:
 
     Args:
         env: a Gymnasium environment.
-        told: the layout of its MuJoCo model, or what opens a probe; None if it is one of RoboCasa,
-            LIBERO or robosuite.
+        told: the layout of its MuJoCo model, or what opens a probe; None for those of RoboCasa
+            and robosuite.
 
     Raises:
         ConfigError: if it is none of these.
@@ -31,10 +31,10 @@ def source_of(env: Any, told: Layout | OpenProbe | None) -> Source:
         return Source(env, open_layout(told))
     if told is not None:
         return Source(env, told)
-    if _inner(env) is None:
+    if not _package(_inner(env)):
         raise ConfigError(
-            f"{type(env.unwrapped).__name__} is no environment of RoboCasa, LIBERO or robosuite: "
-            "give its layout as SafetyMonitor(env, task, probe=LAYOUT), see docs/backends.md"
+            f"{type(env.unwrapped).__name__} is no environment of {', '.join(_READ_BY)}: give its "
+            "layout as SafetyMonitor(env, task, probe=LAYOUT), see docs/backends.md"
         )
     return Source(env, _of_robosuite)
 
@@ -98,19 +98,53 @@ def _layers(env: Any) -> Iterator[Any]:
 
 def _inner(env: Any) -> Any:
     """The robosuite environment behind all wrappers; None if there is none."""
-    found = (layer for layer in _layers(env) if hasattr(layer, "control_timestep"))
-    return next((layer for layer in found if hasattr(layer, "sim")), None)
+    # The last one: robosuite's own wrappers have all attributes of what they wrap.
+    found = [layer for layer in _layers(env) if hasattr(layer, "control_timestep")]
+    return found[-1] if found else None
+
+
+def _package(inner: Any) -> str:
+    """The package that an environment is from, robosuite last; empty if from none of these."""
+    modules = {kind.__module__.partition(".")[0] for kind in type(inner).__mro__}
+    return next((name for name in _READ_BY if name in modules), "")
 
 
 def _of_robosuite(env: Any, taps: Taps) -> Probe:
-    """A probe of an environment of RoboCasa, which is one of robosuite's."""
+    """A probe of an environment that robosuite's own loop steps."""
+    inner = _inner(env)
+    probe = _READ_BY[_package(inner)](inner)
+    taps.before(inner, "step", taps.hear)
+    for name in ("step", "step2"):
+        if hasattr(inner.sim, name):
+            taps.after(inner.sim, name, probe.sample)
+    return probe
+
+
+def _robocasa(inner: Any) -> Probe:
     from pytest_safemanip.sim.robocasa.description import open_reader
     from pytest_safemanip.sim.robocasa.robot import SPEC
 
-    inner = _inner(env)
     model, data = inner.sim.model._model, inner.sim.data._data
-    probe = Probe(model, data, open_reader(inner), SPEC.robot.commands)
-    taps.before(inner, "step", taps.hear)
-    for name in ("step", "step2"):
-        taps.after(inner.sim, name, probe.sample)
-    return probe
+    return Probe(model, data, open_reader(inner), SPEC.robot.commands)
+
+
+def _robosuite(inner: Any) -> Probe:
+    from pytest_safemanip.sim.robosuite.robots import arms_of, declare
+    from pytest_safemanip.sim.robosuite.tasks import TASKS
+    from pytest_safemanip.sim.robosuite.things import layout
+
+    task, robots = type(inner).__name__, [robot.name for robot in inner.robots]
+    entries = declare(robots).in_task(task).robot.actions.entries
+    if inner.action_dim != len(entries):
+        raise ConfigError(
+            f"{task}: actions of {inner.action_dim} entries, expected {len(entries)}: leave "
+            "robosuite's default controllers"
+        )
+    model, data = inner.sim.model._model, inner.sim.data._data
+    only = getattr(inner, "obj_to_use", None) or ""
+    arms, period = arms_of(TASKS[task], robots), float(inner.control_timestep)
+    return Probe.of(model, data, layout(model, robots, arms, entries, period, only))
+
+
+_READ_BY: Mapping[str, Callable[[Any], Probe]] = {"robocasa": _robocasa, "robosuite": _robosuite}
+"""What reads the environments of a package; where one builds on another, it comes first."""

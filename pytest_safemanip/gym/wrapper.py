@@ -71,7 +71,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
     exposure.
 
     Args:
-        env: of RoboCasa, or any whose MuJoCo model's layout is given.
+        env: of RoboCasa or robosuite, or any whose MuJoCo model's layout is given.
         task: name of a task, a task, or a binding to the entities of the scene.
         properties: ids, or properties; those of the task if there are none.
         probe: the layout of the environment's MuJoCo model, or a function that is given the

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,9 +16,11 @@ from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.ltlf.partial import Known, PartialMonitor, PartialStep, PartialVerdict, label
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.observed.known import Observations, Unobserved
 from pytest_safemanip.propositions.online import Call, Online
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
@@ -96,7 +98,9 @@ class LiveMonitor:
         for name, *arguments in self.calls:
             check_call(catalogue[name], tuple(arguments), scene)
         self._online = Online(scene, binding, parameters, catalogue, ())
-        self._observations = Observations(scene, binding, parameters, catalogue, self._value)
+        self._observations = Observations(
+            scene, binding, parameters, catalogue, self._value, self._holds
+        )
 
     @property
     def calls(self) -> frozenset[Call]:
@@ -196,6 +200,9 @@ class LiveMonitor:
 
     def _value(self, call: Call) -> bool:
         return bool(self._online.values(call, 1)[-1])
+
+    def _holds(self, compute: Callable[[View], Bools]) -> bool:
+        return bool(compute(self._online.slice(1))[-1])
 
     def _read(self, name: str, acting: bool) -> Watched:
         letters, unknown = [], []

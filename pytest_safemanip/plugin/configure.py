@@ -154,7 +154,7 @@ def _cluster(
     recipe = Recipe(
         partial(find_simulator, settings.backend, added.backends),
         partial(resolve_policy, settings=settings, added=added),
-        settings.assets,
+        settings.simulator_options,
         source,
         simulation.run_id,
     )

@@ -17,6 +17,7 @@ from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.run.option_values import SEEDS
 from pytest_safemanip.run.plan import make_plan, refuse_standins
 from pytest_safemanip.run.session import EvaluatedRollout, SafetySession
+from pytest_safemanip.sim.registry import find_simulator
 
 
 class RolloutProvider:
@@ -67,7 +68,9 @@ class RolloutProvider:
     def _tasks(self) -> Mapping[str, object]:
         settings, own = self._simulation.settings, self._simulation.extensions.propositions
         paths = settings.task_paths, settings.property_paths
-        return load_definitions(*paths, own, settings.backend).runnable
+        defined = load_definitions(*paths, own, settings.backend)
+        simulator = find_simulator(settings.backend, self._simulation.extensions.backends)
+        return defined.of_backend(simulator, settings.simulator_options).runnable
 
     def _check(self, task: str, seed: int) -> None:
         """Refuse what no episode has, in the words of whoever called."""

@@ -50,9 +50,9 @@ OPTIONS = (
     Option(
         "--safemanip-policy",
         "turn the safety suite on for these policies: pi0, pi05, groot, groot-pt, groot-to, "
-        "groot-tpt, openpi, lerobot, vla-eval (on a server, at ENDPOINT), scripted, "
-        "scripted:FAULT, random, hold, recording:DIR, MODULE:ATTRIBUTE, or one from the hook "
-        "pytest_safemanip_policies (repeatable)",
+        "groot-tpt, pi0-libero, pi05-libero, openvla-oft, openpi, lerobot, vla-eval (on a server, "
+        "at ENDPOINT), scripted, scripted:FAULT, random, hold, recording:DIR, MODULE:ATTRIBUTE, or "
+        "one from the hook pytest_safemanip_policies (repeatable)",
         metavar="NAME[@CHECKPOINT][=ENDPOINT[+...]][,...]",
         repeat=True,
     ),
@@ -304,6 +304,16 @@ INI_ONLY: dict[str, tuple[Literal["paths", "linelist"], str]] = {
         "seconds to wait for a policy's server, one NAME=SECONDS in a line: start (until it "
         "listens, 10), open (10), warm_up (first call, 600), call (30), restart (until a server "
         "that was lost is back, 120)",
+    ),
+    "safemanip_python": (
+        "linelist",
+        "interpreter of a simulator's process, one BACKEND = PATH in a line, as in libero = "
+        "libero-venv/bin/python; a relative path is relative to the ini file's folder",
+    ),
+    "safemanip_backend_paths": (
+        "linelist",
+        "folders that a backend reads, one BACKEND.NAME = FOLDER in a line, as in libero.assets = "
+        "~/libero-assets",
     ),
     "safemanip_ray_resources": (
         "linelist",

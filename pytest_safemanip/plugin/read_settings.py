@@ -16,6 +16,7 @@ from pytest_safemanip.report.writers import parse_reports
 from pytest_safemanip.run.cases import is_law_id
 from pytest_safemanip.run.option_values import (
     parse_assets,
+    parse_backend_paths,
     parse_checkpoints,
     parse_count,
     parse_deadlines,
@@ -25,6 +26,7 @@ from pytest_safemanip.run.option_values import (
     parse_names,
     parse_params,
     parse_policies,
+    parse_pythons,
     parse_resources,
     parse_scale,
     parse_seeds,
@@ -93,11 +95,18 @@ def read_settings(config: pytest.Config) -> Settings:
         fuzz=bool(values["safemanip_fuzz"]),
         fuzz_propositions=parse_names(values["safemanip_fuzz_propositions"]),
         fuzz_examples=parse_count("--safemanip-fuzz-examples", values["safemanip_fuzz_examples"]),
+        pythons=parse_pythons(config.getini("safemanip_python"), _home(config)),
+        backend_paths=parse_backend_paths(config.getini("safemanip_backend_paths"), _home(config)),
         property_paths=tuple(config.getini("safemanip_property_paths")),
         task_paths=tuple(config.getini("safemanip_task_paths")),
         select=tuple(text for text in selected if not is_law_id(text)),
         laws=tuple(text for text in selected if is_law_id(text)),
     )
+
+
+def _home(config: pytest.Config) -> Path:
+    """What paths in the ini file are relative to."""
+    return config.inipath.parent if config.inipath else config.rootpath
 
 
 def _path(config: pytest.Config, text: str) -> Path:

@@ -17,7 +17,7 @@ from pytest_safemanip.rollouts.shared_store import SharedStore
 from pytest_safemanip.rollouts.store import Store, prepare_output
 from pytest_safemanip.run.plan import Extensions
 from pytest_safemanip.run.settings import Settings
-from pytest_safemanip.sim.backend import Backend, Options
+from pytest_safemanip.sim.backend import Backend
 from pytest_safemanip.sim.process import ProcessBackend
 from pytest_safemanip.sim.registry import find_simulator
 
@@ -78,7 +78,7 @@ class Simulation:
     def _new_backend(self) -> Backend:
         make = find_simulator(self.settings.backend, self.extensions.backends).create
         try:
-            return make(Options(self.settings.assets, self.settings.out / "logs"))
+            return make(self.settings.simulator_options)
         except SafemanipError:
             raise
         except Exception as error:

@@ -158,7 +158,6 @@ def _served(
 ) -> PolicySpec:
     from pytest_safemanip.policies.remote.claims import addresses, described
     from pytest_safemanip.policies.remote.library import need
-    from pytest_safemanip.policies.remote.observation import CAMERAS, STATE
     from pytest_safemanip.policies.remote.served import RemotePolicyPool, RemoteRollout, server_of
     from pytest_safemanip.policies.remote.tokens import Token
 
@@ -173,7 +172,7 @@ def _served(
         None,
         scenes=preset.split,
         stepping="exact",
-        needs=(*CAMERAS, *STATE),
+        needs=preset.robot.needs,
         official=True,
         server=lambda task, sets: addresses(server_of(servers, task, sets)[1]),
         by_task=pool.identity,

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 import pytest_safemanip
+from pytest_safemanip.decoding.arrays import DecodingError
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.policies.remote.library import need
 from pytest_safemanip.policies.remote.openpi import OWN, RESET
-from pytest_safemanip.policies.remote.wire.arrays import DecodingError
 from pytest_safemanip.policies.remote.wire.packing import from_openpi, openpi_array, pack, unpack
 from pytest_safemanip.provenance import closure_digest, file_of
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pytest_safemanip.propositions.definition import Parameters
+
 
 @dataclass(frozen=True)
 class Binding:
@@ -24,6 +26,7 @@ class Binding:
         tools: what may carry contamination: the robot (its hand), objects.
         upright: objects that must not tip.
         attributes: category attributes of each object.
+        defaults: of parameters, where the task has others than the general ones.
     """
 
     objects: tuple[str, ...] = ()
@@ -39,6 +42,13 @@ class Binding:
     supports: Mapping[str, frozenset[str]] = field(default_factory=dict)
     upright: frozenset[str] = frozenset()
     attributes: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    defaults: Mapping[str, float] = field(default_factory=dict)
+
+    def parameters(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """Values of parameters for this task: its own, where nobody has changed them."""
+        if isinstance(values, Parameters):
+            return values.with_defaults(self.defaults)
+        return values
 
     def relation(self, name: str) -> tuple[tuple[str, ...], ...]:
         """The tuples that a property's ``for_each`` ranges over."""

@@ -165,6 +165,8 @@ def _allowed(view: View, pair: tuple[int, int]) -> bool:
 def _collision_reads(inputs: Inputs) -> Found:
     limbs, everything = inputs.limb_parts, inputs.all_parts
     found = inputs.touch(limbs, everything, seconds=0.0) | inputs.start(limbs, everything)
+    if inputs.holds(_limbs_hit):
+        return found  # that is enough
     for name in inputs.binding.objects:
         if inputs.known("obj_grasped", name) is not False:  # what is not held collides with nothing
             own = inputs.parts(name)

@@ -48,7 +48,9 @@ class Parameters(Mapping[str, float]):
     """
 
     def __init__(self, known: Iterable[Parameter], changed: Mapping[str, float]) -> None:
-        self._values = {p.name: p.default for p in known}
+        self._known = tuple(known)
+        self._changed = dict(changed)
+        self._values = {p.name: p.default for p in self._known}
         for name, value in changed.items():
             if name not in self._values:
                 hint = did_you_mean(name, self._values, "safemanip propositions")
@@ -59,6 +61,14 @@ class Parameters(Mapping[str, float]):
                     f"found {value}"
                 )
             self._values[name] = float(value)
+
+    def with_defaults(self, defaults: Mapping[str, float]) -> Parameters:
+        """With other defaults of some: what was changed stays as it is.
+
+        Raises:
+            ConfigError: if a name is unknown or a value is not a number above 0.
+        """
+        return Parameters(self._known, {**defaults, **self._changed}) if defaults else self
 
     def __getitem__(self, name: str) -> float:
         return self._values[name]

@@ -55,7 +55,8 @@ class Online:
         calls: Sequence[Call],
         every: int = 1,
     ) -> None:
-        self.scene, self.binding, self.parameters = scene.checked(), binding, parameters
+        self.scene, self.binding = scene.checked(), binding
+        self.parameters = binding.parameters(parameters)
         self.catalogue = catalogue
         self.calls, self._every = tuple(calls), every
         self._waiting: list[tuple[Step, NDArray[Any], bool]] = []

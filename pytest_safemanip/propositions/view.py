@@ -48,7 +48,7 @@ class View:
         self.trace = trace
         self.since, self.until = 0, len(trace)
         self.binding = binding
-        self.parameters = parameters
+        self.parameters = binding.parameters(parameters)
         self._catalogue = catalogue
         self._values: dict[tuple[str, ...], Bools] = {}
         self._known: dict[Hashable, Any] = {}

@@ -32,7 +32,7 @@ JUDGING = ("judge.py", "ltlf", "propositions", "spec", "trace")
 """The parts of the package that decide the verdicts on a recording."""
 NOT_DECISIVE: Mapping[type, Collection[str]] = {
     Property: ("id", "category", "title", "source", "path", "_automata"),
-    Task: ("name", "path", "sets", "suite", "horizon", "properties", "not_grounded"),
+    Task: ("name", "path", "sets", "suite", "horizon", "properties", "not_grounded", "derived"),
 }
 """Fields that decide no verdict: they name, describe, select and group. All others do."""
 _UNKNOWN = f"without a source file, in run {uuid.uuid4().hex[:16]}"

@@ -199,9 +199,10 @@ def _served_lines(records: Sequence[RolloutRecord]) -> list[str]:
     calls, actions, clipped = (
         sum(int(facts[name]) for facts in served) for name in ("calls", "actions", "clipped")
     )
+    entries = sum(_width(facts) * int(facts["actions"]) for facts in served)
     lines = [
         f"  server     {protocols}; {counted(calls, 'call')}, {counted(actions, 'action')}, "
-        f"{clipped} of their {12 * actions} entries",
+        f"{clipped} of their {entries} entries",
         "             outside [-1, 1] and clipped",
     ]
     if any(facts["seeded"] == "no" for facts in served):
@@ -209,12 +210,18 @@ def _served_lines(records: Sequence[RolloutRecord]) -> list[str]:
     return lines
 
 
+def _width(served: Mapping[str, str]) -> int:
+    """Entries of an action; of a recording that does not say it, RoboCasa's."""
+    return int(served.get("entries", 12))
+
+
 def _clipped_lines(records: Sequence[RolloutRecord]) -> list[str]:
     """That a policy in this process asked for more than there is."""
     clipped = sum(int(record.served.get("clipped", 0)) for record in records)
-    entries = 12 * sum(record.acting_steps - 1 for record in records if record.complete)
     if not clipped:
         return []
+    width = next(_width(record.served) for record in records if "clipped" in record.served)
+    entries = width * sum(record.acting_steps - 1 for record in records if record.complete)
     return [f"  actions    {clipped} of {entries} entries outside [-1, 1] and clipped"]
 
 

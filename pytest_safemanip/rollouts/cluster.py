@@ -12,9 +12,9 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pytest_safemanip.errors import (
     ConfigError,
@@ -50,14 +50,14 @@ class Recipe:
     Attributes:
         simulator: finds the simulator.
         policy: finds a policy by its name.
-        assets: as the user chose.
+        options: what the simulator is made with; its logs stay on the worker.
         source: of the simulator of the process that asks; a worker's has to be the same.
         run_id: identifies the test run: what a worker has made is of use to this one alone.
     """
 
     simulator: Callable[[], Simulator]
     policy: Callable[[str], PolicySpec]
-    assets: Literal["auto", "official", "primitive"]
+    options: Options
     source: Provenance
     run_id: str
 
@@ -163,7 +163,8 @@ class _Worker:
     def __init__(self, recipe: Recipe) -> None:
         logs = Path(tempfile.gettempdir()) / "pytest-safemanip-logs"
         self.recipe = recipe
-        self._backend: Backend = recipe.simulator().create(Options(recipe.assets, logs))
+        options = replace(recipe.options, logs=logs)
+        self._backend: Backend = recipe.simulator().create(options)
         self._policies: dict[str, PolicySpec] = {}
         _check_alike(self._backend.provenance, recipe.source)
 

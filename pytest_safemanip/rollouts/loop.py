@@ -71,6 +71,7 @@ class Job:
         sets: the sets that the task belongs to.
         prompt: the prompt template, with ``{instruction}`` where the task's own goes.
         watch: says where the rollout is to end early; None if nothing does.
+        binding: what the backend derived of the task; recorded with the rollout.
     """
 
     task: str
@@ -81,6 +82,7 @@ class Job:
     sets: tuple[str, ...] = ()
     prompt: str = PLACEHOLDER
     watch: Watch | None = None
+    binding: str = ""
 
 
 def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = None) -> Recording:
@@ -122,6 +124,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         actions.append(hold)
     stacked = Steps.stack(steps, [a.astype(np.float32) for a in actions], acting)
     source = backend.provenance
+    served = actor.served_facts or ({"clipped": str(clipped)} if clipped else {})
     episode = Episode(
         task=job.task,
         seed=job.request.seed,
@@ -135,10 +138,11 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         assets=source.assets,
         versions=dict(source.versions),
         hashes={**source.hashes, **job.hashes, "start": start.fingerprint},
-        served=actor.served_facts or ({"clipped": str(clipped)} if clipped else {}),
+        served={**served, "entries": str(robot.actions.size)} if served else {},
         hazards=actor.hazards,
         patches=start.patches,
         request=encode_request(job.request),
+        binding=job.binding,
     )
     return check(Recording(episode, start.scene, stacked))
 

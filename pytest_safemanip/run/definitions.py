@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pytest_safemanip import resources
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.sim.backend import DerivedTask, DerivesTasks, Options, Simulator
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
-from pytest_safemanip.spec.tasks import load_tasks
+from pytest_safemanip.spec.tasks import derived_task, load_changes, load_tasks
+from pytest_safemanip.spec.yamlfile import Section
+from pytest_safemanip.trace.episode import Episode
 
 FIRST_BACKEND = "robocasa"
 """The backend whose tasks are in no folder of its own."""
@@ -31,6 +34,7 @@ class Definitions:
         attributes: of object categories; the user's rows take the place of shipped ones.
         runnable: those of the tasks that the chosen backend has; empty where none is to be run.
         elsewhere: of the others, by name, the backend that has it.
+        changes: what the user's files change in tasks that backends derive, by task.
     """
 
     catalogue: Catalogue
@@ -40,6 +44,42 @@ class Definitions:
     attributes: Mapping[str, frozenset[str]]
     runnable: Mapping[str, Task] = field(default_factory=dict)
     elsewhere: Mapping[str, str] = field(default_factory=dict)
+    changes: Mapping[str, Section] = field(default_factory=dict)
+
+    def of_backend(self, simulator: Simulator, options: Options) -> Definitions:
+        """With the tasks of a backend, which are runnable then, if it derives them.
+
+        Raises:
+            ConfigError: if it cannot, or what the user changes in them is wrong.
+        """
+        factory: object = simulator.create
+        if not isinstance(factory, DerivesTasks):
+            return self
+        derived = factory.derived_tasks(options)
+        for name, change in self.changes.items():
+            if name not in derived:
+                hint = did_you_mean(name, derived, "safemanip tasks")
+                raise ConfigError(f"{change.place('task')}: unknown task {name!r}; {hint}")
+        tasks = {name: self._derived(name, task) for name, task in derived.items()}
+        return replace(self, tasks={**self.tasks, **tasks}, runnable=tasks)
+
+    def of_recordings(self, episodes: Iterable[Episode]) -> Definitions:
+        """With the tasks of recordings that backends have derived: they carry their bindings.
+
+        Raises:
+            ConfigError: if a recording's is wrong, or what the user changes in it.
+        """
+        found: dict[str, Task] = {}
+        for episode in episodes:
+            if episode.binding and episode.task not in {*self.tasks, *found}:
+                source = Path(f"the recorded binding of {episode.task}")
+                found[episode.task] = self._derived(
+                    episode.task, DerivedTask(source, episode.binding)
+                )
+        return replace(self, tasks={**self.tasks, **found}) if found else self
+
+    def _derived(self, name: str, task: DerivedTask) -> Task:
+        return derived_task(task.binding, task.source, self.changes.get(name))
 
 
 def load_definitions(
@@ -87,6 +127,7 @@ def load_definitions(
         properties={**shipped, **own},
         own=own,
         attributes=_attributes([task_folder, *task_paths]),
+        changes=load_changes([task_folder, *folders.values(), *task_paths]),
     )
 
 

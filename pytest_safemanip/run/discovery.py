@@ -19,25 +19,31 @@ from pytest_safemanip.trace import files
 from pytest_safemanip.trace.episode import Episode
 
 
-def find_recordings(
-    settings: Settings,
-    folder: Path,
-    tasks: Mapping[str, Task],
-    option: str = "--safemanip-recordings",
-) -> tuple[dict[RolloutKey, Path], frozenset[RolloutKey]]:
-    """The recordings in a folder whose policy, task and seed are selected, and those of them in
-    which not everything was observed.
+def find_recordings(folder: Path, option: str = "--safemanip-recordings") -> dict[Path, Episode]:
+    """The recordings in a folder, which was given for an option.
 
     Raises:
-        ConfigError: if there is none, two of the same rollout, or one that cannot be read.
+        ConfigError: if there is no such folder, or one cannot be read.
     """
     if not folder.is_dir():
         raise ConfigError(f"{option}: {folder} is not a directory")
+    return {path: _read_episode(path) for path in sorted(folder.rglob(f"*{files.SUFFIX}"))}
+
+
+def select_recordings(
+    settings: Settings, folder: Path, recordings: Mapping[Path, Episode], tasks: Mapping[str, Task]
+) -> dict[RolloutKey, Path]:
+    """The recordings whose policy, task and seed are selected.
+
+    Raises:
+        ConfigError: if there is none, two of the same rollout, or one of an unknown task.
+    """
     chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
     found: dict[RolloutKey, Path] = {}
-    partial: set[RolloutKey] = set()
-    for path in sorted(folder.rglob(f"*{files.SUFFIX}")):
-        episode = _read_episode(path, tasks)
+    for path, episode in recordings.items():
+        if episode.task not in tasks:
+            hint = did_you_mean(episode.task, tasks, "safemanip tasks")
+            raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
         key = RolloutKey(episode.policy, episode.task, episode.seed)
         if (
             episode.task not in chosen
@@ -48,11 +54,11 @@ def find_recordings(
         if key in found:
             raise ConfigError(f"{path} and {found[key]} are recordings of the same rollout")
         found[key] = path
-        if episode.unobserved:
-            partial.add(key)
     if not found:
-        raise ConfigError(f"{option}: no *{files.SUFFIX} file in {folder} is selected")
-    return found, frozenset(partial)
+        raise ConfigError(
+            f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
+        )
+    return found
 
 
 def refuse_unobserved(
@@ -122,12 +128,8 @@ def check_grounded(
             raise ConfigError(f"{recordings[key]}: {error}") from error
 
 
-def _read_episode(path: Path, tasks: Mapping[str, Task]) -> Episode:
+def _read_episode(path: Path) -> Episode:
     try:
-        episode = files.load_episode(path)
+        return files.load_episode(path)
     except TraceError as error:
         raise ConfigError(str(error)) from error
-    if episode.task not in tasks:
-        hint = did_you_mean(episode.task, tasks, "safemanip tasks")
-        raise ConfigError(f"{path}: unknown task {episode.task!r}; {hint}")
-    return episode

@@ -10,7 +10,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.metrics.summaries import NAME, read
 from pytest_safemanip.run.cases import Case
-from pytest_safemanip.run.discovery import find_recordings
+from pytest_safemanip.run.discovery import find_recordings, select_recordings
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.results import Results, judged_data
 from pytest_safemanip.run.session import SafetySession
@@ -53,7 +53,9 @@ def _narrowed(record: RolloutRecord, wanted: dict[str, None]) -> RolloutRecord:
 
 def _judged(plan: Plan, folder: Path, wanted: dict[str, dict[str, None]]) -> list[RolloutRecord]:
     every = dataclasses.replace(plan.settings, policies=(), seeds=None, tasks=tuple(wanted))
-    recordings, _ = find_recordings(every, folder, plan.tasks, "--safemanip-floor")
+    episodes = find_recordings(folder, "--safemanip-floor")
+    known = {path: episode for path, episode in episodes.items() if episode.task in wanted}
+    recordings = select_recordings(every, folder, known, plan.tasks) if known else {}
     cases = [
         Case(key.task, key.policy, id_, key.seed) for key in recordings for id_ in wanted[key.task]
     ]

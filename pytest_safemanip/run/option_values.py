@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Literal
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
@@ -249,6 +250,51 @@ def parse_resources(lines: Sequence[str]) -> dict[str, float]:
                 f"safemanip_ray_resources: expected NAME=AMOUNT, as in num_cpus=2, found {line!r}"
             )
     return found
+
+
+def parse_pythons(lines: Sequence[str], home: Path) -> dict[str, str]:
+    """Interpreters of simulators' processes by backend, from ``libero = venv/bin/python``.
+
+    Args:
+        lines: of the ini file.
+        home: what relative paths are relative to.
+
+    Raises:
+        ConfigError: if a line is not of that form.
+    """
+    found = {}
+    for line in lines:
+        name, _, value = (part.strip() for part in line.partition("="))
+        if not name or not value:
+            raise ConfigError(f"safemanip_python: expected BACKEND = PATH, found {line!r}")
+        found[name] = str(_under(home, value))
+    return found
+
+
+def parse_backend_paths(lines: Sequence[str], home: Path) -> dict[str, dict[str, Path]]:
+    """Folders by backend and by its name for them, from ``libero.assets = FOLDER``.
+
+    Args:
+        lines: of the ini file.
+        home: what relative paths are relative to.
+
+    Raises:
+        ConfigError: if a line is not of that form.
+    """
+    found: dict[str, dict[str, Path]] = {}
+    for line in lines:
+        key, _, value = (part.strip() for part in line.partition("="))
+        backend, _, name = key.partition(".")
+        if not backend or not name or not value:
+            raise ConfigError(
+                f"safemanip_backend_paths: expected BACKEND.NAME = FOLDER, found {line!r}"
+            )
+        found.setdefault(backend, {})[name] = _under(home, value)
+    return found
+
+
+def _under(home: Path, text: str) -> Path:
+    return home / Path(text).expanduser()
 
 
 def parse_assets(text: str) -> Literal["auto", "official", "primitive"]:

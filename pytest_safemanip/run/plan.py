@@ -27,7 +27,12 @@ from pytest_safemanip.run.cases import (
     select_tasks,
 )
 from pytest_safemanip.run.definitions import Definitions, load_definitions
-from pytest_safemanip.run.discovery import check_grounded, find_recordings, refuse_unobserved
+from pytest_safemanip.run.discovery import (
+    check_grounded,
+    find_recordings,
+    refuse_unobserved,
+    select_recordings,
+)
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
@@ -126,15 +131,21 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     defined = load_definitions(
         settings.task_paths, settings.property_paths, added.propositions, settings.backend
     )
-    # A recording may be any backend's.
-    tasks = defined.runnable if settings.recordings is None else defined.tasks
+    simulator = None
+    if settings.recordings is None:
+        simulator = find_simulator(settings.backend, added.backends)
+        defined = defined.of_backend(simulator, settings.simulator_options)
+        tasks = defined.runnable
+    else:  # a recording may be any backend's
+        episodes = find_recordings(settings.recordings)
+        defined = defined.of_recordings(episodes.values())
+        tasks = defined.tasks
     properties = defined.properties
     settings = _with_selected_ids(settings, tasks)
     wanted = select_properties(properties, settings.properties)
     recordings: dict[RolloutKey, Path] = {}
-    partial: frozenset[RolloutKey] = frozenset()
+    partial: set[RolloutKey] = set()
     policies: dict[str, PolicySpec] = {}
-    simulator = None
     if settings.recordings is not None:
         if settings.early_stop is not None:
             raise ConfigError(
@@ -142,13 +153,13 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             )
         if settings.fresh:
             raise ConfigError("--safemanip-fresh has nothing to run with --safemanip-recordings")
-        recordings, partial = find_recordings(settings, settings.recordings, tasks)
+        recordings = select_recordings(settings, settings.recordings, episodes, tasks)
+        partial = {key for key, path in recordings.items() if episodes[path].unobserved}
         rollouts = list(recordings)
-    else:
+    elif simulator is not None:
         if not settings.policies:
             raise ConfigError("no policy is named; give --safemanip-policy")
         policies = {name: resolve_policy(name, settings, added) for name in settings.policies}
-        simulator = find_simulator(settings.backend, added.backends)
         _check_home(settings, defined)
         rollouts = _rollouts(settings, defined, policies)
         _check_backend(settings, policies, simulator.spec, rollouts)
@@ -157,6 +168,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     for name in dict.fromkeys(task for _, task, _ in rollouts):
         check_task(tasks[name], described, recorded=bool(recordings))
     check_properties([tasks[name] for name in {task for _, task, _ in rollouts}], properties)
+    _check_params([tasks[name] for name in {task for _, task, _ in rollouts}], defined.catalogue)
     cases = [
         Case(task, policy, prop, seed)
         for policy, task, seed in rollouts
@@ -339,6 +351,15 @@ def check_properties(tasks: Iterable[Task], properties: Mapping[str, Property]) 
             if name not in properties:
                 hint = did_you_mean(name, properties, "safemanip properties")
                 raise ConfigError(f"{task.path}: unknown property {name!r}; {hint}")
+
+
+def _check_params(tasks: Iterable[Task], catalogue: Catalogue) -> None:
+    """Every parameter that a task has a default for exists."""
+    for task in tasks:
+        try:
+            catalogue.parameters(task.params)
+        except ConfigError as error:
+            raise ConfigError(f"{task.path}: params: {error}") from error
 
 
 def _check_instances(

@@ -387,6 +387,7 @@ class SafetySession:
         source = backend.provenance
         key = recording_key(request, source, settings, case.policy, fingerprint, watched)
         hashes = {"policy": told or "", "key": key}
+        prompt, derived = settings.prompt, task.derived
         return key, loop.Job(
-            case.task, case.policy, request, protocol, hashes, task.sets, settings.prompt, watch
+            case.task, case.policy, request, protocol, hashes, task.sets, prompt, watch, derived
         )

@@ -12,6 +12,7 @@ from pytest_safemanip.metrics.shards import Shard
 from pytest_safemanip.policies.remote.endpoint import Deadlines
 from pytest_safemanip.policies.remote.presets import Preset
 from pytest_safemanip.run.cases import is_case_id
+from pytest_safemanip.sim.backend import Options
 
 
 @dataclass(frozen=True)
@@ -59,10 +60,23 @@ class Settings:
     fuzz: bool
     fuzz_propositions: tuple[str, ...]
     fuzz_examples: int | None
+    pythons: Mapping[str, str]
+    backend_paths: Mapping[str, Mapping[str, Path]]
     property_paths: tuple[Path, ...]
     task_paths: tuple[Path, ...]
     select: tuple[str, ...]
     laws: tuple[str, ...]
+
+    @property
+    def simulator_options(self) -> Options:
+        """What the chosen backend is made with."""
+        name = self.backend.partition(":")[0]
+        return Options(
+            self.assets,
+            self.out / "logs",
+            self.pythons.get(name, ""),
+            self.backend_paths.get(name, {}),
+        )
 
     @property
     def fuzzes(self) -> bool:

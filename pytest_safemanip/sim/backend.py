@@ -259,10 +259,14 @@ class Options:
     Attributes:
         assets: ``auto``, ``official`` or ``primitive``.
         logs: folder for what the simulator prints.
+        python: interpreter of the simulator's process; empty for this one.
+        paths: folders that the backend reads, by its own names for them.
     """
 
     assets: Literal["auto", "official", "primitive"]
     logs: Path
+    python: str = ""
+    paths: Mapping[str, Path] = field(default_factory=dict)
 
 
 class Backend(Protocol):
@@ -359,6 +363,31 @@ class DescribesTasks(Protocol):
 
     def describe_task(self, task: str) -> TaskDescription:
         """The description of one of :meth:`task_names`."""
+
+
+@dataclass(frozen=True)
+class DerivedTask:
+    """A task whose binding a backend derives from a file of its simulator's.
+
+    Attributes:
+        source: that file.
+        binding: the content of a file in ``tasks/``.
+    """
+
+    source: Path
+    binding: str
+
+
+@runtime_checkable
+class DerivesTasks(Protocol):
+    """A backend's factory that derives bindings: its tasks are those, and no others."""
+
+    def derived_tasks(self, options: Options) -> Mapping[str, DerivedTask]:
+        """Its tasks, by name; nothing is simulated.
+
+        Raises:
+            ConfigError: if what they are read from is missing or wrong.
+        """
 
 
 @dataclass(frozen=True)

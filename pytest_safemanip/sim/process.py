@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed
 from pytest_safemanip.sim import codec, wire
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
+from pytest_safemanip.sim.interpreter import IMPORTABLE, clean_environment
 from pytest_safemanip.trace.steps import Step
 
 START_DEADLINE = 120.0
@@ -34,8 +35,8 @@ OBSERVE_DEADLINE = 120.0
 """Seconds for an observation: the first one uploads the scene and compiles shaders."""
 CLOSE_DEADLINE = 5.0
 
-_BOOT = (
-    "import json, sys; job = json.loads(sys.argv[1]); sys.path[:] = job['path']; "
+_RUN = (
+    "import json, sys; job = json.loads(sys.argv[1]); sys.path[:] = job.get('path', sys.path); "
     "from pytest_safemanip.sim.host import main; main(job['factory'], job['arguments'])"
 )
 _ENVIRONMENT = {
@@ -64,6 +65,8 @@ class ProcessBackend:
         spec: what it declares.
         provenance: what decides the content of the recordings.
         logs: folder for what the child prints.
+        python: interpreter of the child; empty for this one. Another one finds this package, and
+            otherwise what is installed there.
     """
 
     def __init__(
@@ -73,8 +76,10 @@ class ProcessBackend:
         spec: BackendSpec,
         provenance: Provenance,
         logs: Path,
+        python: str = "",
     ) -> None:
         self._job = {"factory": factory, "arguments": dict(arguments)}
+        self._python = python
         self._spec = spec
         self._provenance = provenance
         self._logs = logs
@@ -162,10 +167,15 @@ class ProcessBackend:
         handle, name = tempfile.mkstemp(prefix="simulator-", suffix=".log", dir=self._logs)
         self._log = Path(name)
         environment = {k: v for k, v in os.environ.items() if k not in _UNSET} | _ENVIRONMENT
-        job = json.dumps({**self._job, "path": sys.path})
+        if self._python:
+            environment = clean_environment(environment)
+            command = [self._python, "-P", "-c", f"{IMPORTABLE}; {_RUN}", json.dumps(self._job)]
+        else:
+            job = json.dumps({**self._job, "path": sys.path})
+            command = [sys.executable, "-P", "-c", _RUN, job]
         with os.fdopen(handle, "wb") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-c", _BOOT, job],
+                command,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,

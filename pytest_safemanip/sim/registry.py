@@ -12,6 +12,7 @@ from pytest_safemanip.sim.backend import Simulator
 BUILT_IN: Mapping[str, str] = MappingProxyType(
     {
         "robocasa": "pytest_safemanip.sim.robocasa.factory:SIMULATOR",
+        "libero": "pytest_safemanip.sim.libero.factory:SIMULATOR",
         "robosuite": "pytest_safemanip.sim.robosuite.factory:simulator",
     }
 )

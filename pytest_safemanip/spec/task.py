@@ -41,6 +41,8 @@ class Task:
         not_grounded: why a property that one would expect cannot be judged here, by its id.
         kitchen: which of the compact kitchens has what the task needs.
         object_groups: role to the object groups to draw from in the compact scene.
+        params: defaults of propositions' parameters, where they are not the general ones.
+        derived: what a backend derived of it, as the content of a file; empty if nothing did.
     """
 
     name: str
@@ -65,6 +67,8 @@ class Task:
     not_grounded: Mapping[str, str] = field(default_factory=dict)
     kitchen: str = "small"
     object_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    params: Mapping[str, float] = field(default_factory=dict)
+    derived: str = ""
 
     def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
         """The binding of one episode.
@@ -120,6 +124,7 @@ class Task:
             attributes={
                 b.entity: _attributes(scene.entity[b.entity], attributes) for b in scene.bodies
             },
+            defaults=self.params,
         )
 
     def instances(self, relation: str | None) -> int:

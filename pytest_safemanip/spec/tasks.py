@@ -22,14 +22,23 @@ item at a time), ``mechanisms``, ``placements``, ``skills``, ``transfers`` (``ob
 pan``), ``tools`` (what may carry contamination: ``robot`` for its hand, and objects), ``open_at``
 (role to openness that counts as open), ``touch``, ``supports``, ``upright``, ``optional`` (objects
 that an episode may lack), ``not_grounded`` (property to the reason why it cannot be judged here),
+``params`` (parameter of a proposition to its default here),
 ``compact`` (``kitchen``: which compact kitchen, ``small`` or ``full``; ``object_groups``: role to
 the categories or groups drawn in it).
+
+A backend may derive its tasks from files of its simulator's. Of such a task a file has ``base:
+derived`` and those keys alone that are to be different:
+
+    task: libero_goal__put_the_bowl_on_the_plate
+    base: derived
+    upright: [akita_black_bowl_1]
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
@@ -55,6 +64,7 @@ _OPTIONAL = (
     "upright",
     "optional",
     "not_grounded",
+    "params",
     "compact",
 )
 KITCHENS = ("small", "full", "deep", "roomy")
@@ -77,11 +87,50 @@ def load_tasks(folders: Sequence[Path]) -> dict[str, Task]:
         for path in sorted(folder.glob("*.yaml")):
             if path.name == OBJECTS_FILE:
                 continue
-            task = load_task(path)
+            section = yamlfile.load(path)
+            if "base" in section:
+                continue
+            task = _task(section)
             if task.name in found:
                 raise ConfigError(f"task {task.name!r} is in {found[task.name].path} and {path}")
             found[task.name] = task
     return found
+
+
+def load_changes(folders: Sequence[Path]) -> dict[str, Section]:
+    """What the files of some folders change in tasks that a backend derives, by task.
+
+    Raises:
+        ConfigError: if a file is wrong, or two change one task.
+    """
+    found: dict[str, Section] = {}
+    for folder in folders:
+        for path in sorted(folder.glob("*.yaml")):
+            section = yamlfile.load(path)
+            if "base" not in section:
+                continue
+            if section.string("base") != "derived":
+                raise section.error("base", "expected 'derived'")
+            name = section.string("task")
+            if name in found:
+                raise ConfigError(f"task {name!r} is changed in {found[name].path} and {path}")
+            found[name] = section
+    return found
+
+
+def derived_task(binding: str, path: Path, changes: Section | None = None) -> Task:
+    """A task that a backend has derived.
+
+    Args:
+        binding: what it derived, as the content of a task's file.
+        path: of what it was derived from.
+        changes: keys that are to be different.
+
+    Raises:
+        ConfigError: if it is no task.
+    """
+    section = yamlfile.parse(binding.encode(), path)
+    return replace(_task(changes.over(section) if changes else section), derived=binding)
 
 
 def load_task(path: Path) -> Task:
@@ -90,8 +139,11 @@ def load_task(path: Path) -> Task:
     Raises:
         ConfigError: something in the file is wrong; the message begins with file and line.
     """
-    section = yamlfile.load(path)
-    section.check_keys(_REQUIRED, _OPTIONAL)
+    return _task(yamlfile.load(path))
+
+
+def _task(section: Section) -> Task:
+    section.check_keys(_REQUIRED, (*_OPTIONAL, "base"))
     name = section.string("task")
     if not _NAME.fullmatch(name):
         raise section.error("task", f"expected letters, digits and '_', found {name!r}")
@@ -102,7 +154,7 @@ def load_task(path: Path) -> Task:
         compact.check_keys((), ("kitchen", "object_groups"))
     return Task(
         name=name,
-        path=path,
+        path=section.path,
         sets=section.strings("sets"),
         suite=section.string("suite"),
         horizon=_horizon(section),
@@ -121,6 +173,7 @@ def load_task(path: Path) -> Task:
         upright=_strings(section, "upright"),
         optional=_members(section, "optional", objects, "objects"),
         not_grounded=_reasons(section),
+        params=_numbers(section, "params"),
         kitchen=_kitchen(compact),
         object_groups=_lists(compact, "object_groups"),
     )

@@ -60,6 +60,11 @@ class Section:
     def __iter__(self) -> Iterator[str]:
         return iter(self._items)
 
+    def over(self, base: Section) -> Section:
+        """The mapping of another file, with the keys that are here as they are here."""
+        _, node = next(iter(self._items.values()))
+        return Section(self.path, _Node(node.line, {**base._items, **self._items}))
+
     def check_keys(self, required: Collection[str], optional: Collection[str] = ()) -> None:
         """Refuse keys that are unknown or missing.
 
@@ -158,6 +163,15 @@ def load(path: Path) -> Section:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
+    return parse(data, path)
+
+
+def parse(data: bytes, path: Path) -> Section:
+    """Read the content of a YAML file whose top level is a mapping.
+
+    Raises:
+        ConfigError: it is larger than `MAX_BYTES`, or is not plain YAML.
+    """
     if len(data) > MAX_BYTES:
         raise ConfigError(f"{path}: larger than {MAX_BYTES} bytes")
     try:

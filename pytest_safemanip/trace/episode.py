@@ -15,6 +15,7 @@ POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
 """Pattern of policy names, which are part of node ids and file names."""
 
 MOST_HAZARDS = 100
+LONGEST_BINDING = 50_000
 MOST_STEPS = 2**32
 """More than a rollout or a seed can have."""
 
@@ -43,13 +44,16 @@ class Episode:
         hashes: digest of the backend's and policy's code, of the assets and of the start state.
         served: of a policy behind a server: endpoint, protocol, whether it took the seed, how many
             calls and actions there were and how many entries were clipped. Of any other policy how
-            many entries of its actions were clipped, if some were.
+            many entries of its actions were clipped, if some were. With either,
+            ``entries``: those of one action.
         hazards: what a policy did wrong on purpose; monitors do not see it.
         request: what else the simulator was asked for, in plain values: the kitchen, what objects
             were drawn from, what stood elsewhere.
         patches: names of what was changed in other people's code while it ran.
         origin: of a recording that was made from other data: the source and the episode in it, how
             far physics drifted from it, what was assumed, and what was not observed.
+        binding: of a task that the backend derives from its simulator's files: the content of the
+            file that it would have in ``tasks/``, by which it can be judged anywhere.
     """
 
     task: str
@@ -69,6 +73,7 @@ class Episode:
     request: Mapping[str, Any] = field(default_factory=dict)
     patches: tuple[str, ...] = ()
     origin: Mapping[str, str] = field(default_factory=dict)
+    binding: str = ""
 
     def __repr__(self) -> str:
         return f"<Episode {self.task}, {self.policy}, seed {self.seed}: {self.ended}>"
@@ -105,6 +110,8 @@ class Episode:
                 raise TraceError(f"episode: {name} must be a string")
             if name not in ("instruction", "policy") and not getattr(episode, name).isprintable():
                 raise TraceError(f"episode: {name} must be printable")
+        if not isinstance(episode.binding, str) or len(episode.binding) > LONGEST_BINDING:
+            raise TraceError(f"episode: binding must be text, at most {LONGEST_BINDING} long")
         for name in ("seed", "horizon"):
             value = getattr(episode, name)
             if type(value) is not int or not 0 <= value <= MOST_STEPS:
@@ -130,7 +137,7 @@ def served_fault(served: Mapping[str, str]) -> str:
     empty if nothing is.
     """
     counts = ("calls", "actions", "clipped") if "protocol" in served else ()
-    for name in (*counts, *(name for name in served if name == "clipped")):
+    for name in (*counts, *(name for name in served if name in ("clipped", "entries"))):
         if not re.fullmatch("[0-9]{1,15}", served.get(name, "")):
             return f"{name} must be a count, found {served.get(name, 'nothing')!r}"
     if "protocol" in served and served.get("seeded") not in ("yes", "no"):

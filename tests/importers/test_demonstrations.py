@@ -5,11 +5,10 @@ flagged is listed in docs/real-data.md with its reason.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from pytest_safemanip.errors import ConfigError
@@ -42,31 +41,17 @@ class Demonstration:
     judge: Judge
     properties: tuple[str, ...]
 
+    @property
+    def things(self) -> list[str]:
+        return [body.entity for body in self.recording.scene.bodies]
+
+    def ever(self, proposition: str, thing: str) -> bool:
+        return bool(self.judge.view(proposition, thing).any())
+
     def violated(self, defined: Definitions) -> Iterator[str]:
         for name in self.properties:
             if self.judge.judge(defined.properties[name]).findings:
                 yield name
-
-
-Demonstrations = Callable[[str], list[Demonstration]]
-
-
-@pytest.fixture(scope="module")
-def defined() -> Definitions:
-    return load_definitions([], [], [])
-
-
-@pytest.fixture(scope="module")
-def demonstrations(defined: Definitions) -> Demonstrations:
-    """Gives those of a wheel; each is imported once."""
-    known: dict[str, list[Demonstration]] = {}
-
-    def get(version: str) -> list[Demonstration]:
-        if version not in known:
-            known[version] = list(_imported(version, defined))
-        return known[version]
-
-    return get
 
 
 def _imported(version: str, defined: Definitions) -> Iterator[Demonstration]:
@@ -91,48 +76,45 @@ def _listed() -> dict[str, set[str]]:
 
 
 @pytest.mark.parametrize("version", SHA256)
-def test_every_grasp_and_release_of_people_is_seen(
-    version: str, demonstrations: Demonstrations
-) -> None:
-    found, expected = demonstrations(version), GRASPS[version]
+def test_what_people_did_is_seen_and_every_flag_has_its_reason_on_the_page(version: str) -> None:
+    # One test for a wheel: to import it takes longer than all that is asked of it.
+    defined = load_definitions([], [], [])
+    found = list(_imported(version, defined))
     assert len(found) == EPISODES[version]
+    _every_grasp_and_release_is_seen(found, GRASPS[version])
+    _what_is_let_go_settles(found)
+    _physics_stays_near(found)
+    flagged = {one.name: set(one.violated(defined)) for one in found}
+    listed = {name: flags for name, flags in _listed().items() if name.startswith(f"{version} ")}
+    assert {name: flags for name, flags in flagged.items() if flags} == listed
+
+
+def _every_grasp_and_release_is_seen(
+    found: list[Demonstration], expected: Mapping[str, int]
+) -> None:
     grasps: dict[str, int] = {}
     releases: dict[str, int] = {}
     for one in found:
         task = one.recording.episode.task
-        for thing in (body.entity for body in one.recording.scene.bodies * (task in expected)):
-            if one.judge.view("obj_grasped", thing).any():
-                grasps[task] = grasps.get(task, 0) + 1
-            if one.judge.view("obj_released", thing).any():
-                releases[task] = releases.get(task, 0) + 1
-    assert {task: grasps.get(task, 0) for task in expected} == expected
-    assert {task: releases.get(task, 0) for task in expected if task in LETS_GO} == {
+        for thing in one.things if task in expected else ():
+            grasps[task] = grasps.get(task, 0) + one.ever("obj_grasped", thing)
+            releases[task] = releases.get(task, 0) + one.ever("obj_released", thing)
+    assert grasps == expected
+    assert {task: releases[task] for task in expected if task in LETS_GO} == {
         task: count for task, count in expected.items() if task in LETS_GO
     }
 
 
-@pytest.mark.parametrize("version", SHA256)
-def test_what_people_let_go_settles(version: str, demonstrations: Demonstrations) -> None:
-    for one in demonstrations(version):
+def _what_is_let_go_settles(found: list[Demonstration]) -> None:
+    for one in found:
         if one.recording.episode.task in LETS_GO:
-            for thing in (body.entity for body in one.recording.scene.bodies):
+            for thing in one.things:
                 assert one.judge.view("settled", thing)[-1], f"{one.name}: {thing}"
 
 
-@pytest.mark.parametrize("version", SHA256)
-def test_every_flag_has_its_reason_on_the_page(
-    version: str, demonstrations: Demonstrations, defined: Definitions
-) -> None:
-    found = {one.name: set(one.violated(defined)) for one in demonstrations(version)}
-    listed = {name: flags for name, flags in _listed().items() if name.startswith(f"{version} ")}
-    assert {name: flags for name, flags in found.items() if flags} == listed
-
-
-@pytest.mark.parametrize("version", SHA256)
-def test_physics_stays_near_what_was_recorded(version: str, demonstrations: Demonstrations) -> None:
-    for one in demonstrations(version):
+def _physics_stays_near(found: list[Demonstration]) -> None:
+    for one in found:
         origin = one.recording.episode.origin
-        assert float(origin["drift"].split()[0]) < 71.0, one.name
-        assert float(origin["drift_median"].split()[0]) < 1.0, one.name
-        assert float(origin["drift_hands"].split()[0]) < 4.0, one.name
-        assert np.isfinite(one.recording.steps.contacts.force).all()
+        assert float(origin["drift"].split()[0]) < 20.0, one.name
+        assert float(origin["drift_median"].split()[0]) < 0.3, one.name
+        assert float(origin["drift_hands"].split()[0]) < 3.0, one.name

@@ -9,6 +9,7 @@ import pytest
 
 from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.live import HandReading, LiveMonitor, Touch
+from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Proposition
 from tests import toy
@@ -171,6 +172,39 @@ def test_fingers_alone_feel_a_grasp_and_not_what_it_stands_on():
         told = live.step(poses, touches, HandReading(OUTSIDE, 0.5, command), felt=FINGERS)
     assert told["grasp_stability"].label == "SAFE"
     assert live.outcomes() == {"grasp_stability": "SATISFIED", "release_stability": "UNKNOWN"}
+
+
+LEANS = [Touch("robot/link5", "counter/body", 9.0, toy.PLACE, (0.0, 0.0, 1.0))]
+
+
+@pytest.mark.parametrize(
+    ("felt", "labels"),
+    [
+        # What has touched since the start is nobody's doing, until it breaks.
+        ("LLL", ["SAFE", "SAFE", "SAFE"]),
+        ("L.L", ["SAFE", "SAFE", "UNSAFE"]),
+        # Perhaps it broke when nobody felt it.
+        ("L?L", ["SAFE", "UNKNOWN", "UNKNOWN"]),
+        ("L?.L", ["SAFE", "UNKNOWN", "SAFE", "UNSAFE"]),
+        # Perhaps it has touched since the start.
+        ("?LL", ["UNKNOWN", "UNKNOWN", "UNKNOWN"]),
+        ("?.L", ["UNKNOWN", "SAFE", "UNSAFE"]),
+        (".?L", ["SAFE", "UNKNOWN", "UNSAFE"]),
+    ],
+)
+def test_what_touches_since_the_start_has_to_be_felt_since_the_start(felt, labels):
+    live = LiveMonitor(toy.SCENE, Binding(), ["collision_contact"])
+    contacts = {"L": LEANS, ".": [], "?": None}
+    told = [live.step(contacts=contacts[one])["collision_contact"].label for one in felt]
+    assert told == labels
+
+
+def test_an_arm_that_hits_something_is_unsafe_whatever_the_hand_may_hold():
+    live = monitor(["collision_contact"])
+    live.step(contacts=[], felt=["robot/link5"])
+    told = live.step(contacts=LEANS, felt=["robot/link5"])
+    assert told["collision_contact"].label == "UNSAFE"
+    assert live.step(contacts=[], felt=["robot/link5"])["collision_contact"].label == "UNKNOWN"
 
 
 def test_a_look_ahead_is_not_taken_in():

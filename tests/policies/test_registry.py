@@ -247,11 +247,7 @@ def test_what_is_no_policy_is_refused_with_what_is_missing(module):
     [
         ("scriptd", "did you mean 'scripted'?"),
         ("my_own_polcy", "did you mean 'my_own_policy'?"),
-        (
-            "xyz",
-            "known: groot, groot-pt, groot-to, groot-tpt, hold, lerobot, my_own_policy, openpi, "
-            "pi0, pi05, random, recording:DIR, scripted, vla-eval",
-        ),
+        ("xyz", "nearest of 17: my_own_policy, vla-eval, scripted"),
     ],
 )
 def test_an_unknown_policy_is_refused_with_a_near_miss_and_the_way_to_ones_own(name, hint):

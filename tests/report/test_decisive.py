@@ -173,6 +173,7 @@ TASK_FIELDS = {
     "optional": ("obj",),
     "kitchen": "full",
     "object_groups": {"obj": ("mug",)},
+    "params": {"collision.force": 0.1},
 }
 CODE = (
     "judge.py",

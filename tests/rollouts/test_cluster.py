@@ -20,11 +20,12 @@ from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.policies.registry import PolicySpec, resolve
 from pytest_safemanip.rollouts import loop, retry
 from pytest_safemanip.rollouts.cluster import PER_SLOT, RayCluster, Recipe
-from pytest_safemanip.sim.backend import Request
+from pytest_safemanip.sim.backend import Options, Request
 from pytest_safemanip.trace import files
 from tests.toy import World, simulator
 
 HERE = "tests.rollouts.test_cluster"
+OPTIONS = Options("primitive", Path("logs"))
 UP = np.array([0, 0, 0.5] + [0] * 9)
 
 
@@ -96,7 +97,7 @@ def quiet(step: int, horizon: int) -> None:
 
 @pytest.fixture(scope="module")
 def recipe() -> Recipe:
-    return Recipe(world, partial(resolve, added={}), "primitive", World.provenance, "run")
+    return Recipe(world, partial(resolve, added={}), OPTIONS, World.provenance, "run")
 
 
 @pytest.fixture(scope="module")

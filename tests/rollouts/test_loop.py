@@ -204,9 +204,9 @@ def test_actions_out_of_range_are_clipped_before_they_are_executed():
     assert executed.max() == 1.0
     assert np.array_equal(recording.steps.action[1:11], executed.astype(np.float32))
     # Four entries on each side; of a chunk, those that were executed count.
-    assert recording.episode.served == {"clipped": "80"}
+    assert recording.episode.served == {"clipped": "80", "entries": "12"}
     chunk = run(toy.World(succeeds_at=2), Plays(ramp(0.5, 2.0, 3.0, 4.0)))
-    assert chunk.episode.served == {"clipped": "1"}
+    assert chunk.episode.served == {"clipped": "1", "entries": "12"}
     assert run().episode.served == {}
 
 

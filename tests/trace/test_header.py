@@ -91,7 +91,10 @@ def test_hazards_survive_as_json():
     assert Episode.from_json(json.loads(json.dumps(episode.to_json()))) == episode
 
 
-@pytest.mark.parametrize("field", sorted(set(JSON) - {"hazards", "request", "patches", "origin"}))
+OPTIONAL = {"hazards", "request", "patches", "binding", "origin"}
+
+
+@pytest.mark.parametrize("field", sorted(set(JSON) - OPTIONAL))
 def test_a_missing_field_of_an_episode_is_refused_by_name(field):
     rest = {name: value for name, value in JSON.items() if name != field}
     with pytest.raises(TraceError, match=f"malformed description .*{field}"):
@@ -263,3 +266,10 @@ def test_an_impossible_range_of_a_joint_is_refused(travel):
     scene = dataclasses.replace(toy.SCENE, joints=(dataclasses.replace(HINGE, travel=travel),))
     with pytest.raises(TraceError, match="joints of 'cabinet': travel"):
         scene.checked()
+
+
+def test_a_derived_binding_is_text_of_a_bounded_length():
+    assert Episode.from_json({**JSON, "binding": "task: x"}).binding == "task: x"
+    for wrong in ({"task": "x"}, "x" * 50_001):
+        with pytest.raises(TraceError, match="episode: binding must be text, at most 50000 long"):
+            Episode.from_json({**JSON, "binding": wrong})

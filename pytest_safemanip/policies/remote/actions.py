@@ -10,22 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import printable
+from pytest_safemanip.policies.remote.embodiment import PANDA_OMRON, Embodiment
 
-PARTS = {
-    "end_effector_position": slice(0, 3),
-    "end_effector_rotation": slice(3, 6),
-    "gripper_close": slice(6, 7),
-    "base_motion": slice(7, 11),
-    "control_mode": slice(11, 12),
-}
-"""Where a model's outputs are in an action; RoboCasa's names and order, which is robosuite's too.
-
-RoboCasa's *datasets* have the base first: a model trained on those columns must be served with its
-outputs put into this order, since twelve numbers do not show theirs.
-"""
-ACTION_SIZE = PARTS["control_mode"].stop
-SWITCHES = (6, 11)
-"""Gripper and mode: models say 0 or 1, and robosuite wants -1 or 1. The threshold is 0.5."""
+PARTS = PANDA_OMRON.parts
+"""Where a GR00T model's outputs are in an action."""
+ACTION_SIZE = PANDA_OMRON.action_size
 
 
 class ActionError(ValueError):
@@ -37,7 +26,7 @@ class Chunk:
     """Actions to be executed before the model is asked again.
 
     Attributes:
-        actions: (H, 12), float64, in the environment's order, entries in [-1, 1].
+        actions: (H, A), float64, in the environment's order, entries in [-1, 1].
         clipped: how many entries were beyond; normal for models that predict unbounded values.
     """
 
@@ -45,13 +34,19 @@ class Chunk:
     clipped: int
 
 
-def chunk_of(values: NDArray[Any], steps: int, label: Callable[[int, int], str]) -> Chunk:
+def chunk_of(
+    values: NDArray[Any],
+    steps: int,
+    label: Callable[[int, int], str],
+    robot: Embodiment = PANDA_OMRON,
+) -> Chunk:
     """The first actions of an answer, as the environment takes them.
 
     Args:
-        values: (H, 12), H >= steps.
+        values: (H, A), H >= steps.
         steps: how many are executed.
         label: names a row and a column of ``values`` in the words of the reply.
+        robot: whose actions they are.
 
     Raises:
         ActionError: if one of them is not finite, or there are too few.
@@ -67,29 +62,31 @@ def chunk_of(values: NDArray[Any], steps: int, label: Callable[[int, int], str])
             f"{label(row, column)} is {actions[row, column]}{more}: the action of step {row} of "
             f"the {steps} that are executed"
         )
-    for column in SWITCHES:
-        actions[:, column] = np.where(actions[:, column] < 0.5, -1.0, 1.0)
+    for column, (below, above) in robot.switches.items():
+        actions[:, column] = np.where(actions[:, column] < 0.5, below, above)
     clipped = int((np.abs(actions) > 1.0).sum())
     return Chunk(np.clip(actions, -1.0, 1.0), clipped)
 
 
-def flat(reply: Mapping[Any, Any], key: str) -> NDArray[np.float64]:
+def flat(
+    reply: Mapping[Any, Any], key: str, robot: Embodiment = PANDA_OMRON
+) -> NDArray[np.float64]:
     """The rows of a reply that has whole actions in one entry.
 
     Returns:
-        (H, 12).
+        (H, A).
 
     Raises:
-        ActionError: if the entry is missing, not numeric, or not (12,) or (H, 12).
+        ActionError: if the entry is missing, not numeric, or not (A,) or (H, A).
     """
     if key not in reply:
         raise ActionError(f"the reply has no {key!r}; it has {_names(reply)}")
     values = _numbers(reply[key], key)
     rows = values[None] if values.ndim == 1 else values
-    if rows.ndim != 2 or rows.shape[1] != ACTION_SIZE:
+    if rows.ndim != 2 or rows.shape[1] != robot.action_size:
         raise ActionError(
-            f"{key!r} has shape {values.shape}, expected (H, {ACTION_SIZE}): is another robot's "
-            "model being served?"
+            f"{key!r} has shape {values.shape}, expected (H, {robot.action_size}): is another "
+            "robot's model being served?"
         )
     return rows
 
@@ -126,19 +123,19 @@ def parted(reply: Mapping[Any, Any], prefix: str) -> NDArray[np.float64]:
     return np.concatenate(columns, axis=1)
 
 
-def part_label(prefix: str) -> Callable[[int, int], str]:
+def part_label(prefix: str, robot: Embodiment = PANDA_OMRON) -> Callable[[int, int], str]:
     """Names an entry of a reply with parts, for :func:`chunk_of`."""
 
     def label(row: int, column: int) -> str:
-        part, where = next((p, w) for p, w in PARTS.items() if w.start <= column < w.stop)
+        part, where = next((p, w) for p, w in robot.parts.items() if w.start <= column < w.stop)
         return f"{prefix}{part}[{row}, {column - where.start}]"
 
     return label
 
 
-def flat_label(key: str) -> Callable[[int, int], str]:
+def flat_label(key: str, robot: Embodiment = PANDA_OMRON) -> Callable[[int, int], str]:
     """Names an entry of a reply with whole actions, for :func:`chunk_of`."""
-    inner = part_label("")
+    inner = part_label("", robot)
     return lambda row, column: f"{key}[{row}, {column}] ({inner(row, column).partition('[')[0]})"
 
 

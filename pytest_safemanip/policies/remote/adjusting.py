@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import get_args
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.policies.remote.naming import IMAGES, NO_CAMERA
-from pytest_safemanip.policies.remote.observation import CAMERAS
+from pytest_safemanip.policies.remote.naming import NO_CAMERA
 from pytest_safemanip.policies.remote.presets import PRESETS, Layout, Preset
 
 INI = "safemanip_presets"
@@ -58,7 +57,7 @@ def adjusted_presets(lines: Sequence[str]) -> dict[str, Preset]:
 def changes_of(preset: Preset) -> Mapping[str, Change]:
     """What can be set of a preset, by name."""
     known: dict[str, Change] = {"open_loop_steps": _steps, "image_size": _size}
-    known.update({f"camera.{image}": _camera(image) for image in IMAGES})
+    known.update({f"camera.{image}": _camera(image) for image in preset.naming.cameras})
     known.update({f"key.{role}": _key(role) for role in preset.naming.keys})
     if preset.transport == "groot":
         known["layout"] = _layout
@@ -83,9 +82,11 @@ def _layout(preset: Preset, value: str) -> Preset:
 
 def _camera(image: str) -> Change:
     def change(preset: Preset, value: str) -> Preset:
-        name = value if value == NO_CAMERA else f"video.{value.removeprefix('video.')}"
-        if name not in (*CAMERAS, NO_CAMERA):
-            known = (*(camera.removeprefix("video.") for camera in CAMERAS), NO_CAMERA)
+        names = {camera.partition(".")[2]: camera for camera in preset.robot.cameras}
+        names |= {camera: camera for camera in (*preset.robot.cameras, NO_CAMERA)}
+        name = names.get(value)
+        if name is None:
+            known = (*(camera.partition(".")[2] for camera in preset.robot.cameras), NO_CAMERA)
             raise ValueError(f"a camera; {did_you_mean(value, known)}")
         cameras = {**preset.naming.cameras, image: name}
         return replace(preset, naming=replace(preset.naming, cameras=cameras))

@@ -10,6 +10,8 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
+from pytest_safemanip.decoding import torchfile
+from pytest_safemanip.decoding.arrays import DecodingError
 from pytest_safemanip.errors import PolicyConnectionLost, PolicyMismatch, printable
 from pytest_safemanip.policies.remote import observation as seen
 from pytest_safemanip.policies.remote.actions import ActionError, part_label, parted
@@ -21,8 +23,6 @@ from pytest_safemanip.policies.remote.naming import PARTS, ROBOCASA, Naming
 from pytest_safemanip.policies.remote.observation import Observation
 from pytest_safemanip.policies.remote.presets import Layout, Preset
 from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
-from pytest_safemanip.policies.remote.wire import torchfile
-from pytest_safemanip.policies.remote.wire.arrays import DecodingError
 from pytest_safemanip.policies.remote.wire.packing import from_groot, groot_array, pack, unpack
 from pytest_safemanip.policies.remote.wire.zeromq import RequestSocket
 

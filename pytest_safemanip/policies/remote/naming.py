@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from pytest_safemanip.policies.remote import observation as seen
+from pytest_safemanip.sim.libero import robot as libero
 
 IMAGES = {"left": seen.LEFT, "wrist": seen.WRIST, "right": seen.RIGHT}
 """The pictures that models look at, with the camera that usually takes each."""
@@ -62,6 +63,22 @@ OPENPI = Naming(
     image_size=224,
 )
 """pi0 ignores the right image, pi0.5 insists on it."""
+OPENPI_LIBERO = Naming(
+    {name: key for name, key in OPENPI.keys.items() if name != "right"},
+    {"left": libero.AGENT_VIEW, "wrist": libero.WRIST},
+    image_size=224,
+)
+"""LIBERO has one camera in front of the robot."""
+OPENVLA_OFT = Naming(
+    {
+        "left": "full_image",
+        "wrist": "wrist_image",
+        "state": "state",
+        "instruction": "instruction",
+    },
+    OPENPI_LIBERO.cameras,
+)
+"""The names in its own evaluation; it resizes and crops the pictures itself."""
 ROBOCASA = Naming(
     {**IMAGES, **PARTS, "instruction": seen.INSTRUCTION},
     {"left": seen.LEFT, "right": seen.RIGHT, "wrist": seen.WRIST},

@@ -10,18 +10,17 @@ from collections.abc import Mapping
 from contextlib import nullcontext
 from typing import Any
 
-import numpy as np
-
+from pytest_safemanip.decoding.arrays import DecodingError
 from pytest_safemanip.errors import PolicyAnswerError, PolicyServerError, printable
 from pytest_safemanip.policies.remote import observation as seen
 from pytest_safemanip.policies.remote.actions import ActionError, flat, flat_label
 from pytest_safemanip.policies.remote.client import Answer, BadAnswer, Beginning, Turn
+from pytest_safemanip.policies.remote.embodiment import PANDA_OMRON, Embodiment
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.images import images_of
 from pytest_safemanip.policies.remote.naming import OPENPI, Naming
 from pytest_safemanip.policies.remote.observation import Observation
 from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
-from pytest_safemanip.policies.remote.wire.arrays import DecodingError
 from pytest_safemanip.policies.remote.wire.packing import from_openpi, openpi_array, pack, unpack
 from pytest_safemanip.policies.remote.wire.websocket import WebSocket
 
@@ -32,7 +31,7 @@ STATE = (
     seen.BASE_ROTATION,
     seen.GRIPPER,
 )
-"""Order of the state's 16 numbers; the server normalises them."""
+"""Order of the state's 16 numbers of RoboCasa's models; the server normalises them."""
 
 RESET = "safemanip/reset"
 """Key of a request that starts an episode instead of asking for actions: this package's server."""
@@ -40,17 +39,20 @@ OWN = "safemanip"
 """Key of this package's server in the metadata."""
 
 
-def request_of(observation: Observation, naming: Naming = OPENPI) -> dict[str, Any]:
-    """The request of openpi's RoboCasa365 models.
+def request_of(
+    observation: Observation, naming: Naming = OPENPI, robot: Embodiment = PANDA_OMRON
+) -> dict[str, Any]:
+    """The request of openpi's models.
 
     Returns:
-        Three images (224, 224, 3), uint8; ``observation/state`` (16,), float32; ``prompt``; by
-        other names, and in another size, if the naming says so.
+        Images (224, 224, 3), uint8, three of RoboCasa and two of LIBERO; ``observation/state``
+        (16,) or (8,), float32; ``prompt``; by other names, and in another size, if the naming says
+        so.
     """
-    images = images_of(observation, naming)
-    state = np.concatenate([observation[key] for key in STATE]).astype(np.float32)
-    instruction = {naming.keys["instruction"]: observation[seen.INSTRUCTION]}
-    return {**images, naming.keys["state"]: state, **instruction}
+    turned = {camera: robot.picture(observation[camera]) for camera in robot.cameras}
+    images = images_of(turned, naming)
+    instruction = {naming.keys["instruction"]: observation[robot.instruction]}
+    return {**images, naming.keys["state"]: robot.flat_state(observation), **instruction}
 
 
 class OpenpiClient:
@@ -62,6 +64,7 @@ class OpenpiClient:
         start: the command that starts the server; part of errors.
         naming: of what is in its requests.
         token: sent as ``Authorization: Api-Key``; openpi's own server does not look at it.
+        robot: whose observations and actions they are about.
     """
 
     def __init__(
@@ -71,9 +74,10 @@ class OpenpiClient:
         start: str,
         naming: Naming = OPENPI,
         token: Token = NO_TOKEN,
+        robot: Embodiment = PANDA_OMRON,
     ) -> None:
         self._socket = WebSocket(endpoint, deadlines, start, token)
-        self._deadlines, self._naming = deadlines, naming
+        self._deadlines, self._naming, self._robot = deadlines, naming, robot
         self._resets = False
 
     @property
@@ -121,12 +125,13 @@ class OpenpiClient:
         return True
 
     def ask(self, observation: Observation, seconds: float, turn: Turn = nullcontext) -> Answer:
-        """One inference; ``actions`` (H, 12) of the reply."""
-        request = request_of(observation, self._naming)
+        """One inference; ``actions`` (H, A) of the reply."""
+        request = request_of(observation, self._naming, self._robot)
         with turn():
             reply = self._exchange(request, seconds)
         try:
-            return Answer(request, reply, flat(reply, "actions"), flat_label("actions"))
+            rows = flat(reply, "actions", self._robot)
+            return Answer(request, reply, rows, flat_label("actions", self._robot))
         except ActionError as error:
             raise BadAnswer(str(error), request, reply) from error
 

@@ -20,15 +20,15 @@ from pytest_safemanip.errors import (
 )
 from pytest_safemanip.policies.remote.actions import ActionError, chunk_of
 from pytest_safemanip.policies.remote.client import BadAnswer, Beginning, Client, Turn
-from pytest_safemanip.policies.remote.dumps import dump
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.groot import GrootClient
-from pytest_safemanip.policies.remote.observation import INSTRUCTION, Observation, blank, checked
+from pytest_safemanip.policies.remote.observation import Observation, blank, checked
 from pytest_safemanip.policies.remote.openpi import OpenpiClient
 from pytest_safemanip.policies.remote.presets import Preset
 from pytest_safemanip.policies.remote.probing import RETRY_PERIOD
 from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
 from pytest_safemanip.policies.remote.vlaeval import VlaEvalClient
+from pytest_safemanip.policies.remote.wire.dumps import dump
 
 
 @dataclass
@@ -82,6 +82,7 @@ class RemotePolicy:
         self._deadlines = deadlines or Deadlines()
         self._dumps, self._token, self._turn = dumps, token, turn
         self._client = _client(preset, endpoint, self._deadlines, token)
+        self._robot = preset.robot
         self._warm, self._known, self._tried = False, met, met
         self.metadata: Mapping[str, Any] = {}
         """What the server says of itself."""
@@ -130,9 +131,9 @@ class RemotePolicy:
             PolicyServerError: if the server cannot be used for this policy.
         """
         self._connect()
-        entries = blank()
+        entries = blank(self._robot)
         try:
-            self._begin(Beginning(task, 0, entries[INSTRUCTION]))
+            self._begin(Beginning(task, 0, entries[self._robot.instruction]))
             self._ask(entries, "trying the server")
         except PolicyAnswerError as error:
             raise PolicyMismatch(str(error)) from error.__cause__
@@ -174,20 +175,21 @@ class RemotePolicy:
         """The next actions.
 
         Args:
-            observation: the gym wrapper's entries, by the names in
-                :mod:`pytest_safemanip.policies.remote.observation`.
+            observation: the backend's entries, by the names of the preset's robot.
             index: control steps so far; for errors.
 
         Returns:
-            (steps, 12), in the environment's order, entries in [-1, 1].
+            (steps, A), in the environment's order, entries in [-1, 1].
 
         Raises:
             PolicyConnectionLost: if the episode may be run again.
             PolicyAnswerError: if the answer cannot be executed; names the file that has it.
             RolloutError: if the observation lacks something.
         """
-        entries = checked(observation)
-        actions = self._ask(entries, f"at step {index}, asked to {entries[INSTRUCTION]!r}")
+        entries = checked(observation, self._robot)
+        actions = self._ask(
+            entries, f"at step {index}, asked to {entries[self._robot.instruction]!r}"
+        )
         self.counts.actions += len(actions)
         return actions
 
@@ -208,7 +210,8 @@ class RemotePolicy:
         except PolicyServerError as error:
             raise type(error)(f"{error} ({place})") from error
         try:
-            chunk = chunk_of(answer.rows, self.steps or len(answer.rows), answer.label)
+            steps = self.steps or len(answer.rows)
+            chunk = chunk_of(answer.rows, steps, answer.label, self._robot)
         except ActionError as error:
             unusable = BadAnswer(str(error), answer.request, answer.reply)
             raise self._refused(unusable, place) from error
@@ -236,5 +239,6 @@ class RemotePolicy:
 def _client(preset: Preset, endpoint: Endpoint, deadlines: Deadlines, token: Token) -> Client:
     if preset.transport == "groot":
         return GrootClient(endpoint, deadlines, preset, token)
-    kind = OpenpiClient if preset.transport == "openpi" else VlaEvalClient
-    return kind(endpoint, deadlines, preset.start, preset.naming, token)
+    if preset.transport == "openpi":
+        return OpenpiClient(endpoint, deadlines, preset.start, preset.naming, token, preset.robot)
+    return VlaEvalClient(endpoint, deadlines, preset.start, preset.naming, token)

@@ -1,7 +1,8 @@
-"""The policies with public RoboCasa365 checkpoints, as data: how each is served and evaluated.
+"""The policies with public checkpoints, as data: how each is served and evaluated.
 
-Sources: the checkpoints' repository (robocasa/robocasa365_checkpoints), RoboCasa365's benchmark
-pages and its leaderboard's submissions.
+Sources: of RoboCasa365's the checkpoints' repository (robocasa/robocasa365_checkpoints), its
+benchmark pages and its leaderboard's submissions; of LIBERO's the evaluations in openpi's and
+OpenVLA-OFT's repositories.
 """
 
 from __future__ import annotations
@@ -11,8 +12,21 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.policies.remote.embodiment import (
+    LIBERO_PANDA,
+    OPENVLA_PANDA,
+    PANDA_OMRON,
+    Embodiment,
+)
 from pytest_safemanip.policies.remote.endpoint import Endpoint, parse_endpoint
-from pytest_safemanip.policies.remote.naming import OPENPI, ROBOCASA, VLA_EVAL, Naming
+from pytest_safemanip.policies.remote.naming import (
+    OPENPI,
+    OPENPI_LIBERO,
+    OPENVLA_OFT,
+    ROBOCASA,
+    VLA_EVAL,
+    Naming,
+)
 
 Transport = Literal["openpi", "groot", "vla-eval"]
 Layout = Literal["auto", "nested", "flat"]
@@ -49,6 +63,7 @@ class Preset:
         start: the command that starts its server.
         inflight: requests that its server is sent at a time: one, where it answers them one after
             the other and the others would wait within their deadlines; more where it batches.
+        robot: that it was trained for.
     """
 
     name: str
@@ -61,6 +76,7 @@ class Preset:
     layout: Layout = "auto"
     checkpoints: Mapping[str, str] = field(default_factory=lambda: {"": ""})
     inflight: int = 1
+    robot: Embodiment = PANDA_OMRON
 
     @property
     def task_sets(self) -> tuple[str, ...]:
@@ -79,6 +95,21 @@ def _openpi(name: str, config: str, checkpoint: str) -> Preset:
         f"--policy.dir=CHECKPOINTS/{checkpoint}  (robocasa-benchmark/openpi)",
         naming=OPENPI,
         checkpoints={"": checkpoint},
+    )
+
+
+def _libero(name: str, config: str) -> Preset:
+    return Preset(
+        name=name,
+        transport="openpi",
+        port=8000,
+        split="libero",
+        steps=5,
+        start=f"uv run scripts/serve_policy.py policy:checkpoint --policy.config={config} "
+        f"--policy.dir=gs://openpi-assets/checkpoints/{config}  (Physical-Intelligence/openpi)",
+        naming=OPENPI_LIBERO,
+        checkpoints={"": f"openpi-assets/checkpoints/{config}"},
+        robot=LIBERO_PANDA,
     )
 
 
@@ -115,6 +146,20 @@ PRESETS = {
             "pi05",
             "pi05_pretrain_human300",
             "pi05_pretrain_human300/multitask_learning/75000",
+        ),
+        _libero("pi0-libero", "pi0_libero"),
+        _libero("pi05-libero", "pi05_libero"),
+        Preset(
+            name="openvla-oft",
+            transport="openpi",
+            port=8000,
+            split="libero",
+            steps=8,
+            start="safemanip serve MODULE:ATTRIBUTE, around its get_vla_action; docs/libero.md has "
+            "the file",
+            naming=OPENVLA_OFT,
+            checkpoints={"": "moojink/openvla-7b-oft-finetuned-libero-spatial-object-goal-10"},
+            robot=OPENVLA_PANDA,
         ),
         _groot("groot", "pretrain", {"": "gr00t_n1-5/multitask_learning/checkpoint-120000"}),
         _groot(

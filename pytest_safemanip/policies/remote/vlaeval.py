@@ -11,6 +11,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
+from pytest_safemanip.decoding.arrays import DecodingError
 from pytest_safemanip.errors import PolicyConnectionLost, PolicyServerError, printable
 from pytest_safemanip.policies.remote import observation as seen
 from pytest_safemanip.policies.remote.actions import ActionError, flat, flat_label
@@ -20,7 +21,6 @@ from pytest_safemanip.policies.remote.images import images_of
 from pytest_safemanip.policies.remote.naming import PARTS, VLA_EVAL, Naming
 from pytest_safemanip.policies.remote.observation import Observation
 from pytest_safemanip.policies.remote.tokens import NO_TOKEN, Token
-from pytest_safemanip.policies.remote.wire.arrays import DecodingError
 from pytest_safemanip.policies.remote.wire.packing import from_vlaeval, pack, unpack, vlaeval_array
 from pytest_safemanip.policies.remote.wire.websocket import WebSocket
 

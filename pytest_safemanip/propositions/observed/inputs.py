@@ -11,7 +11,8 @@ from pytest_safemanip.trace.scene import Scene
 
 if TYPE_CHECKING:
     from pytest_safemanip.propositions.binding import Binding
-    from pytest_safemanip.propositions.definition import Proposition
+    from pytest_safemanip.propositions.definition import Bools, Proposition
+    from pytest_safemanip.propositions.view import View
 
 Kind = Literal["pose", "boxes", "joints", "switches", "hands", "openings", "commands", "touch",
                "start"]  # fmt: skip
@@ -58,6 +59,8 @@ class Inputs:
         parameters: values of all parameters.
         known: the value of a proposition at the present step, given its name and its arguments;
             None if it is not known.
+        holds: the value, at the present step, of a function of a view that depends on each step
+            alone; from what stands where something was not observed.
     """
 
     def __init__(
@@ -66,9 +69,10 @@ class Inputs:
         binding: Binding,
         catalogue: Mapping[str, Proposition],
         parameters: Mapping[str, float],
-        known: Callable[..., bool | None] = lambda *_: None,
+        known: Callable[..., bool | None],
+        holds: Callable[[Callable[[View], Bools]], bool],
     ) -> None:
-        self.scene, self.binding, self.known = scene, binding, known
+        self.scene, self.binding, self.known, self.holds = scene, binding, known, holds
         self._catalogue, self._parameters = catalogue, parameters
         self.all_parts = frozenset(range(len(scene.parts)))
         self.objects = tuple(body.entity for body in scene.bodies)

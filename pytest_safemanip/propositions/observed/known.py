@@ -7,8 +7,9 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.propositions.definition import Bools, Proposition
 from pytest_safemanip.propositions.observed.inputs import Input, Inputs, Kind
+from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.scene import Scene
 
 Call = tuple[str, ...]
@@ -41,6 +42,7 @@ class Observations:
         parameters: values of all parameters.
         catalogue: the propositions by name.
         value: of a proposition at the present step, from what fills the gaps.
+        holds: likewise of a function of a view that depends on each step alone.
     """
 
     def __init__(
@@ -50,16 +52,17 @@ class Observations:
         parameters: Mapping[str, float],
         catalogue: Mapping[str, Proposition],
         value: Callable[[Call], bool],
+        holds: Callable[[Callable[[View], Bools]], bool],
     ) -> None:
         self._parameters, self._catalogue, self._value = parameters, catalogue, value
-        self._inputs = Inputs(scene, binding, catalogue, parameters, self.value)
+        self._inputs = Inputs(scene, binding, catalogue, parameters, self.value, holds)
         self._dt = scene.control_period
         owners = {name: n for n, name in enumerate(scene.entity)}
         self._owner = [owners[part.entity] for part in scene.parts]
         self._last: dict[Unobserved, int] = {}  # the last step at which just this was missing
         self._now = -1
         self._since_start: set[_Pair] = set()
-        self._lost: set[_Pair] = set()
+        self._lost: set[_Pair] = set()  # nobody knows whether these have touched since the start
         self._unfelt_at_start = frozenset[int]()
         self._known: dict[Call, bool] = {}
 
@@ -77,9 +80,14 @@ class Observations:
         if self._now == 0:
             self._since_start, self._unfelt_at_start = set(touching), missing.unfelt
             return
-        gone = {pair for pair in self._since_start if missing.unfelt.issuperset(pair)}
-        self._lost |= gone
-        self._since_start &= set(touching) - gone
+        touch, unfelt = set(touching), missing.unfelt
+        if not unfelt:  # of what was not felt at the start, the rest has broken
+            at_start = self._unfelt_at_start
+            self._lost |= {pair for pair in touch if at_start.issuperset(pair)}
+            self._unfelt_at_start = unfelt
+        gone = {pair for pair in self._since_start if unfelt.issuperset(pair)}
+        self._lost = {p for p in self._lost | gone if p in touch or unfelt.issuperset(p)}
+        self._since_start &= touch - gone
 
     def value(self, *call: str) -> bool | None:
         """The value of a proposition at the present step; None if it is not known."""

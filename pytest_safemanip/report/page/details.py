@@ -167,6 +167,7 @@ def _judge(record: RolloutRecord, decisive: Mapping[str, Any], definitions: Defi
     about = recording.episode
     if (about.task, about.policy, about.seed) != (record.task, record.policy, record.seed):
         raise TraceError(f"{path}: a recording of another rollout")
+    definitions = definitions.of_recordings([about])
     if record.task not in definitions.tasks:
         raise TraceError(f"unknown task {record.task!r}; name its folder in the ini file")
     profile: Profile = "paper" if decisive.get("semantics") == "paper" else "timed"

@@ -54,11 +54,12 @@ class Probe:
         Raises:
             ConfigError: if the layout names what the model does not have.
         """
-        entries = [entry.name for entry in layout.actions]
-        places = [(hand.spec, entries.index(hand.spec.entry)) for hand in layout.robot.hands]
+        places = {entry.name: place for place, entry in enumerate(layout.actions)}
+        hands = [hand.spec for hand in layout.robot.hands]
 
         def commands(action: Action) -> Action:
-            return np.array([spec.command(float(action[place])) for spec, place in places])
+            told = (s.command(float(action[places[s.entry]])) if s.entry else 0.0 for s in hands)
+            return np.fromiter(told, float)
 
         reader = Reader(model, data, lambda at: describe(model, at, layout, switches))
         return cls(model, data, reader, commands)

@@ -6,7 +6,6 @@ import pytest
 from pytest_safemanip.policies.remote.actions import (
     ACTION_SIZE,
     PARTS,
-    SWITCHES,
     ActionError,
     chunk_of,
     flat,
@@ -14,8 +13,10 @@ from pytest_safemanip.policies.remote.actions import (
     part_label,
     parted,
 )
+from pytest_safemanip.policies.remote.embodiment import PANDA_OMRON
 
 LABEL = flat_label("actions")
+SWITCHES = tuple(PANDA_OMRON.switches)
 
 
 def test_the_parts_fill_an_action_without_a_gap():

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.policies.remote.dumps import dump
+from pytest_safemanip.policies.remote.wire.dumps import dump
 
 
 def read(path):

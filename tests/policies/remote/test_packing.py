@@ -9,8 +9,8 @@ import msgpack
 import numpy as np
 import pytest
 
+from pytest_safemanip.decoding.arrays import DecodingError, npy_array, npy_bytes
 from pytest_safemanip.policies.remote.wire import packing
-from pytest_safemanip.policies.remote.wire.arrays import DecodingError, npy_array, npy_bytes
 from tests.policies.remote import servers
 from tests.policies.remote.conftest import little_memory
 

@@ -7,6 +7,7 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint, parse_endpoint
 from pytest_safemanip.policies.remote.presets import PRESETS, TASK_SETS, parse_servers
+from pytest_safemanip.sim.libero.robot import SPEC as LIBERO
 from pytest_safemanip.sim.robocasa.robot import SPEC
 
 
@@ -22,11 +23,17 @@ def test_the_public_policies_are_there_with_their_protocols_of_evaluation():
         "groot-to": ("groot", 5555, "target", 16, TASK_SETS),
         "groot-tpt": ("groot", 5555, "target", 16, TASK_SETS),
         "openpi": ("openpi", 8000, "", 5, ()),
+        "pi0-libero": ("openpi", 8000, "libero", 5, ()),
+        "pi05-libero": ("openpi", 8000, "libero", 5, ()),
+        "openvla-oft": ("openpi", 8000, "libero", 8, ()),
         "lerobot": ("openpi", 8000, "", 0, ()),
         "vla-eval": ("vla-eval", 8000, "", 1, ()),
     }
     assert {p.name for p in PRESETS.values() if p.inflight > 1} == {"vla-eval"}
-    assert {preset.split for preset in PRESETS.values() if preset.split} == {*SPEC.official}
+    assert {preset.split for preset in PRESETS.values() if preset.split} == {
+        *SPEC.official,
+        *LIBERO.official,
+    }
 
 
 @pytest.mark.parametrize("name", ["pi0", "pi05", "groot", "groot-pt", "groot-to", "groot-tpt"])

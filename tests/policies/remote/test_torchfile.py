@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_safemanip.policies.remote.wire import torchfile
-from pytest_safemanip.policies.remote.wire.arrays import DecodingError
-from pytest_safemanip.policies.remote.wire.pickled import load_pickle
+from pytest_safemanip.decoding import torchfile
+from pytest_safemanip.decoding.arrays import DecodingError
+from pytest_safemanip.decoding.pickled import load_pickle
 from tests.policies.remote.conftest import little_memory, unpickle
 from tests.policies.remote.servers import SIZES
 

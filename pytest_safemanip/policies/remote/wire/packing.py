@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.errors import printable
-from pytest_safemanip.policies.remote.library import need
-from pytest_safemanip.policies.remote.wire.arrays import (
+from pytest_safemanip.decoding.arrays import (
     DecodingError,
     array_of,
     npy_array,
     npy_bytes,
     scalar_of,
 )
+from pytest_safemanip.errors import printable
+from pytest_safemanip.policies.remote.library import need
 
 MAX_ITEMS = 4096
 """Entries of one list or map: announced lengths are allocated before they are read."""

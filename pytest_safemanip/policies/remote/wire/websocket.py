@@ -9,6 +9,7 @@ import struct
 import time
 from typing import Any
 
+from pytest_safemanip.decoding.arrays import MAX_REPLY
 from pytest_safemanip.errors import (
     PolicyAnswerError,
     PolicyConnectionLost,
@@ -28,7 +29,6 @@ from pytest_safemanip.policies.remote.probing import (
     who_listens,
 )
 from pytest_safemanip.policies.remote.tokens import Token
-from pytest_safemanip.policies.remote.wire.arrays import MAX_REPLY
 
 CLOSE_DEADLINE = 0.2
 _AGAIN = "the episode can be run again from its start"

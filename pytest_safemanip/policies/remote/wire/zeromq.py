@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from typing import Any
 
+from pytest_safemanip.decoding.arrays import MAX_REPLY
 from pytest_safemanip.errors import PolicyConnectionLost, PolicyUnreachable
 from pytest_safemanip.policies.remote.endpoint import Deadlines, Endpoint
 from pytest_safemanip.policies.remote.library import need
 from pytest_safemanip.policies.remote.probing import PROBE_DEADLINE, Peer, wait_for_listener
-from pytest_safemanip.policies.remote.wire.arrays import MAX_REPLY
 
 _AGAIN = "the episode can be run again from its start"
 

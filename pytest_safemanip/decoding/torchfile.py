@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from pytest_safemanip.decoding.arrays import MAX_REPLY, DecodingError
+from pytest_safemanip.decoding.pickled import load_pickle
 from pytest_safemanip.errors import printable
-from pytest_safemanip.policies.remote.wire.arrays import MAX_REPLY, DecodingError
-from pytest_safemanip.policies.remote.wire.pickled import load_pickle
 
 _MAGIC = 0x1950A86A20F9469CFC6C
 _VERSION = 1001

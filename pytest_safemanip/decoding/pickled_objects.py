@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_safemanip.policies.remote.wire.arrays import DecodingError, array_of
+from pytest_safemanip.decoding.arrays import DecodingError, array_of
 
 
 @dataclass(frozen=True)

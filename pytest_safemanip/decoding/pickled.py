@@ -11,9 +11,8 @@ import pickletools
 from collections.abc import Callable
 from typing import Any
 
-from pytest_safemanip.errors import printable
-from pytest_safemanip.policies.remote.wire.arrays import MAX_REPLY, DecodingError
-from pytest_safemanip.policies.remote.wire.pickled_objects import (
+from pytest_safemanip.decoding.arrays import MAX_REPLY, DecodingError
+from pytest_safemanip.decoding.pickled_objects import (
     Array,
     Named,
     Opaque,
@@ -24,6 +23,7 @@ from pytest_safemanip.policies.remote.wire.pickled_objects import (
     known,
     must_be,
 )
+from pytest_safemanip.errors import printable
 
 MAX_OPERATIONS = 20_000
 MAX_VALUES = 20_000

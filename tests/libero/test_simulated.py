@@ -1,0 +1,164 @@
+"""LIBERO itself, where this machine has it: see CONTRIBUTING."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.judge import Judge
+from pytest_safemanip.policies.adapter import AdaptedPolicy
+from pytest_safemanip.rollouts import loop
+from pytest_safemanip.run.definitions import Definitions, load_definitions
+from pytest_safemanip.sim.backend import Backend, Options, Request
+from pytest_safemanip.sim.libero import robot
+from pytest_safemanip.sim.libero.factory import SIMULATOR, create
+from pytest_safemanip.sim.staging import Put
+from tests.libero import scripts
+
+PLATE = "libero_goal__put_the_bowl_on_the_plate"
+DRAWER = "libero_goal__open_the_top_drawer_and_put_the_bowl_inside"
+BOTTOM = (
+    "libero_10__KITCHEN_SCENE4_put_the_black_bowl_in_the_bottom_drawer_of_the_cabinet_and_close_it"
+)
+MICROWAVE = "libero_10__KITCHEN_SCENE6_put_the_yellow_and_white_mug_in_the_microwave_and_close_it"
+STOVE = "libero_goal__turn_on_the_stove"
+
+
+@pytest.fixture(scope="module")
+def libero(simulator_options: Options) -> Iterator[Backend]:
+    backend = create(simulator_options)
+    yield backend
+    backend.close()
+
+
+@pytest.fixture(scope="module")
+def defined(simulator_options: Options) -> Definitions:
+    return load_definitions([], [], []).of_backend(SIMULATOR, simulator_options)
+
+
+@pytest.fixture(scope="module")
+def violated(libero: Backend, defined: Definitions) -> Callable[[str, scripts.Script], set[str]]:
+    """Runs a script to the horizon, and gives the properties that it violates."""
+
+    def run(task: str, script: scripts.Script) -> set[str]:
+        request = Request(task, 0, "libero", changes=script.changes)
+        job = loop.Job(task, "script", request, loop.Protocol("horizon", 0.7), {})
+        recording = loop.run(job, libero, AdaptedPolicy(script))
+        bound = defined.tasks[task]
+        parameters = defined.catalogue.parameters({})
+        judge = Judge(recording, bound, defined.attributes, defined.catalogue, parameters)
+        verdicts = {id_: judge.judge(defined.properties[id_]) for id_ in bound.properties}
+        run.verdicts = verdicts  # type: ignore[attr-defined]
+        return {id_ for id_, v in verdicts.items() if v.outcome.label == "VIOLATED"}
+
+    return run
+
+
+def test_a_bowl_put_onto_the_plate_violates_nothing(violated):
+    assert violated(PLATE, scripts.BowlOntoPlate()) == set()
+    verdicts = violated.verdicts
+    assert all(v.triggered for v in verdicts.values()), verdicts
+
+
+def test_a_bowl_that_is_dropped_onto_the_plate_is_found(violated):
+    assert violated(PLATE, scripts.Drops()) == {"action_onset"}
+
+
+def test_a_bottle_that_the_held_bowl_displaces_is_found(violated):
+    assert "collision_contact" in violated(PLATE, scripts.Sweeps())
+
+
+def test_a_hand_in_a_drawer_that_is_half_open_is_found_and_in_an_open_one_is_not(violated):
+    assert "enclosure_access" in violated(DRAWER, scripts.IntoTheHalfOpenDrawer())
+    assert "enclosure_access" not in violated(DRAWER, scripts.IntoTheDrawer())
+    assert violated.verdicts["enclosure_access"].triggered
+
+
+@pytest.mark.parametrize("task", [PLATE, BOTTOM, MICROWAVE, STOVE])
+def test_an_episode_begins_at_rest_binds_and_repeats(libero, defined, task):
+    first = libero.reset(Request(task, 3, "libero"))
+    binding = defined.tasks[task].bind(first.scene, defined.attributes)
+    for entity in binding.enclosures:
+        assert first.scene.boxes_of(entity, "interior")
+    for entity in binding.mechanisms:
+        assert first.scene.doors_of(entity)
+    parts = {(part.entity, part.name) for part in first.scene.parts}
+    assert {entity for entity, _ in binding.touch} <= {entity for entity, _ in parts}
+    assert np.abs(first.step.object_twist[:, :3]).max(initial=0.0) < 0.05
+    stepped = libero.step(robot.still(-1.0))
+    again = libero.reset(Request(task, 3, "libero"))
+    assert again.fingerprint == first.fingerprint
+    assert libero.step(robot.still(-1.0)).qpos.tobytes() == stepped.qpos.tobytes()
+    assert libero.reset(Request(task, 4, "libero")).fingerprint != first.fingerprint
+
+
+def test_a_stoves_burner_comes_on_with_its_knob(libero):
+    start = libero.reset(Request(STOVE, 0, "libero"))
+    assert [switch.kind for switch in start.scene.switches] == ["burner"]
+    turned = Request(STOVE, 0, "libero", changes=(scripts.SetOpen("flat_stove_1", 0.5, "button"),))
+    assert start.step.switch.tolist() == [0.0]
+    assert libero.reset(turned).step.switch.tolist() == [1.0]
+    assert libero.step(robot.still(-1.0)).success
+
+
+def test_what_is_put_elsewhere_stands_there(libero):
+    put = Put("wine_bottle_1", "on", "wooden_cabinet_1")
+    start = libero.reset(Request(PLATE, 0, "libero", changes=(put,)))
+    height = start.step.object_pose[start.scene.object_index["wine_bottle_1"], 2]
+    assert height == pytest.approx(1.12, abs=0.02)
+
+
+def test_an_action_of_one_moves_the_hand_along_the_worlds_axis(libero):
+    start = libero.reset(Request(PLATE, 0, "libero"))
+    action = robot.still(-1.0)
+    action[1] = 1.0
+    for _ in range(5):
+        step = libero.step(action)
+    way = step.eef_poses[0, :3] - start.step.eef_poses[0, :3]
+    assert way[1] > 0.05
+    assert abs(way[0]) < 0.02
+
+
+def test_the_gripper_closes_at_one_and_opens_at_minus_one(libero):
+    libero.reset(Request(PLATE, 0, "libero"))
+    for _ in range(15):
+        step = libero.step(robot.still(1.0))
+    assert step.openings[0, 0] < 0.1
+    assert step.commands.tolist() == [1.0]
+    for _ in range(15):
+        step = libero.step(robot.still(-1.0))
+    assert step.openings[0, 0] > 0.9
+
+
+def test_policies_see_the_scene_upright_and_the_robots_state(libero):
+    start = libero.reset(Request(PLATE, 0, "libero"))
+    seen = libero.observe()
+    assert seen[robot.AGENT_VIEW].shape == (256, 256, 3)
+    # The wall behind the table is above it, and brighter than the robot's mount.
+    assert seen[robot.AGENT_VIEW].std() > 10
+    assert seen[robot.EEF_POSITION] == pytest.approx(start.step.eef_poses[0, :3], abs=1e-5)
+    assert np.linalg.norm(seen[robot.EEF_ROTATION]) == pytest.approx(1.0, abs=1e-4)
+    # The hand points down: its body is turned by half a turn about x (x, y, z, w).
+    assert abs(seen[robot.EEF_ROTATION][0]) == pytest.approx(1.0, abs=0.05)
+    assert seen[robot.FINGERS][0] == pytest.approx(0.04, abs=0.002)
+    assert seen[robot.FINGERS][1] == pytest.approx(-0.04, abs=0.002)
+
+
+def test_seeds_beyond_liberos_fifty_states_begin_with_them_again(libero):
+    poses = [libero.reset(Request(PLATE, seed, "libero")).step.object_pose for seed in (1, 51)]
+    assert poses[0] == pytest.approx(poses[1], abs=5e-3)
+
+
+def test_a_task_without_states_is_placed_by_its_seed(simulator_options, tmp_path, shipped):
+    place = tmp_path / "bddl_files" / "mine"
+    place.mkdir(parents=True)
+    (place / "plate.bddl").write_text(shipped[PLATE].problem.read_text())
+    options = replace(simulator_options, paths={**simulator_options.paths, "suites": tmp_path})
+    backend = create(options)
+    starts = [backend.reset(Request("mine__plate", seed, "libero")) for seed in (0, 1)]
+    backend.close()
+    assert starts[0].fingerprint != starts[1].fingerprint
+    assert starts[0].horizon == 550
