@@ -20,7 +20,7 @@ from pytest_safemanip.trace.episode import Episode
 
 
 def find_recordings(folder: Path, option: str = "--safemanip-recordings") -> dict[Path, Episode]:
-    """The recordings in a folder; ``option`` names it.
+    """The recordings in a folder, which was given for an option.
 
     Raises:
         ConfigError: if there is no such folder, or one cannot be read.
@@ -31,21 +31,15 @@ def find_recordings(folder: Path, option: str = "--safemanip-recordings") -> dic
 
 
 def select_recordings(
-    settings: Settings,
-    folder: Path,
-    recordings: Mapping[Path, Episode],
-    tasks: Mapping[str, Task],
-    option: str = "--safemanip-recordings",
-) -> tuple[dict[RolloutKey, Path], frozenset[RolloutKey]]:
-    """The recordings whose policy, task and seed are selected, and those of them in which not
-    everything was observed.
+    settings: Settings, folder: Path, recordings: Mapping[Path, Episode], tasks: Mapping[str, Task]
+) -> dict[RolloutKey, Path]:
+    """The recordings whose policy, task and seed are selected.
 
     Raises:
         ConfigError: if there is none, two of the same rollout, or one of an unknown task.
     """
     chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
     found: dict[RolloutKey, Path] = {}
-    partial: set[RolloutKey] = set()
     for path, episode in recordings.items():
         if episode.task not in tasks:
             hint = did_you_mean(episode.task, tasks, "safemanip tasks")
@@ -60,11 +54,11 @@ def select_recordings(
         if key in found:
             raise ConfigError(f"{path} and {found[key]} are recordings of the same rollout")
         found[key] = path
-        if episode.unobserved:
-            partial.add(key)
     if not found:
-        raise ConfigError(f"{option}: no *{files.SUFFIX} file in {folder} is selected")
-    return found, frozenset(partial)
+        raise ConfigError(
+            f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
+        )
+    return found
 
 
 def refuse_unobserved(

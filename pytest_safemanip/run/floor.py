@@ -53,9 +53,9 @@ def _narrowed(record: RolloutRecord, wanted: dict[str, None]) -> RolloutRecord:
 
 def _judged(plan: Plan, folder: Path, wanted: dict[str, dict[str, None]]) -> list[RolloutRecord]:
     every = dataclasses.replace(plan.settings, policies=(), seeds=None, tasks=tuple(wanted))
-    option = "--safemanip-floor"
-    episodes = find_recordings(folder, option)
-    recordings, _ = select_recordings(every, folder, episodes, plan.tasks, option)
+    episodes = find_recordings(folder, "--safemanip-floor")
+    known = {path: episode for path, episode in episodes.items() if episode.task in wanted}
+    recordings = select_recordings(every, folder, known, plan.tasks) if known else {}
     cases = [
         Case(key.task, key.policy, id_, key.seed) for key in recordings for id_ in wanted[key.task]
     ]

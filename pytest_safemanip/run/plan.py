@@ -144,7 +144,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     settings = _with_selected_ids(settings, tasks)
     wanted = select_properties(properties, settings.properties)
     recordings: dict[RolloutKey, Path] = {}
-    partial: frozenset[RolloutKey] = frozenset()
+    partial: set[RolloutKey] = set()
     policies: dict[str, PolicySpec] = {}
     if settings.recordings is not None:
         if settings.early_stop is not None:
@@ -153,7 +153,8 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             )
         if settings.fresh:
             raise ConfigError("--safemanip-fresh has nothing to run with --safemanip-recordings")
-        recordings, partial = select_recordings(settings, settings.recordings, episodes, tasks)
+        recordings = select_recordings(settings, settings.recordings, episodes, tasks)
+        partial = {key for key, path in recordings.items() if episodes[path].unobserved}
         rollouts = list(recordings)
     elif simulator is not None:
         if not settings.policies:

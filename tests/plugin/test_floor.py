@@ -66,7 +66,7 @@ def test_without_a_demonstration_of_its_tasks_a_run_does_not_begin(
     empty = pytester.mkdir("empty")
     result = judged(one_suite, f"--safemanip-floor={empty}")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["*--safemanip-floor: no *.rollout file in *empty is selected"])
+    result.stderr.fnmatch_lines([f"*--safemanip-floor: {empty} has no demonstration of {TASK}"])
     document = {"schema": 1}
     (empty / "summary.json").write_text(json.dumps(document))
     result = judged(one_suite, f"--safemanip-floor={empty}")
