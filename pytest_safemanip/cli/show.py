@@ -107,7 +107,8 @@ def _proofs(found: Evaluation) -> list[str]:
 
 
 def _plain_finding(finding: Finding) -> dict[str, Any]:
-    return {name: value for name, value in vars(finding).items() if name != "values"}
+    told = {name: value for name, value in vars(finding).items() if name != "values"}
+    return {**told, "excess": asdict(finding.excess) if finding.excess else None}
 
 
 def _plain(found: Evaluation, path: Path) -> dict[str, Any]:

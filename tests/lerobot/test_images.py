@@ -24,7 +24,7 @@ from tests.sim.test_observing import require
 
 def frames(path: Path) -> Any:
     """The pictures of a video (N, 256, 256, 3)."""
-    imageio_ffmpeg.get_ffmpeg_exe()
+    ffmpeg = imageio_ffmpeg.get_ffmpeg_exe()
     wanted = ("-v", "error", "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-")
     done = subprocess.run([ffmpeg, *wanted], capture_output=True, check=True)
     return np.frombuffer(done.stdout, np.uint8).reshape(-1, 256, 256, 3)
