@@ -25,7 +25,7 @@ WRITTEN = sorted(
 )
 CHECKED = {"sh", "python", "output", "yaml", "ini"}
 SHOWN = {"text", "bibtex", "js"}
-MAX_NOT_RUN = 32
+MAX_NOT_RUN = 36
 EARLY = 6
 """Seeds, of a larger budget, that are shared: the rest the command runs if it needs them."""
 
