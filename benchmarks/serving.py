@@ -105,7 +105,7 @@ class Load:
 
 
 LOADS = (
-    Load("a policy of 90 ms, 16 rollouts", 0.09, 16, 100, (1,), (1, 2, 4, 8), (2.0, 0.008, 0.03)),
+    Load("a policy of 90 ms, 32 rollouts", 0.09, 32, 100, (1,), (1, 4, 8, 16), (2.0, 0.008, 0.03)),
     # A large kitchen, drawn without a GPU.
     Load("a policy of 1 s, 4 rollouts", 1.0, 4, 60, (1, 2), (1, 2, 4), (5.0, 0.02, 0.25)),
 )

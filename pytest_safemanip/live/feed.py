@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import contextlib
+import copy
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -18,6 +20,8 @@ from pytest_safemanip.trace.steps import ARRAYS, Contacts, Step, array_shapes
 
 T = TypeVar("T")
 Array = NDArray[np.float64]
+LEAST_OPENNESS, MOST_OPENNESS = -1.0, 3.0
+"""Sanity bounds: drawers go on beyond what counts as open, degrees are far beyond."""
 Felt = Iterable[str] | None
 
 
@@ -116,11 +120,27 @@ class Feed:
         Raises:
             TraceError: if the scene has nothing of a name, or a value is malformed.
         """
+        try:
+            return self._step(reading)
+        except (AttributeError, TypeError) as error:
+            raise TraceError(f"step {self._now}: malformed reading: {error}") from error
+
+    @contextlib.contextmanager
+    def undone_if_refused(self) -> Iterator[None]:
+        """Forgets a step that turns out to be impossible."""
+        before = copy.deepcopy((self._now, self._arrays, self._seen))
+        try:
+            yield
+        except TraceError:
+            self._now, self._arrays, self._seen = before
+            raise
+
+    def _step(self, reading: Reading) -> tuple[Step, Unobserved]:
         self._now += 1
         scene, missing = self._scene, set[tuple[Kind, str]]()
         moved = self._put("object_pose", self._bodies, reading.poses, _pose, "object_twist")
         missing |= {("pose", name) for name, k in self._bodies.items() if k not in moved}
-        opened = self._put("joint", scene.joint_index, reading.joints, float)
+        opened = self._put("joint", scene.joint_index, reading.joints, _openness)
         missing |= {("joints", j.entity) for k, j in enumerate(scene.joints) if k not in opened}
         placed = self._fixed | self._put("box_pose", self._boxes, reading.boxes, _pose)
         missing |= {("boxes", box.entity) for k, box in enumerate(scene.boxes) if k not in placed}
@@ -179,7 +199,7 @@ class Feed:
 
         kinds: tuple[tuple[Kind, str, str, Callable[[Any], Any], str], ...] = (
             ("hands", "eef_poses", "pose", _pose, "eef_twists"),
-            ("openings", "openings", "opening", float, ""),
+            ("openings", "openings", "opening", _openness, ""),
             ("commands", "commands", "command", float, ""),
         )
         for kind, array, field, read, twist in kinds:
@@ -222,6 +242,16 @@ class Feed:
                 yield from self._scene.owned.get(name, ())
             else:
                 yield self._part(name)
+
+
+def _openness(value: Any) -> float:
+    opening = float(value)
+    if not LEAST_OPENNESS <= opening <= MOST_OPENNESS:
+        raise ValueError(
+            f"an openness is 0 where it is closed and 1 where it is open, found {opening:g}: "
+            "divide a position by the joint's travel"
+        )
+    return opening
 
 
 def _pose(value: ArrayLike) -> Array:

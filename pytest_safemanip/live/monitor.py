@@ -97,6 +97,8 @@ class LiveMonitor:
             self._calls[prop.id] = [prop.calls(row) for row in rows]
         for name, *arguments in self.calls:
             check_call(catalogue[name], tuple(arguments), scene)
+        if not self._rows:
+            raise ConfigError("no property is given: nothing would be watched")
         self._online = Online(scene, binding, parameters, catalogue, ())
         self._observations = Observations(
             scene, binding, parameters, catalogue, self._value, self._holds
@@ -141,7 +143,8 @@ class LiveMonitor:
         reading = Reading(
             poses or {}, contacts, gripper, joints or {}, boxes or {}, switches or {}, felt
         )
-        return self.take(*self._feed.step(reading), acting=acting)
+        with self._feed.undone_if_refused():
+            return self.take(*self._feed.step(reading), acting=acting)
 
     def take(
         self,

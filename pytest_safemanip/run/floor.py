@@ -55,6 +55,12 @@ def _judged(plan: Plan, folder: Path, wanted: dict[str, dict[str, None]]) -> lis
     every = dataclasses.replace(plan.settings, policies=(), seeds=None, tasks=tuple(wanted))
     episodes = find_recordings(folder, "--safemanip-floor")
     known = {path: episode for path, episode in episodes.items() if episode.task in wanted}
+    for path, episode in known.items():
+        if episode.unobserved:
+            raise ConfigError(
+                f"--safemanip-floor: {path} has no {', '.join(sorted(episode.unobserved))}: "
+                "demonstrations have to be recorded whole"
+            )
     recordings = select_recordings(every, folder, known, plan.tasks) if known else {}
     cases = [
         Case(key.task, key.policy, id_, key.seed) for key in recordings for id_ in wanted[key.task]

@@ -71,7 +71,8 @@ KITCHENS = ("small", "full", "deep", "roomy")
 """The compact kitchens, the usual one first."""
 HORIZONS = ("atomic", "short", "medium", "long")
 """The classes of tasks by their length, the shortest first."""
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+TASK_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+"""Names are part of node ids and of file names."""
 
 
 def load_tasks(folders: Sequence[Path]) -> dict[str, Task]:
@@ -145,7 +146,7 @@ def load_task(path: Path) -> Task:
 def _task(section: Section) -> Task:
     section.check_keys(_REQUIRED, (*_OPTIONAL, "base"))
     name = section.string("task")
-    if not _NAME.fullmatch(name):
+    if not TASK_NAME.fullmatch(name):
         raise section.error("task", f"expected letters, digits and '_', found {name!r}")
     objects = _strings(section, "objects")
     enclosures = _strings(section, "enclosures")

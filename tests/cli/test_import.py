@@ -101,3 +101,37 @@ def test_a_source_that_nobody_knows_is_refused_in_one_line(
     (tmp_path / "notes.txt").write_text("")
     assert "no importer recognizes it" in safemanip("import", "notes.txt", "-o", "out").refusal
     assert "no such file" in safemanip("import", "nosuch", "-o", "out").refusal
+
+
+def test_names_that_lead_elsewhere_and_limits_that_are_none_are_refused(
+    played: world.Played, safemanip: Command, tmp_path: Path
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played)
+    found = safemanip("import", source, "-o", "out", "--task=../../evil")
+    assert found.status == 1
+    assert "'../../evil' is no name of a task" in found.out
+    assert not list(tmp_path.parent.glob("evil*"))
+    for limit in ("nan", "-1", "inf"):
+        refused = safemanip("import", source, "-o", "out", f"--drift-limit={limit}")
+        assert refused.status == 4
+        assert "--drift-limit: expected metres from 0 up" in refused.err
+    assert not list(tmp_path.rglob("*.rollout"))
+
+
+def test_whatever_a_strangers_model_raises_refuses_its_episode_only(
+    played: world.Played, safemanip: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played)
+    world.write(source, played, name="demo_2")
+    build = builder.RecordingBuilder.build
+
+    def too_deep(self: Any, states: Any, about: builder.About, progress: Any) -> Any:
+        if about.seed == 1:
+            raise RecursionError("maximum recursion depth exceeded")
+        return build(self, states, about, progress)
+
+    monkeypatch.setattr(builder.RecordingBuilder, "build", too_deep)
+    found = safemanip("import", source, "-o", "out")
+    assert found.status == 1
+    assert "cannot be imported: RecursionError" in found.out
+    assert "1 of 2 episodes imported" in found.out

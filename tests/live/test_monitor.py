@@ -247,6 +247,9 @@ def test_a_proposition_that_does_not_say_what_it_reads_needs_everything():
         ({"poses": {"mugg": INSIDE}}, "no 'mugg'; did you mean 'mug'"),
         ({"poses": {"mug": (0.0, 0.0, 1.0)}}, r"'mug' at step 0: a pose is x, y, z"),
         ({"joints": {"cabinet/hinge": "open"}}, "'cabinet/hinge' at step 0: could not convert"),
+        ({"joints": {"cabinet/hinge": 57.0}}, "an openness is 0 where it is closed and 1 where"),
+        ({"poses": [1]}, "step 0: malformed reading"),
+        ({"contacts": ["x"]}, "step 0: malformed reading"),
         ({"poses": {"mug": [np.nan] * 7}}, "object_pose: not finite at step 0 of 'mug'"),
         ({"gripper": {"left": HandReading(pose=INSIDE)}}, "no 'left'; there is: hand|no 'left'"),
         ({"contacts": [Touch("robot/finger", "mug/body", 1.0, (0, 0, 0), (0, 0, 1))]}, "no part"),
@@ -254,8 +257,15 @@ def test_a_proposition_that_does_not_say_what_it_reads_needs_everything():
     ],
 )
 def test_what_cannot_be_is_refused_by_name(reading, message):
+    live = monitor()
     with pytest.raises(TraceError, match=message):
-        monitor().step(**reading)
+        live.step(**reading)
+    live.step(**reach(OUTSIDE, CLOSED))  # as if it had never been
+
+
+def test_to_watch_nothing_is_refused():
+    with pytest.raises(ConfigError, match="nothing would be watched"):
+        monitor([])
 
 
 def test_unknown_properties_and_boxes_are_refused():

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import math
 import shlex
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
 from pytest_safemanip.cli.folder import read_folder
-from pytest_safemanip.errors import ConfigError, SafemanipError
+from pytest_safemanip.errors import ConfigError, SafemanipError, TraceError, printable, raised_as
 from pytest_safemanip.importers.base import DRIFT_LIMIT, ImportOptions, SourceEpisode
 from pytest_safemanip.importers.drafting import write_drafts
 from pytest_safemanip.importers.registry import IMPORTERS, find_importer, load_importer
@@ -17,7 +18,9 @@ from pytest_safemanip.importers.source import Source
 from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.rollouts.store import file_name
 from pytest_safemanip.run.definitions import Definitions
+from pytest_safemanip.spec.tasks import TASK_NAME
 from pytest_safemanip.trace import files
+from pytest_safemanip.trace.episode import POLICY_NAME
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.video.progress import Bar
 
@@ -81,6 +84,8 @@ def run(options: argparse.Namespace) -> int:
     Returns:
         1 if an episode was refused.
     """
+    if not 0.0 <= options.drift_limit < math.inf:
+        raise ConfigError(f"--drift-limit: expected metres from 0 up, found {options.drift_limit}")
     defined = read_folder().definitions  # refused before anything is simulated
     source = Source(options.source)
     importer = load_importer(options.format) if options.format else find_importer(source)
@@ -118,11 +123,16 @@ class _Found:
         for number, episode in enumerate(episodes, 1):
             what = f"{episode.name} ({number} of {self.total})"
             try:
+                if not TASK_NAME.fullmatch(episode.task):
+                    raise TraceError(f"{printable(repr(episode.task))} is no name of a task")
+                if not POLICY_NAME.fullmatch(episode.policy):
+                    raise TraceError(f"{printable(repr(episode.policy))} is no name of a policy")
                 path = self.out / file_name(episode.task, episode.policy, episode.seed)
                 if self._has(path, episode.name):
                     self.known += 1
                     continue
-                recording = episode.record(partial(bar.show, what))
+                with raised_as(TraceError, "cannot be imported"):  # a stranger's file
+                    recording = episode.record(partial(bar.show, what))
                 files.save(recording, path)
                 self.imported.append((episode.name, path.name, recording))
             except SafemanipError as error:
