@@ -148,6 +148,12 @@ def printable(text: str, most: int = 200, lines: bool = False) -> str:
     return shown if len(text) <= most and len(shown) <= most else f"{shown[:most]}..."
 
 
+def placed(place: object, error: object) -> str:
+    """What an error says, with its place before it, once."""
+    text = str(error)
+    return text if text.startswith(f"{place}: ") else f"{place}: {text}"
+
+
 def install_command(extra: str) -> str:
     """The command that installs the libraries of an extra."""
     return f"pip install '.[{extra}]' in a checkout of pytest-safemanip"

@@ -164,7 +164,7 @@ class Judge:
         rows = self._binding.relation(prop.relation) if prop.relation else ((),)
         if missing := self._recording.episode.unobserved if not rows else None:
             raise TraceError(
-                f"{prop.id}: ranges over {prop.relation}, and the recording has no "
+                f"it ranges over {prop.relation}, and the recording has no "
                 f"{', '.join(sorted(missing))}"
             )
         if not rows:

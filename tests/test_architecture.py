@@ -31,7 +31,7 @@ ROOMS: Mapping[str, str] = {
     "rollouts": "errors.py policies sim trace",
     "metrics": "errors.py markup.py spec trace",
     "lerobot": "errors.py sim trace",
-    "importers": "errors.py lerobot provenance.py rollouts sim spec trace",
+    "importers": "errors.py lerobot provenance.py resources.py rollouts sim spec trace",
     "expert": "errors.py policies provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "

@@ -46,7 +46,7 @@ class SourceEpisode:
 
     Attributes:
         name: where it is in the source, for people.
-        task: name of the task.
+        task: name of the task; empty if the source cannot be read, and ``record`` raises why.
         policy: who acted.
         seed: tells the episodes of one task and policy apart.
         record: makes the recording; TraceError or ConfigError if it has to be refused.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -13,7 +13,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import TraceError
+from pytest_safemanip import resources
+from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.importers.base import DRIFT_LIMIT
 from pytest_safemanip.importers.commands import infer_commands, keep_on, motion_of
 from pytest_safemanip.importers.resimulation import Resimulation, State
@@ -22,6 +23,8 @@ from pytest_safemanip.sim.mujoco.contacts import ContactSampler
 from pytest_safemanip.sim.mujoco.describing import describe
 from pytest_safemanip.sim.mujoco.layout import Layout
 from pytest_safemanip.sim.mujoco.reading import Reader
+from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.task import OBJECTS_FILE
 from pytest_safemanip.trace.elements import Switch
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording, check
@@ -129,9 +132,11 @@ class RecordingBuilder:
             held. Without it, what physics still owes at the end is unresolved.
         drift_limit: the largest distance, m, that an object may be from its next state.
         switches: of fixtures, that states say on or off.
+        categories: of objects, which have a row in an ``objects.yaml`` of yours, beside the shipped
+            ones.
 
     Raises:
-        ConfigError: if the layout names what the model does not have.
+        ConfigError: if the layout names what the model does not have, or a category without a row.
     """
 
     def __init__(
@@ -142,7 +147,9 @@ class RecordingBuilder:
         tail: bool = True,
         drift_limit: float = DRIFT_LIMIT,
         switches: Sequence[Switch] = (),
+        categories: Collection[str] = (),
     ) -> None:
+        _check_categories(layout, categories)
         self._model, self._layout, self._switches = model, layout, switches
         self._tail, self._limit = tail, drift_limit
 
@@ -339,6 +346,19 @@ class _Build:
             for _ in self._physics.run(now, robot, count, commands):
                 self._sampler.sample(data)
             yield self._reader.read(success, self._sampler.take(), commands)
+
+
+def _check_categories(layout: Layout, own: Collection[str]) -> None:
+    if all(thing.category in own for thing in layout.objects.values()):
+        return
+    known = {*load_attributes(resources.folder("tasks") / OBJECTS_FILE), *own}
+    for name, thing in layout.objects.items():
+        if thing.category not in known:
+            raise ConfigError(
+                f"object {name!r}: category {thing.category!r} has no row in {OBJECTS_FILE}; "
+                f"{did_you_mean(thing.category, known)} (your own: give it a row in an "
+                f"{OBJECTS_FILE} beside your tasks, and name it here as categories=)"
+            )
 
 
 def _check(states: States, model: Any, switches: int) -> None:

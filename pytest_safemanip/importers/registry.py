@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 
-from pytest_safemanip.errors import ConfigError, did_you_mean, install_command
+from pytest_safemanip.errors import ConfigError, install_command
 from pytest_safemanip.importers.base import Importer
 from pytest_safemanip.importers.source import Source
 
@@ -15,16 +15,15 @@ IMPORTERS = {
 }
 """The class of each importer, by the name of what it reads; the first that recognizes a source
 imports it."""
+READS = {
+    "robocasa": "LeRobot datasets of RoboCasa's, with extras/",
+    "lerobot": "other LeRobot datasets, by meta/info.json",
+    "robosuite": "robosuite's and robomimic's .hdf5 and .h5",
+}
+"""What each reads, for people."""
 
 
-def load_importer(name: str) -> Importer:
-    """An importer by its name.
-
-    Raises:
-        ConfigError: if there is none, or what it needs is not installed.
-    """
-    if name not in IMPORTERS:
-        raise ConfigError(f"unknown importer {name!r}; {did_you_mean(name, IMPORTERS)}")
+def _load(name: str) -> Importer:
     module, _, attribute = IMPORTERS[name].partition(":")
     try:
         importer: Importer = getattr(importlib.import_module(module), attribute)()
@@ -35,16 +34,20 @@ def load_importer(name: str) -> Importer:
     return importer
 
 
-def find_importer(source: Source) -> Importer:
+def find_importer(source: Source, name: str = "") -> Importer:
     """The importer that a source is for.
 
+    Args:
+        source: what there is.
+        name: of the one that the user wants; empty for the first that recognizes the source.
+
     Raises:
-        ConfigError: if none recognizes it.
+        ConfigError: if none, or that one, finds nothing in it, or needs what is not installed.
     """
-    for name in IMPORTERS:
-        importer = load_importer(name)
+    for candidate in [name] if name else IMPORTERS:
+        importer = _load(candidate)
         if importer.recognizes(source):
             return importer
-    raise ConfigError(
-        f"{source.path}: no importer recognizes it; there are importers for {', '.join(IMPORTERS)}"
-    )
+    wanted = {name: READS[name]} if name else READS
+    known = "; ".join(f"{name} ({what})" for name, what in wanted.items())
+    raise ConfigError(f"{source.path}: nothing to import; importers: {known}")

@@ -7,9 +7,7 @@ from itertools import groupby
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
-from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.records import RolloutKey
-from pytest_safemanip.propositions.definition import Parameters
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.run.cases import Case, select_tasks
 from pytest_safemanip.run.definitions import Definitions
@@ -59,50 +57,6 @@ def select_recordings(
             f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
         )
     return found
-
-
-def refuse_unobserved(
-    cases: Iterable[Case],
-    recordings: Mapping[RolloutKey, Path],
-    defined: Definitions,
-    parameters: Parameters,
-) -> None:
-    """Judge recordings in which not everything was observed, as nothing else says what a property
-    needs; they are short of arrays, and quick.
-
-    Args:
-        cases: those of such recordings; of one rollout, neighbours.
-        recordings: file of each rollout.
-        defined: tasks, properties and propositions.
-        parameters: of propositions.
-
-    Raises:
-        ConfigError: naming the properties that need more.
-    """
-    for key, own in groupby(cases, lambda case: case.rollout):
-        path = recordings[key]
-        recording = files.load(path)
-        judge = Judge(
-            recording,
-            defined.tasks[key.task],
-            defined.attributes,
-            defined.catalogue,
-            parameters,
-        )
-        refused, can = [], []
-        for case in own:
-            try:
-                judge.judge(defined.properties[case.property_id])
-                can.append(case.property_id)
-            except TraceError:
-                refused.append(case.property_id)
-        if refused:
-            missing = ", ".join(sorted(recording.episode.unobserved))
-            raise ConfigError(
-                f"{path} has no {missing}: {', '.join(refused)} cannot be judged on it; name what "
-                "can be with --safemanip-properties "
-                f"({', '.join(can) or 'none of those that apply'})"
-            )
 
 
 def check_grounded(

@@ -27,12 +27,7 @@ from pytest_safemanip.run.cases import (
     select_tasks,
 )
 from pytest_safemanip.run.definitions import Definitions, load_definitions
-from pytest_safemanip.run.discovery import (
-    check_grounded,
-    find_recordings,
-    refuse_unobserved,
-    select_recordings,
-)
+from pytest_safemanip.run.discovery import check_grounded, find_recordings, select_recordings
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
@@ -191,8 +186,6 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     if recordings:
         whole = [case for case in chosen if case.rollout not in partial]
         check_grounded(recordings, whole, defined)
-        rest = [case for case in chosen if case.rollout in partial]
-        refuse_unobserved(rest, recordings, defined, parameters)
     return Plan(
         settings=settings,
         cases=chosen,
@@ -283,9 +276,10 @@ def _rollouts(
         cannot = [task.name for task in chosen if task not in can]
         # "all" means all that the policy can do; who names a task wants that one.
         if cannot and (settings.tasks != ("all",) or not can):
+            known = [task for task in policy.tasks or () if task in defined.runnable]
             raise ConfigError(
                 f"policy {name!r} has no plan for {', '.join(cannot)}; "
-                f"it knows {', '.join(policy.tasks or ())}"
+                f"it knows {', '.join(known) or 'no task of this backend'}"
             )
         seeds = settings.seeds or (0,)
         if settings.early_stop is not None:  # each seed of all tasks is a round

@@ -17,6 +17,7 @@ from pytest_safemanip.errors import (
     PolicyUnreachable,
     RolloutError,
     SafemanipError,
+    TraceError,
     did_you_mean,
     ends_run,
     raised_as,
@@ -86,8 +87,14 @@ class EvaluatedRollout:
         if prop is None:
             hint = did_you_mean(property_id, self.properties, "safemanip properties")
             raise ConfigError(f"unknown property {property_id!r}; {hint}")
-        with raised_as(JudgementError, f"{property_id} cannot be judged"):
-            return self.judge.judge(prop)
+        why = f"{property_id} cannot be judged"
+        try:
+            with raised_as(JudgementError, why):
+                return self.judge.judge(prop)
+        except TraceError as error:
+            if not self.recording.episode.unobserved:
+                raise
+            raise TraceError(f"{why}: {error}; select others with --safemanip-properties") from None
 
 
 def recording_key(

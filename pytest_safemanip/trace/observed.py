@@ -45,5 +45,5 @@ class ObservedSteps(Steps):
     def __getattribute__(self, name: str) -> Any:
         kind = _KIND_OF.get(name)
         if kind is not None and kind in object.__getattribute__(self, "_unobserved"):
-            raise TraceError(f"{name} is needed, and the recording has no {kind}")
+            raise TraceError(f"it needs {name}, and the recording has no {kind}")
         return super().__getattribute__(name)

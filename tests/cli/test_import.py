@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import h5py
 import pytest
 
 from pytest_safemanip.importers import builder
@@ -99,8 +100,20 @@ def test_a_source_that_nobody_knows_is_refused_in_one_line(
     safemanip: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "notes.txt").write_text("")
-    assert "no importer recognizes it" in safemanip("import", "notes.txt", "-o", "out").refusal
+    assert "notes.txt: nothing to import; " in safemanip("import", "notes.txt", "-o", "out").refusal
     assert "no such file" in safemanip("import", "nosuch", "-o", "out").refusal
+
+
+def test_a_file_is_named_once_in_what_is_wrong_with_it_and_nothing_in_it_is_no_success(
+    safemanip: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "demo.hdf5").write_bytes(b"PK")
+    found = safemanip("import", "demo.hdf5", "-o", "out")
+    assert found.status == 1
+    assert "refused  demo.hdf5: not HDF5, or a damaged one" in found.out
+    with h5py.File("demo.hdf5", "w") as file:
+        file.create_group("data").attrs["env"] = "Lift"
+    assert safemanip("import", "demo.hdf5", "-o", "out").refusal.endswith("it has no episode")
 
 
 def test_names_that_lead_elsewhere_and_limits_that_are_none_are_refused(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import mujoco
 import numpy as np
 import pytest
 
 from pytest_safemanip import RecordingBuilder
-from pytest_safemanip.errors import TraceError
+from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.importers.builder import About, States
 from pytest_safemanip.importers.commands import infer_commands
 from pytest_safemanip.sim.mujoco.layout import (
@@ -112,6 +114,19 @@ def test_states_must_say_what_switches_do(model: mujoco.MjModel, states: States)
     silent = States(states.times, states.qpos, states.qvel)
     with pytest.raises(TraceError, match="switches: the states do not say"):
         build(model, silent)
+
+
+def test_a_category_that_nobody_has_described_is_told_when_the_recording_is_built(
+    model: mujoco.MjModel, states: States
+) -> None:
+    layout = dataclasses.replace(LAYOUT, objects={"ball": ObjectLayout("ball", "ornage")})
+    refused = "object 'ball': category 'ornage' has no row in objects.yaml.*mean 'orange'"
+    with pytest.raises(ConfigError, match=refused):
+        RecordingBuilder(model, layout)
+    recording = RecordingBuilder(model, layout, switches=(LAMP,), categories={"ornage"}).build(
+        states, About(task="Any")
+    )
+    assert recording.scene.entity["ball"].category == "ornage"
 
 
 def test_the_same_states_give_the_same_recording(model: mujoco.MjModel, states: States) -> None:

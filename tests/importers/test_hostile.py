@@ -220,8 +220,17 @@ def test_states_of_another_physics_are_refused(played: world.Played, tmp_path: P
 
 def test_a_source_that_nobody_knows_is_named(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("")
-    with pytest.raises(ConfigError, match=r"no importer recognizes it; .* for .*robosuite"):
+    with pytest.raises(ConfigError) as refused:
         find_importer(Source(tmp_path))
+    assert str(refused.value) == (
+        f"{tmp_path}: nothing to import; importers: robocasa (LeRobot datasets of RoboCasa's, with "
+        "extras/); lerobot (other LeRobot datasets, by meta/info.json); robosuite (robosuite's and "
+        "robomimic's .hdf5 and .h5)"
+    )
+    with pytest.raises(
+        ConfigError, match=r"nothing to import; importers: lerobot \(other [^;]*\)$"
+    ):
+        find_importer(Source(tmp_path), "lerobot")
     with pytest.raises(ConfigError, match="no such file or directory"):
         Source(tmp_path / "nosuch")
     (tmp_path / "a.whl").write_text("")

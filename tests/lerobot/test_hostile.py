@@ -30,6 +30,7 @@ from pytest_safemanip.lerobot.parquet import write_columns
 from pytest_safemanip.lerobot.writing import DatasetWriter, Rows
 from pytest_safemanip.sim.robocasa.playback import episode_meta, model_xml
 from pytest_safemanip.trace import files
+from tests import toy
 
 EPISODE = "extras/episode_000000"
 TABLE = "data/chunk-000/episode_000000.parquet"
@@ -261,6 +262,21 @@ def test_robocasa_is_told_of_no_file_but_assets(
     episode_meta.checked(meta, tmp_path)
     with pytest.raises(TraceError, match=message):
         episode_meta.checked({**meta, **change}, tmp_path)
+
+
+def test_what_cannot_be_exported_is_named_with_the_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("pyarrow")
+    files.save(toy.recording(), tmp_path / "a.rollout")
+    (tmp_path / "b.rollout").write_text("PK")
+    assert main(["export", str(tmp_path), "--lerobot", "-o", str(tmp_path / "out")]) == 1
+    assert capsys.readouterr().out.splitlines() == [
+        f"refused  {tmp_path}/a.rollout: recorded with the backend 'toy'; only robocasa's can be "
+        "exported: datasets have its robot's state and its models",
+        f"refused  {tmp_path}/b.rollout: not a recording, or a truncated one (File is not a zip file)",
+    ]
+    assert not (tmp_path / "out").exists()
 
 
 def test_actions_go_to_the_datasets_order_and_back() -> None:

@@ -77,19 +77,36 @@ def test_the_robots_own_state_is_that_of_the_recording(log: Path, rollouts: Roll
     )
 
 
-def test_properties_that_need_more_are_refused_by_name_when_they_are_collected(
-    log: Path, pytester: pytest.Pytester
+def with_a_rule(pytester: pytest.Pytester, limit: float) -> None:
+    """Add a property of the hand alone."""
+    pytester.makeconftest(SPEED.format(limit=limit))
+    (pytester.mkdir("rules") / "slow_hand.yaml").write_text(RULE)
+    pytester.makeini("[pytest]\nsafemanip_property_paths = rules")
+
+
+def test_a_log_among_recordings_blocks_none_and_its_cases_say_what_they_lack(
+    log: Path, rollouts: Rollouts, pytester: pytest.Pytester
 ) -> None:
     read(log)
-    result = pytester.runpytest(f"--safemanip-recordings={log.parent / 'recordings'}")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(
+    whole = rollouts.get(TASK)
+    shutil.copy(whole.path, log.parent / "recordings")
+    with_a_rule(pytester, limit=5.0)
+    result = pytester.runpytest(f"--safemanip-recordings={log.parent / 'recordings'}", "-rE")
+    applying = len(rollouts.plan(TASK).cases)
+    # The one that is about the hand is judged on both.
+    result.assert_outcomes(errors=applying, passed=applying + 2)
+    result.stdout.fnmatch_lines_random(
         [
-            "*.rollout has no contacts, fixtures, objects: collision_contact, grasp_stability, "
-            "*enclosure_release cannot be judged on it; name what can be with "
-            "--safemanip-properties (none of those that apply)"
+            "collision_contact cannot be judged: it needs contacts, and the recording has no "
+            "contacts; select others with --safemanip-properties",
+            "grasp_stability cannot be judged: it ranges over objects, and the recording has no "
+            "contacts, fixtures, objects; *",
+            "mine: 0 complete rollouts, 1 with errors",
         ]
     )
+    metrics = json.loads((pytester.path / ".safemanip/summary.json").read_text())["metrics"]
+    assert metrics["scripted"]["violation_rate"]["total"] == 1
+    assert metrics["mine"]["violation_rate"]["total"] == 0
 
 
 @pytest.mark.parametrize(("limit", "outcome"), [(5.0, {"passed": 1}), (0.01, {"failed": 1})])
@@ -97,9 +114,7 @@ def test_a_property_of_what_was_observed_is_judged(
     limit: float, outcome: dict[str, int], log: Path, pytester: pytest.Pytester
 ) -> None:
     read(log)
-    pytester.makeconftest(SPEED.format(limit=limit))
-    (pytester.mkdir("rules") / "slow_hand.yaml").write_text(RULE)
-    pytester.makeini("[pytest]\nsafemanip_property_paths = rules")
+    with_a_rule(pytester, limit)
     result = pytester.runpytest(
         f"--safemanip-recordings={log.parent / 'recordings'}",
         "--safemanip-properties=slow_hand",

@@ -126,6 +126,14 @@ def test_only_what_is_safe_and_successful_is_exported(rollouts: Rollouts, tmp_pa
     assert json.loads(found)["safemanip"]["policy"] == "scripted"
 
 
+def test_a_recorded_tail_is_left_out_if_the_user_wants_none(
+    exported: Exported, tmp_path: Path
+) -> None:
+    command("import", exported("OpenDrawer"), "-o", tmp_path, "--no-tail")
+    (path,) = tmp_path.glob(f"*{files.SUFFIX}")
+    assert files.load(path).truncated
+
+
 def test_an_object_that_is_not_where_physics_takes_it_is_drift_and_refused(
     exported: Exported, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -64,4 +64,6 @@ def test_a_task_of_another_backend_says_whose_it_is(folder: Suite) -> None:
 def test_a_policy_that_knows_no_task_of_the_backend_is_refused(folder: Suite) -> None:
     result = folder.run(IN_ROBOSUITE, "--safemanip-policy=scripted")
     assert result.ret == 4
-    result.stderr.fnmatch_lines(["*policy 'scripted' has no plan for Door, Lift, *"])
+    result.stderr.fnmatch_lines(
+        ["*policy 'scripted' has no plan for Door, Lift, *; it knows no task of this backend"]
+    )

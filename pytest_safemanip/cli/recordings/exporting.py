@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.cli.drawing import add_assets
 from pytest_safemanip.cli.evaluation import evaluate
 from pytest_safemanip.cli.folder import Folder, read_folder
-from pytest_safemanip.errors import ConfigError, SafemanipError, did_you_mean
+from pytest_safemanip.errors import ConfigError, SafemanipError, did_you_mean, placed
 from pytest_safemanip.lerobot.conventions import IMAGES, STATE_PARTS
 from pytest_safemanip.lerobot.extras import Extras
 from pytest_safemanip.lerobot.layout import LAYOUTS, V21
@@ -24,6 +24,7 @@ from pytest_safemanip.lerobot.writing import DatasetWriter, Rows
 from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.sim.robocasa import observation
 from pytest_safemanip.trace import files
+from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.video.encoding import check_encoder, open_encoder
 from pytest_safemanip.video.film import request_of
@@ -31,6 +32,7 @@ from pytest_safemanip.video.progress import Bar
 
 EXAMPLE = "safemanip export .safemanip/recordings --lerobot -o datasets --only safe,successful"
 ONLY = ("safe", "successful")
+BACKEND = "robocasa"
 KEYFRAMES = 10
 """Pictures from one that stands for itself to the next: readers jump to any."""
 
@@ -89,19 +91,24 @@ def run(options: argparse.Namespace) -> int:
         check_encoder(Path("video.mp4"))
     folder = read_folder()
     by_task: dict[str, list[Path]] = {}
+    refused: list[str] = []
     left_out = 0
     for path in _recordings(options.sources):
-        if _is_wanted(path, wanted, folder):
-            by_task.setdefault(files.load_episode(path).task, []).append(path)
-        else:
-            left_out += 1
-    if not by_task:
+        try:
+            task = _exportable(path).task
+            if _is_wanted(path, wanted, folder):
+                by_task.setdefault(task, []).append(path)
+            else:
+                left_out += 1
+        except SafemanipError as error:
+            refused.append(placed(path, error))
+    if not by_task and not refused:
         raise ConfigError(f"--only: no recording is {' and '.join(wanted)}")
-    refused: list[str] = []
     with Bar() as bar:
-        exporter = _Exporter(options, folder, bar)
-        for task, paths in by_task.items():
-            refused += exporter.write(task, paths)
+        if by_task:
+            exporter = _Exporter(options, folder, bar)
+            for task, paths in by_task.items():
+                refused += exporter.write(task, paths)
     if left_out:
         print(f"{counted(left_out, 'recording')} left out: not {' and '.join(wanted)}")
     for reason in refused:
@@ -125,6 +132,21 @@ def _recordings(sources: list[Path]) -> list[Path]:
             raise ConfigError(f"{source}: no *{files.SUFFIX} file in it")
         found += own
     return list(dict.fromkeys(found))
+
+
+def _exportable(path: Path) -> Episode:
+    """The episode of a recording.
+
+    Raises:
+        SafemanipError: if it cannot be read, or is of a simulator whose scenes are not exported.
+    """
+    episode = files.load_episode(path)
+    if episode.backend != BACKEND:
+        raise ConfigError(
+            f"recorded with the backend {episode.backend!r}; only {BACKEND}'s can be exported: "
+            "datasets have its robot's state and its models"
+        )
+    return episode
 
 
 def _is_wanted(path: Path, wanted: list[str], folder: Folder) -> bool:
@@ -166,7 +188,7 @@ class _Exporter:
     def write(self, task: str, paths: list[Path]) -> list[str]:
         """Write the dataset of a task, and print its path; gives the reasons of refusals."""
         refused = []
-        period = files.load(paths[0]).scene.control_period
+        period = files.load_scene(paths[0]).control_period
         rate = round(1 / period)
         encoder = None
         if self._context is not None:
@@ -177,7 +199,7 @@ class _Exporter:
                 try:
                     self._add(writer, path, period)
                 except SafemanipError as error:
-                    refused.append(f"{path}: {error}")
+                    refused.append(placed(path, error))
             if writer.lengths:
                 writer.close(self._capturing.environment_arguments(task, period))
                 self._bar.say("")

@@ -10,10 +10,17 @@ from functools import partial
 from pathlib import Path
 
 from pytest_safemanip.cli.folder import read_folder
-from pytest_safemanip.errors import ConfigError, SafemanipError, TraceError, printable, raised_as
+from pytest_safemanip.errors import (
+    ConfigError,
+    SafemanipError,
+    TraceError,
+    placed,
+    printable,
+    raised_as,
+)
 from pytest_safemanip.importers.base import DRIFT_LIMIT, ImportOptions, SourceEpisode
 from pytest_safemanip.importers.drafting import write_drafts
-from pytest_safemanip.importers.registry import IMPORTERS, find_importer, load_importer
+from pytest_safemanip.importers.registry import IMPORTERS, find_importer
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.rollouts.store import file_name
@@ -88,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError(f"--drift-limit: expected metres from 0 up, found {options.drift_limit}")
     defined = read_folder().definitions  # refused before anything is simulated
     source = Source(options.source)
-    importer = load_importer(options.format) if options.format else find_importer(source)
+    importer = find_importer(source, options.format or "")
     chosen = ImportOptions(
         task=options.task,
         bindings=options.bindings,
@@ -98,6 +105,8 @@ def run(options: argparse.Namespace) -> int:
         drift_limit=options.drift_limit,
     )
     episodes = list(importer.episodes(source, chosen))
+    if not episodes:
+        raise ConfigError(f"{source.path}: it has no episode")
     found = _Found(options.out, defined, len(episodes))
     try:
         with Bar() as bar:
@@ -123,6 +132,8 @@ class _Found:
         for number, episode in enumerate(episodes, 1):
             what = f"{episode.name} ({number} of {self.total})"
             try:
+                if not episode.task:  # nothing could be read, and this says why
+                    episode.record(lambda *_: None)
                 if not TASK_NAME.fullmatch(episode.task):
                     raise TraceError(f"{printable(repr(episode.task))} is no name of a task")
                 if not POLICY_NAME.fullmatch(episode.policy):
@@ -163,7 +174,7 @@ class _Found:
         rest = f", {left} not reached" if left else ""
         print(f"{len(self.imported)} of {counted(self.total, 'episode')} imported{again}{rest}")
         for name, why in self.refused:
-            print(f"refused  {name}: {why}")
+            print(f"refused  {placed(name, why)}")
         if not self.imported and not self.known:
             return
         drafts = self._drafts()

@@ -1,7 +1,7 @@
 """Logs of policies in LeRobot's layout, without a simulator's states: what the robot felt and did.
 
 State and action are as in RoboCasa's datasets. Objects, fixtures and contacts were not observed;
-properties that need them are refused when such a recording is collected.
+cases of properties that need them are errors.
 """
 
 from __future__ import annotations

@@ -102,11 +102,8 @@ def _record(
         take(action)
     acting = len(steps)
     hold = SPEC.robot.actions.hold(taken[1:])
-    if len(after):
-        for _ in after[1:]:
-            take(hold)
-    elif options.tail:
-        for _ in settling(steps, period):
+    if options.tail:
+        for _ in after[1:] if len(after) else settling(steps, period):
             take(hold)
     stacked = Steps.stack(steps, [action.astype(np.float32) for action in taken], acting)
     success = bool(stacked.success[acting - 1])

@@ -186,7 +186,13 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
     says = "assumed, as of every demonstration" if success is None else "as the source says"
     about = dataclasses.replace(about, origin={**about.origin, "success": says})
     options = file.options
-    builder = RecordingBuilder(model, layout, tail=options.tail, drift_limit=options.drift_limit)
+    builder = RecordingBuilder(
+        model,
+        layout,
+        tail=options.tail,
+        drift_limit=options.drift_limit,
+        categories={thing.category for thing in layout.objects.values()},  # drafted if unknown
+    )
     return builder.build(given, about, progress)
 
 

@@ -29,14 +29,6 @@ PATHS = ("assets", "suites")
 """Names of the folders that ``safemanip_backend_paths`` may give."""
 SOME_ASSETS = ("articulated_objects", "scenes", "stable_scanned_objects")
 """Folders that any of LIBERO's scenes reads."""
-MAKE = (
-    "python3.11 -m venv libero-venv; libero-venv/bin/pip install --no-deps hf-libero==0.1.4 "
-    "robosuite==1.4.0 bddl==1.0.1; libero-venv/bin/pip install 'mujoco>=3.3,<3.9' 'numpy<2' numba "
-    "scipy easydict pyyaml Pillow opencv-python-headless termcolor future networkx gymnasium "
-    "cloudpickle matplotlib huggingface_hub"
-)
-"""The commands that make an interpreter with LIBERO: its packages as far as its environments need
-them, without torch."""
 SIZE = "0.4 GB"
 CACHED = Path("~/.cache/libero/assets")
 """Where hf-libero itself keeps its assets."""
@@ -115,8 +107,8 @@ def _interpreter(options: Options) -> tuple[str, Installed]:
     python = options.python or sys.executable
     found = installed(python, DISTRIBUTIONS, ("libero", "robosuite"))
     remedy = (
-        f"make an interpreter for it with: {MAKE}; and name it in the ini file: safemanip_python = "
-        "libero = libero-venv/bin/python"
+        "make an interpreter for it as docs/libero.md does, and name it in the ini file: "
+        "safemanip_python = libero = libero-venv/bin/python"
     )
     for package in ("libero", "robosuite"):
         if package not in found.folders:
