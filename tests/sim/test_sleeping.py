@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -160,6 +160,7 @@ PUSHES = st.one_of(
     ),
     st.booleans(),
 )
+@example(pushes=[(5, "ball", (2, -8.0)), (5, "ball", (1, 1.0))], stacked=True)
 def test_pushed_it_touches_what_it_touches_without_sleep(
     pushes: list[tuple[int, str, tuple[int, float]]], stacked: bool
 ) -> None:
@@ -175,8 +176,18 @@ def test_pushed_it_touches_what_it_touches_without_sleep(
         for world in (sleepy, plain):
             world.data.body(body).xfrc_applied[axis] = 0.0
     assert slept
-    # A tower of equal blocks trembles a little as long as it is awake.
-    assert np.abs(sleepy.data.qpos - plain.data.qpos).max() < 2e-2
+    for _ in range(10):  # a tower of equal blocks trembles as long as it is awake
+        sleepy.step()
+        plain.step()
+    for body in ("ball", "block"):
+        one, other = sleepy.data.body(body), plain.data.body(body)
+        assert np.abs(one.xpos - other.xpos).max() < 5e-3
+        # How they lean, and not how they are turned about the vertical: nothing turns a block back
+        # that trembled on another, and where it stands and what it touches is the same.
+        assert np.abs(one.xmat - other.xmat).reshape(3, 3)[:, 2].max() < 1e-2
+    for joint in ("cupboard_doorhinge", "cupboard_slide"):
+        apart = sleepy.data.joint(joint).qpos - plain.data.joint(joint).qpos
+        assert np.abs(apart).max() < 5e-3
 
 
 def assert_alike(one: Contacts, other: Contacts) -> None:
