@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from pytest_safemanip.errors import TraceError
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.trace.recording import Recording
 
@@ -57,6 +58,15 @@ class SourceEpisode:
     policy: str
     seed: int
     record: Callable[[OnStep], Recording]
+
+
+def refused(name: str, error: TraceError) -> SourceEpisode:
+    """An episode, or a file of them, that cannot be read; the others of its source can."""
+
+    def record(_progress: OnStep) -> Recording:
+        raise error
+
+    return SourceEpisode(name, "", "", 0, record)
 
 
 class Importer(Protocol):

@@ -77,7 +77,9 @@ def write_drafts(
         path = folder / name
         if not path.exists():
             folder.mkdir(parents=True, exist_ok=True)
-            path.write_text(text)
+            scratch = path.with_name(f".{name}.new")
+            scratch.write_text(text)
+            scratch.replace(path)  # whoever finds a draft finds all of it
             written.append(path)
     return written
 

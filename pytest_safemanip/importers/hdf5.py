@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -59,14 +60,15 @@ class Group:
         import h5py
 
         found, where = self._at(name), self._of(name)
-        if not isinstance(found, h5py.Dataset):
+        if not isinstance(found, h5py.Dataset) or found.shape is None:
             raise TraceError(f"{where} is no array")
         if found.dtype.kind not in "fiub":
             raise TraceError(f"{where} has the type {printable(str(found.dtype))}, not numbers")
         if found.is_virtual or found.external:
             raise TraceError(f"{where} is kept in another file, which is not read")
-        if found.size * 8 > LARGEST_ARRAY:
-            raise TraceError(f"{where}: {found.size} numbers, more than the limit")
+        size = max(found.size, math.prod(found.chunks or ()))  # a chunk is unpacked as a whole
+        if size * 8 > LARGEST_ARRAY:
+            raise TraceError(f"{where}: {size} numbers, more than the limit")
         with _damage(where):
             return np.asarray(found[()], np.float64)
 

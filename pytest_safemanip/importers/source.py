@@ -14,7 +14,9 @@ from typing import IO
 from pytest_safemanip.errors import ConfigError, TraceError, printable
 
 MOST_FILES = 1_000_000
-LARGEST_MEMBER = 2 * 2**30
+LARGEST_MEMBER = 2**30
+MOST_TIMES = 100
+"""So many times its compressed form a member of an archive may be: data are never that dull."""
 ARCHIVES = (".whl", ".zip")
 
 
@@ -50,7 +52,7 @@ class Source:
             ConfigError: if there are more than a million.
         """
         if self._zip is not None:
-            return tuple(sorted(name for name in self._zip.namelist() if not name.endswith("/")))
+            return tuple(sorted(name for name in self._members if not name.endswith("/")))
         if self.path.is_file():
             return (self.path.name,)
         return tuple(sorted(self._walk()))
@@ -59,8 +61,10 @@ class Source:
         for count, path in enumerate(self.root.rglob("*")):
             if count >= MOST_FILES:
                 raise ConfigError(f"{self.path}: more than {MOST_FILES} files; name a part of it")
-            if path.is_file():
-                yield path.relative_to(self.root).as_posix()
+            place = path.relative_to(self.root)
+            # What begins with a point is half a dataset, or somebody's version control.
+            if path.is_file() and not any(part.startswith(".") for part in place.parts):
+                yield place.as_posix()
 
     def has(self, name: str) -> bool:
         """Whether there is a file of this path, named by the user or beside it."""
@@ -81,30 +85,37 @@ class Source:
             TraceError: if it leads out of the source, is larger than ``most`` bytes, or cannot be
                 read.
         """
-        with self.open(name) as stream:
+        with self.open(name, most) as stream:
             content = stream.read(most + 1)
         if len(content) > most:
             raise TraceError(f"{printable(name)}: more than {most} bytes")
         return content
 
-    def open(self, name: str) -> IO[bytes]:
+    def open(self, name: str, most: int = LARGEST_MEMBER) -> IO[bytes]:
         """A file as a stream that can be sought in.
 
         Raises:
-            TraceError: likewise.
+            TraceError: likewise; ``most`` is for members of archives, which are unpacked.
         """
         where = self._place(name)
         try:
             if self._zip is not None:
-                if self._zip.getinfo(where).file_size > LARGEST_MEMBER:
-                    raise TraceError(f"{printable(name)}: more than {LARGEST_MEMBER} bytes")
+                about = self._zip.getinfo(where)
+                if about.file_size > most:
+                    raise TraceError(f"{printable(name)}: more than {most} bytes")
+                if about.file_size > MOST_TIMES * about.compress_size + 2**20:
+                    raise TraceError(
+                        f"{printable(name)}: it unpacks to {about.file_size} bytes, more than "
+                        f"{MOST_TIMES} times its size"
+                    )
                 return io.BytesIO(self._zip.read(where))
             path = self.root / where
             if not stat.S_ISREG(path.stat().st_mode):
                 raise TraceError(f"{printable(name)}: not a regular file")
             return path.open("rb")
         except (OSError, KeyError, RuntimeError, zlib.error, zipfile.BadZipFile) as error:
-            raise TraceError(f"{printable(name)}: cannot be read ({error})") from error
+            why = getattr(error, "strerror", None) or error
+            raise TraceError(f"{printable(name)}: cannot be read ({why})") from error
 
     def _place(self, name: str) -> str:
         """A name as it is in the source.

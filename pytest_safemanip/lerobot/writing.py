@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
+from uuid import uuid4
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +91,8 @@ class DatasetWriter:
     ) -> None:
         if folder.exists():
             raise ConfigError(f"{folder} is there already; remove it, or name another folder")
-        self._target, self.folder = folder, folder.with_name(f".{folder.name}.{os.getpid()}")
+        # Whoever was killed left a folder behind, and containers give the same process ids again.
+        self._target, self.folder = folder, folder.with_name(f".{folder.name}.{uuid4().hex[:12]}")
         self.lengths: list[int] = []
         self._layout, self._task, self._fps = layout.LAYOUTS[version], task, fps
         self._encoder, self._drawn = encoder, encoder is not None

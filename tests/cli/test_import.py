@@ -116,6 +116,16 @@ def test_a_file_is_named_once_in_what_is_wrong_with_it_and_nothing_in_it_is_no_s
     assert safemanip("import", "demo.hdf5", "-o", "out").refusal.endswith("it has no episode")
 
 
+def test_names_in_a_strangers_file_do_not_move_the_cursor(
+    played: world.Played, safemanip: Command, tmp_path: Path
+) -> None:
+    short = world.Played(played.states[:5], played.actions[:5])
+    source = world.write(tmp_path / "demo.hdf5", short, name="demo_\x1b[2J1")
+    found = safemanip("import", source, "-o", "out", "--no-tail")
+    assert found.status == 0
+    assert found.out.splitlines()[0].endswith(r"  demo.hdf5:demo_\x1b[2J1")
+
+
 def test_names_that_lead_elsewhere_and_limits_that_are_none_are_refused(
     played: world.Played, safemanip: Command, tmp_path: Path
 ) -> None:

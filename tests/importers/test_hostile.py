@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -106,6 +107,22 @@ def _no_motors(demo: h5py.Group, folder: Path) -> None:
 
 ENTITY = '<!DOCTYPE mujoco [<!ENTITY e SYSTEM "file:///etc/passwd">]>'
 MESH = '<asset><mesh name="m" file="{}"/></asset><worldbody><geom type="mesh" mesh="m"/>'
+
+
+def _chunk(demo: h5py.Group, folder: Path) -> None:
+    del demo["states"]
+    demo.create_dataset("states", (9, 22), "f8", maxshape=(None, 22), chunks=(2**24, 22))
+
+
+def _empty(demo: h5py.Group, folder: Path) -> None:
+    del demo["states"]
+    demo["states"] = h5py.Empty("f8")
+
+
+def _no_time(demo: h5py.Group, folder: Path) -> None:
+    demo["states"][:, 0] = 0.0
+
+
 DAMAGES: dict[str, tuple[Damage, str]] = {
     "external link": (_external_link, "/data/demo_1/states is a link to elsewhere"),
     "soft link": (_soft_link, "/data/demo_1/states is a link to elsewhere"),
@@ -113,6 +130,9 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
     "virtual": (_virtual, "states is kept in another file"),
     "object dtype": (_objects, "/data/demo_1/states has the type object, not numbers"),
     "huge": (_huge, "numbers, more than the limit"),
+    "chunk": (_chunk, "369098752 numbers, more than the limit"),
+    "empty": (_empty, "/data/demo_1/states is no array"),
+    "no time": (_no_time, "states: all 104 have the same time"),
     "not finite": (_not_finite, "qpos: not finite at state 7"),
     "time goes back": (_backwards, "times: not increasing at state 7"),
     "other model": (_other_model, r"states: shape \(104, 20\), expected \(2 or more, 22\)"),
@@ -206,6 +226,14 @@ def test_a_truncated_file_is_refused(played: world.Played, tmp_path: Path) -> No
     path = world.write(tmp_path / "demo.hdf5", played)
     path.write_bytes(path.read_bytes()[:-5000])
     with pytest.raises(TraceError, match="damaged"):
+        import_one(path)
+
+
+def test_a_wheel_that_unpacks_to_much_more_than_it_is_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.whl"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("demo.hdf5", bytes(4 * 2**20))
+    with pytest.raises(TraceError, match=r"demo.hdf5: it unpacks to 4194304 bytes, more than 100"):
         import_one(path)
 
 

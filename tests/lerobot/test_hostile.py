@@ -16,6 +16,8 @@ import pytest
 from pytest_safemanip.cli.main import main
 from pytest_safemanip.errors import SafemanipError, TraceError
 from pytest_safemanip.importers import mjcf
+from pytest_safemanip.importers.lerobot import dataset
+from pytest_safemanip.importers.lerobot.dataset import Table
 from pytest_safemanip.lerobot import extras, layout
 from pytest_safemanip.lerobot.conventions import (
     ACTION,
@@ -26,7 +28,7 @@ from pytest_safemanip.lerobot.conventions import (
     to_environment,
 )
 from pytest_safemanip.lerobot.extras import Extras
-from pytest_safemanip.lerobot.parquet import write_columns
+from pytest_safemanip.lerobot.parquet import write_columns, write_table
 from pytest_safemanip.lerobot.writing import DatasetWriter, Rows
 from pytest_safemanip.sim.robocasa.playback import episode_meta, model_xml
 from pytest_safemanip.trace import files
@@ -81,6 +83,18 @@ def column(name: str, values: Any) -> Callable[[Path], None]:
             STATE: np.tile(np.eye(16)[6] + np.eye(16)[13], (LENGTH, 1)),
         }
         write_columns(folder / TABLE, {**known, name: values})
+
+    return write
+
+
+def twice(folder: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    write_table(folder / TABLE, arrow.table([[0] * LENGTH] * 2, names=["episode_index"] * 2))
+
+
+def cut_off(name: str) -> Callable[[Path], None]:
+    def write(folder: Path) -> None:
+        (folder / name).write_bytes((folder / name).read_bytes()[:-100])
 
     return write
 
@@ -160,7 +174,8 @@ WRONG: dict[str, tuple[Callable[[Path], None], str]] = {
     ),
     "version": (changed(layout.INFO, codebase_version="v9"), "known are v2.0, v2.1, v3.0"),
     "fps": (changed(layout.INFO, fps=0), "fps must be a number above 0"),
-    "rate": (changed(layout.INFO, fps=True, data_path=3), "data_path must be a text"),
+    "fps true": (changed(layout.INFO, fps=True), "fps must be a number above 0, found True"),
+    "pattern": (changed(layout.INFO, data_path=3), "data_path must be a text"),
     "path": (changed(layout.INFO, data_path="../../{episode_index}.parquet"), "leads out of"),
     "format": (
         changed(layout.INFO, data_path="{episode_index.__class__}{x}"),
@@ -172,6 +187,12 @@ WRONG: dict[str, tuple[Callable[[Path], None], str]] = {
     "rows": (line(length=7), "3 rows of episode 0, the dataset says 7"),
     "no parquet": (text(TABLE, "hello"), "not a parquet file"),
     "words": (column(ACTION, ["a", "b", "c"]), "action must be numbers, found string"),
+    "nulls": (column(ACTION, [[1.0], None, [1.0]]), "action must be lists of the same length"),
+    "no value": (column("episode_index", [0, None, 0]), "episode_index lacks values in some rows"),
+    "nested": (column(ACTION, [[[1.0]]] * 3), "action must be numbers, found list<"),
+    "twice": (twice, "more than one column episode_index"),
+    "cut off": (cut_off(TABLE), "not a parquet file, or a damaged one"),
+    "no rows": (line(length=0), "3 rows of episode 0, the dataset says 0"),
     "ragged": (column(ACTION, [[1.0], [1.0, 2.0], []]), "action must be lists of the same length"),
     "robot": (column(ACTION, np.zeros((LENGTH, 7))), "action has shape (3, 7), RoboCasa's"),
     "infinite": (column(ACTION, np.full((LENGTH, 12), np.nan)), "action is not finite"),
@@ -191,6 +212,36 @@ def test_what_is_wrong_with_a_dataset_is_said_in_a_line_and_nothing_is_kept(
     assert message in said.out + said.err
     assert "Traceback" not in said.err
     assert not list(tmp_path.rglob(f"*{files.SUFFIX}"))
+
+
+def test_a_table_is_unpacked_no_farther_than_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    arrow, stream = pytest.importorskip("pyarrow"), io.BytesIO()
+    rows = 5000
+    places = arrow.array(np.zeros(rows, np.int32))
+    text = arrow.DictionaryArray.from_arrays(places, ["x" * 1000])  # once in the file
+    columns = {"text": text, "episode_index": np.arange(rows), "zeros": np.zeros(rows)}
+    plain = arrow.table(columns).cast(
+        arrow.schema({"text": "string", "episode_index": "int64", "zeros": "double"})
+    )
+    pytest.importorskip("pyarrow.parquet").write_table(plain, stream, row_group_size=1000)
+    table = Table(stream.getvalue(), "t.parquet")
+    assert len(stream.getvalue()) < 100_000
+    monkeypatch.setattr(dataset, "MOST_UNPACKED", 1_000_000)
+    with pytest.raises(TraceError, match=r"t.parquet: more than 1000000 bytes when unpacked"):
+        table.read(["text"])
+    found, first = table.read(["episode_index"], 2500, 2501)  # its own row group
+    assert (first, found.num_rows) == (2000, 1000)
+    monkeypatch.setattr(dataset, "MOST_UNPACKED", 20_000)
+    with pytest.raises(TraceError, match=r"t.parquet: 5000 values, more than 2500"):
+        table.read(["zeros"])
+
+
+def test_half_a_dataset_is_not_taken_for_one(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder.rename(tmp_path / ".data.1234")  # as an export is called that is not ready
+    assert main(["import", str(tmp_path), "-o", str(tmp_path / "out")]) == 4
+    assert "nothing to import" in capsys.readouterr().err
 
 
 def test_a_rotation_of_a_log_that_is_none_is_refused(

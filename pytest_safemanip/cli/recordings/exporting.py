@@ -108,7 +108,10 @@ def run(options: argparse.Namespace) -> int:
         if by_task:
             exporter = _Exporter(options, folder, bar)
             for task, paths in by_task.items():
-                refused += exporter.write(task, paths)
+                try:
+                    refused += exporter.write(task, paths)
+                except ConfigError as error:  # an export that was interrupted goes on behind it
+                    refused.append(str(error))
     if left_out:
         print(f"{counted(left_out, 'recording')} left out: not {' and '.join(wanted)}")
     for reason in refused:

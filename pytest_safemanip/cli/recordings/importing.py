@@ -130,7 +130,8 @@ class _Found:
     def take(self, episodes: list[SourceEpisode], bar: Bar) -> None:
         """Import them."""
         for number, episode in enumerate(episodes, 1):
-            what = f"{episode.name} ({number} of {self.total})"
+            name = printable(episode.name)
+            what = f"{name} ({number} of {self.total})"
             try:
                 if not episode.task:  # nothing could be read, and this says why
                     episode.record(lambda *_: None)
@@ -145,9 +146,9 @@ class _Found:
                 with raised_as(TraceError, "cannot be imported"):  # a stranger's file
                     recording = episode.record(partial(bar.show, what))
                 files.save(recording, path)
-                self.imported.append((episode.name, path.name, recording))
+                self.imported.append((name, path.name, recording))
             except SafemanipError as error:
-                self.refused.append((episode.name, str(error)))
+                self.refused.append((name, str(error)))
 
     def _has(self, path: Path, name: str) -> bool:
         """Whether the episode was imported before.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.importers import mjcf
-from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode
+from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode, refused
 from pytest_safemanip.importers.lerobot.dataset import Dataset, EpisodeEntry, find_datasets
 from pytest_safemanip.importers.lerobot.extras import read_meta, read_model, read_states, read_task
 from pytest_safemanip.importers.source import Source
@@ -48,10 +48,14 @@ class RoboCasaImporter:
             dataset = Dataset(source, folder)
             task = options.task or read_task(dataset)
             for entry in dataset.episodes:
-                about = _about(read_meta(dataset, entry.index))
+                name = f"{folder}episode_{entry.index:06d}"
+                try:
+                    about = _about(read_meta(dataset, entry.index))
+                except TraceError as error:
+                    yield refused(name, error)
+                    continue
                 policy = options.policy or (about.policy if about else DEMONSTRATOR)
                 seed = about.seed if about else entry.index
-                name = f"{folder}episode_{entry.index:06d}"
                 who = {"task": task, "policy": policy, "seed": seed}
                 record = partial(_record, dataset, entry, options, who)
                 yield SourceEpisode(name, task, policy, seed, record)

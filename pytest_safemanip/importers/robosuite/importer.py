@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError, printable
 from pytest_safemanip.importers import hdf5
-from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode
+from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode, refused
 from pytest_safemanip.importers.bindings import Bindings, read_bindings
 from pytest_safemanip.importers.builder import About, RecordingBuilder, States
 from pytest_safemanip.importers.hdf5 import Group
@@ -68,7 +68,7 @@ class RobosuiteImporter:
                     task = options.task or _task(data)
                     names = [demo for demo in data.names() if "states" in data.group(demo)]
             except TraceError as error:
-                yield SourceEpisode(name, "", "", 0, partial(_refuse, error))
+                yield refused(name, error)
                 continue
             for demo in names:
                 policy = options.policy or POLICY
@@ -124,10 +124,6 @@ def _files(source: Source) -> list[str]:
     return [name for name in source.names if name.endswith(hdf5.SUFFIXES)]
 
 
-def _refuse(error: TraceError, progress: OnStep) -> Recording:
-    raise error
-
-
 def _task(data: Group) -> str:
     """The task that a file names, as robosuite calls it now.
 
@@ -175,6 +171,8 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
             raise TraceError(f"{name}: {len(array)}, and {len(states)} states")
     keep = np.append(np.diff(states[:, 0]) != 0, True)  # old recorders wrote some states twice
     times = states[keep, 0]
+    if len(times) < 2:
+        raise TraceError(f"states: all {len(states)} have the same time, {times[0]:g} s")
     layout = derive_layout(model, _period(times), convention, file.bindings)
     given = States(
         times=times,
