@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib.util
 import posixpath
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,16 +18,9 @@ from xml.etree.ElementTree import Element
 
 from pytest_safemanip.errors import TraceError, printable
 from pytest_safemanip.importers.source import Source
+from pytest_safemanip.sim.mujoco.strangers import ASSETS, PACKAGES, packaged, parse
 
-MOST_XML = 16 * 2**20
-MOST_ELEMENTS = 200_000
 MOST_MESHES = 512 * 2**20
-PACKAGES = ("robosuite", "robocasa")
-"""Packages whose assets models refer to, by paths of the machine that they were made on."""
-ASSETS = "models/assets/"
-_PACKAGED = re.compile(rf"(?:.*/)?({'|'.join(PACKAGES)})/{ASSETS}(.+)", re.DOTALL)
-_REFUSED = ("include", "extension", "plugin", "composite", "flexcomp", "replicate", "model", "skin")
-"""Elements that read other files, run other code, or make many elements of one."""
 _LIST = re.compile(r"\[[-+.e\d, ]*\]")
 """What robosuite 1.0 wrote where MuJoCo wants numbers: a list of Python's."""
 _PATHS = ("meshdir", "texturedir", "assetdir", "strippath")
@@ -45,12 +38,7 @@ class Assets:
     def __init__(self, source: Source, folders: Sequence[Path] = ()) -> None:
         self._source = source
         root = source.root.resolve().name  # the source may be the folder of the package
-        shipped = {
-            f"{match[1]}/{ASSETS}{match[2]}": name
-            for name in source.names
-            if (match := _PACKAGED.fullmatch(f"{root}/{name}"))
-        }
-        self._shipped: Mapping[str, str] = shipped
+        self._shipped = {found: name for name in source.names if (found := _own(f"{root}/{name}"))}
         self._folders = [Source(folder) for folder in folders]
         self._packages = {name: Source(path) for name in PACKAGES if (path := _package(name))}
 
@@ -64,17 +52,15 @@ class Assets:
         Raises:
             TraceError: if it leads elsewhere, or there is none.
         """
-        match = _PACKAGED.fullmatch(reference.replace("\\", "/"))
-        if not match:
+        found = packaged(reference)
+        if found is None:
             if posixpath.isabs(reference):
                 raise TraceError(
                     f"the model names a file that is of no known package: {printable(reference)}"
                 )
             return self._source.read(posixpath.join(folder, reference), MOST_MESHES)
-        package, rest = match[1], posixpath.normpath(match[2])
-        if rest.startswith(".."):
-            raise TraceError(f"the model names a file outside of {package}: {printable(reference)}")
-        places = [(self._source, self._shipped.get(f"{package}/{ASSETS}{rest}", ""))]
+        package, rest = found
+        places = [(self._source, self._shipped.get(found, ""))]
         places += [(folder, start + rest) for folder in self._folders for start in ("", ASSETS)]
         if package in self._packages:
             places.append((self._packages[package], ASSETS + rest))
@@ -85,6 +71,14 @@ class Assets:
             f"the model needs {package}/{ASSETS}{printable(rest)}, which is neither in the source "
             f"nor in an installed {package}: name a folder that has it with --assets"
         )
+
+
+def _own(name: str) -> tuple[str, str] | None:
+    """The asset that a file of a source is, which may have any name; None if it is none."""
+    try:
+        return packaged(name)
+    except TraceError:
+        return None
 
 
 def _package(name: str) -> Path | None:
@@ -129,36 +123,6 @@ def compile_model(xml: str, assets: Assets, folder: str) -> Model:
     except ValueError as error:
         raise TraceError(f"the model does not compile: {printable(str(error))}") from error
     return Model(model, text)
-
-
-def parse(xml: str) -> Element:
-    """The elements of a model.
-
-    Raises:
-        TraceError: if it is malformed, declares entities, or has an element that is refused.
-    """
-    if len(xml) > MOST_XML:
-        raise TraceError(f"the model is longer than {MOST_XML} characters")
-    parser = ElementTree.XMLParser(target=_Builder())  # noqa: S314 - no document type
-    try:
-        parser.feed(xml)
-        root: Element = parser.close()
-    except ElementTree.ParseError as error:
-        raise TraceError(f"the model is no XML ({error})") from error
-    if root.tag != "mujoco":
-        raise TraceError(f"the model is no MJCF, but <{printable(root.tag)}>")
-    for count, element in enumerate(root.iter()):
-        if count >= MOST_ELEMENTS:
-            raise TraceError(f"the model has more than {MOST_ELEMENTS} elements")
-        if element.tag in _REFUSED:
-            raise TraceError(f"the model has an element <{element.tag}>, which is not read")
-    return root
-
-
-class _Builder(ElementTree.TreeBuilder):
-    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
-        """Only a document type can declare entities, and MJCF has none."""
-        raise TraceError("the model has a document type, which may name other files")
 
 
 def _write_numbers(root: Element) -> None:

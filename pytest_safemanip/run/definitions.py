@@ -133,7 +133,7 @@ def load_definitions(
         properties={**shipped, **own},
         own=own,
         attributes=_attributes([task_folder, *task_paths]),
-        changes=load_changes([task_folder, *folders.values(), *task_paths]),
+        changes=load_changes(task_paths),
     )
 
 

@@ -69,7 +69,7 @@ class Dataset:
             raise TraceError(
                 f"{INFO}: codebase_version {shown(version)}, known are {', '.join(VERSIONS)}"
             )
-        if type(fps) not in (int, float) or not 0 < fps <= MOST_FPS:
+        if not isinstance(fps, int | float) or fps is True or not 0 < fps <= MOST_FPS:
             raise TraceError(f"{INFO}: fps must be a number above 0, found {shown(fps)}")
         if not isinstance(pattern, str):
             raise TraceError(f"{INFO}: data_path must be a text, found {shown(pattern)}")

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.importers.lerobot.dataset import Dataset
-from pytest_safemanip.importers.mjcf import MOST_XML
 from pytest_safemanip.lerobot.extras import AFTER, DATASET, EPISODE, META, MODEL, STATES
+from pytest_safemanip.sim.mujoco.strangers import MOST_XML
 from pytest_safemanip.trace.members import Members
 from pytest_safemanip.trace.typed import shown
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, TraceError
-from pytest_safemanip.importers import mjcf
 from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode, refused
 from pytest_safemanip.importers.lerobot.dataset import Dataset, EpisodeEntry, find_datasets
 from pytest_safemanip.importers.lerobot.extras import read_meta, read_model, read_states, read_task
@@ -21,6 +20,7 @@ from pytest_safemanip.lerobot.extras import ABOUT, DATASET
 from pytest_safemanip.lerobot.layout import MODALITY
 from pytest_safemanip.provenance import versions
 from pytest_safemanip.rollouts.loop import settling
+from pytest_safemanip.sim.mujoco.strangers import parse
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording, check
@@ -81,7 +81,7 @@ def _record(
     if len(states) != len(actions):
         raise TraceError(f"{len(states)} states and {len(actions)} actions")
     assets = prepare_assets(loading.package_assets(), "auto")
-    root = mjcf.parse(read_model(dataset, entry.index))
+    root = parse(read_model(dataset, entry.index))
     model = model_xml.rerooted(root, file_roots(assets.root))
     stored = StoredEpisode(read_task(dataset), meta, model, np.concatenate((states, after)))
     replay = Replay(stored, assets.root)

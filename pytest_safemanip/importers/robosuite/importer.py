@@ -25,9 +25,10 @@ from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode
 from pytest_safemanip.importers.bindings import Bindings, read_bindings
 from pytest_safemanip.importers.builder import About, RecordingBuilder, States
 from pytest_safemanip.importers.hdf5 import Group
-from pytest_safemanip.importers.mjcf import MOST_XML, Assets, compile_model
+from pytest_safemanip.importers.mjcf import Assets, compile_model
 from pytest_safemanip.importers.robosuite.naming import Convention, derive_layout
 from pytest_safemanip.importers.source import Source
+from pytest_safemanip.sim.mujoco.strangers import MOST_XML
 from pytest_safemanip.trace.recording import Recording
 
 PERIOD = 0.02

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from pytest_safemanip.errors import TraceError, printable
+from pytest_safemanip.sim.mujoco.strangers import ASSETS, packaged
 from pytest_safemanip.sim.robocasa import downloads
 
 FOLDERS = ("meshdir", "texturedir", "assetdir")
-_PACKAGED = re.compile(r"(?:.*/)?(robosuite|robocasa)/models/assets/(.+)", re.DOTALL)
-"""How paths of both packages' assets end, on whatever machine; RoboCasa's own playback knows them
-by the same folders."""
 
 
 def published(text: str, roots: Mapping[str, Path]) -> str:
@@ -29,7 +26,7 @@ def published(text: str, roots: Mapping[str, Path]) -> str:
         for package, folder in roots.items():
             path = PurePosixPath(value)
             if path.is_relative_to(folder):
-                element.set(name, f"/{package}/models/assets/{path.relative_to(folder)}")
+                element.set(name, f"/{package}/{ASSETS}{path.relative_to(folder)}")
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -74,13 +71,14 @@ def below(folder: Path, rest: str, whole: str) -> Path:
 
 
 def _found(value: str, roots: Mapping[str, Path]) -> Path:
-    match = _PACKAGED.fullmatch(value.replace("\\", "/"))
-    if not match:
+    found = packaged(value)
+    if found is None:
         raise TraceError(
             f"the model names a file that is of no known package: {printable(value)}; nothing else "
             "is read"
         )
-    return below(roots[match[1]], match[2], value)
+    package, rest = found
+    return below(roots[package], rest, value)
 
 
 def _files(root: Element) -> Iterator[tuple[Element, str, str]]:

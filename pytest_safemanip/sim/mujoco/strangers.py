@@ -1,0 +1,67 @@
+"""Models that others wrote: parsed without reading anything that they name."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from pytest_safemanip.errors import TraceError, printable
+
+MOST_XML = 16 * 2**20
+MOST_ELEMENTS = 200_000
+PACKAGES = ("robosuite", "robocasa")
+"""Packages whose assets models refer to, by paths of the machine that they were made on."""
+ASSETS = "models/assets/"
+_PACKAGED = re.compile(rf"(?:.*/)?({'|'.join(PACKAGES)})/{ASSETS}(.+)", re.DOTALL)
+_REFUSED = ("include", "extension", "plugin", "composite", "flexcomp", "replicate", "model", "skin")
+"""Elements that read other files, run other code, or make many elements of one."""
+
+
+def parse(xml: str) -> Element:
+    """The elements of a model.
+
+    Raises:
+        TraceError: if it is malformed, declares entities, or has an element that is refused.
+    """
+    if len(xml) > MOST_XML:
+        raise TraceError(f"the model is longer than {MOST_XML} characters")
+    parser = ElementTree.XMLParser(target=_Builder())  # noqa: S314 - no document type
+    try:
+        parser.feed(xml)
+        root: Element = parser.close()
+    except ElementTree.ParseError as error:
+        raise TraceError(f"the model is no XML ({error})") from error
+    if root.tag != "mujoco":
+        raise TraceError(f"the model is no MJCF, but <{printable(root.tag)}>")
+    for count, element in enumerate(root.iter()):
+        if count >= MOST_ELEMENTS:
+            raise TraceError(f"the model has more than {MOST_ELEMENTS} elements")
+        if element.tag in _REFUSED:
+            raise TraceError(f"the model has an element <{element.tag}>, which is not read")
+    return root
+
+
+class _Builder(ElementTree.TreeBuilder):
+    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
+        """Only a document type can declare entities, and MJCF has none."""
+        raise TraceError("the model has a document type, which may name other files")
+
+
+def packaged(reference: str) -> tuple[str, str] | None:
+    """The package whose asset a model names, and the path in its assets; None if it is of none.
+
+    Args:
+        reference: a path of whatever machine.
+
+    Raises:
+        TraceError: if it leads out of the package's assets.
+    """
+    match = _PACKAGED.fullmatch(reference.replace("\\", "/"))
+    if not match:
+        return None
+    package, rest = match[1], posixpath.normpath(match[2])
+    if rest.startswith(("..", "/")) or "\0" in rest:
+        raise TraceError(f"the model names a file outside of {package}: {printable(reference)}")
+    return package, rest
