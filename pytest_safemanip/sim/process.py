@@ -27,6 +27,8 @@ from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.sim.interpreter import IMPORTABLE, clean_environment
 from pytest_safemanip.trace.steps import Step
 
+OWN_CODE = ("sim", "trace", "rollouts/loop.py", "policies/adapter.py")
+"""Of this package, what decides the content of recordings: all backends' digests are of it."""
 START_DEADLINE = 120.0
 RESET_DEADLINE = 600.0
 """Seconds for a reset: failed placements rebuild the whole scene, up to 50 times."""

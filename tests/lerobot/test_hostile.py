@@ -106,6 +106,11 @@ def linked(folder: Path) -> None:
     (folder / EPISODE / "states.npz").symlink_to(outside)
 
 
+def linked_folder(folder: Path) -> None:
+    (folder / "data").rename(folder.parent / "outside")
+    (folder / "data").symlink_to(folder.parent / "outside")
+
+
 def line(**values: Any) -> Callable[[Path], None]:
     entry = {"episode_index": 0, "tasks": ["do"], "length": LENGTH, **values}
     return text("meta/episodes.jsonl", json.dumps(entry))
@@ -135,6 +140,7 @@ WRONG: dict[str, tuple[Callable[[Path], None], str]] = {
     "bomb": (bomb, "more than the limit of"),
     "no archive": (text(f"{EPISODE}/states.npz", "hello"), "not an archive of arrays"),
     "link": (linked, "leads out of"),
+    "linked folder": (linked_folder, "episode_000000.parquet: leads out of"),
     "too few": (states(states=np.zeros((2, 5))), "2 states and 3 actions"),
     "no gzip": (text(f"{EPISODE}/model.xml.gz", "<mujoco/>"), "model.xml.gz: not a packed text"),
     "xml bomb": (

@@ -19,7 +19,7 @@ from pytest_safemanip.sim.libero.bddl import load_problem
 from pytest_safemanip.sim.libero.binding import derive
 from pytest_safemanip.sim.libero.robot import SPEC
 from pytest_safemanip.sim.libero.suites import TaskFiles, find_tasks
-from pytest_safemanip.sim.process import ProcessBackend
+from pytest_safemanip.sim.process import OWN_CODE, ProcessBackend
 
 if TYPE_CHECKING:
     from pytest_safemanip.sim.libero.backend import LiberoBackend
@@ -50,7 +50,7 @@ class LiberoFactory:
             assets="official",
             versions={name: version for name, version in found.versions.items() if version},
             hashes={
-                "backend": source_digest("sim", "trace", "rollouts/loop.py", "policies/adapter.py"),
+                "backend": source_digest(*OWN_CODE),
                 "simulator": _digest(found.folders["libero"], found.folders["robosuite"]),
                 "assets": _digest(assets, suffixes=(".xml", ".msh", ".stl", ".obj")),
             },

@@ -15,7 +15,7 @@ from pytest_safemanip.sim.backend import (
     Simulator,
     TaskDescription,
 )
-from pytest_safemanip.sim.process import ProcessBackend
+from pytest_safemanip.sim.process import OWN_CODE, ProcessBackend
 from pytest_safemanip.sim.robocasa import downloads, fixture_parts, loading, task_source
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
 from pytest_safemanip.sim.robocasa.robot import SPEC
@@ -41,7 +41,7 @@ class RoboCasaFactory:
             assets=assets.kind,
             versions={k: v for k, v in versions(_PACKAGES).items() if v != "unknown"},
             hashes={
-                "backend": source_digest("sim", "trace", "rollouts/loop.py", "policies/adapter.py"),
+                "backend": source_digest(*OWN_CODE),
                 "simulator": installed_digest("robocasa", "robosuite"),
                 "assets": assets.key,
             },

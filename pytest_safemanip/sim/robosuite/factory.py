@@ -14,7 +14,7 @@ from pytest_safemanip.sim.backend import (
     Simulator,
     TaskDescription,
 )
-from pytest_safemanip.sim.process import ProcessBackend
+from pytest_safemanip.sim.process import OWN_CODE, ProcessBackend
 from pytest_safemanip.sim.robosuite import environment
 from pytest_safemanip.sim.robosuite.robots import declare, parse_robots
 from pytest_safemanip.sim.robosuite.tasks import TASKS
@@ -52,7 +52,7 @@ class RobosuiteFactory:
             assets="official",
             versions=versions(_PACKAGES),
             hashes={
-                "backend": source_digest("sim", "trace", "rollouts/loop.py", "policies/adapter.py"),
+                "backend": source_digest(*OWN_CODE),
                 "simulator": installed_digest("robosuite"),
                 "robot": "+".join(self._robots),
             },
