@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import json
+import shutil
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -248,6 +249,18 @@ def test_half_a_dataset_is_not_taken_for_one(
     folder.rename(tmp_path / ".data.1234")  # as an export is called that is not ready
     assert main(["import", str(tmp_path), "-o", str(tmp_path / "out")]) == 4
     assert "nothing to import" in capsys.readouterr().err
+
+
+def test_a_dataset_that_cannot_be_read_keeps_no_other_from_being_imported(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(folder, tmp_path / "data" / "again")
+    text("again/meta/info.json", "{")(folder)
+    options = ["--format=lerobot", "--task=OpenDrawer", "-o", str(tmp_path / "out")]
+    assert main(["import", str(folder), *options]) == 1
+    said = capsys.readouterr().out
+    assert "1 of 2 episodes imported" in said
+    assert "refused  again: meta/info.json: not JSON" in said
 
 
 def test_a_rotation_of_a_log_that_is_none_is_refused(

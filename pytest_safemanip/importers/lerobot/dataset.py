@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError, printable
+from pytest_safemanip.importers.base import SourceEpisode, refused
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.lerobot.layout import INFO
 from pytest_safemanip.lerobot.parquet import pyarrow
@@ -256,6 +257,33 @@ def find_datasets(source: Source) -> list[str]:
         for name in source.names
         if name == INFO or name.endswith(f"/{INFO}")
     ]
+
+
+def list_episodes(
+    source: Source,
+    folders: Iterable[str],
+    found: Callable[[Dataset, EpisodeEntry, str], SourceEpisode],
+) -> Iterator[SourceEpisode]:
+    """The episodes of some datasets; one that cannot be read is refused, and no other.
+
+    Args:
+        source: where they are.
+        folders: of the datasets.
+        found: an episode of a dataset, which has a name.
+    """
+    for folder in folders:
+        try:
+            dataset = Dataset(source, folder)
+            entries = dataset.episodes
+        except TraceError as error:
+            yield refused(folder.rstrip("/") or source.path.name, error)
+            continue
+        for entry in entries:
+            name = f"{folder}episode_{entry.index:06d}"
+            try:
+                yield found(dataset, entry, name)
+            except TraceError as error:
+                yield refused(name, error)
 
 
 def _filled(pattern: str, values: Mapping[str, int]) -> str:

@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode
-from pytest_safemanip.importers.lerobot.dataset import Dataset, EpisodeEntry, find_datasets
+from pytest_safemanip.importers.lerobot.dataset import (
+    Dataset,
+    EpisodeEntry,
+    find_datasets,
+    list_episodes,
+)
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.lerobot.conventions import (
     ACTION,
@@ -71,12 +76,12 @@ class LogImporter:
                 f"{source.path}: a log does not say which task it is of; name it with --task"
             )
         policy = options.policy or POLICY
-        for folder in find_datasets(source):
-            dataset = Dataset(source, folder)
-            for entry in dataset.episodes:
-                name = f"{folder}episode_{entry.index:06d}"
-                record = partial(_record, dataset, entry, options.task, policy)
-                yield SourceEpisode(name, options.task, policy, entry.index, record)
+
+        def found(dataset: Dataset, entry: EpisodeEntry, name: str) -> SourceEpisode:
+            record = partial(_record, dataset, entry, options.task, policy)
+            return SourceEpisode(name, options.task, policy, entry.index, record)
+
+        return list_episodes(source, find_datasets(source), found)
 
 
 def _record(

@@ -11,8 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, TraceError
-from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode, refused
-from pytest_safemanip.importers.lerobot.dataset import Dataset, EpisodeEntry, find_datasets
+from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode
+from pytest_safemanip.importers.lerobot.dataset import (
+    Dataset,
+    EpisodeEntry,
+    find_datasets,
+    list_episodes,
+)
 from pytest_safemanip.importers.lerobot.extras import read_meta, read_model, read_states, read_task
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.lerobot.conventions import ACTION, action_order, to_environment
@@ -42,23 +47,18 @@ class RoboCasaImporter:
 
     def episodes(self, source: Source, options: ImportOptions) -> Iterator[SourceEpisode]:
         """The episodes of all datasets with extras."""
-        for folder in find_datasets(source):
-            if not source.has(folder + DATASET):
-                continue
-            dataset = Dataset(source, folder)
+
+        def found(dataset: Dataset, entry: EpisodeEntry, name: str) -> SourceEpisode:
             task = options.task or read_task(dataset)
-            for entry in dataset.episodes:
-                name = f"{folder}episode_{entry.index:06d}"
-                try:
-                    about = _about(read_meta(dataset, entry.index))
-                except TraceError as error:
-                    yield refused(name, error)
-                    continue
-                policy = options.policy or (about.policy if about else DEMONSTRATOR)
-                seed = about.seed if about else entry.index
-                who = {"task": task, "policy": policy, "seed": seed}
-                record = partial(_record, dataset, entry, options, who)
-                yield SourceEpisode(name, task, policy, seed, record)
+            about = _about(read_meta(dataset, entry.index))
+            policy = options.policy or (about.policy if about else DEMONSTRATOR)
+            seed = about.seed if about else entry.index
+            who = {"task": task, "policy": policy, "seed": seed}
+            record = partial(_record, dataset, entry, options, who)
+            return SourceEpisode(name, task, policy, seed, record)
+
+        folders = [folder for folder in find_datasets(source) if source.has(folder + DATASET)]
+        return list_episodes(source, folders, found)
 
 
 def _record(
