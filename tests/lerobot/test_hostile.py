@@ -16,8 +16,8 @@ import pytest
 
 from pytest_safemanip.cli.main import main
 from pytest_safemanip.errors import SafemanipError, TraceError
-from pytest_safemanip.importers.lerobot import dataset
-from pytest_safemanip.importers.lerobot.dataset import Table
+from pytest_safemanip.importers.lerobot import table as tables
+from pytest_safemanip.importers.lerobot.table import Table
 from pytest_safemanip.lerobot import extras, layout
 from pytest_safemanip.lerobot.conventions import (
     ACTION,
@@ -233,12 +233,12 @@ def test_a_table_is_unpacked_no_farther_than_its_limit(monkeypatch: pytest.Monke
     pytest.importorskip("pyarrow.parquet").write_table(plain, stream, row_group_size=1000)
     table = Table(stream.getvalue(), "t.parquet")
     assert len(stream.getvalue()) < 100_000
-    monkeypatch.setattr(dataset, "MOST_UNPACKED", 1_000_000)
+    monkeypatch.setattr(tables, "MOST_UNPACKED", 1_000_000)
     with pytest.raises(TraceError, match=r"t.parquet: more than 1000000 bytes when unpacked"):
         table.read(["text"])
     found, first = table.read(["episode_index"], 2500, 2501)  # its own row group
     assert (first, found.num_rows) == (2000, 1000)
-    monkeypatch.setattr(dataset, "MOST_UNPACKED", 20_000)
+    monkeypatch.setattr(tables, "MOST_UNPACKED", 20_000)
     with pytest.raises(TraceError, match=r"t.parquet: 5000 values, more than 2500"):
         table.read(["zeros"])
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import PurePosixPath
@@ -17,16 +15,14 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError, printable
 from pytest_safemanip.importers.base import SourceEpisode, refused
+from pytest_safemanip.importers.lerobot.table import MOST_ROWS, Table, numbers_of
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.lerobot.layout import INFO
-from pytest_safemanip.lerobot.parquet import pyarrow
 from pytest_safemanip.trace.typed import shown
 
 VERSIONS = ("v2.0", "v2.1", "v3.0")
 MOST_JSON, MOST_TABLE = 64 * 2**20, 512 * 2**20
-MOST_ROWS, MOST_FPS = 10_000_000, 10_000
-MOST_UNPACKED = 2**30
-"""Bytes of the columns of a table that are unpacked at a time."""
+MOST_FPS = 10_000
 EPISODES = "meta/episodes"
 _FIELD = re.compile(r"\{(\w+)(?::0(\d)d)?\}")
 
@@ -120,7 +116,7 @@ class Dataset:
             )
         wanted = [name for name in columns if name in table.names]
         found, first = table.read(wanted, int(place[0]), int(place[-1]))
-        return {name: _array(found, name, episode.file)[place - first] for name in wanted}
+        return {name: numbers_of(found, name, episode.file)[place - first] for name in wanted}
 
     def _lists(self) -> Iterator[EpisodeEntry]:
         name = f"{EPISODES}.jsonl"
@@ -158,96 +154,6 @@ class Dataset:
             table = Table(self.read(name, MOST_TABLE), name)
             self._known = name, table
         return table
-
-
-class Table:
-    """A parquet file of a stranger; pyarrow reads no pickles, from version 14.0.1 on.
-
-    Args:
-        content: of the file.
-        name: for errors.
-
-    Attributes:
-        names: of its columns.
-
-    Raises:
-        TraceError: if it is none, or has too many rows.
-    """
-
-    def __init__(self, content: bytes, name: str) -> None:
-        self._name = name
-        with self._damage():
-            self._file = pyarrow(".parquet").ParquetFile(io.BytesIO(content))
-            self._about = self._file.metadata
-            self.names = tuple(self._file.schema_arrow.names)
-        groups = [self._about.row_group(i) for i in range(self._about.num_row_groups)]
-        self._ends = np.cumsum([group.num_rows for group in groups], dtype=np.int64)
-        if self._about.num_rows > MOST_ROWS:
-            raise TraceError(f"{name}: {self._about.num_rows} rows, more than {MOST_ROWS}")
-
-    @cached_property
-    def index(self) -> NDArray[Any]:
-        """The episode of each row (N,).
-
-        Raises:
-            TraceError: if the file does not say it.
-        """
-        return _array(self.read(("episode_index",))[0], "episode_index", self._name)
-
-    def read(
-        self, columns: Sequence[str], first: int = 0, last: int = MOST_ROWS
-    ) -> tuple[Any, int]:
-        """Columns as a table of pyarrow's, and which row its first one is: nothing else of the file
-        is unpacked.
-
-        Args:
-            columns: names.
-            first: of the rows that are wanted.
-            last: likewise.
-
-        Raises:
-            TraceError: if one is missing, there twice, too large when unpacked, or damaged.
-        """
-        for column in columns:
-            if self.names.count(column) != 1:
-                often = "no" if column not in self.names else "more than one"
-                raise TraceError(f"{self._name}: {often} column {column}")
-        begins = self._ends - np.diff(self._ends, prepend=0)
-        groups = np.flatnonzero((self._ends > first) & (begins <= last)).tolist()
-        chunks = [chunk for group in groups for chunk in self._chunks(group, columns)]
-        values = sum(chunk.num_values for chunk in chunks)
-        if 8 * values > MOST_UNPACKED:
-            raise TraceError(f"{self._name}: {values} values, more than {MOST_UNPACKED // 8}")
-        # A text that stands once in the file may stand in every row.
-        longest = max((chunk.total_uncompressed_size for chunk in chunks), default=1)
-        rows = min(max(MOST_UNPACKED // max(longest, 1), 1), 65536)
-        batches, size = [], 0
-        with self._damage():
-            # Threads of pyarrow's that still run when the process ends would abort it.
-            for batch in self._file.iter_batches(rows, groups, list(columns), use_threads=False):
-                size += batch.nbytes
-                if size > MOST_UNPACKED:
-                    raise TraceError(f"{self._name}: more than {MOST_UNPACKED} bytes when unpacked")
-                batches.append(batch)
-            schema = pyarrow().schema([self._file.schema_arrow.field(name) for name in columns])
-            found = pyarrow().Table.from_batches(batches, None if batches else schema)
-        return found, int(begins[groups[0]]) if groups else 0
-
-    def _chunks(self, group: int, columns: Sequence[str]) -> list[Any]:
-        """What metadata say of some columns in a row group."""
-        about = self._about.row_group(group)
-        found = [about.column(i) for i in range(about.num_columns)]
-        starts = tuple(f"{column}." for column in columns)  # names have points themselves
-        return [chunk for chunk in found if f"{chunk.path_in_schema}.".startswith(starts)]
-
-    @contextmanager
-    def _damage(self) -> Iterator[None]:
-        try:
-            yield
-        except (pyarrow(".lib").ArrowException, OSError, ValueError, KeyError) as error:
-            raise TraceError(
-                f"{self._name}: not a parquet file, or a damaged one ({printable(str(error))})"
-            ) from error
 
 
 def find_datasets(source: Source) -> list[str]:
@@ -295,33 +201,6 @@ def _filled(pattern: str, values: Mapping[str, int]) -> str:
         return str(values[match[1]]).zfill(int(match[2] or 0))
 
     return _FIELD.sub(number, pattern)
-
-
-def _array(table: Any, column: str, name: str) -> NDArray[Any]:
-    """A column of numbers (N,), or of lists of as many each (N, K)."""
-    types, values = pyarrow(".types"), table.column(column).combine_chunks()
-    if types.is_fixed_size_list(values.type) or types.is_list(values.type):
-        flat = values.flatten()
-        if values.null_count or not len(values) or len(flat) % len(values):
-            raise TraceError(f"{name}: {column} must be lists of the same length")
-        lengths = set(pyarrow(".compute").list_value_length(values).to_pylist())
-        if len(lengths) != 1:
-            raise TraceError(f"{name}: {column} must be lists of the same length")
-        return _numbers(flat, column, name).reshape(len(values), -1)
-    return _numbers(values, column, name)
-
-
-def _numbers(values: Any, column: str, name: str) -> NDArray[Any]:
-    types, kind = pyarrow(".types"), values.type
-    known = types.is_integer(kind) or types.is_floating(kind) or types.is_boolean(kind)
-    if not known:
-        raise TraceError(f"{name}: {column} must be numbers, found {printable(str(kind))}")
-    if values.null_count:
-        raise TraceError(f"{name}: {column} lacks values in some rows")
-    array = np.asarray(values.to_numpy(zero_copy_only=False))
-    if array.dtype.kind == "f" and not np.isfinite(array).all():
-        raise TraceError(f"{name}: {column} is not finite")
-    return array
 
 
 def _count(value: object, name: str) -> int:
