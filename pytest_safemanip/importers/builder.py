@@ -33,6 +33,8 @@ from pytest_safemanip.trace.steps import Step, Steps
 Floats = NDArray[np.float64]
 
 MOST_STATES = 1_000_000
+STEPS = (1e-5, 0.05)
+"""Shortest and longest physics step, s."""
 LONGEST_GAP = 1.0
 """Longest time between two states, s: after that, physics alone does not know what happened."""
 
@@ -368,6 +370,11 @@ def _check(states: States, model: Any, switches: int) -> None:
         **({} if states.actions is None else {"actions": (states.actions, None)}),
         **({"switches": (states.switches, switches)} if states.switches is not None else {}),
     }
+    step = model.opt.timestep
+    if not STEPS[0] <= step <= STEPS[1]:
+        raise TraceError(
+            f"the model's physics step is {step:g} s, expected {STEPS[0]} to {STEPS[1]}"
+        )
     if switches and states.switches is None:
         raise TraceError("switches: the states do not say which are on")
     count = len(states)

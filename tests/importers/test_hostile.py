@@ -170,6 +170,13 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
         _xml("<worldbody>", '<asset><hfield name="h" file="/etc/passwd"/></asset><worldbody>'),
         "of no known package: /etc/passwd",
     ),
+    "key frames": (_xml('nconmax="5000"', 'nkey="50000000"'), "<size> with nkey='50000000': too"),
+    "user data": (_xml('nconmax="5000"', 'nuser_geom="2e8"'), "<size> with nuser_geom='2e8': too"),
+    "wide field": (
+        _xml("<worldbody>", '<asset><hfield name="h" nrow="9999" ncol="9999"/></asset><worldbody>'),
+        "<hfield> with nrow='9999': too large",
+    ),
+    "short steps": (_xml('timestep="0.002"', 'timestep="1e-9"'), "physics step is 1e-09 s"),
     "what does not compile": (_xml('size=".4 .4 .4"', 'size="a"'), "the model does not compile"),
     "no robot": (_xml('robot0_joint1" name', 'nothing" name'), "does not compile"),
 }

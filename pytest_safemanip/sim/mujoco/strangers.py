@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import posixpath
 import re
 from xml.etree import ElementTree
@@ -17,6 +18,11 @@ ASSETS = "models/assets/"
 _PACKAGED = re.compile(rf"(?:.*/)?({'|'.join(PACKAGES)})/{ASSETS}(.+)", re.DOTALL)
 _REFUSED = ("include", "extension", "plugin", "composite", "flexcomp", "replicate", "model", "skin")
 """Elements that read other files, run other code, or make many elements of one."""
+_SIZES = ("nuserdata", "nkey", "nuser_")
+"""How sizes begin for which memory is taken whether or not it is used."""
+MOST_SIZE = 1000
+MOST_CELLS = 2**22
+"""Of a height field."""
 
 
 def parse(xml: str) -> Element:
@@ -40,7 +46,31 @@ def parse(xml: str) -> Element:
             raise TraceError(f"the model has more than {MOST_ELEMENTS} elements")
         if element.tag in _REFUSED:
             raise TraceError(f"the model has an element <{element.tag}>, which is not read")
+        _check_size(element)
     return root
+
+
+def _check_size(element: Element) -> None:
+    """Refuse what a compiler would make gigabytes of."""
+    large = []
+    if element.tag == "size":
+        own = [name for name in element.attrib if name.startswith(_SIZES)]
+        large = [name for name in own if _number(element.attrib[name]) > MOST_SIZE]
+    elif element.tag == "hfield":
+        cells = [_number(element.get(name, "0")) for name in ("nrow", "ncol")]
+        large = ["nrow"] if math.prod(cells) > MOST_CELLS else []
+    elif element.tag == "mesh" and "builtin" in element.attrib:
+        large = ["builtin"]
+    if large:
+        value = printable(element.attrib[large[0]])
+        raise TraceError(f"the model has a <{element.tag}> with {large[0]}={value!r}: too large")
+
+
+def _number(text: str) -> float:
+    try:
+        return abs(float(text))
+    except ValueError:
+        return 0.0  # MuJoCo refuses it
 
 
 class _Builder(ElementTree.TreeBuilder):
