@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, TraceError
-from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode
+from pytest_safemanip.importers.base import Clip, ImportOptions, OnStep, SourceEpisode
 from pytest_safemanip.importers.lerobot.dataset import (
     Dataset,
     EpisodeEntry,
@@ -30,6 +30,7 @@ from pytest_safemanip.lerobot.conventions import (
     STATE_PARTS,
     action_order,
     as_gym_wrapper,
+    camera_of,
     gym_order,
     modality,
     parts_of,
@@ -79,9 +80,17 @@ class LogImporter:
 
         def found(dataset: Dataset, entry: EpisodeEntry, name: str) -> SourceEpisode:
             record = partial(_record, dataset, entry, options.task, policy)
-            return SourceEpisode(name, options.task, policy, entry.index, record)
+            clips = tuple(_clips(source, dataset, entry))
+            return SourceEpisode(name, options.task, policy, entry.index, record, clips)
 
         return list_episodes(source, find_datasets(source), found)
+
+
+def _clips(source: Source, dataset: Dataset, entry: EpisodeEntry) -> Iterator[Clip]:
+    """What the cameras saw; a row's picture is that of the state before its action."""
+    for feature, (file, start) in entry.videos.items():
+        opened = partial(source.open, dataset.folder + file)
+        yield Clip(camera_of(feature), opened, start, entry.length, dataset.fps)
 
 
 def _record(
