@@ -31,10 +31,10 @@ from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder
 from pytest_safemanip.rollouts import loop as rollout
 from pytest_safemanip.sim.backend import Options, Request
+from pytest_safemanip.sim.mujoco import graphics
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
 from pytest_safemanip.sim.robocasa.factory import create
-from pytest_safemanip.sim.robocasa.rendering import graphics
 from pytest_safemanip.sim.robocasa.rendering.observing import Observer
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.spec.properties import load_properties
