@@ -111,11 +111,14 @@ def _interpreter(options: Options) -> tuple[str, Installed]:
             hint = did_you_mean(name, PATHS)
             raise ConfigError(f"safemanip_backend_paths: unknown path 'libero.{name}'; {hint}")
     python = options.python or sys.executable
-    found = installed(python, DISTRIBUTIONS, ("libero", "robosuite"))
     remedy = (
         f"make an interpreter for it with: {MAKE}; and name it in the ini file: safemanip_python = "
         "libero = libero-venv/bin/python"
     )
+    try:
+        found = installed(python, DISTRIBUTIONS, ("libero", "robosuite"))
+    except ConfigError as error:
+        raise ConfigError(f"backend 'libero': {error}; {remedy}") from error
     for package in ("libero", "robosuite"):
         if package not in found.folders:
             raise ConfigError(f"backend 'libero': {python} has no {package}; {remedy}")
