@@ -314,4 +314,4 @@ def normal_forces(
     point = np.repeat(np.arange(len(address)), edges)
     begins = np.cumsum(edges) - edges
     row = address[point] + np.arange(len(point)) - begins[point]
-    return np.bincount(point, rows[row], len(address))
+    return np.bincount(point, rows[row], len(address)).astype(np.float64)
