@@ -47,6 +47,12 @@ def test_without_libero_where_to_find_the_commands_and_how_to_name_it_is_said_sh
     assert len(str(refused.value)) < 250 + len(sys.executable)
 
 
+def test_an_interpreter_that_is_not_there_is_refused_with_where_to_find_the_commands(tmp_path):
+    python = str(tmp_path / "python")
+    with pytest.raises(ConfigError, match="no such interpreter; make an interpreter for it as"):
+        create(Options("official", tmp_path, python, {}))
+
+
 def test_a_newer_robosuite_is_refused(having):
     with pytest.raises(ConfigError, match=r"has robosuite 1.5.2, and LIBERO is written for 1.4"):
         create(having({**VERSIONS, "libero": "", "robosuite": "1.5.2"}))
