@@ -162,8 +162,11 @@ class Gif:
         shown = {"save_all": True, "append_images": others, "duration": self._duration, "loop": 0}
         with contextlib.ExitStack() as cleaning:
             cleaning.callback(self._scratch.unlink, missing_ok=True)
-            first.save(self._scratch, **shown)
-            self._scratch.replace(self._path)
+            try:
+                first.save(self._scratch, **shown)
+                self._scratch.replace(self._path)
+            except OSError as error:
+                raise RolloutError(f"{self._path}: cannot be written: {error}") from error
 
 
 def _scratch(path: Path) -> Path:
