@@ -167,7 +167,8 @@ class Gif:
                 first.save(self._scratch, **shown)
                 self._scratch.replace(self._path)
             except OSError as error:
-                raise RolloutError(f"{self._path}: cannot be written: {error}") from error
+                why = error.strerror or error
+                raise RolloutError(f"{self._path}: cannot be written: {why}") from error
 
 
 def _scratch(path: Path) -> Path:
