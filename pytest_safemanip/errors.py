@@ -8,6 +8,8 @@ from collections.abc import Iterable, Iterator
 
 MOST_LISTED = 16
 """How many known names fit into a line."""
+MOST_TOLD = 100_000
+"""Characters of a message."""
 NEAREST = 3
 """How many of more names are told: those that are least unlike."""
 
@@ -21,6 +23,10 @@ class SafemanipError(Exception):
     """
 
     infrastructure = False
+
+    def __str__(self) -> str:
+        """What went wrong; a stranger's file, server or code that is quoted moves no cursor."""
+        return printable(super().__str__(), MOST_TOLD, lines=True)
 
 
 class ConfigError(SafemanipError):

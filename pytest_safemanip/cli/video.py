@@ -61,6 +61,7 @@ def _drawn(
         tempfile.TemporaryDirectory() as folder,
         Drawer(options.size, cameras, Path(folder, "video.log")) as drawer,
     ):
+        drawer.launch()  # it imports while the recording is judged
         found = evaluate(options)
         recording = found.recording
         request_of(recording, options.recording)  # refuses what cannot be drawn

@@ -226,8 +226,11 @@ def _register_videos(
     """What draws rollouts when the run is over; its libraries are looked for before it begins."""
     from pytest_safemanip.plugin.reports.videos import Filming
     from pytest_safemanip.video.encoding import check_encoder
+    from pytest_safemanip.video.film import check_drawn
 
     check_encoder(Path("a.mp4"))
+    if not plan.recordings:
+        check_drawn(plan.settings.backend, "--safemanip-video")
     config.pluginmanager.register(Filming(plan, results, invocation), "safemanip-video")
 
 

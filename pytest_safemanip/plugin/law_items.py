@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from pytest_safemanip.errors import first_line, printable
 from pytest_safemanip.fuzz.rendering import table
 from pytest_safemanip.fuzz.search import Counterexample, find_counterexample
 from pytest_safemanip.fuzz.trial import LawBroken
@@ -117,7 +118,7 @@ class LawItem(pytest.Item):
     def _headline(self, found: Counterexample) -> str:
         error, name = found.error, self._case.proposition.name
         if not isinstance(error, LawBroken):
-            return f"{name} raises {type(error).__name__}: {error}"
+            return printable(f"{name} raises {first_line(error)}")
         when = "" if error.step is None else f" at step {error.step}"
         return f"{name}({', '.join(error.arguments)}){when}: {error}"
 

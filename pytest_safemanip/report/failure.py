@@ -6,7 +6,7 @@ import traceback
 from pathlib import Path
 from types import TracebackType
 
-from pytest_safemanip.errors import PolicyServerError
+from pytest_safemanip.errors import PolicyServerError, printable
 
 MAX_LINES, MAX_CHARACTERS = 40, 3000
 """Of a traceback, its end is shown."""
@@ -21,7 +21,8 @@ def user_traceback(error: BaseException) -> str:
     """
     whole = traceback.TracebackException.from_exception(error)
     _prune(whole, any(_is_users(frame.filename) for frame in whole.stack))
-    return "\n".join("".join(whole.format()).splitlines()[-MAX_LINES:])[-MAX_CHARACTERS:]
+    text = "\n".join("".join(whole.format()).splitlines()[-MAX_LINES:])[-MAX_CHARACTERS:]
+    return printable(text, 4 * MAX_CHARACTERS, lines=True)
 
 
 def without_package_frames(found: TracebackType | None) -> TracebackType | None:

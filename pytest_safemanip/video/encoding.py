@@ -163,8 +163,12 @@ class Gif:
         shown = {"save_all": True, "append_images": others, "duration": self._duration, "loop": 0}
         with contextlib.ExitStack() as cleaning:
             cleaning.callback(self._scratch.unlink, missing_ok=True)
-            first.save(self._scratch, **shown)
-            self._scratch.replace(self._path)
+            try:
+                first.save(self._scratch, **shown)
+                self._scratch.replace(self._path)
+            except OSError as error:
+                why = error.strerror or error
+                raise RolloutError(f"{self._path}: cannot be written: {why}") from error
 
 
 def _scratch(path: Path) -> Path:

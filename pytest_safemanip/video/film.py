@@ -33,6 +33,19 @@ Progress = Callable[[int, int], None]
 """Is told how many pictures are drawn, and of how many."""
 
 
+def check_drawn(backend: str, where: str) -> None:
+    """Check that recordings of a backend can be drawn.
+
+    Raises:
+        ConfigError: if they cannot; beginning with ``where``.
+    """
+    if backend not in DRAWN:
+        raise ConfigError(
+            f"{where}: recordings of the backend {backend!r} cannot be drawn, only those of "
+            f"{', '.join(DRAWN)}"
+        )
+
+
 def request_of(recording: Recording, path: Path) -> Request:
     """The episode of a recording, for the simulator.
 
@@ -40,11 +53,7 @@ def request_of(recording: Recording, path: Path) -> Request:
         ConfigError: if it cannot be drawn.
     """
     episode = recording.episode
-    if episode.backend not in DRAWN:
-        raise ConfigError(
-            f"{path}: recorded with the backend {episode.backend!r}; only recordings of "
-            f"{', '.join(DRAWN)} can be drawn"
-        )
+    check_drawn(episode.backend, str(path))
     if not episode.request:
         raise ConfigError(f"{path}: the recording does not say what the simulator was asked for")
     return decode_request(episode.request)

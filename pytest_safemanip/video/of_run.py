@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pytest_safemanip.errors import ConfigError, JudgementError, SafemanipError, raised_as
+from pytest_safemanip.errors import JudgementError, RolloutError, SafemanipError, raised_as
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.trace import files
-from pytest_safemanip.video.film import DRAWN, Progress
+from pytest_safemanip.video.film import Progress, check_drawn
 from pytest_safemanip.video.origin import is_of, origin_of, sign
-from pytest_safemanip.video.process import Drawer
+from pytest_safemanip.video.process import CannotDraw, Drawer
 from pytest_safemanip.video.storyboard import Storyboard, storyboard
 
 FOLDER = "videos"
@@ -80,41 +79,42 @@ def draw_videos(
     found, folder = Drawn(len(records)), plan.settings.out
     log = folder / "logs" / "video.log"
     targets = {r.key: folder / FOLDER / f"{Path(r.recording).stem}.mp4" for r in records}
-    with contextlib.ExitStack() as drawing:
-        drawer = Drawer(SIZE, CAMERAS, log)
+    with Drawer(SIZE, CAMERAS, log) as drawer:
         drawer.assets = plan.settings.assets
-        began = not all(target.exists() for target in targets.values())
-        if began:  # it imports while recordings are judged
-            drawing.enter_context(drawer)
         try:
+            if not all(target.exists() for target in targets.values()):
+                drawer.launch()  # it imports while recordings are judged
             for number, record in enumerate(records, 1):
-                source, target = Path(record.recording), targets[record.key]
+                target = targets[record.key]
                 try:
-                    with raised_as(JudgementError, "cannot be judged again"):
-                        board = _board(plan, record, source)
-                        origin = origin_of(source, board, SIZE, CAMERAS)
-                        known = is_of(target, origin)
-                    if known:
-                        found.written.append(target)
-                        found.kept += 1
-                        continue
-                    if not began:
-                        drawing.enter_context(drawer)
-                        began = True
-                    drawer.start()
-                    drawer.draw(source, board, target, show(number, target))
-                    sign(target, origin)
-                except ConfigError:
+                    found.kept += _draw(plan, record, target, drawer, show(number, target))
+                except CannotDraw:
                     raise
                 except SafemanipError as error:
                     found.failed.append(f"{target.name}: {error}")
                 else:
                     found.written.append(target)
-        except ConfigError as error:
+        except CannotDraw as error:
             found.unavailable = str(error)
         except KeyboardInterrupt:
             found.interrupted = True
     return found
+
+
+def _draw(
+    plan: Plan, record: RolloutRecord, target: Path, drawer: Drawer, progress: Progress
+) -> bool:
+    """Draw one, unless it is there; whether it was."""
+    source = Path(record.recording)
+    with raised_as(JudgementError, "cannot be judged again"):
+        board = _board(plan, record, source)
+        origin = origin_of(source, board, SIZE, CAMERAS)
+    if is_of(target, origin):
+        return True
+    drawer.draw(source, board, target, progress)
+    with raised_as(RolloutError, "cannot be written"):
+        sign(target, origin)
+    return False
 
 
 def _board(plan: Plan, record: RolloutRecord, source: Path) -> Storyboard:
@@ -124,10 +124,7 @@ def _board(plan: Plan, record: RolloutRecord, source: Path) -> Storyboard:
         ConfigError: if recordings of this backend cannot be drawn.
     """
     recording = files.load(source)
-    backend = recording.episode.backend
-    if backend not in DRAWN:
-        known = ", ".join(DRAWN)
-        raise ConfigError(f"recordings of the backend {backend!r} cannot be drawn, only of {known}")
+    check_drawn(recording.episode.backend, source.name)
     judge = Judge(
         recording,
         plan.tasks[record.task],

@@ -26,10 +26,12 @@ _BOOT = (
 )
 
 
-class Drawer:
-    """Draws videos one after the other; used in a ``with`` statement.
+class CannotDraw(ConfigError):
+    """Nothing can be drawn on this machine, whatever the recording."""
 
-    The process begins with its imports as soon as the statement is entered.
+
+class Drawer:
+    """Draws videos one after the other; used in a ``with`` statement, which ends the process.
 
     Args:
         size: of a camera's picture, pixels.
@@ -47,7 +49,6 @@ class Drawer:
         self._buffer, self._ready = b"", False
 
     def __enter__(self) -> Drawer:
-        self._launch()
         return self
 
     def __exit__(
@@ -62,10 +63,11 @@ class Drawer:
         """Write one video.
 
         Raises:
-            ConfigError: if nothing can be drawn on this machine, or this recording never.
+            CannotDraw: if nothing can be drawn on this machine.
+            ConfigError: if this recording can never be drawn.
             RolloutError: if this one failed.
         """
-        self.start()
+        self._start()
         job = {"recording": str(recording), "board": board.to_json(), "target": str(target)}
         self._send(job)
         while "written" not in (reply := self._receive()):
@@ -74,30 +76,33 @@ class Drawer:
                 raise kind(str(reply["failed"]))
             progress(int(reply["drawn"]), int(reply["of"]))
 
-    def start(self) -> None:
-        """Begin, if it has not begun.
-
-        Raises:
-            ConfigError: if nothing can be drawn on this machine.
-            RolloutError: if the process died.
-        """
+    def _start(self) -> None:
+        """Say what to draw with, if that has not been said."""
         if self._ready:
             return
-        self._launch()
+        self.launch()
         self._send({"assets": self.assets, "size": self._size, "cameras": self._cameras})
         reply = self._receive()
         if "unavailable" in reply:
             self._close()
-            raise ConfigError(str(reply["unavailable"]))
+            raise CannotDraw(str(reply["unavailable"]))
         self._ready = True
 
-    def _launch(self) -> None:
-        """Start the process, if it is not there; it begins with its imports."""
+    def launch(self) -> None:
+        """Start the process, if it is not there: it begins with its imports.
+
+        Raises:
+            CannotDraw: if the log cannot be written.
+        """
         if self._process is not None:
             return
         self._buffer = b""
-        self._log.parent.mkdir(parents=True, exist_ok=True)
-        with self._log.open("wb") as log:
+        try:
+            self._log.parent.mkdir(parents=True, exist_ok=True)
+            log = self._log.open("wb")
+        except OSError as error:
+            raise CannotDraw(f"{self._log}: cannot be written ({error.strerror})") from error
+        with log:
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-c", _BOOT, json.dumps(sys.path)],
                 stdin=subprocess.PIPE,

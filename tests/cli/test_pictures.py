@@ -97,7 +97,9 @@ def test_mistakes_are_named_before_anything_is_built(
 
 def test_a_recording_of_another_simulator_is_not_drawn(safemanip: Command, recorded: Any) -> None:
     pytest.importorskip("PIL.Image")
-    assert "recorded with the backend 'toy'; only" in safemanip("video", recorded()).refusal
+    assert (
+        "recordings of the backend 'toy' cannot be drawn" in safemanip("video", recorded()).refusal
+    )
 
 
 def test_of_another_kind_no_video_is_written(safemanip: Command, recorded: Any) -> None:

@@ -24,7 +24,7 @@ HANDS = {
 
 def layout(task: str, robot: str, folder: Path) -> Layout:
     """Of a model that robosuite makes."""
-    with importing.quiet(), importing.robosuite_settings(), importing.stand_in_cv2():
+    with importing.quiet(), importing.robosuite_settings(), importing.stand_ins():
         robosuite = pytest.importorskip("robosuite")
     env = robosuite.make(
         task,

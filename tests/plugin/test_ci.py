@@ -62,6 +62,17 @@ def test_both_can_be_switched_off(one_suite: Suite, monkeypatch: pytest.MonkeyPa
     assert not [line for line in result.outlines if line.startswith("::")]
 
 
+def test_a_job_summary_that_cannot_be_written_is_a_line_and_a_failure(
+    one_suite: Suite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step = on_github(one_suite, monkeypatch)
+    step.mkdir()
+    result = one_suite.run("-k", "grasp_stability")
+    assert f"job summary: {step}: is not a file" in result.outlines
+    result.assert_outcomes(skipped=1)  # verdicts stand
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+
+
 def outputs(path: Path) -> list[str]:
     """The texts of all ``system-out`` of the violated case."""
     case = ET.parse(path).find(".//testcase[failure]")

@@ -80,6 +80,29 @@ def files(out: Path) -> list[Path]:
     return [*found, *(out / "timelines").glob("*.svg")]
 
 
+SHOUTS = """
+class Shouts:
+    def act(self, observation):
+        raise ValueError("\\x1b[31mred\\x1b[0m \\u202eleft \\x9b2J")
+
+def pytest_safemanip_policies():
+    return {"shouts": Shouts}
+"""
+
+
+def test_what_a_policy_raises_is_text_too(hostile: Suite) -> None:
+    with (hostile.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(SHOUTS)
+    reports = "--safemanip-report=markdown,sarif"
+    result = hostile.run("--safemanip-policy=shouts", "--junitxml=all.xml", reports, "-rA")
+    said = result.stdout.str()
+    assert r"ValueError: \x1b[31mred\x1b[0m \u202eleft \x9b2J" in said
+    texts = [said, (hostile.pytester.path / "all.xml").read_text()]
+    texts += [path.read_text() for path in files(hostile.out)]
+    for text in texts:
+        assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e]", text)
+
+
 @pytest.mark.parametrize("name", ["two\nlines", "\x1b[2J", "\u202eleft", "\x85"])
 def test_a_name_that_moves_the_cursor_is_refused_with_the_recording(
     one_suite: Suite, name: str

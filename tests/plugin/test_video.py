@@ -38,13 +38,24 @@ def test_rollouts_with_violations_are_drawn_when_the_run_is_over(
     assert seconds == pytest.approx(pictures / 10, abs=0.11)
 
 
-def test_what_cannot_be_drawn_is_said_once_and_fails_no_case(suite: Suite) -> None:
-    set_up(suite)
-    result = suite.run("--safemanip-video=all", "--safemanip-seeds=2")
-    said = "no videos: recordings of the backend 'toy' cannot be drawn, only of robocasa"
-    assert result.stdout.str().count(said) == 1
-    assert result.parseoutcomes().get("errors", 0) == 0
-    assert not (suite.out / "videos").exists()
+def test_what_cannot_be_drawn_is_refused_before_the_run_or_fails_it_after(
+    one_suite: Suite,
+) -> None:
+    set_up(one_suite)
+    why = "recordings of the backend 'toy' cannot be drawn, only those of robocasa"
+    result = one_suite.run("--safemanip-video=all")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: --safemanip-video: {why}"])
+    one_suite.run("-k", "grasp_stability")
+    chosen = ("--safemanip-recordings=.safemanip/recordings", "-k", "grasp_stability")
+    result = one_suite.run(*chosen, "--safemanip-video=all")
+    assert (
+        result.outlines.count(f"not drawn: Reach-rises-seed0.mp4: Reach-rises-seed0.rollout: {why}")
+        == 1
+    )
+    result.assert_outcomes(skipped=1)  # verdicts stand
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    assert not (one_suite.out / "videos").exists()
 
 
 @pytest.mark.parametrize("chosen", ["none", "violations"])

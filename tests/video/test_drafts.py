@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import Request
-from pytest_safemanip.sim.robocasa.rendering.thinning import KEPT_WHOLE, thin_meshes
+from pytest_safemanip.sim.robocasa.rendering.light_meshes import lighten
+from pytest_safemanip.sim.robocasa.rendering.thinning import COARSEST, KEPT_WHOLE, thin_meshes
 from pytest_safemanip.video.imaging import open_studio
 from tests.sim.test_observing import require
 
@@ -55,6 +59,52 @@ def test_fine_meshes_get_coarser_and_stay_where_they_are() -> None:
     )
     assert 0.9 < area.sum() / 2 / (4 * np.pi * 0.1**2) < 1.02, "no hole in it"
     np.testing.assert_array_equal(model.mesh_face[model.mesh_faceadr[1] :], cube)
+
+
+def obj_file(path: Path, rings: int) -> Path:
+    """The sphere as a file, coloured by a texture, off the origin."""
+    model = ball(rings)
+    count = int(model.mesh_vertnum[0])
+    corners = model.mesh_vert[:count]
+    lines = [f"v {x + 1:.9f} {y:.9f} {z:.9f}" for x, y, z in corners]
+    lines += [f"vt {0.5 + 4 * y:.6f} {0.5 + 4 * z:.6f}" for _, y, z in corners]
+    faces = model.mesh_face[: model.mesh_facenum[0]] + 1
+    lines += [f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in faces]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_large_files_of_meshes_are_thinned_once_and_stay_where_they_are(tmp_path: Path) -> None:
+    path = obj_file(tmp_path / "ball.obj", 60)
+    geom = '<geom type="mesh" mesh="ball" pos="0 0 1" quat="1 1 0 0"/>'
+    xml = f'''<mujoco><asset><mesh name="ball" file="{path}" scale="2 1 -1"/></asset>
+        <worldbody>{geom}</worldbody></mujoco>'''
+    cache = tmp_path / "cache"
+    light = lighten(xml, cache)
+    (kept,) = cache.iterdir()
+    before, after = (mujoco.MjModel.from_xml_string(text) for text in (xml, light))
+    assert before.mesh_facenum[0] > 4 * after.mesh_facenum[0]
+    for axis in range(3):
+        for end in (np.min, np.max):
+            assert end(placed(before)[:, axis]) == pytest.approx(
+                end(placed(after)[:, axis]), abs=0.01
+            )
+    places = placed(after)[after.mesh_face.ravel()]
+    np.testing.assert_allclose(
+        after.mesh_texcoord[after.mesh_facetexcoord.ravel()],
+        np.stack([0.5 + 4 * (places[:, 2] - 1), 0.5 - 4 * places[:, 1]], axis=1),
+        atol=4 * COARSEST,
+    )
+    written = kept.stat().st_mtime_ns
+    assert lighten(xml, cache) == light
+    assert kept.stat().st_mtime_ns == written
+
+
+def placed(model: mujoco.MjModel) -> NDArray[np.float64]:
+    """The corners of the only geom's mesh, in the world (V, 3)."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return np.asarray(model.mesh_vert @ data.geom_xmat[0].reshape(3, 3).T + data.geom_xpos[0])
 
 
 def test_a_draft_looks_like_the_picture_and_what_did_not_move_is_not_drawn_again() -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pytest_safemanip import load
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.video import encoding, halves
@@ -185,6 +185,17 @@ def test_what_fails_leaves_no_file(tmp_path: Path) -> None:
         with pytest.raises(KeyboardInterrupt):
             half()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_gif_that_does_not_fit_on_the_disk_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def save(self: object, *arguments: object, **options: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Image.Image, "save", save)
+    with pytest.raises(RolloutError, match=r"one\.gif: cannot be written: .*No space left"):
+        filmed(bumped(), tmp_path / "one.gif")
 
 
 def test_a_storyboard_travels_as_json_and_names_are_escaped(tmp_path: Path) -> None:

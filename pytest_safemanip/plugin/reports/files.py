@@ -45,8 +45,9 @@ class ReportFiles:
         finally:  # another plugin may fail to write its own
             if self.summary is not None:
                 self._write(self.summary)
-                if self._github is not None:
-                    self.lines += self._github.tell(self.summary)
+                unwritten = self._github.tell(self.summary) if self._github is not None else []
+                self.lines += unwritten
+                self._failed = self._failed or bool(unwritten)
             if self.interrupted:
                 session.exitstatus = pytest.ExitCode.INTERRUPTED
             elif self._failed:

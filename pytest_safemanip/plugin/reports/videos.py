@@ -14,8 +14,8 @@ from pytest_safemanip.run.results import Results
 from pytest_safemanip.video.of_run import Drawn, draw_videos, wanted_of
 from pytest_safemanip.video.progress import Bar
 
-_OVER = (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED)
-"""Statuses of a run that came to its end; this package's own are beyond pytest's."""
+MOST_FAILED = 10
+"""How many are told why they were not drawn."""
 
 
 class Filming:
@@ -33,7 +33,7 @@ class Filming:
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Draw, unless somebody has interrupted the run."""
+        """Draw, unless somebody has interrupted the run; what is missing then fails it."""
         if session.exitstatus == pytest.ExitCode.INTERRUPTED:
             return
         wanted = wanted_of(self._results.records, self._plan.settings.video)
@@ -53,6 +53,8 @@ class Filming:
             self._drawn = draw_videos(self._plan, wanted, show)
         if self._drawn.interrupted:
             session.exitstatus = pytest.ExitCode.INTERRUPTED
+        elif self._drawn.unavailable or self._drawn.failed:
+            session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
 
     @pytest.hookimpl(trylast=True)
     def pytest_terminal_summary(self, terminalreporter: Any, config: pytest.Config) -> None:
@@ -74,4 +76,6 @@ class Filming:
             lines.append("videos: interrupted before the first was drawn")
         if drawn.unavailable:
             lines.append(f"no videos: {drawn.unavailable}")
-        return lines + [f"not drawn: {text}" for text in drawn.failed]
+        lines += [f"not drawn: {text}" for text in drawn.failed[:MOST_FAILED]]
+        more = len(drawn.failed) - MOST_FAILED
+        return lines + ([f"not drawn: {more} more"] if more > 0 else [])

@@ -76,6 +76,11 @@ class Assets:
         return f"{line}, key {self.key[:12]}"
 
 
+def cache_home() -> Path:
+    """The folder of this package in the user's cache directory."""
+    return Path(platformdirs.user_cache_dir("pytest-safemanip"))
+
+
 def prepare_assets(package_root: Path, mode: Mode, cache_dir: Path | None = None) -> Assets:
     """Decide which assets RoboCasa is to use, and build what is missing.
 
@@ -98,8 +103,7 @@ def prepare_assets(package_root: Path, mode: Mode, cache_dir: Path | None = None
     roots = [package_root]
     if shipped.is_dir() and not shipped.samefile(package_root):
         roots.append(shipped)
-    home = cache_dir or Path(platformdirs.user_cache_dir("pytest-safemanip"))
-    cache = home.absolute() / "assets"
+    cache = (cache_dir or cache_home()).absolute() / "assets"
     _check_path(cache)
     memo = cache / "found" / f"{_stamp(mode, roots, models)}.json"
     assets = _recall(memo, cache)

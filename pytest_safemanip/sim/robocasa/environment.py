@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +24,13 @@ ARGUMENTS = {
 """Of every environment: headless, without observations, without an end of its own."""
 
 
-def make(request: Request, assets_root: Path) -> Any:
+def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None = None) -> Any:
     """A RoboCasa environment after its reset, headless and without observations.
 
     Args:
         request: which episode.
         assets_root: the folder that RoboCasa was loaded with.
+        edit: changes the XML of its model.
 
     Raises:
         ConfigError: if RoboCasa has no such task.
@@ -37,6 +39,8 @@ def make(request: Request, assets_root: Path) -> Any:
     env = unset(request.task, request.seed, **arguments)
     if request.object_groups:
         environments.choose_objects(env, request.object_groups)
+    if edit is not None:
+        env.set_xml_processor(edit)
     with environments.quick_settling(env, Controls):
         env.reset()
     return env

@@ -64,7 +64,7 @@ def _imported(assets_root: Path) -> tuple[str, ...]:
     with (
         importing.quiet(),
         importing.robosuite_settings(),
-        importing.stand_in_cv2(),
+        importing.stand_ins(),
         importing.assets_root(assets_root),
     ):
         try:

@@ -35,7 +35,7 @@ def load() -> None:
     Raises:
         ConfigError: if it, or what it needs, is not installed.
     """
-    with importing.quiet(), importing.robosuite_settings(), importing.stand_in_cv2():
+    with importing.quiet(), importing.robosuite_settings(), importing.stand_ins():
         try:
             robots = importlib.import_module("robosuite.models.robots")
         except ModuleNotFoundError as error:

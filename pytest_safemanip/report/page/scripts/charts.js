@@ -5,12 +5,12 @@ SafemanipReport.charts = (() => {
   const { element, name, words } = SafemanipReport.dom;
   const { run } = SafemanipReport.data;
   const { theme } = SafemanipReport;
-  const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a6a00", "#888888"];
+  const COLOURS = 8;
   const live = [];
   let chosen = null;
 
   // With a policy chosen, the others fade.
-  const colour = (at) => COLOURS[at % COLOURS.length] + (chosen === null || chosen === at ? "" : "30");
+  const colour = (at) => theme.colour(`series-${at % COLOURS}`) + (chosen === null || chosen === at ? "" : "30");
   // A letter beside each point: what is told apart by colour is told apart without it, too.
   const letter = (at) => (at < 26 ? String.fromCharCode(65 + at) : String(at + 1));
 
@@ -201,7 +201,7 @@ SafemanipReport.charts = (() => {
           ...run.policies.map((_, at) => ({
             stroke: () => colour(at),
             width: 2,
-            dash: at < COLOURS.length ? undefined : [6, 4],
+            dash: at < COLOURS ? undefined : [6, 4],
             points: { show: true, size: 8, fill: () => colour(at), stroke: () => colour(at) },
           })),
         ],
@@ -229,7 +229,7 @@ SafemanipReport.charts = (() => {
         return element(
           "li",
           { tabIndex: 0, on },
-          element("b", { style: { color: COLOURS[at % COLOURS.length] } }, letter(at)),
+          element("b", { style: { color: `var(--series-${at % COLOURS})` } }, letter(at)),
           " ",
           name(policy),
         );

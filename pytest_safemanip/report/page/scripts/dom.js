@@ -31,7 +31,7 @@ SafemanipReport.dom = (() => {
     element(
       "bdi",
       {},
-      text.split(/(?<=[:_/.-])|(?<=[a-z])(?=[A-Z])/).flatMap((part, at) => (at ? [document.createElement("wbr"), part] : [part])),
+      text.split(/(?<=[:_/-])|(?<=\.)(?!\d)|(?<=[a-z])(?=[A-Z])/).flatMap((part, at) => (at ? [document.createElement("wbr"), part] : [part])),
     );
 
   const percent = (value) => (value === null || value === undefined ? "–" : `${(value * 100).toFixed(1)} %`);

@@ -104,7 +104,7 @@ SafemanipReport.timeline = (() => {
       ) {
         const at = (tick * every) / details.dt;
         parts.push(
-          element("span.tick", { className: at - from > 0.93 * size ? "tick end" : "tick", style: { left: share(at) } }, `${Number((tick * every).toFixed(1))} s`),
+          element("span.tick", { style: { left: share(at) } }, at - from > 0.93 * size ? "" : `${Number((tick * every).toFixed(1))} s`),
         );
       }
       const band = (first, end, className, title) => {

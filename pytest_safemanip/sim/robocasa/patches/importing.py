@@ -64,16 +64,17 @@ def robosuite_settings() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def stand_in_cv2() -> Iterator[None]:
-    """OpenCV needs libGL and serves the on-screen viewer only: a stand-in while importing."""
-    if "cv2" in sys.modules:
-        yield
-        return
-    sys.modules["cv2"] = types.ModuleType("cv2")
+def stand_ins() -> Iterator[None]:
+    """Stand-ins for what is imported and never called: OpenCV, which needs libGL and serves the
+    on-screen viewer, and Numba, which is switched off and takes a tenth of a second.
+    """
+    absent = [name for name in ("cv2", "numba") if name not in sys.modules]
+    sys.modules.update({name: types.ModuleType(name) for name in absent})
     try:
         yield
     finally:
-        del sys.modules["cv2"]
+        for name in absent:
+            del sys.modules[name]
 
 
 @contextlib.contextmanager

@@ -6,6 +6,7 @@ import contextlib
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -22,9 +23,10 @@ from pytest_safemanip.sim.mujoco.drawing import (
     Painter,
 )
 from pytest_safemanip.sim.robocasa import environment, loading, observation
-from pytest_safemanip.sim.robocasa.assets import Mode, prepare_assets
+from pytest_safemanip.sim.robocasa.assets import Mode, cache_home, prepare_assets
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.parts import is_robot
+from pytest_safemanip.sim.robocasa.rendering.light_meshes import lighten
 from pytest_safemanip.sim.robocasa.rendering.thinning import simplify
 from pytest_safemanip.trace.scene import Scene
 
@@ -35,6 +37,8 @@ ROBOT_CAMERAS = {
 }
 STILL = 2e-4
 """What has moved less than this, m, or turned less, rad, is not drawn again: a tenth of a pixel."""
+MESHES = "thin-meshes"
+"""Folder in the user's cache directory."""
 UNDRAWN = 5
 """A group of geoms that no painter draws."""
 REACH = 1.5
@@ -186,7 +190,8 @@ class Studio:
     @contextlib.contextmanager
     def visit(self, request: Request) -> Iterator[Shot]:
         """The scene of an episode as it begins."""
-        env = environment.make(request, self._root)
+        edit = partial(lighten, cache=cache_home() / MESHES) if self._draft else None
+        env = environment.make(request, self._root, edit)
         shot = Shot(env, self._context, self._size, self._draft)
         try:
             yield shot
