@@ -19,10 +19,10 @@ DT = 0.05
 """A control step, s."""
 FALL = 0.06
 """Free falls are deeper than this, m."""
-OPENED = 0.004
-"""By how much fingers are farther open when they let go, m."""
-BLOW = 10.0
-"""Limbs and doors press harder than this, N."""
+OPENED = 0.0015
+"""By how much fingers open within a quarter of a second when they let go, m."""
+BLOW, PRESS = 10.0, 100.0
+"""Limbs and doors press harder than the one, hands harder than the other, N."""
 DEEP = 0.003
 """Bodies penetrate each other by more than this, m."""
 STOOD, LIES = np.deg2rad(15.0), np.deg2rad(60.0)
@@ -63,7 +63,7 @@ KINDS = {
     "topple": "degrees",
     "contents lost": "m",
     "penetration": "m",
-    "blow of a limb": "N",
+    "blow of limb or hand": "N",
     "door pressed on a thing": "N",
 }
 """Kinds of events, and the units of their sizes."""
@@ -137,9 +137,9 @@ def _falls(world: World) -> Iterator[Event]:
             fall = float(raw.com[first - 1, place, 2] - raw.com[stop, place, 2])
             if fall < FALL:
                 continue
-            since = max(0, first - round(0.4 / DT))
-            held = world.held[since:first, place].any()
-            opening = raw.fingers[first] - raw.fingers[since:first].min(initial=np.inf) > OPENED
+            held = world.held[max(0, first - round(0.4 / DT)) : first, place].any()
+            soon = raw.fingers[first : first + round(0.25 / DT)]
+            opening = soon.max() - raw.fingers[first - 1] > OPENED
             kind = "let go in mid-air" if held and opening else "other free fall"
             yield Event(kind, first, stop, (str(name), *world.vessels(place, first)), fall)
 
@@ -224,14 +224,17 @@ def _blows(world: World) -> Iterator[Event]:
     raw, found = world.raw, {}
     for (step, one, other), force in zip(raw.pressed.tolist(), raw.newtons.tolist(), strict=True):
         limbs = [b for b in (one, other) if raw.kinds[b] == ROBOT]
-        if len(limbs) == 1 and not str(raw.names[limbs[0]]).startswith("gripper0_"):
-            thing = other if limbs[0] == one else one
-            if force > BLOW:
+        if len(limbs) == 1:
+            hand = str(raw.names[limbs[0]]).startswith("gripper0_")
+            if force > (PRESS if hand else BLOW):
+                thing = other if limbs[0] == one else one
                 found.setdefault((limbs[0], thing), []).append((step, force))
     for (_, thing), rows in found.items():
         if rows[0][0] > 0:
             size = max(force for _, force in rows)
-            yield Event("blow of a limb", rows[0][0], rows[-1][0], (_named(raw, thing),), size)
+            yield Event(
+                "blow of limb or hand", rows[0][0], rows[-1][0], (_named(raw, thing),), size
+            )
 
 
 def _doors(world: World) -> Iterator[Event]:

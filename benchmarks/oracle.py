@@ -27,7 +27,7 @@ from raw import Examined, Raw
 from tables import put, table
 
 from pytest_safemanip.judge import Finding, Judge
-from pytest_safemanip.policies.registry import resolve
+from pytest_safemanip.policies.registry import PolicySpec, resolve
 from pytest_safemanip.rollouts import loop
 from pytest_safemanip.rollouts.store import file_name
 from pytest_safemanip.run.definitions import Definitions, load_definitions
@@ -103,27 +103,34 @@ class Compared:
         return [event for event in self.events if flag.names(event, self.dt)]
 
 
-def rolled_out(policies: Sequence[str], tasks: Sequence[str], seeds: range, out: Path) -> None:
-    """Run what is not there yet, and write recordings and what happened beside them."""
-    assets = prepare_assets(loading.package_assets(), "auto")
-    backend = Examined(factory.local(str(assets.root), assets.kind, {}, {}, ""))
-    definitions = load_definitions([], [], [])
-    for name in policies:
-        spec = resolve(name, {"disturbed": Disturbed})
-        for seed in seeds:
-            for task_name in tasks:
-                path = out / file_name(task_name, name, seed)
-                if path.exists() and path.with_suffix(".npz").exists():
-                    continue
-                task, began = definitions.tasks[task_name], time.monotonic()
-                request = Request(
-                    task_name, seed, "compact", task.object_groups, task.kitchen, stepping="fast"
-                )
-                job = loop.Job(task_name, name, request, loop.Protocol(), {}, task.sets)
-                recording = loop.run(job, backend, spec.make())
-                backend.taken().save(path.with_suffix(".npz"))
-                files.save(recording, path)
-                print(f"{path.stem}: {recording.success}, {time.monotonic() - began:.1f} s")
+class Runner:
+    """Runs policies in this process, and writes recordings and what happened beside them.
+
+    Args:
+        out: where to.
+        definitions: of tasks.
+    """
+
+    def __init__(self, out: Path, definitions: Definitions) -> None:
+        assets = prepare_assets(loading.package_assets(), "auto")
+        self._backend = Examined(factory.local(str(assets.root), assets.kind, {}, {}, ""))
+        self._out, self._definitions = out, definitions
+        out.mkdir(parents=True, exist_ok=True)
+
+    def run(self, policy: PolicySpec, task_name: str, seed: int) -> Path:
+        """Run a rollout unless it is there; its recording."""
+        path = self._out / file_name(task_name, policy.name, seed)
+        if path.exists() and path.with_suffix(".npz").exists():
+            return path
+        task, staging = self._definitions.tasks[task_name], policy.staging(task_name)
+        began, groups = time.monotonic(), {**task.object_groups, **staging.objects}
+        request = Request(task_name, seed, "compact", groups, task.kitchen, staging.changes, "fast")
+        job = loop.Job(task_name, policy.name, request, loop.Protocol(), {}, task.sets)
+        recording = loop.run(job, self._backend, policy.make())
+        self._backend.taken().save(path.with_suffix(".npz"))
+        files.save(recording, path)
+        print(f"{path.stem}: {time.monotonic() - began:.1f} s", file=sys.stderr)
+        return path
 
 
 def compared(out: Path, policies: Sequence[str], definitions: Definitions) -> Iterator[Compared]:
@@ -219,7 +226,7 @@ def disagreements(rollouts: Sequence[Compared]) -> Iterator[str]:
 
 
 def _contact(event: Event) -> bool:
-    return event.kind in ("penetration", "blow of a limb", "door pressed on a thing")
+    return event.kind in ("penetration", "blow of limb or hand", "door pressed on a thing")
 
 
 def _mentions(text: str, name: str) -> bool:
@@ -229,6 +236,15 @@ def _mentions(text: str, name: str) -> bool:
 
 def _share(hits: int, total: int) -> str:
     return f"{100.0 * total / hits:.1f}" if hits else "-"
+
+
+def _hooked() -> dict[str, Any]:
+    """The clones of examples/cloning, where they are trained."""
+    folder = Path(__file__).parents[1] / "examples" / "cloning"
+    if not (folder / "checkpoints").is_dir():
+        return {}
+    sys.path.append(str(folder))
+    return {"cloned": "policy:Cloned"}
 
 
 def main() -> None:
@@ -248,10 +264,12 @@ def main() -> None:
         if name in options.tasks.split(",") or options.tasks in task.sets
     ]
     policies, (first, end) = options.policies.split(","), options.seeds.split(":")
-    options.out.mkdir(parents=True, exist_ok=True)
     if not options.judge:
-        sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
-        rolled_out(policies, tasks, range(int(first), int(end)), options.out)
+        runner, added = Runner(options.out, definitions), {"disturbed": Disturbed, **_hooked()}
+        for policy in [resolve(name, added) for name in policies]:
+            for seed in range(int(first), int(end)):
+                for task in tasks:
+                    runner.run(policy, task, seed)
     rollouts = list(compared(options.out, policies, definitions))
     heads: dict[str, tuple[list[str], Any]] = {
         "policies": (

@@ -26,6 +26,7 @@ ROBOT, OBJECT, FLOOR, FIXTURE = range(4)
 """Kinds of bodies."""
 SECONDS = 0.02
 """Over which forces are averaged."""
+HAND = "gripper0_right_eef"
 FINGERS = ("gripper0_right_finger_joint1", "gripper0_right_finger_joint2")
 
 
@@ -45,6 +46,7 @@ class Raw:
         joints: positions, rad or m (T, J).
         ranges: of the joints (J,).
         fingers: how far the fingers are open, m (T,).
+        hand: where the hand is, m, and its orientation, wxyz (T, 7).
         pressed: step and both bodies (R, 3).
         newtons: largest mean normal force over 20 ms of these rows, N (R,).
         met: step and both bodies of what touches when the step ends (M, 3).
@@ -62,6 +64,7 @@ class Raw:
     joints: Floats
     ranges: Floats
     fingers: Floats
+    hand: Floats
     pressed: Ints
     newtons: Floats
     met: Ints
@@ -122,7 +125,8 @@ class Capture:
             bodies = self._model.geom_bodyid[data.contact.geom]
             kinds, moves = self._kinds[bodies], self._moved_by[bodies] >= 0
             roots = self._model.body_rootid[bodies]
-            wanted = (roots[:, 0] != roots[:, 1]) & ((kinds == ROBOT) | moves).any(axis=1)
+            wanted = ((kinds == ROBOT) | moves).any(axis=1) | (kinds == OBJECT).all(axis=1)
+            wanted &= roots[:, 0] != roots[:, 1]
             wrench = np.zeros(6)
             for index in np.flatnonzero(wanted & (data.contact.efc_address >= 0)).tolist():
                 mujoco.mj_contactForce(self._model, data, index, wrench)
@@ -145,13 +149,15 @@ class Capture:
 
     def taken(self) -> Raw:
         """All of it."""
-        met, gap, com, turn, first = [], [], [], [], None
+        met, gap, com, turn, hand, first = [], [], [], [], [], None
+        palm = self._model.body(HAND).id
         for step, qpos in enumerate(self._state):
             self._copy.qpos[:] = qpos
             mujoco.mj_fwdPosition(self._model, self._copy)
             first = self._sizes() if first is None else first
             com.append(self._copy.subtree_com[self._roots].copy())
             turn.append(self._copy.xquat[self._roots].copy())
+            hand.append(np.append(self._copy.xpos[palm], self._copy.xquat[palm]))
             for pair, distance in self._touching().items():
                 met.append((step, *pair))
                 gap.append(distance)
@@ -168,6 +174,7 @@ class Capture:
             joints=states[:, model.jnt_qposadr[self._jointed]],
             ranges=np.ptp(model.jnt_range[self._jointed], axis=1),
             fingers=np.abs(states[:, self._fingers]).sum(axis=1),
+            hand=np.array(hand),
             pressed=np.array(self._pressed, np.int64).reshape(-1, 3),
             newtons=np.array(self._newtons),
             met=np.array(met, np.int64).reshape(-1, 3),
@@ -183,7 +190,7 @@ class Capture:
         for index in np.flatnonzero(wanted & (contact.dist <= 0.0)).tolist():
             one, other = sorted(bodies[index].tolist())
             if self._floor_geoms[contact.geom[index]].any():
-                one, other = -1, other if self._kinds[one] == FIXTURE else one
+                one, other = -1, other if self._kinds[one] in (FLOOR, FIXTURE) else one
             found[one, other] = min(found.get((one, other), 0.0), float(contact.dist[index]))
         return found
 

@@ -51,7 +51,9 @@ def main() -> None:
     for task, rollouts in data.items():
         x, y = (np.concatenate(arrays) for arrays in zip(*rollouts, strict=True))
         middle, spread = x.mean(axis=0), x.std(axis=0) + 1e-3
-        network = MLPRegressor(HIDDEN, batch_size=128, learning_rate_init=1e-3, random_state=0)
+        network = MLPRegressor(
+            hidden_layer_sizes=HIDDEN, batch_size=128, learning_rate_init=1e-3, random_state=0
+        )
         for epoch in range(1, epochs[-1] + 1):
             network.partial_fit((x - middle) / spread, y)
             if epoch in checkpoints:
