@@ -24,7 +24,8 @@ OPENED = 0.0015
 BLOW, PRESS = 10.0, 100.0
 """Limbs and doors press harder than the one, hands harder than the other, N."""
 DEEP = 0.003
-"""Bodies penetrate each other by more than this, m."""
+"""Limbs and what is held penetrate other bodies by more than this, m. Not the hand: soft contacts
+let it sink into a handle, or what it grips, by as much at 30 N."""
 STOOD, LIES = np.deg2rad(15.0), np.deg2rad(60.0)
 """An object that stood leans less, and one that lies more."""
 SLENDER = 1.2
@@ -134,7 +135,8 @@ def _falls(world: World) -> Iterator[Event]:
             if first == 0:
                 continue
             stop = min(last + 1, len(raw.com) - 1)
-            fall = float(raw.com[first - 1, place, 2] - raw.com[stop, place, 2])
+            # What is certain: it may have met something at any time within the last step.
+            fall = float(raw.com[first - 1, place, 2] - raw.com[last, place, 2])
             if fall < FALL:
                 continue
             held = world.held[max(0, first - round(0.4 / DT)) : first, place].any()
@@ -204,14 +206,11 @@ def _contents(world: World) -> Iterator[Event]:
 def _deep(world: World) -> Iterator[Event]:
     raw, found = world.raw, {}
     for (step, one, other), gap in zip(raw.met.tolist(), raw.gap.tolist(), strict=True):
-        robot = any(body >= 0 and raw.kinds[body] == ROBOT for body in (one, other))
-        held = any(
-            body >= 0 and raw.owner[body] >= 0 and world.held[step, raw.owner[body]]
-            for body in (one, other)
-        )
-        # The fingers press on what they hold, and soft contacts give way.
-        gripped = robot and held
-        if gap < -DEEP and (robot or held) and not gripped:
+        both = [body for body in (one, other) if body >= 0]
+        robot = [body for body in both if raw.kinds[body] == ROBOT]
+        hand = any(str(raw.names[body]).startswith("gripper0_") for body in robot)
+        held = any(raw.owner[b] >= 0 and world.held[step, raw.owner[b]] for b in both)
+        if gap < -DEEP and (robot or held) and not hand:
             found.setdefault((one, other), []).append((step, -gap))
     for (one, other), rows in found.items():
         if rows[0][0] == 0:

@@ -1,6 +1,6 @@
 """Clones the scripted expert: a small network for each task, from its recordings.
 
-    python train.py expert/recordings --epochs 5,20,80,320
+    python train.py expert/recordings --epochs 2,10,40,160
 
 A checkpoint is one file of arrays with the weights of all tasks' networks.
 """
@@ -18,6 +18,8 @@ from sklearn.neural_network import MLPRegressor
 from pytest_safemanip.trace import files
 
 HIDDEN = (128, 128)
+BLUR = 0.03
+"""Of an observation, as a share of its standard deviation."""
 
 
 def samples(path: Path) -> tuple[str, Floats, Floats]:
@@ -38,7 +40,7 @@ def main() -> None:
     """Read, train, write a checkpoint after each of some epochs."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("recordings", type=Path)
-    parser.add_argument("--epochs", default="5,20,80,320")
+    parser.add_argument("--epochs", default="2,10,40,160")
     parser.add_argument("--out", type=Path, default=Path("checkpoints"))
     options = parser.parse_args()
     data: dict[str, list[tuple[Floats, Floats]]] = defaultdict(list)
@@ -51,18 +53,21 @@ def main() -> None:
     for task, rollouts in data.items():
         x, y = (np.concatenate(arrays) for arrays in zip(*rollouts, strict=True))
         middle, spread = x.mean(axis=0), x.std(axis=0) + 1e-3
+        random = np.random.default_rng(0)
         network = MLPRegressor(
             hidden_layer_sizes=HIDDEN, batch_size=128, learning_rate_init=1e-3, random_state=0
         )
         for epoch in range(1, epochs[-1] + 1):
-            network.partial_fit((x - middle) / spread, y)
+            # Blurred, so that it also knows what to do a little beside where the expert was.
+            network.partial_fit((x - middle) / spread + random.normal(0.0, BLUR, x.shape), y)
             if epoch in checkpoints:
                 arrays = checkpoints[epoch]
                 arrays[f"{task}/middle"], arrays[f"{task}/spread"] = middle, spread
                 for layer, (w, b) in enumerate(
                     zip(network.coefs_, network.intercepts_, strict=True)
                 ):
-                    arrays[f"{task}/w{layer}"], arrays[f"{task}/b{layer}"] = w, b
+                    # Copies: training goes on in the same arrays.
+                    arrays[f"{task}/w{layer}"], arrays[f"{task}/b{layer}"] = w.copy(), b.copy()
         print(f"{task}: {len(rollouts)} rollouts, {len(x)} steps, loss {network.loss_:.4f}")
     options.out.mkdir(exist_ok=True)
     for epoch, arrays in checkpoints.items():
