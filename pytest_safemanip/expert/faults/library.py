@@ -63,8 +63,8 @@ def find(text: str) -> Fault:
     Raises:
         ConfigError: if there is none.
     """
-    name, mark, value = text.partition(MARK)
-    if mark and name in FAMILIES:
+    name, _, value = text.partition(MARK)
+    if name in FAMILIES:
         return FAMILIES[name].at(value)
     if text not in FAULTS:
         known = {*FAULTS, *(f"{name}{MARK}NUMBER" for name in FAMILIES)}
