@@ -64,6 +64,11 @@ class Family:
     high: float
     made: Made
 
+    @property
+    def task(self) -> str:
+        """The task that it is done in."""
+        return self.made(self.low)[0]
+
     def at(self, text: str) -> Fault:
         """One of its events.
 
