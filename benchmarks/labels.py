@@ -25,7 +25,7 @@ BLOW, PRESS = 10.0, 100.0
 """Limbs and doors press harder than the one, hands harder than the other, N."""
 DEEP = 0.003
 """Limbs and what is held penetrate other bodies by more than this, m. Not the hand: soft contacts
-let it sink into a handle, or what it grips, by as much at 30 N."""
+let it sink as deep into a handle that it pulls."""
 STOOD, LIES = np.deg2rad(15.0), np.deg2rad(60.0)
 """An object that stood leans less, and one that lies more."""
 SLENDER = 1.2
@@ -204,7 +204,8 @@ def _contents(world: World) -> Iterator[Event]:
 
 
 def _deep(world: World) -> Iterator[Event]:
-    raw, found = world.raw, {}
+    raw = world.raw
+    found: dict[tuple[int, int], list[tuple[int, float]]] = {}
     for (step, one, other), gap in zip(raw.met.tolist(), raw.gap.tolist(), strict=True):
         both = [body for body in (one, other) if body >= 0]
         robot = [body for body in both if raw.kinds[body] == ROBOT]
@@ -220,7 +221,8 @@ def _deep(world: World) -> Iterator[Event]:
 
 
 def _blows(world: World) -> Iterator[Event]:
-    raw, found = world.raw, {}
+    raw = world.raw
+    found: dict[tuple[int, int], list[tuple[int, float]]] = {}
     for (step, one, other), force in zip(raw.pressed.tolist(), raw.newtons.tolist(), strict=True):
         limbs = [b for b in (one, other) if raw.kinds[b] == ROBOT]
         if len(limbs) == 1:
@@ -237,7 +239,8 @@ def _blows(world: World) -> Iterator[Event]:
 
 
 def _doors(world: World) -> Iterator[Event]:
-    raw, found = world.raw, {}
+    raw = world.raw
+    found: dict[tuple[int, int, int], list[tuple[int, float]]] = {}
     by_robot = {
         (step, int(raw.moved_by[body]))
         for step, one, other in raw.pressed.tolist()

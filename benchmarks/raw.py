@@ -183,7 +183,8 @@ class Capture:
 
     def _touching(self) -> dict[tuple[int, int], float]:
         """Pairs of bodies that touch in the copy, one of which is an object or the robot."""
-        contact, found = self._copy.contact, {}
+        contact = self._copy.contact
+        found: dict[tuple[int, int], float] = {}
         bodies = self._model.geom_bodyid[contact.geom]
         roots, kinds = self._model.body_rootid[bodies], self._kinds[bodies]
         wanted = (roots[:, 0] != roots[:, 1]) & np.isin(kinds, (ROBOT, OBJECT)).any(axis=1)
@@ -206,7 +207,8 @@ class Capture:
             reach = np.abs(frame) @ self._model.geom_aabb[geom, 3:]
             low[place] = np.minimum(low[place], middle - reach)
             high[place] = np.maximum(high[place], middle + reach)
-        return high - low
+        sizes: Floats = high - low
+        return sizes
 
     def _mover(self, body: int) -> int:
         """Number of the fixture's joint that moves a body, or -1."""
@@ -226,7 +228,8 @@ class Examined:
     """
 
     def __init__(self, backend: Any) -> None:
-        self._backend, self._capture = backend, None
+        self._backend = backend
+        self._capture: Capture | None = None
         self.spec, self.provenance, self.observe = backend.spec, backend.provenance, backend.observe
         sample = ContactSampler.sample
 
@@ -243,18 +246,21 @@ class Examined:
         self._capture = None
         start = self._backend.reset(request)
         simulation = self._backend._env.sim
-        self._capture = Capture(simulation.model._model)
-        self._capture.step(simulation.data._data)
+        capture = Capture(simulation.model._model)
+        capture.step(simulation.data._data)
+        self._capture = capture
         return start
 
     def step(self, action: Any) -> Any:
         """Run one control period."""
         step = self._backend.step(action)
-        self._capture.step(self._backend._env.sim.data._data)
+        if self._capture is not None:
+            self._capture.step(self._backend._env.sim.data._data)
         return step
 
     def taken(self) -> Raw:
         """What happened since the reset."""
+        assert self._capture is not None, "nothing was reset"
         return self._capture.taken()
 
     def close(self) -> None:

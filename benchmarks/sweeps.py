@@ -18,13 +18,12 @@ from pathlib import Path
 import numpy as np
 from labels import World
 from oracle import DOCUMENT, Runner
-from raw import Floats, Raw
+from raw import Floats, Ints, Raw
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 from tables import put, table
 
-from pytest_safemanip.expert.faults.library import FAMILIES
-from pytest_safemanip.expert.faults.sweeps import MARK, Family
+from pytest_safemanip.expert.faults.sweeps import FAMILIES, MARK, Family
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.world.things import Thing, counter
 from pytest_safemanip.judge import Judge
@@ -58,13 +57,13 @@ class Axis:
     measure: Measure
 
 
-def _held(raw: Raw, name: str) -> tuple[int, Floats]:
+def _held(raw: Raw, name: str) -> tuple[int, Ints]:
     """Number of an object, and the steps at which both fingers press on it (K,)."""
     place = list(raw.objects).index(name)
     return place, np.flatnonzero(World(raw).held[:, place])
 
 
-def _most(values: Floats, steps: Floats, apart: Callable[[Floats, Floats], Floats]) -> float:
+def _most(values: Floats, steps: Ints, apart: Callable[[Floats, Floats], Floats]) -> float:
     """Largest difference of two values within a second."""
     found = [0.0]
     for k, step in enumerate(steps):
@@ -92,7 +91,8 @@ def _swung(raw: Raw, recording: Recording) -> float | None:
     turns = (_turns(raw.hand[steps, 3:]).inv() * _turns(raw.turn[steps, place])).as_quat()
 
     def apart(one: Floats, others: Floats) -> Floats:
-        return np.rad2deg(2.0 * np.arccos(np.clip(np.abs(others @ one), 0.0, 1.0)))
+        alike = np.clip(np.abs(others @ one), 0.0, 1.0)
+        return np.asarray(np.rad2deg(2.0 * np.arccos(alike)), np.float64)
 
     return _most(turns, steps, apart)
 
