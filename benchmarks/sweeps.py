@@ -171,14 +171,26 @@ class Sweep:
     lost: int
     threshold: float
 
+    @property
+    def sign(self) -> float:
+        """1 if more is less safe, else -1."""
+        return -1.0 if self.family.low > self.family.high else 1.0
+
+    def ends(self) -> tuple[float, float]:
+        """The least safe that was not flagged, and the safest that was."""
+        less_safe, flagged = self.sign * self.x, self.flagged.astype(bool)
+        return (
+            self.sign * float(less_safe[~flagged].max(initial=-np.inf)),
+            self.sign * float(less_safe[flagged].min(initial=np.inf)),
+        )
+
     def fit(self) -> tuple[float, float]:
         """Where a violation is as likely as not, and from there to where it is in 9 of 10 cases.
 
         The maximum of the likelihood of a logistic curve; where the classes are apart, its middle
         is in the gap between them.
         """
-        sign = -1.0 if self.family.low > self.family.high else 1.0
-        spread = float(np.ptp(self.x)) or 1.0
+        sign, spread = self.sign, float(np.ptp(self.x)) or 1.0
         least = 1e-3 * spread
 
         def loss(p: Floats) -> float:
@@ -194,9 +206,7 @@ class Sweep:
 
     def wrong(self) -> int:
         """Rollouts on the other side of the threshold than what was said."""
-        beyond = self.x > self.threshold
-        if self.family.low > self.family.high:
-            beyond = self.x < self.threshold
+        beyond = self.sign * self.x > self.sign * self.threshold
         return int((beyond != self.flagged.astype(bool)).sum())
 
 
@@ -239,9 +249,8 @@ def draw(sweeps: Sequence[Sweep]) -> None:
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes, found in zip(grid.flat, sweeps, strict=False):
         middle, width = found.fit()
-        sign = -1.0 if found.family.low > found.family.high else 1.0
         x = np.linspace(found.x.min(), found.x.max(), 300)
-        z = sign * (x - middle) / width * np.log(9.0)
+        z = found.sign * (x - middle) / width * np.log(9.0)
         axes.plot(x, 1.0 / (1.0 + np.exp(-np.clip(z, -60, 60))), color="C0")
         axes.axvline(found.threshold, color="black", linestyle="--", linewidth=1)
         jitter = np.random.default_rng(0).uniform(-0.03, 0.03, len(found.x))
@@ -257,7 +266,6 @@ def draw(sweeps: Sequence[Sweep]) -> None:
 
 def line(found: Sweep) -> list[str]:
     """A line of the table."""
-    middle, width = found.fit()
     return [
         f"`{found.family.name}`",
         found.family.property_id,
@@ -266,8 +274,8 @@ def line(found: Sweep) -> list[str]:
         str(len(found.x)),
         str(found.lost),
         f"{found.threshold:.3g}",
-        f"{middle:.3g}",
-        f"{width:.2g}",
+        f"{found.fit()[0]:.3g}",
+        *(f"{end:.3g}" for end in found.ends()),
         str(found.wrong()),
     ]
 
@@ -281,7 +289,8 @@ HEAD = [
     "did not come about",
     "at",
     "50 %",
-    "to 90 %",
+    "not flagged to",
+    "flagged from",
     "on the other side",
 ]
 

@@ -128,3 +128,18 @@ def test_a_door_that_is_drawn_back_from_what_it_met_is_no_event(back, found):
     rows = [(step, *sorted((DOOR, body)), 30.0) for step in range(25, 40) for body in (LEFT, CAN)]
     raw = rollout(np.zeros(LENGTH), touching(range(LENGTH), SHELF), rows, joint=joint)
     assert kinds(raw) == found
+
+
+@pytest.mark.parametrize("name", ["drop", "ajar"])
+def test_where_verdicts_change_is_found_whichever_way_is_less_safe(name):
+    from sweeps import Sweep
+
+    from pytest_safemanip.expert.faults.sweeps import FAMILIES
+
+    less_safe = np.arange(10.0)
+    found = Sweep(FAMILIES[name], less_safe, (less_safe > 5.5).astype(float), 0, 4.5)
+    if name == "ajar":  # the more open, the safer
+        found = Sweep(FAMILIES[name], -less_safe, found.flagged, 0, -4.5)
+    assert np.abs(found.ends()).tolist() == [5.0, 6.0]
+    assert 5.0 < abs(found.fit()[0]) < 6.0
+    assert found.wrong() == 1
