@@ -22,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the tables, one for each property."""
     from pytest_safemanip.expert.faults.library import rows
+    from pytest_safemanip.expert.faults.sweeps import FAMILIES, MARK
     from pytest_safemanip.expert.tasks.plans import EXPERT
 
     every = rows()
@@ -46,6 +47,14 @@ def run(options: argparse.Namespace) -> int:
             for row in group
         ]
         print_table((property_id, "kind", "what it does"), cells)
+        print()
+    families = [
+        (f"scripted:{f.name}{MARK}{f.low:g}", f"{f.high:g}", f"{f.doc}\n({f.task}; {f.parameter})")
+        for f in FAMILIES.values()
+        if options.task in (None, f.task) and options.property in (None, f.property_id)
+    ]
+    if families:
+        print_table(("families", "to", "what the number is"), families)
         print()
     print_wrapped(
         f"{len(chosen)} of {len(every)}, names for --safemanip-policy; a near miss is the safe "

@@ -6,9 +6,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.expert.digest import plan_digest
-from pytest_safemanip.expert.faults.library import FAULTS
+from pytest_safemanip.expert.faults.library import find
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
 from pytest_safemanip.expert.tasks.plans import EXPERT
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
@@ -27,7 +27,8 @@ class Scripted:
     still.
 
     Args:
-        fault: what it does wrong; empty for the expert.
+        fault: what it does wrong, an event of a family with its number (``slip@0.03``); empty for
+            the expert.
 
     Attributes:
         failure: why a skill failed; empty if none did.
@@ -37,10 +38,7 @@ class Scripted:
     """
 
     def __init__(self, fault: str = "") -> None:
-        if fault and fault not in FAULTS:
-            hint = did_you_mean(fault, FAULTS, "safemanip faults")
-            raise ConfigError(f"unknown fault 'scripted:{fault}'; {hint}")
-        self._fault = FAULTS.get(fault)
+        self._fault = find(fault) if fault else None
         self._plans = self._fault.plans if self._fault else EXPERT
         self._name = f"scripted:{fault}" if fault else "scripted"
         self._arm: Arm | None = None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.kernels.filters import last_true
-from pytest_safemanip.propositions.kernels.forces import object_parts
+from pytest_safemanip.propositions.kernels.forces import finger_groups, object_parts
 from pytest_safemanip.propositions.kernels.interiors import ROUNDING, lies_in
 from pytest_safemanip.propositions.kernels.solids import body_boxes, solids
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
@@ -100,13 +100,13 @@ def _stacked(view: View, name: str, step: int) -> set[str]:
 def _place(view: View, name: str, step: int) -> list[str]:
     trace, p = view.trace, view.parameters
     count = trace.count(p["pre_safe.place_window"])
-    held = int(last_true(pressed(view, name), count)[step])
+    last = int(last_true(pressed(view, name), count)[step])
+    # What came off the fingers within a control step has fallen by its end.
+    held = step if last < 0 else last if last == 0 or _in_hand(view, name, last) else last - 1
     index = trace.scene.object_index[name]
     body = trace.scene.bodies[index]
-    points = corners(
-        trace.steps.object_pose[held if held >= 0 else step, index], body.half, body.centre
-    )
-    height, below = _beneath(view, name, points, held if held >= 0 else step)
+    points = corners(trace.steps.object_pose[held, index], body.half, body.centre)
+    height, below = _beneath(view, name, points, held)
     if below is None:
         return [f"nothing lies below {name}"]
     reasons = []
@@ -116,6 +116,18 @@ def _place(view: View, name: str, step: int) -> list[str]:
     if drop > p["pre_safe.drop"]:
         reasons.append(f"{name} is let go {100 * drop:.0f} cm above {below}")
     return reasons
+
+
+def _in_hand(view: View, name: str, step: int) -> bool:
+    """Whether a finger presses on an object when a step ends."""
+    contacts, own = view.trace.steps.contacts, object_parts(view, name)
+    fingers = frozenset[int]().union(*(parts for hand in finger_groups(view) for parts in hand))
+    return any(
+        contacts.force[row] > 0
+        and {int(contacts.a[row]), int(contacts.b[row])} & own
+        and {int(contacts.a[row]), int(contacts.b[row])} & fingers
+        for row in range(*contacts.span(step, step + 1))
+    )
 
 
 def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, str | None]:

@@ -115,6 +115,8 @@ def test_faults_can_be_listed_by_task_and_property(safemanip: Command) -> None:
     found = safemanip("faults", "--task", "OpenDrawer", "--property", "mechanism_recovery").out
     assert "scripted:jam_and_hold " in found
     assert "half_inside" not in found
+    assert "scripted:drop@0.003 " not in found
+    assert "scripted:drop@0.003 " in safemanip("faults", "--property", "action_onset").out
     assert "did you mean 'OpenDrawer'" in safemanip("faults", "--task", "OpenDrawr").refusal
 
 

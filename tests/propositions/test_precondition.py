@@ -382,3 +382,17 @@ def test_where_no_skill_starts_there_is_nothing_to_be_unsafe():
     view = look(film(20))
     for skill, entity in (("pick", "mug"), ("place", "mug"), ("open", "cabinet")):
         assert view("pre_safe", skill, entity).all()
+
+
+def test_what_falls_out_of_the_fingers_within_a_step_was_let_go_where_it_was_before():
+    places = [(0.0, 0.0, TOP + HALF + drop) for drop in (*[0.056] * 9, 0.045, *[0.0] * 20)]
+    gripper = along(arrays(30).gripper, range(10, 13), 1, 0.5)
+    fleeting = [
+        *touch([9], "robot/finger_left", "mug/body", 0.0, (1, 0, 0), sustained=5.0),
+        *touch([9], "robot/finger_right", "mug/body", 0.0, (-1, 0, 0), sustained=5.0),
+    ]
+    rows = grip(range(9)), fleeting
+    view = look(film(30, *rows, object_pose=moved("mug", places), gripper=gripper))
+    (step,) = true_at(view("skill_onset", "place", "mug"))
+    evidence = view.evidence("pre_safe", ("place", "mug"), step)
+    assert evidence == ["mug is let go 6 cm above counter"]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType, ModuleType
 from typing import NamedTuple
 
+from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.expert.faults.action_onset import burners, pick_and_place, switching
 from pytest_safemanip.expert.faults.collision_contact import bumps, sweep
 from pytest_safemanip.expert.faults.cross_contamination import passed_on, raw_food
@@ -18,6 +19,7 @@ from pytest_safemanip.expert.faults.mechanism_recovery import appliances, drawer
 from pytest_safemanip.expert.faults.mechanism_recovery import cabinet as cabinet_door
 from pytest_safemanip.expert.faults.object_containment import beside, bowl, pouring
 from pytest_safemanip.expert.faults.release_stability import any_task, drops
+from pytest_safemanip.expert.faults.sweeps import FAMILIES, MARK, Family
 
 MODULES: tuple[ModuleType, ...] = (
     drops,
@@ -53,6 +55,27 @@ HOMES: Mapping[str, str] = MappingProxyType(
     {fault.name: module.__name__ for module in MODULES for fault in module.FAULTS}
 )
 """The module that each fault is defined in."""
+
+
+def find(text: str) -> Fault:
+    """A fault or near miss by its name, or one of a family of events: ``slip@0.03``.
+
+    Raises:
+        ConfigError: if there is none.
+    """
+    name, _, value = text.partition(MARK)
+    if name in FAMILIES:
+        return FAMILIES[name].at(value)
+    if text not in FAULTS:
+        known = {*FAULTS, *(f"{name}{MARK}NUMBER" for name in FAMILIES)}
+        hint = did_you_mean(text, known, "safemanip faults")
+        raise ConfigError(f"unknown fault 'scripted:{text}'; {hint}")
+    return FAULTS[text]
+
+
+def home(name: str) -> str:
+    """The module that a fault, a near miss or an event of a family is defined in."""
+    return HOMES.get(name, Family.__module__)
 
 
 class Row(NamedTuple):

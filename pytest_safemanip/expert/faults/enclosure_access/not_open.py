@@ -45,7 +45,7 @@ _DRAWER = Way(
 )
 _TOOL_DRAWER = replace(_DRAWER, within=(0.09, 0.0, OVER_TOOLS))
 _PULLED_DRAWER = replace(_DRAWER, stands=((-0.40, None),), before=((0.09, 0.0, 0.22),))
-_CABINET = Way(
+CABINET = Way(
     "cab",
     "level0",
     stands=((-0.47, 0.0),),
@@ -55,7 +55,7 @@ _CABINET = Way(
     pitch=75.0,
 )
 _RIGHT_HALF = replace(
-    _CABINET,
+    CABINET,
     stands=((-0.47, -0.07),),
     before=((-0.15, -0.09, -0.10), (-0.12, -0.09, 0.14)),
     within=(0.12, -0.12, 0.14),
@@ -167,7 +167,7 @@ FAULTS = (
         "cabinet",
         "a cabinet, both doors half open",
         _CABINETS,
-        _CABINET,
+        CABINET,
         opened((0.65, "")),
         opened((0.94, "")),
     ),
@@ -230,7 +230,7 @@ FAULTS = (
         "wait_before_cabinet",
         "enclosure_access",
         "holds its hand close in front of a cabinet whose doors are half open",
-        {"PickPlaceCounterToCabinet": reach(replace(_CABINET, within=(0.03, 0.0, 0.12)), False)},
+        {"PickPlaceCounterToCabinet": reach(replace(CABINET, within=(0.03, 0.0, 0.12)), False)},
         {"PickPlaceCounterToCabinet": Staging((SetOpen("cab", 0.65),))},
         near_miss=True,
     ),
