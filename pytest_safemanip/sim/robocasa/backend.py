@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import gc
-from pathlib import Path
+import pathlib
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -12,10 +13,13 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
+from pytest_safemanip.sim.clearance import Clearance, Path
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.foresight import Foresight
 from pytest_safemanip.sim.mujoco.sleeping import Asleep
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.description import open_reader
+from pytest_safemanip.sim.robocasa.foreseeing import open_foresight
 from pytest_safemanip.sim.robocasa.rendering import graphics
 from pytest_safemanip.sim.robocasa.rendering.observing import Observer
 from pytest_safemanip.sim.robocasa.robot import SPEC
@@ -37,7 +41,7 @@ class RoboCasaBackend:
         ConfigError: if RoboCasa is not installed.
     """
 
-    def __init__(self, assets_root: Path, provenance: Provenance, gl: str) -> None:
+    def __init__(self, assets_root: pathlib.Path, provenance: Provenance, gl: str) -> None:
         self._provenance = provenance
         self._assets_root = assets_root
         self._patches = loading.load(assets_root)
@@ -47,6 +51,7 @@ class RoboCasaBackend:
         self._gl = gl
         self._context: Any = None
         self._observer: Observer | None = None
+        self._foresight: Foresight | None = None
 
     @property
     def spec(self) -> BackendSpec:
@@ -61,6 +66,7 @@ class RoboCasaBackend:
     def reset(self, request: Request) -> Start:
         """Make a fresh environment: what ran before leaves no trace in it."""
         self._drop_observer()
+        self._foresight = None
         self._env = env = environment.make(request, self._assets_root)
         self._reader = open_reader(env)
         if request.changes:
@@ -115,6 +121,14 @@ class RoboCasaBackend:
         if self._observer is None:
             self._observer = Observer(self._env, self._context)
         return self._observer.observe()
+
+    def clearance(self, paths: Sequence[Path]) -> list[Clearance]:
+        """See :class:`~pytest_safemanip.sim.clearance.Foresees`."""
+        if self._env is None:
+            raise RolloutError("clearance before reset")
+        if self._foresight is None:
+            self._foresight = open_foresight(self._env, self._reader.description)
+        return [self._foresight.answer(path) for path in paths]
 
     def close(self) -> None:
         """Drop the environment, and what draws it."""
