@@ -24,6 +24,8 @@ Goal = tuple[Floats, Floats]
 
 DRIVEN, TURNED = 0.015, math.radians(1.5)
 """How far the base moves in a control step, m and rad: as fast as scripts drive with a load."""
+BASE, FLOOR = "base", "Floor"
+"""The part that rolls, and the category of what it rolls on."""
 CLOSER = 0.001
 """By how much nearer what was near from the beginning may come, m."""
 RESTING, STILL = 0.02, 4
@@ -49,9 +51,10 @@ class Foresight:
         self._data = self._scratch.data
         self._wheels = model.jnt_qposadr[list(wheels)].astype(np.intp)
         self._axes = list(wheels[:2])
-        parts, of_geom = description.table.parts, description.table.of_geom
-        self._geoms = np.flatnonzero(of_geom >= 0)
-        self._names = [(parts[of_geom[g]].entity, parts[of_geom[g]].name) for g in self._geoms]
+        parts, self._part = description.table.parts, description.table.of_geom
+        self._geoms = np.flatnonzero(self._part >= 0)
+        owners = [parts[part] for part in self._part[self._geoms]]
+        self._names = [(part.entity, part.name) for part in owners]
         bodies = description.scene.bodies
         self._bodies = {
             body.entity: int(at)
@@ -67,6 +70,10 @@ class Foresight:
         self._begin(path)
         reach = max(ROOM, path.margin)
         self._proximity = Proximity(self._model, self._data, *self._sides(path), reach)
+        self._start: dict[tuple[int, int], float] = {}
+        for near in self._proximity.near():
+            pair = near.own, int(self._part[near.other])
+            self._start[pair] = min(near.distance, self._start.get(pair, math.inf))
         self._room = math.inf
         short = askew = 0.0
         touch: Near | None = None
@@ -131,7 +138,11 @@ class Foresight:
         moves = {ROBOT, *path.held}
         own = [k for k, (entity, _) in enumerate(self._names) if entity in moves]
         others = [k for k, (entity, _) in enumerate(self._names) if entity not in moves]
-        permitted = np.zeros((len(own), len(others)), bool)
+        kinds = {entity.name: entity.category for entity in self._description.scene.entities}
+        # On a floor of 10 m, MuJoCo's distances are not exact to the wheels' 2 mm.
+        wheels = [self._names[k] == (ROBOT, BASE) for k in own]
+        floors = [kinds[self._names[k][0]] == FLOOR for k in others]
+        permitted = np.outer(wheels, floors)
         for mine, theirs in path.permits:
             rows = [_is(mine, *self._names[k]) for k in own]
             columns = [theirs in ("", self._names[k][0]) for k in others]
@@ -176,7 +187,7 @@ class Foresight:
         deepest = None
         for near in self._proximity.near():
             limit = path.margin
-            start = self._proximity.start.get((near.own, near.other))
+            start = self._start.get((near.own, int(self._part[near.other])))
             if start is not None and start < limit + CLOSER:
                 limit = start - CLOSER
             else:
@@ -186,8 +197,8 @@ class Foresight:
         return deepest
 
     def _named(self, near: Near) -> Touch:
-        parts, of_geom = self._description.table.parts, self._description.table.of_geom
-        own, other = parts[of_geom[near.own]], parts[of_geom[near.other]]
+        parts = self._description.table.parts
+        own, other = parts[self._part[near.own]], parts[self._part[near.other]]
         x, y, z = near.place.tolist()
         name = own.name if own.entity == ROBOT else own.entity
         return Touch(name, other.entity, other.name, (x, y, z), -near.distance)

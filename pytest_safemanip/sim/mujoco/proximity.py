@@ -60,7 +60,6 @@ class Proximity:
         low, high = self._around(others)
         self._low, self._high = low - reach, high + reach
         self._line = np.empty(6)
-        self.start = {(near.own, near.other): near.distance for near in self.near()}
 
     def near(self) -> list[Near]:
         """The pairs that are near each other now."""
