@@ -24,8 +24,6 @@ Goal = tuple[Floats, Floats]
 
 DRIVEN, TURNED = 0.015, math.radians(1.5)
 """How far the base moves in a control step, m and rad: as fast as scripts drive with a load."""
-BASE, FLOOR = "base", "Floor"
-"""The part that rolls, and the category of what it rolls on."""
 CLOSER = 0.001
 """By how much nearer what was near from the beginning may come, m."""
 RESTING, STILL = 0.02, 4
@@ -138,11 +136,7 @@ class Foresight:
         moves = {ROBOT, *path.held}
         own = [k for k, (entity, _) in enumerate(self._names) if entity in moves]
         others = [k for k, (entity, _) in enumerate(self._names) if entity not in moves]
-        kinds = {entity.name: entity.category for entity in self._description.scene.entities}
-        # On a floor of 10 m, MuJoCo's distances are not exact to the wheels' 2 mm.
-        wheels = [self._names[k] == (ROBOT, BASE) for k in own]
-        floors = [kinds[self._names[k][0]] == FLOOR for k in others]
-        permitted = np.outer(wheels, floors)
+        permitted = np.zeros((len(own), len(others)), bool)
         for mine, theirs in path.permits:
             rows = [_is(mine, *self._names[k]) for k in own]
             columns = [theirs in ("", self._names[k][0]) for k in others]

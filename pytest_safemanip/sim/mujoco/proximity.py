@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 _EVERYWHERE = 1e3
+_NO_NATIVE = int(mujoco.mjtDisableBit.mjDSBL_NATIVECCD)
 
 
 @dataclass(frozen=True)
@@ -68,13 +69,23 @@ class Proximity:
         found = []
         for i, j in np.argwhere(self._counts & ~apart).tolist():
             own, other = int(self._own[i]), int(self._others[j])
-            distance = mujoco.mj_geomDistance(
-                self._model, self._data, own, other, self._reach, self._line
-            )
+            distance = self._distance(own, other)
             if distance < self._reach:
                 place = 0.5 * (self._line[:3] + self._line[3:])
-                found.append(Near(own, other, float(distance), place))
+                found.append(Near(own, other, distance, place))
         return found
+
+    def _distance(self, own: int, other: int) -> float:
+        model, options = self._model, self._model.opt
+        known = model, self._data, own, other, self._reach, self._line
+        distance = float(mujoco.mj_geomDistance(*known))
+        if distance == 0.0:
+            # So MuJoCo's own algorithm says that it failed, beside large geoms; libccd does not.
+            flags = options.disableflags
+            options.disableflags = flags | _NO_NATIVE
+            distance = float(mujoco.mj_geomDistance(*known))
+            options.disableflags = flags
+        return distance
 
     def _around(self, geoms: NDArray[np.intp]) -> tuple[Floats, Floats]:
         """Boxes around geoms along the world's axes: least and greatest coordinates (N, 3)."""
