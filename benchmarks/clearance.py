@@ -110,7 +110,9 @@ def main() -> None:
         for name, spent in first:
             ratio = f"{spent / first[0][1]:.1f}"
             rows.append((f"{scenes}, {kitchen.model.ngeom} geoms", name, f"{spent:.1f}", ratio))
-        found.append((scenes, truth(Kitchen(environment.make(Request(TASK, 0, scenes), root)), options.ways)))
+        found.append(
+            (scenes, truth(Kitchen(environment.make(Request(TASK, 0, scenes), root)), options.ways))
+        )
     print(table(("scene", "way to know", "ms", "ratio"), rows))
     for scenes, about in found:
         kinds = about["kinds"]

@@ -173,9 +173,7 @@ def _actions(
     while patient or not policy.done:
         index = len(steps) - 1
         key = backend.spec.instruction
-        seen = Observation(
-            index, info.instruction, steps[-1], backend.observe, key, foresee
-        )
+        seen = Observation(index, info.instruction, steps[-1], backend.observe, key, foresee)
         where = f"policy {name!r}, step {index}"
         yield from _checked(policy.act(seen), where, info.robot.actions)
 

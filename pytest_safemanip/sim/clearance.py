@@ -31,14 +31,16 @@ class Path:
             its pose relative to the base.
         base: place on the floor, m, and heading, rad (N, 3); rows of ``STAYS`` where it stands.
         speed: of the hand, shares of its top speed (N,).
+        tolerance: distance from each waypoint that counts as there, m (N,).
         opening: of the fingers, share of the full opening; ``STAYS`` as they are.
         held: entities that move with the hand.
         permits: touches that do not count: how the name of a robot's part begins, or an entity of
-            ``held``, and an entity; empty texts for any.
+            ``held``, and an entity, or ``ENTITY/PART`` with how the name of the part begins; empty
+            texts for any.
+        since: the waypoint on the way to which they begin to be permitted.
         margin: what is nearer than this counts as touching, m. What is so near at the beginning may
             stay as near.
-        tolerance: distance from a waypoint that counts as there, m.
-        turn_tolerance: likewise, rad.
+        turn_tolerance: angle that counts as there, rad.
         steps: control steps to a waypoint at most.
 
     Raises:
@@ -48,17 +50,18 @@ class Path:
     hand: Floats
     base: Floats
     speed: Floats
+    tolerance: Floats
     opening: float = STAYS
     held: tuple[str, ...] = ()
     permits: tuple[tuple[str, str], ...] = ()
+    since: int = 0
     margin: float = 0.005
-    tolerance: float = 0.015
     turn_tolerance: float = 0.12
     steps: int = 100
 
     def __post_init__(self) -> None:
         count = len(self.hand)
-        shapes = {"hand": (count, 7), "base": (count, 3), "speed": (count,)}
+        shapes = {"hand": (count, 7), "base": (count, 3), "speed": (count,), "tolerance": (count,)}
         for name, shape in shapes.items():
             values = getattr(self, name)
             if values.shape != shape:
@@ -71,7 +74,7 @@ class Path:
                 raise ValueError(f"path: a row of {name} is known in part")
         if not ((self.speed > 0.0) & (self.speed <= 1.0)).all():
             raise ValueError("path: a speed is not in (0, 1]")
-        limits = self.margin, self.tolerance, self.turn_tolerance, self.steps
+        limits = self.margin, *self.tolerance.tolist(), self.turn_tolerance, self.steps
         if not (np.isfinite(limits).all() and min(limits) >= 0):
             raise ValueError(f"path: margin, tolerances and steps are {limits}")
 
@@ -85,7 +88,8 @@ class Touch:
         other: the entity that it meets.
         part: which of its parts.
         place: where (3,), m.
-        depth: how deep, until the waypoint would be reached, m; below 0 inside the margin.
+        depth: how deep, until the waypoint would be reached or it is 2 cm, m; below 0 inside the
+            margin.
     """
 
     own: str
@@ -167,8 +171,8 @@ def blind(paths: Sequence[Path]) -> list[Clearance]:
     raise ConfigError(BLIND)
 
 
-_ARRAYS = ("hand", "base", "speed")
-_PLAIN = ("opening", "held", "permits", "margin", "tolerance", "turn_tolerance", "steps")
+_ARRAYS = ("hand", "base", "speed", "tolerance")
+_PLAIN = ("opening", "held", "permits", "since", "margin", "turn_tolerance", "steps")
 
 
 def encode_paths(paths: Sequence[Path]) -> tuple[list[dict[str, Any]], dict[str, Floats]]:
@@ -202,7 +206,9 @@ def decode_paths(plain: Sequence[dict[str, Any]], arrays: Mapping[str, Floats]) 
     ]
 
 
-def encode_clearances(answers: Sequence[Clearance]) -> tuple[list[dict[str, Any]], dict[str, Floats]]:
+def encode_clearances(
+    answers: Sequence[Clearance],
+) -> tuple[list[dict[str, Any]], dict[str, Floats]]:
     """Answers as plain values and named arrays."""
     plain = [
         {
@@ -218,7 +224,9 @@ def encode_clearances(answers: Sequence[Clearance]) -> tuple[list[dict[str, Any]
     return plain, arrays | {f"{n}.joints": a.joints for n, a in enumerate(answers)}
 
 
-def decode_clearances(plain: Sequence[dict[str, Any]], arrays: Mapping[str, Floats]) -> list[Clearance]:
+def decode_clearances(
+    plain: Sequence[dict[str, Any]], arrays: Mapping[str, Floats]
+) -> list[Clearance]:
     """The inverse of :func:`encode_clearances`."""
     return [
         Clearance(

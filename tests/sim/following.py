@@ -23,10 +23,16 @@ from pytest_safemanip.trace.steps import Contacts
 Floats = NDArray[np.float64]
 
 
-def way(*poses: Floats, **rest: Any) -> Path:
+def way(*poses: Floats, tolerance: float = 0.015, **rest: Any) -> Path:
     """A path of the hand's poses (7,) at top speed."""
     count = len(poses)
-    return Path(np.array(poses), np.full((count, 3), STAYS), np.ones(count), **rest)
+    return Path(
+        np.array(poses),
+        np.full((count, 3), STAYS),
+        np.ones(count),
+        np.full(count, tolerance),
+        **rest,
+    )
 
 
 @dataclass(frozen=True)

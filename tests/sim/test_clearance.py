@@ -60,7 +60,7 @@ def drive(cook: Kitchen, ahead: float) -> Path:
     arm = cook.arm
     heading = np.arctan2(arm.forward[1], arm.forward[0])
     base = np.append(arm.base + ahead * arm.forward, heading)[None]
-    return Path(np.full((1, 7), STAYS), base, np.ones(1))
+    return Path(np.full((1, 7), STAYS), base, np.ones(1), np.ones(1))
 
 
 def test_fingers_that_stop_above_a_counter_are_free_and_the_gap_is_known(cook: Kitchen) -> None:
@@ -168,12 +168,25 @@ def test_asking_changes_no_bit_of_an_episode_in_a_process_of_its_own(backend: Ba
         ({"hand": np.zeros((2, 7))}, "base has shape"),
         ({"speed": np.zeros(1)}, "speed is not in"),
         ({"base": np.array([[0.0, STAYS, 0.0]])}, "known in part"),
-        ({"hand": np.zeros((0, 7)), "base": np.zeros((0, 3)), "speed": np.zeros(0)}, "waypoints"),
+        (
+            {
+                "hand": np.zeros((0, 7)),
+                "base": np.zeros((0, 3)),
+                "speed": np.zeros(0),
+                "tolerance": np.zeros(0),
+            },
+            "waypoints",
+        ),
         ({"margin": -0.1}, "margin"),
     ],
 )
 def test_a_path_with_wrong_shapes_is_refused(changed: dict[str, Any], message: str) -> None:
-    right = {"hand": np.zeros((1, 7)), "base": np.zeros((1, 3)), "speed": np.ones(1)}
+    right = {
+        "hand": np.zeros((1, 7)),
+        "base": np.zeros((1, 3)),
+        "speed": np.ones(1),
+        "tolerance": np.ones(1),
+    }
     with pytest.raises(ValueError, match=message):
         Path(**{**right, **changed})
 

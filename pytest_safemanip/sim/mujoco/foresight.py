@@ -24,6 +24,8 @@ Goal = tuple[Floats, Floats]
 
 DRIVEN, TURNED = 0.015, math.radians(1.5)
 """How far the base moves in a control step, m and rad: as fast as scripts drive with a load."""
+DEEP = 0.02
+"""Deeper than this nobody asks how deep, m."""
 CLOSER = 0.001
 """By how much nearer what was near from the beginning may come, m."""
 RESTING, STILL = 0.02, 4
@@ -55,8 +57,7 @@ class Foresight:
         self._names = [(part.entity, part.name) for part in owners]
         bodies = description.scene.bodies
         self._bodies = {
-            body.entity: int(at)
-            for body, at in zip(bodies, description.object_body, strict=True)
+            body.entity: int(at) for body, at in zip(bodies, description.object_body, strict=True)
         }
 
     def answer(self, path: Path) -> Clearance:
@@ -67,7 +68,8 @@ class Foresight:
         """
         self._begin(path)
         reach = max(ROOM, path.margin)
-        self._proximity = Proximity(self._model, self._data, *self._sides(path), reach)
+        own, others, permitted = self._sides(path)
+        self._proximity = Proximity(self._model, self._data, own, others, reach)
         self._start: dict[tuple[int, int], float] = {}
         for near in self._proximity.near():
             pair = near.own, int(self._part[near.other])
@@ -76,13 +78,17 @@ class Foresight:
         short = askew = 0.0
         touch: Near | None = None
         for waypoint in range(len(path.hand)):
+            if waypoint == path.since:
+                self._proximity.permit(permitted)
             for goal in self._ways(path, waypoint):
                 found = self._look(path)
                 if found and (touch is None or found.distance < touch.distance):
                     touch = found
+                if touch is not None and -touch.distance > DEEP:
+                    break
             if touch is not None:
                 break
-            short, askew = self._missing(path, goal)
+            short, askew = self._missing(path, waypoint, goal)
             if short or askew:
                 break
         position, frame = self._law.pose
@@ -129,9 +135,7 @@ class Foresight:
                 self._data.qpos[address + 3 : address + 7] = multiply(pose[3:], turned)
             mujoco.mj_kinematics(self._model, self._data)
 
-    def _sides(
-        self, path: Path
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
+    def _sides(self, path: Path) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
         """Geoms that move, the others, and which pairs of them may touch."""
         moves = {ROBOT, *path.held}
         own = [k for k, (entity, _) in enumerate(self._names) if entity in moves]
@@ -139,7 +143,7 @@ class Foresight:
         permitted = np.zeros((len(own), len(others)), bool)
         for mine, theirs in path.permits:
             rows = [_is(mine, *self._names[k]) for k in own]
-            columns = [theirs in ("", self._names[k][0]) for k in others]
+            columns = [_meets(theirs, *self._names[k]) for k in others]
             permitted |= np.outer(rows, columns)
         return self._geoms[own], self._geoms[others], permitted
 
@@ -159,7 +163,7 @@ class Foresight:
         still = 0
         for _ in range(path.steps):
             short, askew = self._law.apart(goal)
-            if short < path.tolerance and askew < path.turn_tolerance:
+            if short < path.tolerance[waypoint] and askew < path.turn_tolerance:
                 break
             self._law.advance(goal, float(path.speed[waypoint]))
             self._place()
@@ -169,11 +173,11 @@ class Foresight:
                 break
         yield goal
 
-    def _missing(self, path: Path, goal: Goal | None) -> tuple[float, float]:
+    def _missing(self, path: Path, waypoint: int, goal: Goal | None) -> tuple[float, float]:
         if goal is None:
             return 0.0, 0.0
         short, askew = self._law.apart(goal)
-        far, turned = short >= path.tolerance, askew >= path.turn_tolerance
+        far, turned = short >= path.tolerance[waypoint], askew >= path.turn_tolerance
         return (short, askew) if far or turned else (0.0, 0.0)
 
     def _look(self, path: Path) -> Near | None:
@@ -225,6 +229,12 @@ class Foresight:
         data.qpos[self._wheels[:2]] += np.linalg.solve(axes, there - data.xpos[body][:2])
         mujoco.mj_kinematics(self._model, data)
         return True
+
+
+def _meets(permit: str, entity: str, part: str) -> bool:
+    """Whether a permit is for what is met."""
+    whose, _, which = permit.partition("/")
+    return not permit or (entity == whose and part.startswith(which))
 
 
 def _is(permit: str, entity: str, part: str) -> bool:

@@ -137,9 +137,7 @@ class Law:
         away = arm.home - data.qpos[arm.qpos]
         wanted = arm.stiffness * push @ error + arm.pull * free @ away
         brake = arm.damping * push @ jac + 2.0 * np.sqrt(arm.pull) * free
-        velocity = np.linalg.solve(
-            np.eye(len(arm.dof)) + dt * brake, self._velocity + dt * wanted
-        )
+        velocity = np.linalg.solve(np.eye(len(arm.dof)) + dt * brake, self._velocity + dt * wanted)
         joints = data.qpos[arm.qpos] + dt * velocity
         for _ in range(2):
             # At the end of its way a joint is stopped by a torque, which moves the others too.

@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-
 Floats = NDArray[np.float64]
 _EVERYWHERE = 1e3
 _NO_NATIVE = int(mujoco.mjtDisableBit.mjDSBL_NATIVECCD)
@@ -40,7 +39,6 @@ class Proximity:
         data: ``MjData`` with kinematics up to date.
         own: ids of the geoms that move (K,).
         others: ids of those that do not (W,).
-        permitted: pairs that do not count (K, W).
         reach: distance within which they matter, m.
     """
 
@@ -50,17 +48,20 @@ class Proximity:
         data: Any,
         own: NDArray[np.intp],
         others: NDArray[np.intp],
-        permitted: NDArray[np.bool_],
         reach: float,
     ) -> None:
         self._model, self._data, self._reach = model, data, reach
         self._own, self._others = own, others
         con, aff = model.geom_contype, model.geom_conaffinity
         meet = (con[own][:, None] & aff[others]) | (con[others] & aff[own][:, None])
-        self._counts = (meet != 0) & ~permitted
+        self._counts = meet != 0
         low, high = self._around(others)
         self._low, self._high = low - reach, high + reach
         self._line = np.empty(6)
+
+    def permit(self, permitted: NDArray[np.bool_]) -> None:
+        """Leave pairs out from now on (K, W)."""
+        self._counts &= ~permitted
 
     def near(self) -> list[Near]:
         """The pairs that are near each other now."""
