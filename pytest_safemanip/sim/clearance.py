@@ -27,8 +27,8 @@ class Path:
     """A way that hand and base would go, waypoint after waypoint, from where they are now.
 
     Attributes:
-        hand: poses of the grip point, m and ``wxyz`` (N, 7); a row of ``STAYS`` where the hand keeps
-            its pose relative to the base.
+        hand: poses of the grip point, m and ``wxyz`` (N, 7); a row of ``STAYS`` where the hand
+            keeps its pose relative to the base.
         base: place on the floor, m, and heading, rad (N, 3); rows of ``STAYS`` where it stands.
         speed: of the hand, shares of its top speed (N,).
         tolerance: distance from each waypoint that counts as there, m (N,).
@@ -138,7 +138,8 @@ class Clearance:
         if self.touch is not None:
             return str(self.touch)
         if self.short or self.askew:
-            return f"out of reach, {100 * self.short:.0f} cm and {np.degrees(self.askew):.0f} degrees short"
+            turn = np.degrees(self.askew)
+            return f"out of reach, {100 * self.short:.0f} cm and {turn:.0f} degrees short"
         return ""
 
 
@@ -171,11 +172,14 @@ def blind(paths: Sequence[Path]) -> list[Clearance]:
     raise ConfigError(BLIND)
 
 
+Plain = list[dict[str, Any]]
+Arrays = Mapping[str, Floats]
+
 _ARRAYS = ("hand", "base", "speed", "tolerance")
 _PLAIN = ("opening", "held", "permits", "since", "margin", "turn_tolerance", "steps")
 
 
-def encode_paths(paths: Sequence[Path]) -> tuple[list[dict[str, Any]], dict[str, Floats]]:
+def encode_paths(paths: Sequence[Path]) -> tuple[Plain, Arrays]:
     """Paths as plain values and named arrays."""
     plain = [
         {name: getattr(path, name) for name in _PLAIN}
@@ -186,47 +190,40 @@ def encode_paths(paths: Sequence[Path]) -> tuple[list[dict[str, Any]], dict[str,
     return plain, arrays
 
 
-def decode_paths(plain: Sequence[dict[str, Any]], arrays: Mapping[str, Floats]) -> list[Path]:
+def decode_paths(plain: Plain, arrays: Arrays) -> list[Path]:
     """The inverse of :func:`encode_paths`.
 
     Raises:
         ValueError: if they are none.
     """
-    return [
-        Path(
-            **{name: np.asarray(arrays[f"{n}.{name}"], np.float64) for name in _ARRAYS},
-            **values
-            | {
-                "opening": STAYS if values["opening"] is None else values["opening"],
-                "held": tuple(values["held"]),
-                "permits": tuple((own, other) for own, other in values["permits"]),
-            },
-        )
-        for n, values in enumerate(plain)
-    ]
+    found = []
+    for n, values in enumerate(plain):
+        known: dict[str, Any] = {name: np.array(arrays[f"{n}.{name}"]) for name in _ARRAYS}
+        known |= values | {
+            "opening": STAYS if values["opening"] is None else values["opening"],
+            "held": tuple(values["held"]),
+            "permits": tuple((own, other) for own, other in values["permits"]),
+        }
+        found.append(Path(**known))
+    return found
 
 
-def encode_clearances(
-    answers: Sequence[Clearance],
-) -> tuple[list[dict[str, Any]], dict[str, Floats]]:
+def encode_clearances(answers: Sequence[Clearance]) -> tuple[Plain, Arrays]:
     """Answers as plain values and named arrays."""
     plain = [
-        {
-            "waypoint": a.waypoint,
-            "touch": a.touch and dict(vars(a.touch)),
-            "short": a.short,
-            "askew": a.askew,
-            "room": a.room,
-        }
+        {name: getattr(a, name) for name in ("waypoint", "short", "askew", "room")}
+        | {"touch": a.touch and dict(vars(a.touch))}
         for a in answers
     ]
-    arrays = {f"{n}.hand": a.hand for n, a in enumerate(answers)}
-    return plain, arrays | {f"{n}.joints": a.joints for n, a in enumerate(answers)}
+    arrays = {
+        f"{n}.{name}": getattr(a, name)
+        for n, a in enumerate(answers)
+        for name in ("hand", "joints")
+    }
+    return plain, arrays
 
 
-def decode_clearances(
-    plain: Sequence[dict[str, Any]], arrays: Mapping[str, Floats]
-) -> list[Clearance]:
+def decode_clearances(plain: Plain, arrays: Arrays) -> list[Clearance]:
     """The inverse of :func:`encode_clearances`."""
     return [
         Clearance(

@@ -80,7 +80,7 @@ class Foresight:
         for waypoint in range(len(path.hand)):
             if waypoint == path.since:
                 self._proximity.permit(permitted)
-            for goal in self._ways(path, waypoint):
+            for _ in self._moves(path, waypoint):
                 found = self._look(path)
                 if found and (touch is None or found.distance < touch.distance):
                     touch = found
@@ -88,7 +88,7 @@ class Foresight:
                     break
             if touch is not None:
                 break
-            short, askew = self._missing(path, waypoint, goal)
+            short, askew = self._missing(path, waypoint)
             if short or askew:
                 break
         position, frame = self._law.pose
@@ -147,38 +147,29 @@ class Foresight:
             permitted |= np.outer(rows, columns)
         return self._geoms[own], self._geoms[others], permitted
 
-    def _ways(self, path: Path, waypoint: int) -> Iterator[Goal | None]:
-        """Moves to a waypoint, control step by control step, and says what the goal is."""
-        base, data = path.base[waypoint], self._data
-        relative = self._in_base(self._law.pose)
+    def _moves(self, path: Path, waypoint: int) -> Iterator[None]:
+        """The control steps to a waypoint."""
+        base, relative = path.base[waypoint], self._in_base(self._law.pose)
         while not np.isnan(base[0]) and self._drive(base):
             self._law.hold(self._in_world(relative))
             self._place()
-            yield None
-        hand = path.hand[waypoint]
-        if np.isnan(hand[0]):
-            yield None
-            return
-        goal = hand[:3], np.asarray(matrix(hand[3:]), np.float64)
-        still = 0
+            yield
+        still, goal = 0, _goal(path, waypoint)
+        yield
         for _ in range(path.steps):
-            short, askew = self._law.apart(goal)
-            if short < path.tolerance[waypoint] and askew < path.turn_tolerance:
+            if goal is None or not any(self._missing(path, waypoint)) or still >= STILL:
                 break
             self._law.advance(goal, float(path.speed[waypoint]))
             self._place()
-            yield goal
+            yield
             still = still + 1 if self._law.speed < RESTING else 0
-            if still >= STILL:
-                break
-        yield goal
 
-    def _missing(self, path: Path, waypoint: int, goal: Goal | None) -> tuple[float, float]:
-        if goal is None:
-            return 0.0, 0.0
-        short, askew = self._law.apart(goal)
-        far, turned = short >= path.tolerance[waypoint], askew >= path.turn_tolerance
-        return (short, askew) if far or turned else (0.0, 0.0)
+    def _missing(self, path: Path, waypoint: int) -> tuple[float, float]:
+        """How far from a waypoint the hand is, m and rad; 0 if it is there."""
+        goal = _goal(path, waypoint)
+        short, askew = self._law.apart(goal) if goal else (0.0, 0.0)
+        there = short < path.tolerance[waypoint] and askew < path.turn_tolerance
+        return (0.0, 0.0) if there else (short, askew)
 
     def _look(self, path: Path) -> Near | None:
         """The deepest touch that counts, now."""
@@ -229,6 +220,12 @@ class Foresight:
         data.qpos[self._wheels[:2]] += np.linalg.solve(axes, there - data.xpos[body][:2])
         mujoco.mj_kinematics(self._model, data)
         return True
+
+
+def _goal(path: Path, waypoint: int) -> Goal | None:
+    """Where the hand goes; None if it keeps its pose relative to the base."""
+    hand = path.hand[waypoint]
+    return None if np.isnan(hand[0]) else (hand[:3], np.asarray(matrix(hand[3:]), np.float64))
 
 
 def _meets(permit: str, entity: str, part: str) -> bool:

@@ -12,7 +12,7 @@ from pytest_safemanip.sim.mujoco.osc import Arm
 
 WHEELS = tuple(f"mobilebase0_joint_mobile_{way}" for way in ("forward", "side", "yaw"))
 PULL = 10.0
-"""robosuite's stiffness towards the home posture, 1/s2, which it does not keep in the controller."""
+"""robosuite's stiffness towards the home posture, 1/s2, which its controller does not keep."""
 
 
 def open_foresight(env: Any, description: Description) -> Foresight:
