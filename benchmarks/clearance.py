@@ -60,7 +60,8 @@ def prices(kitchen: Kitchen, rounds: int) -> list[tuple[str, float]]:
         "rehearsal, fast stepping": rehearse(FastStepper),
         "rehearsal, exact stepping": rehearse(Stepper),
     }
-    kept, found = _state(kitchen), {name: [] for name in systems}
+    kept = _state(kitchen)
+    found: dict[str, list[float]] = {name: [] for name in systems}
     for _ in range(rounds + 1):
         for name, run in systems.items():
             began = time.process_time()
@@ -115,14 +116,15 @@ def main() -> None:
         )
     print(table(("scene", "way to know", "ms", "ratio"), rows))
     for scenes, about in found:
-        kinds = about["kinds"]
+        kinds, joints, elbows = about["kinds"], about["joints"], np.multiply(1e3, about["elbows"])
         print(
             f"{scenes}: said to be free {kinds[True, True] + kinds[True, False]}, "
             f"of these touched with more than {TOUCH:g} N {kinds[True, False]}; "
             f"said to touch {kinds[False, True] + kinds[False, False]}, "
-            f"of these did not {kinds[False, True]}; joints off by {median(about['joints']):.3f} "
-            f"(at most {max(about['joints']):.3f}) rad, elbow by {1e3 * median(about['elbows']):.0f} "
-            f"(at most {1e3 * max(about['elbows']):.0f}) mm"
+            f"of these did not {kinds[False, True]}; joints off by {median(joints):.3f} "
+            f"(9 of 10 {np.percentile(joints, 90):.3f}, at most {max(joints):.3f}) rad, elbow by "
+            f"{np.median(elbows):.0f} (9 of 10 {np.percentile(elbows, 90):.0f}, at most "
+            f"{max(elbows):.0f}) mm"
         )
 
 
