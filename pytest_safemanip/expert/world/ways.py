@@ -129,5 +129,5 @@ def held(arm: Arm) -> tuple[str, ...]:
     found = {entity for entity, by in beside.items() if fingers <= by}
     for _ in beside:
         # What touches nothing else than this lies in it.
-        found |= {entity for entity, by in beside.items() if by <= found | fingers}
+        found |= {one for one, by in beside.items() if by & found and by <= found | fingers}
     return tuple(sorted(found))

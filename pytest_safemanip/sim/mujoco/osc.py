@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.trace.geometry import matrix
+from pytest_safemanip.trace.geometry import cross, matrix
 
 Floats = NDArray[np.float64]
 
@@ -111,33 +111,37 @@ class Law:
 
     def hold(self, goal: tuple[Floats, Floats]) -> None:
         """Go on for a control period with this goal of the controller's."""
+        self._refresh()
         for _ in range(SUBSTEPS):
             self._substep(*goal, self._arm.period / SUBSTEPS)
             mujoco.mj_kinematics(self._model, self._data)
 
-    def _substep(self, position: Floats, frame: Floats, dt: float) -> None:
+    def _refresh(self) -> None:
+        """The law's matrices, which depend on the posture alone and hardly change in a period."""
         model, data, arm = self._model, self._data, self._arm
         mujoco.mj_comPos(model, data)
         mujoco.mj_makeM(model, data)
         mujoco.mj_jacSite(model, data, self._jac[:3], self._jac[3:], arm.site)
         jac = self._jac[:, arm.dof]
-        mobility = np.linalg.inv(data.qM[self._mass])
-        moved = mobility @ jac.T
+        self._mobility = np.linalg.inv(data.qM[self._mass])
+        moved = self._mobility @ jac.T
         inertia = jac @ moved
-        push = np.concatenate(
-            [
-                np.linalg.solve(inertia[half, half] + _EYE, moved[:, half].T)
-                for half in (slice(3), slice(3, 6))
-            ]
-        ).T
-        free = np.eye(len(arm.dof)) - moved @ np.linalg.solve(inertia + _EYE6, jac)
+        halves = (slice(3), slice(3, 6))
+        push = [np.linalg.solve(inertia[h, h] + _EYE6[h, h], moved[:, h].T) for h in halves]
+        self._push = np.concatenate(push).T
+        self._free = np.eye(len(arm.dof)) - moved @ np.linalg.solve(inertia + _EYE6, jac)
+        brake = arm.damping * self._push @ jac + 2.0 * np.sqrt(arm.pull) * self._free
+        dt = arm.period / SUBSTEPS
+        self._slowed = np.linalg.inv(np.eye(len(arm.dof)) + dt * brake)
+
+    def _substep(self, position: Floats, frame: Floats, dt: float) -> None:
+        data, arm, mobility = self._data, self._arm, self._mobility
         error = np.empty(6)
         error[:3] = position - self._position
-        error[3:] = 0.5 * np.cross(self._frame.T, frame.T).sum(axis=0)
+        error[3:] = 0.5 * cross(self._frame.T, frame.T).sum(axis=0)
         away = arm.home - data.qpos[arm.qpos]
-        wanted = arm.stiffness * push @ error + arm.pull * free @ away
-        brake = arm.damping * push @ jac + 2.0 * np.sqrt(arm.pull) * free
-        velocity = np.linalg.solve(np.eye(len(arm.dof)) + dt * brake, self._velocity + dt * wanted)
+        wanted = arm.stiffness * self._push @ error + arm.pull * self._free @ away
+        velocity = self._slowed @ (self._velocity + dt * wanted)
         joints = data.qpos[arm.qpos] + dt * velocity
         for _ in range(2):
             # At the end of its way a joint is stopped by a torque, which moves the others too.
@@ -151,7 +155,7 @@ class Law:
         self._velocity = velocity
 
 
-_EYE, _EYE6 = 1e-6 * np.eye(3), 1e-6 * np.eye(6)
+_EYE6 = 1e-6 * np.eye(6)
 """Keeps singular postures solvable, 1/kg."""
 
 
