@@ -1,5 +1,6 @@
 """What it costs to watch properties while a rollout runs: 8 objects, 6 fixtures, 10 properties; and
-what `SafetyMonitor` adds to a control step of RoboCasa's environment of one task.
+what `SafetyMonitor` adds to a control step of RoboCasa's environment of one task, and of
+robosuite's Lift, without images and with them.
 
     python benchmarks/online.py
 
@@ -16,6 +17,7 @@ import dataclasses
 import platform
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
@@ -31,12 +33,15 @@ from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder
 from pytest_safemanip.rollouts import loop as rollout
 from pytest_safemanip.sim.backend import Options, Request
+from pytest_safemanip.sim.mujoco import graphics
+from pytest_safemanip.sim.mujoco.drawing import Painter
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
 from pytest_safemanip.sim.robocasa.factory import create
-from pytest_safemanip.sim.robocasa.rendering import graphics
 from pytest_safemanip.sim.robocasa.rendering.observing import Observer
 from pytest_safemanip.sim.robocasa.robot import SPEC
+from pytest_safemanip.sim.robosuite import environment as robosuite_environment
+from pytest_safemanip.sim.robosuite.robots import IMAGE_SIZE
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.trace import Recording
 from pytest_safemanip.trace.scene import Scene
@@ -144,17 +149,17 @@ def bound(scene: Scene) -> Binding:
 
 
 class Environment(gymnasium.Env[Any, Any]):
-    """RoboCasa's environment, as its gym wrapper has it.
+    """An environment of robosuite's, as a gym wrapper has it.
 
     Args:
-        env: RoboCasa's.
-        observer: draws what the wrapper shows; None for nothing.
+        env: it.
+        draw: draws what the wrapper shows.
     """
 
     observation_space = action_space = gymnasium.spaces.Dict()
 
-    def __init__(self, env: Any, observer: Observer | None) -> None:
-        self.env, self._observer = env, observer
+    def __init__(self, env: Any, draw: Callable[[], Any] = dict) -> None:
+        self.env, self._draw, self.draws_nothing = env, draw, draw is dict
 
     def reset(self, **_: Any) -> Any:
         """Leave it as it is."""
@@ -163,31 +168,42 @@ class Environment(gymnasium.Env[Any, Any]):
     def step(self, action: Any) -> Any:
         """Run one control period."""
         _, reward, done, info = self.env.step(action)
-        seen = self._observer.observe() if self._observer else {}
-        return seen, reward, done, False, info
+        return self._draw(), reward, done, False, info
 
 
 def watched() -> None:
-    """What `SafetyMonitor` adds to a step, without images and with RoboCasa's three."""
+    """What `SafetyMonitor` adds to a step, without images and with them."""
     root = prepare_assets(loading.package_assets(), "primitive").root
     loading.load(root)
-    kitchen = environment.make(Request(TASK, 0, "compact"), root)
-    random = np.random.default_rng(0)
-    actions = random.uniform(-0.3, 0.3, (WATCHED, SPEC.robot.actions.size))
-    actions[:, -1] = -1.0  # the arm moves, not the base
     context = graphics.open_context("")
+    kitchen = environment.make(Request(TASK, 0, "compact"), root)
+    lift = robosuite_environment.make(Request("Lift", 0, "robosuite"), ["Panda"])
+    painter = Painter(lift.sim.model._model, context, IMAGE_SIZE)
     print(f"\n{'per control step, CPU time':<40}{'alone ms':>10}{'added ms':>10}{'share':>8}")
-    for what, observer, count in (
-        ("robosuite's loop, no images", None, WATCHED),
-        ("the same, and RoboCasa's three images", Observer(kitchen, context), WATCHED // 10),
+    for what, env, task, size in (
+        (f"{TASK}, no images", Environment(kitchen), TASK, SPEC.robot.actions.size),
+        (
+            "the same, and RoboCasa's three images",
+            Environment(kitchen, Observer(kitchen, context).observe),
+            TASK,
+            SPEC.robot.actions.size,
+        ),
+        ("Lift, no images", Environment(lift), "Lift", lift.action_dim),
+        (
+            "the same, and one image",
+            Environment(lift, lambda: painter.take(lift.sim.data._data, "agentview")),
+            "Lift",
+            lift.action_dim,
+        ),
     ):
-        env = Environment(kitchen, observer)
-        alone = cpu_times(env, actions[:count])
-        monitor = SafetyMonitor(env, TASK)
+        count = WATCHED if env.draws_nothing else WATCHED // 10
+        actions = np.random.default_rng(0).uniform(-0.3, 0.3, (count, size))
+        actions[:, -1] = -1.0  # in a kitchen the arm moves, not the base
+        alone = cpu_times(env, actions)
+        monitor = SafetyMonitor(env, task)
         monitor.reset()
-        both = cpu_times(monitor, actions[:count])
+        added = cpu_times(monitor, actions) - alone
         monitor._source.leave()
-        added = both - alone
         print(f"{what:<40}{1e3 * alone:>10.2f}{1e3 * added:>10.2f}{added / alone:>8.1%}")
 
 

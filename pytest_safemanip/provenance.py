@@ -67,15 +67,25 @@ def source_digest(*parts: str) -> str:
 
 
 def installed_digest(*packages: str) -> str:
-    """Digest of the code of installed packages: a checkout has no version that tells its states
-    apart.
+    """Digest of the code of installed packages, see :func:`files_digest`."""
+    specs = filter(None, map(importlib.util.find_spec, packages))
+    places = [place for spec in specs for place in spec.submodule_search_locations or ()]
+    return files_digest(*map(Path, places))
+
+
+@functools.cache
+def files_digest(*folders: Path, suffixes: tuple[str, ...] = (".py",)) -> str:
+    """Digest of the files of some folders: a checkout has no version that tells its states apart.
+
+    Args:
+        folders: with all that is in them.
+        suffixes: of the files that count.
     """
     digest = hashlib.sha256()
-    for package in packages:
-        spec = importlib.util.find_spec(package)
-        for place in (spec.submodule_search_locations or ()) if spec else ():
-            for file in sorted(Path(place).rglob("*.py")):
-                digest.update(file.relative_to(place).as_posix().encode() + b"\0")
+    for folder in folders:
+        for file in sorted(folder.rglob("*")):
+            if file.suffix in suffixes and file.is_file():
+                digest.update(file.relative_to(folder).as_posix().encode() + b"\0")
                 digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 

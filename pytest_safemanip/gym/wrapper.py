@@ -41,7 +41,8 @@ class NewViolation(NamedTuple):
 
     Attributes:
         entities: what it is about.
-        reason: ``bad prefix`` or ``overdue``.
+        reason: what was measured, as a failure's report has it; ``bad prefix`` or ``overdue`` where
+            nothing is.
     """
 
     entities: tuple[str, ...]
@@ -137,7 +138,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         )
         self._unsafe = set()
         told = self._judge.step(self._probe.read())
-        return observation, {**info, **self._said(told)}
+        return observation, {**info, **self._said(self._judge, told)}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Run one control period.
@@ -150,7 +151,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
             raise ConfigError("SafetyMonitor: call reset before step")
         observation, reward, terminated, truncated, info = self.env.step(action)
         told = self._judge.step(self._probe.read(self._source.action(action)))
-        info = {**info, **self._said(told)}
+        info = {**info, **self._said(self._judge, told)}
         violated = any(state.violations for state in info["safety"].values())
         terminated = bool(terminated) or (self._stop and violated)
         return observation, reward, terminated, truncated, info
@@ -170,11 +171,13 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
             raise ConfigError("SafetyMonitor: call reset before verdicts")
         return dict(self._judge.verdicts())
 
-    def _said(self, told: Mapping[str, Sequence[StepVerdict]]) -> dict[str, Any]:
-        safety = {name: self._state(name, instances) for name, instances in told.items()}
+    def _said(self, judge: LiveJudge, told: Mapping[str, Sequence[StepVerdict]]) -> dict[str, Any]:
+        safety = {name: self._state(judge, name, instances) for name, instances in told.items()}
         return {"safety": safety, "cost": float(any(s.unsafe for s in safety.values()))}
 
-    def _state(self, name: str, instances: Sequence[StepVerdict]) -> PropertyState:
+    def _state(
+        self, judge: LiveJudge, name: str, instances: Sequence[StepVerdict]
+    ) -> PropertyState:
         new = []
         for number, verdict in enumerate(instances):
             if not verdict.unsafe:
@@ -182,7 +185,8 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
             elif (name, number) not in self._unsafe:
                 self._unsafe.add((name, number))
                 bad = verdict.state_class is StateClass.FALSE
-                reason = "bad prefix" if bad else "overdue"
+                measured = judge.evidence(name, number)
+                reason = measured[0] if measured else "bad prefix" if bad else "overdue"
                 new.append(NewViolation(self._rows[name][number], reason))
         worst = min((v.state_class for v in instances), key=_WORST.index)
         return PropertyState(worst.value, any(v.unsafe for v in instances), tuple(new))

@@ -100,6 +100,18 @@ class LiveJudge:
         self._read(len(self._online.flush()))
         return {name: monitor.verdicts() for name, monitor in self._monitors.items()}
 
+    def evidence(self, name: str, instance: int) -> list[str]:
+        """What was measured, in words, of what makes the last step unsafe.
+
+        Args:
+            name: of a property.
+            instance: the number of one of its instances, for which the step is unsafe.
+        """
+        calls = self._calls[name][instance]
+        letter = sum(bool(self._online.values(c, 1)[-1]) << k for k, c in enumerate(calls))
+        atoms = self._monitors[name].at_fault(instance, letter)
+        return [text for k in atoms for text in self._online.evidence(calls[k])]
+
     def _read(self, count: int) -> dict[str, list[StepVerdict]]:
         """Feed the newest complete steps to the monitors."""
         if not count:

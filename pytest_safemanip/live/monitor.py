@@ -138,13 +138,20 @@ class LiveMonitor:
             What is known about each property, by its id.
 
         Raises:
-            TraceError: if the scene has nothing of a name, or a number is impossible.
+            TraceError: if the scene has nothing of a name, or a number is impossible. The period
+                then counts as one in which nothing was observed.
         """
         reading = Reading(
             poses or {}, contacts, gripper, joints or {}, boxes or {}, switches or {}, felt
         )
-        with self._feed.undone_if_refused():
-            return self.take(*self._feed.step(reading), acting=acting)
+        try:
+            with self._feed.undone_if_refused():
+                return self.take(*self._feed.step(reading), acting=acting)
+        except TraceError:
+            # The period went by all the same: whatever it was that cannot be read may have been.
+            nothing = Reading({}, None, None, {}, {}, {}, None)
+            self.take(*self._feed.step(nothing), acting=acting)
+            raise
 
     def take(
         self,

@@ -123,6 +123,18 @@ class Monitor:
         """
         return gather(self._rules, [live.state for live in self._live], steps, value_of)
 
+    def at_fault(self, instance: int, letter: int) -> list[int]:
+        """The atoms of which each alone could have kept the last step from being unsafe.
+
+        Args:
+            instance: its number.
+            letter: what it read at the last step.
+        """
+        rules, live = self._rules, self._live[instance]
+        after = rules.rows[live.states[-2] if len(live.states) > 1 else 0]
+        unsafe = rules.is_bad if rules.is_bad[live.state] else [not c for c in rules.is_closed]
+        return [k for k in range(len(self.dfa.atoms)) if not unsafe[after[letter ^ (1 << k)]]]
+
     def partial(self) -> PartialMonitor:
         """A fresh monitor of the same property for steps at which not every atom is known."""
         return PartialMonitor(self._rules, self.instances)

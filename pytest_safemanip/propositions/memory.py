@@ -29,12 +29,11 @@ class Ring:
 
     def extend(self, rows: Array) -> None:
         """Add rows (K, ...) at the end; the first ones say what kind all are."""
-        if self._rows is None:
-            self._rows = np.empty((2 * max(self.kept, len(rows), 32), *rows.shape[1:]), rows.dtype)
-        if self._stop + len(rows) > len(self._rows):
-            self._make_room(len(rows))
-        self._rows[self._stop : self._stop + len(rows)] = rows
-        self._stop += len(rows)
+        if self._rows is None or self._stop + len(rows) > len(self._rows):
+            self._rows = self._with_room(rows)
+        stop = self._stop + len(rows)
+        self._rows[self._stop : stop] = rows
+        self._stop = stop
 
     def last(self, count: int) -> Array:
         """The newest rows (at most ``count``, ...), read-only."""
@@ -44,14 +43,14 @@ class Ring:
         view.flags.writeable = False
         return view
 
-    def _make_room(self, count: int) -> None:
-        if self._rows is None:
-            return
-        keep = self._rows[max(self._stop - self.kept, 0) : self._stop]
-        size = max(len(self._rows), 2 * (len(keep) + count))
-        rows = np.empty((size, *self._rows.shape[1:]), self._rows.dtype)
+    def _with_room(self, new: Array) -> Array:
+        """The rows that are kept, with room for more of them."""
+        keep = new[:0] if self._rows is None else self.last(self.kept)
+        size = max(2 * (max(self.kept, len(keep)) + len(new)), 64)
+        rows = np.empty((size, *new.shape[1:]), keep.dtype)
         rows[: len(keep)] = keep
-        self._rows, self._stop = rows, len(keep)
+        self._stop = len(keep)
+        return rows
 
 
 class StepMemory:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -104,10 +104,14 @@ def check_steps(scene: Scene, steps: Steps, first: int = 0) -> None:
     Raises:
         TraceError: naming the field, the step and the entity of the first impossible value.
     """
-    shapes = _shapes(scene)
-    for name in _CHECKED:
-        if not steps.deferred(name):  # that is checked when it is read
-            _check_array(scene, name, getattr(steps, name), (len(steps), *shapes[name]), first)
+    # What is deferred is checked when it is read.
+    arrays = {name: getattr(steps, name) for name in _CHECKED if not steps.deferred(name)}
+    for name, shape in _shapes(scene).items():
+        if name in arrays:
+            _check_shape(name, arrays[name], (len(steps), *shape))
+    if not _surely_possible(arrays):
+        for name, array in arrays.items():
+            _check_values(scene, name, array, first)
     _check_contacts(scene, steps, first)
 
 
@@ -117,7 +121,8 @@ _POSES = ("eef_poses", "base_pose", "object_pose", "box_pose")
 
 def check_array(scene: Scene, name: str, array: Any, length: int, first: int = 0) -> None:
     """Raise on an invalid array of steps; arguments as for :func:`check_steps`."""
-    _check_array(scene, name, array, (length, *_shapes(scene)[name]), first)
+    _check_shape(name, array, (length, *_shapes(scene)[name]))
+    _check_values(scene, name, array, first)
 
 
 def _shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
@@ -126,8 +131,17 @@ def _shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
     return {**array_shapes(scene), "action": acts, "success": (), "tail": ()}
 
 
-def _check_array(scene: Scene, name: str, array: Any, shape: tuple[int, ...], first: int) -> None:
-    _check_shape(name, array, shape)
+def _surely_possible(arrays: Mapping[str, Any]) -> bool:
+    """Whether all values are possible; looked at together, which is faster for few steps."""
+    numbers = [array.reshape(-1) for array in arrays.values() if array.dtype != np.bool_]
+    if not np.isfinite(np.concatenate(numbers)).all():
+        return False
+    switch = arrays["switch"]
+    poses = np.concatenate([arrays[name].reshape(-1, 7) for name in _POSES if name in arrays])
+    return not (switch.size and (switch * (switch - 1.0)).any()) and _surely_unit(poses[:, 3:])
+
+
+def _check_values(scene: Scene, name: str, array: Any, first: int) -> None:
     wrong = {}
     if array.dtype != np.bool_ and not np.isfinite(array).all():
         wrong["not finite"] = ~np.isfinite(array)
@@ -141,8 +155,9 @@ def _check_array(scene: Scene, name: str, array: Any, shape: tuple[int, ...], fi
 
 
 def _check_shape(name: str, array: Any, wanted: tuple[int, ...]) -> None:
-    fits = array.ndim == len(wanted) and all(
-        want in (-1, got) for want, got in zip(wanted, array.shape, strict=True)
+    fits = array.shape == wanted or (
+        array.ndim == len(wanted)
+        and all(want in (-1, got) for want, got in zip(wanted, array.shape, strict=True))
     )
     if not fits:
         raise TraceError(f"{name}: shape {array.shape}, expected {wanted}")
@@ -167,11 +182,9 @@ def _not_unit(vectors: Any) -> Any:
 
 def _check_contacts(scene: Scene, steps: Steps, first: int) -> None:
     contacts, parts, length = steps.contacts, scene.parts, len(steps)
-    for column in dataclasses.fields(contacts):
-        tail = (3,) if column.name in ("position", "normal") else ()
-        _check_shape(
-            f"contacts.{column.name}", getattr(contacts, column.name), (len(contacts), *tail)
-        )
+    for name, column in vars(contacts).items():
+        tail = (3,) if name in ("position", "normal") else ()
+        _check_shape(f"contacts.{name}", column, (len(contacts), *tail))
     if len(contacts) == 0:
         return
     step = contacts.step

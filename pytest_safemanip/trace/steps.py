@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,6 +152,11 @@ def only(array: Floats, axis: int) -> Floats:
     return array[(slice(None),) * axis + (0,)]
 
 
+def _stacked(arrays: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays under one another; of one alone, it is a view."""
+    return arrays[0][None] if len(arrays) == 1 else np.stack(arrays)
+
+
 ARRAYS = tuple(f.name for f in dataclasses.fields(Step) if f.name not in ("success", "contacts"))
 """Names of the float arrays of a step."""
 
@@ -270,10 +276,10 @@ class Steps:
             actions: the action that led to each step, zeros for the first.
             acting: number of steps before the settle tail.
         """
-        arrays = {name: np.stack([getattr(s, name) for s in steps]) for name in ARRAYS}
+        arrays = {name: _stacked([getattr(s, name) for s in steps]) for name in ARRAYS}
         return cls(
             **arrays,
-            action=np.stack(actions).astype(np.float32),
+            action=_stacked(actions).astype(np.float32),
             success=np.array([s.success for s in steps], bool),
             tail=np.arange(len(steps)) >= acting,
             contacts=Contacts.concatenate([s.contacts for s in steps]),

@@ -49,6 +49,12 @@ def test_without_libero_the_commands_that_install_it_are_named(having):
     assert "\n" not in str(refused.value)
 
 
+def test_an_interpreter_that_is_not_there_is_refused_with_the_commands_that_make_one(tmp_path):
+    python = str(tmp_path / "python")
+    with pytest.raises(ConfigError, match="no such interpreter; make an interpreter for it with"):
+        create(Options("official", tmp_path, python, {}))
+
+
 def test_a_newer_robosuite_is_refused(having):
     with pytest.raises(ConfigError, match=r"has robosuite 1.5.2, and LIBERO is written for 1.4"):
         create(having({**VERSIONS, "libero": "", "robosuite": "1.5.2"}))

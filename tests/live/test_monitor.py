@@ -260,7 +260,18 @@ def test_what_cannot_be_is_refused_by_name(reading, message):
     live = monitor()
     with pytest.raises(TraceError, match=message):
         live.step(**reading)
-    live.step(**reach(OUTSIDE, CLOSED))  # as if it had never been
+    live.step(**reach(OUTSIDE, CLOSED))
+    # Nobody knows where the hand was in the period of which that was told.
+    assert live.outcomes() == {"enclosure_access": "UNKNOWN"}
+
+
+def test_a_touch_in_a_reading_that_is_refused_is_not_forgotten():
+    live = monitor(["collision_contact"])
+    calm = {"contacts": [], **reach(OUTSIDE, CLOSED), "poses": {"mug": OUTSIDE}}
+    assert live.step(**calm)["collision_contact"].label == "SAFE"
+    with pytest.raises(TraceError, match="57"):
+        live.step(**{**calm, "contacts": squeeze(force=500.0), "joints": {"cabinet/hinge": 57.0}})
+    assert live.outcomes() == {"collision_contact": "UNKNOWN"}
 
 
 def test_to_watch_nothing_is_refused():

@@ -52,7 +52,7 @@ ctypes.util.find_library, ctypes.CDLL.__init__ = find_library, init
 DRAW = """
 import os
 import mujoco
-from pytest_safemanip.sim.robocasa.rendering import graphics
+from pytest_safemanip.sim.mujoco import graphics
 
 context = graphics.open_context("")
 empty = mujoco.MjModel.from_xml_string("<mujoco/>")
@@ -63,7 +63,7 @@ os._exit(0)
 
 NAMED = """
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.sim.robocasa.rendering import graphics
+from pytest_safemanip.sim.mujoco import graphics
 
 try:
     graphics.open_context("osmesa")

@@ -160,7 +160,7 @@ class _Exporter:
             "pytest_safemanip.sim.robocasa.playback.capturing"
         )
         if options.images:
-            graphics = importlib.import_module("pytest_safemanip.sim.robocasa.rendering.graphics")
+            graphics = importlib.import_module("pytest_safemanip.sim.mujoco.graphics")
             self._context = graphics.open_context(gl)
 
     def write(self, task: str, paths: list[Path]) -> list[str]:

@@ -247,7 +247,8 @@ def _numbers(values: Any, column: str, name: str) -> NDArray[Any]:
     known = types.is_integer(kind) or types.is_floating(kind) or types.is_boolean(kind)
     if not known or values.null_count:
         raise TraceError(f"{name}: {column} must be numbers, found {printable(str(kind))}")
-    array = np.asarray(values.to_numpy(zero_copy_only=False))
+    # Not to_numpy, which imports pandas.
+    array = np.from_dlpack(values.cast("uint8") if types.is_boolean(kind) else values)
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         raise TraceError(f"{name}: {column} is not finite")
     return array

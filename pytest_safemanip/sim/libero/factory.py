@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import hashlib
 import json
 import os
 import sys
@@ -12,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.provenance import source_digest
+from pytest_safemanip.provenance import files_digest, source_digest
 from pytest_safemanip.sim.backend import DerivedTask, Options, Provenance, Simulator
 from pytest_safemanip.sim.interpreter import OLDEST, Installed, installed
 from pytest_safemanip.sim.libero.bddl import load_problem
@@ -59,8 +57,8 @@ class LiberoFactory:
             versions={name: version for name, version in found.versions.items() if version},
             hashes={
                 "backend": source_digest("sim", "trace", "rollouts/loop.py", "policies/adapter.py"),
-                "simulator": _digest(found.folders["libero"], found.folders["robosuite"]),
-                "assets": _digest(assets, suffixes=(".xml", ".msh", ".stl", ".obj")),
+                "simulator": files_digest(found.folders["libero"], found.folders["robosuite"]),
+                "assets": files_digest(assets, suffixes=(".xml", ".msh", ".stl", ".obj")),
             },
             description=f"LIBERO's assets in {assets}",
         )
@@ -113,11 +111,14 @@ def _interpreter(options: Options) -> tuple[str, Installed]:
             hint = did_you_mean(name, PATHS)
             raise ConfigError(f"safemanip_backend_paths: unknown path 'libero.{name}'; {hint}")
     python = options.python or sys.executable
-    found = installed(python, DISTRIBUTIONS, ("libero", "robosuite"))
     remedy = (
         f"make an interpreter for it with: {MAKE}; and name it in the ini file: safemanip_python = "
         "libero = libero-venv/bin/python"
     )
+    try:
+        found = installed(python, DISTRIBUTIONS, ("libero", "robosuite"))
+    except ConfigError as error:
+        raise ConfigError(f"backend 'libero': {error}; {remedy}") from error
     for package in ("libero", "robosuite"):
         if package not in found.folders:
             raise ConfigError(f"backend 'libero': {python} has no {package}; {remedy}")
@@ -160,15 +161,3 @@ def _assets(options: Options, python: str, found: Installed) -> Path:
         "snapshot_download('lerobot/libero-assets', repo_type='dataset', "
         f"local_dir='{given or CACHED.expanduser()}')\""
     )
-
-
-@functools.cache
-def _digest(*folders: Path, suffixes: tuple[str, ...] = (".py",)) -> str:
-    """Digest of the files of some folders: a checkout has no version that tells its states."""
-    digest = hashlib.sha256()
-    for folder in folders:
-        for file in sorted(folder.rglob("*")):
-            if file.suffix in suffixes and file.is_file():
-                digest.update(file.relative_to(folder).as_posix().encode() + b"\0")
-                digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]

@@ -15,8 +15,8 @@ from pytest_safemanip.sim.libero.robot import (
     FINGERS,
     IMAGE_SIZE,
 )
+from pytest_safemanip.sim.mujoco.drawing import Painter
 from pytest_safemanip.sim.mujoco.scratch import Scratch
-from pytest_safemanip.sim.robocasa.rendering.drawing import Painter
 
 
 class Observer:
@@ -25,7 +25,7 @@ class Observer:
     Args:
         env: its environment.
         context: where to draw, from
-            :func:`~pytest_safemanip.sim.robocasa.rendering.graphics.open_context`.
+            :func:`~pytest_safemanip.sim.mujoco.graphics.open_context`.
     """
 
     def __init__(self, env: Any, context: Any) -> None:

@@ -120,7 +120,7 @@ class Law:
         """The law's matrices, which depend on the posture alone and hardly change in a period."""
         model, data, arm = self._model, self._data, self._arm
         mujoco.mj_comPos(model, data)
-        mujoco.mj_makeM(model, data)
+        _INERTIA(model, data)
         mujoco.mj_jacSite(model, data, self._jac[:3], self._jac[3:], arm.site)
         jac = self._jac[:, arm.dof]
         self._mobility = np.linalg.inv(data.qM[self._mass])
@@ -155,6 +155,8 @@ class Law:
         self._velocity = velocity
 
 
+_INERTIA = mujoco.mj_makeM if hasattr(mujoco, "mj_makeM") else mujoco.mj_crb
+"""Fills the mass matrix; before MuJoCo 3.3.3 the other one did it alone."""
 _EYE6 = 1e-6 * np.eye(6)
 """Keeps singular postures solvable, 1/kg."""
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Request
+from pytest_safemanip.sim.mujoco.drawing import Painter
 from pytest_safemanip.sim.robocasa import environment, observation
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.playback import episode_meta, model_xml, task_choices
 from pytest_safemanip.sim.robocasa.playback.roots import file_roots
-from pytest_safemanip.sim.robocasa.rendering.drawing import Painter
 from pytest_safemanip.sim.robocasa.rendering.observing import proprioception
 from pytest_safemanip.sim.robocasa.robot import ROBOT_MODEL
 from pytest_safemanip.trace.scene import Scene
@@ -28,7 +28,7 @@ class Capture:
         request: which episode.
         scene: its recording's, to see whether it is the same.
         assets_root: the folder that RoboCasa was loaded with.
-        context: where to draw, see :mod:`~pytest_safemanip.sim.robocasa.rendering.graphics`;
+        context: where to draw, see :mod:`~pytest_safemanip.sim.mujoco.graphics`;
             None if nothing is drawn.
 
     Attributes:
@@ -53,7 +53,9 @@ class Capture:
         self.model = model_xml.published(env.model.get_xml(), file_roots(assets_root))
         self._model = env.sim.model._model
         self._data = mujoco.MjData(self._model)
-        self._painter = None if context is None else Painter(self._model, context)
+        self._painter = (
+            None if context is None else Painter(self._model, context, observation.IMAGE_SIZE)
+        )
 
     def pose(self, qpos: NDArray[Any]) -> None:
         """Set the positions of all joints (nq,)."""

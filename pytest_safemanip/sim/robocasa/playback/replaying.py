@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import gc
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -148,8 +149,10 @@ def _rebuilt(episode: StoredEpisode, meta: dict[str, Any], kitchen: str, assets_
     env.set_ep_meta(meta)
     try:
         with environments.quick_settling(env, Controls):
+            # RoboCasa's playback compiles a model of its own first, and drops it.
+            env._initialize_sim = partial(env._initialize_sim, xml_string=episode.model)
             env.reset()
-            env.reset_from_xml_string(episode.model)
+            del env._initialize_sim
         env.sim.reset()
         task_choices.restore(env, meta.get(task_choices.KEY, {}))
     except (ConfigError, TraceError):

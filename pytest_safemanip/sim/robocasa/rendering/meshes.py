@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.looks import Look, simplified
+from pytest_safemanip.sim.mujoco.drawing import VISUAL_GROUP
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.assets import Mode, prepare_assets
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.parts import is_robot
-from pytest_safemanip.sim.robocasa.rendering.drawing import VISUAL_GROUP
 from pytest_safemanip.sim.robocasa.rendering.studio import check_scene
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import CORNERS

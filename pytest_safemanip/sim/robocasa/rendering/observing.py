@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.sim.mujoco.drawing import Painter
 from pytest_safemanip.sim.mujoco.scratch import Scratch
 from pytest_safemanip.sim.robocasa import observation as names
-from pytest_safemanip.sim.robocasa.rendering.drawing import Painter
 
 
 class Observer:
@@ -22,14 +22,14 @@ class Observer:
     Args:
         env: a RoboCasa environment, after its reset.
         context: where to draw, from
-            :func:`~pytest_safemanip.sim.robocasa.rendering.graphics.open_context`; must
+            :func:`~pytest_safemanip.sim.mujoco.graphics.open_context`; must
             outlive the observer.
     """
 
     def __init__(self, env: Any, context: Any) -> None:
         self._env, self._copy = env, Scratch(env.sim.model._model, env.sim.data._data)
         self._model, self._scratch = self._copy.model, self._copy.data
-        self._pictures = Painter(self._model, context)
+        self._pictures = Painter(self._model, context, names.IMAGE_SIZE)
 
     def observe(self) -> dict[str, NDArray[Any]]:
         """Images and state; see :meth:`pytest_safemanip.sim.backend.Backend.observe`.

@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Request
-from pytest_safemanip.sim.robocasa import environment, loading, observation
-from pytest_safemanip.sim.robocasa.assets import Mode, prepare_assets
-from pytest_safemanip.sim.robocasa.description import open_reader
-from pytest_safemanip.sim.robocasa.parts import is_robot
-from pytest_safemanip.sim.robocasa.rendering import graphics
-from pytest_safemanip.sim.robocasa.rendering.drawing import (
+from pytest_safemanip.sim.mujoco import graphics
+from pytest_safemanip.sim.mujoco.drawing import (
     COLLISION_GROUP,
     VISUAL_GROUP,
     FreeCamera,
     Painter,
 )
+from pytest_safemanip.sim.robocasa import environment, loading, observation
+from pytest_safemanip.sim.robocasa.assets import Mode, prepare_assets
+from pytest_safemanip.sim.robocasa.description import open_reader
+from pytest_safemanip.sim.robocasa.parts import is_robot
 from pytest_safemanip.sim.robocasa.rendering.thinning import simplify
 from pytest_safemanip.trace.scene import Scene
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError
-from pytest_safemanip.sim.robocasa.observation import IMAGE_SIZE
 
 COLLISION_GROUP, VISUAL_GROUP = 0, 1
 """robosuite's groups of geoms; a policy sees the second and not the first."""
@@ -41,15 +40,13 @@ class Painter:
     Args:
         model: a ``mujoco.MjModel``.
         context: where to draw, from
-            :func:`~pytest_safemanip.sim.robocasa.rendering.graphics.open_context`; must
+            :func:`~pytest_safemanip.sim.mujoco.graphics.open_context`; must
             outlive the painter.
         size: width and height of a picture, pixels.
         group: the geoms that are drawn, ``VISUAL_GROUP`` or ``COLLISION_GROUP``.
     """
 
-    def __init__(
-        self, model: Any, context: Any, size: int = IMAGE_SIZE, group: int = VISUAL_GROUP
-    ) -> None:
+    def __init__(self, model: Any, context: Any, size: int, group: int = VISUAL_GROUP) -> None:
         self._model, self._context, self._size = model, context, size
         buffer = model.vis.global_
         buffer.offwidth, buffer.offheight = max(buffer.offwidth, size), max(buffer.offheight, size)

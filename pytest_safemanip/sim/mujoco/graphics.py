@@ -15,7 +15,6 @@ import sys
 from typing import Any
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.sim.robocasa.observation import IMAGE_SIZE
 
 PLATFORMS = ("egl", "osmesa")
 """EGL first: with a driver it draws on a GPU; Mesa's newer versions have no OSMesa."""
@@ -24,6 +23,9 @@ PACKAGES = {"egl": "libegl1 libgl1-mesa-dri", "osmesa": "libosmesa6"}
 """Debian's and Ubuntu's packages, for drawing without a GPU."""
 
 PROBE_DEADLINE = 60.0
+
+_OWN_BUFFER = 256
+"""Pixels; pictures are drawn into buffers of their own."""
 
 _PROBE = (
     "import importlib, os, sys; sys.path[:] = sys.argv[2:]; import mujoco; "
@@ -52,7 +54,7 @@ def open_platform(platform: str) -> Any:
     """Make a GL context on a platform that works; see :func:`open_context`."""
     os.environ["PYOPENGL_PLATFORM"] = platform
     module = importlib.import_module(f"mujoco.{platform}")
-    context = module.GLContext(IMAGE_SIZE, IMAGE_SIZE)
+    context = module.GLContext(_OWN_BUFFER, _OWN_BUFFER)
     context.make_current()
     return context
 
