@@ -156,7 +156,7 @@ class Law:
 
 
 _INERTIA = mujoco.mj_makeM if hasattr(mujoco, "mj_makeM") else mujoco.mj_crb
-"""Fills the mass matrix; before MuJoCo 3.3.3 the other one did it alone."""
+"""Fills the mass matrix; MuJoCo 3.3.1 has the second one alone."""
 _EYE6 = 1e-6 * np.eye(6)
 """Keeps singular postures solvable, 1/kg."""
 
