@@ -94,9 +94,9 @@ class Scripted:
     def act(self, observation: Observation) -> NDArray[Any]:
         """The next action of the plan; holds still when it is done or has failed."""
         if self._arm is None:
-            self._arm = Arm(self._scene, observation.step, self._instruction)
+            self._arm = Arm(self._scene, observation.step, self._instruction, observation.clearance)
             self._motion = self._plan(self._arm)
-        self._arm.step = observation.step
+        self._arm.step, self._arm.foresee = observation.step, observation.clearance
         self._arm.truth.at(observation.index)
         if self._motion is not None:
             try:

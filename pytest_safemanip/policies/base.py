@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import RobotSpec
+from pytest_safemanip.sim.clearance import Clearance, Path, blind
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
@@ -46,6 +47,8 @@ class Observation:
         step: the state of everything: privileged knowledge, for scripts.
         look: gives images and proprioception of the present step.
         instruction_key: where the instruction is in :meth:`gym`.
+        clearance: says what would be touched on some ways from here, see
+            :class:`~pytest_safemanip.sim.clearance.Foresees`: privileged knowledge, for scripts.
     """
 
     index: int
@@ -53,6 +56,9 @@ class Observation:
     step: Step
     look: Callable[[], Mapping[str, NDArray[Any]]] = field(repr=False, compare=False)
     instruction_key: str = "instruction"
+    clearance: Callable[[Sequence[Path]], list[Clearance]] = field(
+        default=blind, repr=False, compare=False
+    )
 
     def gym(self) -> dict[str, Any]:
         """Images, state and instruction under the backend's names; the images are rendered now.

@@ -15,6 +15,7 @@ from pytest_safemanip.policies.adapter import AdaptedPolicy
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
 from pytest_safemanip.sim.backend import ActionSpec, Backend, Request
+from pytest_safemanip.sim.clearance import Foresees, blind
 from pytest_safemanip.sim.codec import encode_request
 from pytest_safemanip.trace.episode import Ended, Episode
 from pytest_safemanip.trace.recording import Recording, check
@@ -168,10 +169,11 @@ def _actions(
     They end when the policy says that it is done, unless one is patient.
     """
     policy.reset(info)
+    foresee = backend.clearance if isinstance(backend, Foresees) else blind
     while patient or not policy.done:
         index = len(steps) - 1
         key = backend.spec.instruction
-        seen = Observation(index, info.instruction, steps[-1], backend.observe, key)
+        seen = Observation(index, info.instruction, steps[-1], backend.observe, key, foresee)
         where = f"policy {name!r}, step {index}"
         yield from _checked(policy.act(seen), where, info.robot.actions)
 

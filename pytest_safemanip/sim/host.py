@@ -20,7 +20,7 @@ from typing import IO, Any
 import numpy as np
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.sim import codec, wire
+from pytest_safemanip.sim import clearance, codec, wire
 from pytest_safemanip.sim.backend import Backend
 
 GRACE = 4.0
@@ -63,9 +63,19 @@ def _answer(backend: Backend, request: wire.Message) -> wire.Message:
             return codec.encode_start(start)
         if request.values["op"] == "observe":
             return codec.encode_observation(backend.observe())
+        if request.values["op"] == "clearance":
+            return _clearance(backend, request)
         return codec.encode_step(backend.step(np.array(request.arrays["action"])))
     except Exception as error:  # the parent raises it again
         return _failure(error)
+
+
+def _clearance(backend: Backend, request: wire.Message) -> wire.Message:
+    if not isinstance(backend, clearance.Foresees):
+        raise ConfigError(clearance.BLIND)
+    paths = clearance.decode_paths(request.values["paths"], request.arrays)
+    plain, arrays = clearance.encode_clearances(backend.clearance(paths))
+    return wire.Message({"answers": plain}, arrays)
 
 
 def _failure(error: Exception) -> wire.Message:

@@ -14,7 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed
-from pytest_safemanip.sim import codec, wire
+from pytest_safemanip.sim import clearance, codec, wire
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.sim.interpreter import IMPORTABLE, clean_environment
 from pytest_safemanip.trace.steps import Step
@@ -35,6 +35,7 @@ RESET_DEADLINE = 600.0
 STEP_DEADLINE = 60.0
 OBSERVE_DEADLINE = 120.0
 """Seconds for an observation: the first one uploads the scene and compiles shaders."""
+CLEARANCE_DEADLINE = 60.0
 CLOSE_DEADLINE = 5.0
 
 _RUN = (
@@ -135,6 +136,16 @@ class ProcessBackend:
         doing = f"the observation of step {self._steps}"
         message = wire.Message({"op": "observe"})
         return codec.decode_observation(self._call(message, OBSERVE_DEADLINE, doing))
+
+    def clearance(self, paths: Sequence[clearance.Path]) -> list[clearance.Clearance]:
+        """See :class:`~pytest_safemanip.sim.clearance.Foresees`."""
+        if self._process is None:
+            raise RolloutError("clearance before reset")
+        plain, arrays = clearance.encode_paths(paths)
+        message = wire.Message({"op": "clearance", "paths": plain}, arrays)
+        doing = f"the clearance of step {self._steps}"
+        answer = self._call(message, CLEARANCE_DEADLINE, doing)
+        return clearance.decode_clearances(answer.values["answers"], answer.arrays)
 
     def close(self) -> None:
         """End the child: by closing its input, then by force; at once if it is being waited for, as

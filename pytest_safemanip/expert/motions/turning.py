@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import product
 
 import numpy as np
 
@@ -11,44 +12,81 @@ from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import FINGER_HALF_THICK
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Part, Thing
+from pytest_safemanip.expert.world.ways import Leg, first_free, go
 from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import about, rotate
 from pytest_safemanip.trace.kinematics import carried
 
-LEVER_PITCH = 40.0
-LEVER_ASIDE = 0.13
-"""Base to the lever's far side from the spout, m: the forearm passes beside the spout."""
+LEVER = "handle"
+"""What the simulator calls a tap's lever."""
+LEVER_ASIDE = (0.13, 0.22, 0.0)
+"""Base to the lever, away from the spout, m: the forearm passes beside the spout."""
 LEVER_STAND = (0.76, 0.70)
 """Greatest and least distance of the base from the lever, m."""
 LEVER_TURN = 0.30
 """Nearer than this to the lever the hand is turned only after it drew back, m: the spout comes out
 18 cm, and a wrist that turns beside it takes 10 cm."""
+LEVER_HANDS = ((40.0, 0.0), (88.0, 20.0), (75.0, 0.0), (60.0, 20.0), (88.0, 40.0))
+"""Pitch of the hand, and how far it is turned towards the side that the lever goes to, degrees."""
+LEVER_BELOW = (0.02, 0.0)
+"""Below the lever's top, m."""
+LEVER_OPEN = 0.95
+LEVER_SPEEDS = (0.2, 0.5, 0.9)
+"""Shares of the top speed at which a lever is pushed, with 8 N, 20 N and 36 N: some are stiff."""
+LEVER_STARTS = ((0.04, 0.0), (0.022, 0.004))
+"""How far beside the lever's middle the grip point is before it pushes, and how much nearer, m: far
+off, or in the gap of 3 cm between lever and spout."""
 
 
 def turn_lever(arm: Arm, role: str) -> Motion:
-    """Push a faucet's lever aside with closed fingers."""
+    """Push a faucet's lever aside with closed fingers.
+
+    Raises:
+        SkillFailed: if nothing is free beside it.
+    """
     sink = Furniture(arm, role)
     joint = sink.joint(Part.TAP_LEVER)
-    pose, half = sink.handle()
-    top = raised(pose[:3], half[2] - 0.02)
-    way = _lever_direction(arm, joint, top)
     yield from arm.grip(True)
-    ahead = float(np.clip(arm.ahead(arm.base), *(arm.ahead(top) - np.array(LEVER_STAND))))
-    yield from arm.drive(arm.floor_point(ahead, arm.aside(top) + way * LEVER_ASIDE))
-    hand = arm.hand(LEVER_PITCH, 90.0)
-    approach = hand[:, 2]
+    permits = (("finger", f"{sink.entity}/{LEVER}"),)
+    goal = f"the lever of {sink.entity}"
+    *way, push = first_free(arm, _lever_ways(arm, sink, joint), goal, permits)
+    yield from go(arm, way)
+
+    def opened() -> bool:
+        return sink.openness(joint) > LEVER_OPEN
+
+    for speed in LEVER_SPEEDS:
+        if not opened():
+            yield from arm.move(
+                push.point, push.hand, speed=speed, steps=60, until=opened, required=False
+            )
+    if not opened():
+        raise SkillFailed(f"{goal} stopped at {sink.openness(joint):.0%}")
+    back = arm.position - 0.15 * arm.rotation[:, 2]
+    yield from arm.move(back, tolerance=0.04, required=False)
+
+
+def _lever_ways(arm: Arm, sink: Furniture, joint: Joint) -> Iterator[list[Leg]]:
+    """Ways to push a lever, those that suit most taps first."""
+    pose, half = sink.handle()
+    way = _lever_direction(arm, joint, raised(pose[:3], half[2]))
     aside = np.append(way * arm.left, 0.0)
-    beside = top - 0.04 * aside
-    if arm.ahead(arm.position) > arm.ahead(top) - LEVER_TURN:
-        back = arm.ahead(top) - LEVER_TURN - 0.08
-        free = arm.point(back, arm.aside(arm.position), top[2] + 0.10)
-        yield from arm.move(free, hand, tolerance=0.05, turn_tolerance=0.3, steps=100)
-    yield from arm.move(beside - 0.14 * approach, hand, tolerance=0.02, steps=160)
-    yield from arm.move(beside, hand, tolerance=0.012, speed=0.5, steps=80)
-    yield from arm.move(
-        beside + 0.10 * aside, hand, speed=0.2, steps=80, until=lambda: sink.openness(joint) > 0.95
-    )
-    yield from arm.move(arm.position - 0.15 * approach, hand, tolerance=0.04, required=False)
+    for stand, below, (beside, near), (pitch, yaw) in product(
+        LEVER_ASIDE, LEVER_BELOW, LEVER_STARTS, LEVER_HANDS
+    ):
+        top = raised(pose[:3], half[2] - below) - arm.onward(near)
+        ahead = float(np.clip(arm.ahead(arm.base), *(arm.ahead(top) - np.array(LEVER_STAND))))
+        legs = [Leg(arm.floor_point(ahead, arm.aside(top) + way * stand))]
+        hand = arm.hand(pitch, 90.0, way * yaw)
+        if arm.ahead(arm.position) > arm.ahead(top) - LEVER_TURN:
+            back = arm.ahead(top) - LEVER_TURN - 0.08
+            free = arm.point(back, arm.aside(arm.position), top[2] + 0.10)
+            legs.append(Leg(free, hand, 0.05, steps=100))
+        start = top - beside * aside
+        legs.append(Leg(start - 0.14 * hand[:, 2], hand, 0.02, 0.6))
+        tight = near > 0.0
+        legs.append(Leg(start, hand, 0.004 if tight else 0.012, 0.5, 80, exact=tight))
+        yield [*legs, Leg(start + 0.10 * aside, hand, speed=0.2, steps=80)]
 
 
 def _lever_direction(arm: Arm, joint: Joint, top: Array) -> float:

@@ -7,17 +7,19 @@ the state that the action led to. Targets are points of the world, metres.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from pytest_safemanip.expert.robot.base import Base, Motion, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array, limited, rotation_vector
 from pytest_safemanip.expert.truth import Truth
+from pytest_safemanip.sim.clearance import Clearance, Path, blind
 from pytest_safemanip.trace.geometry import matrix
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
+Foresee = Callable[[Sequence[Path]], list[Clearance]]
 Target = Array | Callable[[], Array]
 
 TOP_SPEED = 0.05
@@ -75,14 +77,19 @@ class Arm(Base):
         scene: the static part of the episode.
         step: the first state.
         instruction: what the robot was told.
+        foresee: says what would be touched on some paths from here.
 
     Attributes:
         instruction: what the robot was told.
         truth: what a fault does wrong.
+        foresee: says what would be touched on some paths from here.
     """
 
-    def __init__(self, scene: Scene, step: Step, instruction: str = "") -> None:
+    def __init__(
+        self, scene: Scene, step: Step, instruction: str = "", foresee: Foresee = blind
+    ) -> None:
         super().__init__(scene, step)
+        self.foresee = foresee
         self.instruction = instruction
         self.truth = Truth(scene)
 

@@ -26,6 +26,19 @@ def rotation_vector(rotation: Array) -> Array:
     return axis / (2.0 * sine) * angle
 
 
+def quaternion(rotation: Array) -> Array:
+    """Unit quaternion ``wxyz`` of a rotation matrix (4,): the eigenvector of Bar-Itzhack (2000)."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    lower = (
+        (a + e + i, 0.0, 0.0, 0.0),
+        (h - f, a - e - i, 0.0, 0.0),
+        (c - g, b + d, e - a - i, 0.0),
+        (d - b, c + g, f + h, i - a - e),
+    )
+    found: Array = np.linalg.eigh(np.array(lower))[1][:, -1]
+    return found
+
+
 def about_y(degrees: float) -> Array:
     """Turn about the world's y axis (3, 3)."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))

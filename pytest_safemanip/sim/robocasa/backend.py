@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import gc
-from pathlib import Path
+import pathlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
+from pytest_safemanip.sim.clearance import Clearance, Path
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.foresight import Foresight
 from pytest_safemanip.sim.mujoco.simulation import Simulation
 from pytest_safemanip.sim.mujoco.sleeping import Asleep
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.description import open_reader
+from pytest_safemanip.sim.robocasa.foreseeing import open_foresight
 from pytest_safemanip.sim.robocasa.rendering.observing import Observer
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.sim.robocasa.staged import stage
@@ -35,10 +39,11 @@ class RoboCasaBackend(Simulation):
         ConfigError: if RoboCasa is not installed.
     """
 
-    def __init__(self, assets_root: Path, provenance: Provenance, gl: str) -> None:
+    def __init__(self, assets_root: pathlib.Path, provenance: Provenance, gl: str) -> None:
         super().__init__(provenance, gl)
         self._assets_root = assets_root
         self._patches = loading.load(assets_root)
+        self._foresight: Foresight | None = None
 
     @property
     def spec(self) -> BackendSpec:
@@ -48,6 +53,7 @@ class RoboCasaBackend(Simulation):
     def reset(self, request: Request) -> Start:
         """Make a fresh environment: what ran before leaves no trace in it."""
         self._drop_observer()
+        self._foresight = None
         self._env = env = environment.make(request, self._assets_root)
         self._reader = open_reader(env)
         if request.changes:
@@ -88,6 +94,13 @@ class RoboCasaBackend(Simulation):
         success = bool(env._check_success())
         commands = SPEC.robot.commands(action)
         return self._reader.read(success, self._sampler.take(), commands)
+
+    def clearance(self, paths: Sequence[Path]) -> list[Clearance]:
+        """See :class:`~pytest_safemanip.sim.clearance.Foresees`."""
+        env = self._running("clearance")
+        if self._foresight is None:
+            self._foresight = open_foresight(env, self._reader.description)
+        return [self._foresight.answer(path) for path in paths]
 
     def _make_observer(self, env: Any, context: Any) -> Observer:
         return Observer(env, context)

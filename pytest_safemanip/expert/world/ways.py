@@ -1,0 +1,133 @@
+"""Ways of hand and base that the simulator is asked about before they are gone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.expert.robot.rotations import Array, quaternion
+from pytest_safemanip.sim.clearance import STAYS, Clearance, Path
+
+MARGIN = 0.003
+"""What comes nearer than this counts as touched, m: the hand arrives within 3 mm."""
+Permits = Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A straight stretch of a way: of the hand, or of the base, which takes the hand along.
+
+    Attributes:
+        point: of the hand (3,), or of the base on the floor (2,).
+        hand: orientation (3, 3); None keeps that of the leg before.
+        tolerance: distance that counts as there, m.
+        speed: share of the top speed.
+        steps: control steps at most.
+        exact: arrive at rest.
+    """
+
+    point: Array
+    hand: Array | None = None
+    tolerance: float = 0.015
+    speed: float = 1.0
+    steps: int = 160
+    exact: bool = False
+
+
+def foresee(
+    arm: Arm, legs: Sequence[Leg], permits: Permits = (), opening: float = STAYS
+) -> Clearance:
+    """What would be touched on a way from here.
+
+    Args:
+        arm: the arm.
+        legs: the way.
+        permits: touches that do not count on the last leg, see
+            :class:`~pytest_safemanip.sim.clearance.Path`.
+        opening: of the fingers, share of the full opening.
+    """
+    hand, base = np.full((len(legs), 7), STAYS), np.full((len(legs), 3), STAYS)
+    rotation, heading = arm.rotation, float(np.arctan2(arm.forward[1], arm.forward[0]))
+    for row, leg in enumerate(legs):
+        rotation = rotation if leg.hand is None else leg.hand
+        if len(leg.point) == 2:
+            base[row] = *leg.point, heading
+        else:
+            hand[row] = *leg.point, *quaternion(rotation)
+    speed = np.array([leg.speed for leg in legs])
+    tolerance, last = np.array([leg.tolerance for leg in legs]), len(legs) - 1
+    path = Path(
+        hand, base, speed, tolerance, opening, held(arm), tuple(permits), last, MARGIN, steps=160
+    )
+    return arm.foresee([path])[0]
+
+
+def first_free(
+    arm: Arm,
+    ways: Iterable[Sequence[Leg]],
+    goal: str,
+    permits: Permits = (),
+    opening: float = STAYS,
+) -> Sequence[Leg]:
+    """The first of some ways on which nothing would be touched.
+
+    Args:
+        arm: the arm.
+        ways: the cheapest first.
+        goal: where they lead, for the error.
+        permits: touches that do not count.
+        opening: of the fingers.
+
+    Raises:
+        SkillFailed: if there is none; says what is in the way that comes farthest.
+    """
+    far, reason = -1, "there is none"
+    for way in ways:
+        answer = foresee(arm, way, permits, opening)
+        if answer.free:
+            return way
+        if answer.waypoint > far:
+            far, reason = answer.waypoint, answer.reason
+    raise SkillFailed(f"no way to {goal}: {reason}")
+
+
+def go(arm: Arm, legs: Sequence[Leg]) -> Motion:
+    """Go a way.
+
+    Raises:
+        SkillFailed: if hand or base do not arrive.
+    """
+    for leg in legs:
+        if len(leg.point) == 2:
+            yield from arm.drive(leg.point)
+        else:
+            yield from arm.move(
+                leg.point,
+                leg.hand,
+                tolerance=leg.tolerance,
+                speed=leg.speed,
+                steps=leg.steps,
+                exact=leg.exact,
+            )
+
+
+def held(arm: Arm) -> tuple[str, ...]:
+    """The objects that go where the hand goes: what both fingers press on, and what lies in it."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    objects = arm.scene.object_index
+    beside: dict[str, set[str]] = {}
+    for row in np.flatnonzero(contacts.force > 0.0).tolist():
+        a, b = parts[contacts.a[row]], parts[contacts.b[row]]
+        for one, other in ((a, b), (b, a)):
+            if one.entity in objects:
+                name = other.name if other.name.startswith("finger") else other.entity
+                beside.setdefault(one.entity, set()).add(name)
+    fingers = {finger for group in arm.scene.grippers[0].fingers for finger in group}
+    found = {entity for entity, by in beside.items() if fingers <= by}
+    for _ in beside:
+        # What touches nothing else than this lies in it.
+        found |= {one for one, by in beside.items() if by & found and by <= found | fingers}
+    return tuple(sorted(found))
