@@ -127,7 +127,10 @@ class Arm(Base):
             gain = EXACT_GAIN if exact else 1.0
             yield self._arm_action(gain * error, gain * turn, speed)
         if required:
-            raise SkillFailed(f"the hand stopped {np.linalg.norm(error):.3f} m short")
+            off = f"{100 * np.linalg.norm(error):.1f} cm"
+            if np.linalg.norm(turn) >= turn_tolerance:
+                off += f" and {math.degrees(np.linalg.norm(turn)):.0f} degrees"
+            raise SkillFailed(f"the hand stopped {off} short{self.in_the_way()}")
 
     def grip(self, close: bool, steps: int = 12) -> Motion:
         """Close or open the fingers; the hand stays."""
