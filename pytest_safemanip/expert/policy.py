@@ -98,7 +98,8 @@ class Scripted:
         if self._arm is None:
             self._arm = Arm(self._scene, observation.step, self._instruction)
             self._motion = self._plan(self._arm)
-        self._arm.step = observation.step
+        else:
+            self._arm.see(observation.step)
         self._arm.truth.at(observation.index)
         if self._motion is not None:
             try:

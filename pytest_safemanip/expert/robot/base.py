@@ -36,6 +36,13 @@ BLOCKS = 3.0
 """With less than this, N, the robot only touches something."""
 
 
+NOTCHES = 10
+"""From closed fingers to open ones: a control step in which they are told to move takes them one
+farther, whether something holds them up or not."""
+NOTCH, LAG = 1.0 / NOTCHES, 0.02
+"""Share of their full opening, and by how much of it they stay behind."""
+
+
 class SkillFailed(SafemanipError):
     """A motion did not arrive; going on would only do damage."""
 
@@ -49,12 +56,19 @@ class Base(Posture):
 
     Attributes:
         scene: the static part of the episode.
+        notch: to which the fingers are told to be open.
     """
 
     def __init__(self, scene: Scene, step: Step) -> None:
         super().__init__(step)
         self.scene = scene
         self._grip = -1.0
+        self.notch = round(NOTCHES * float(step.gripper[0]))
+
+    def see(self, step: Step) -> None:
+        """Take the state that the last action led to."""
+        told = int(np.sign(step.commands[0]))
+        self.notch, self.step = min(max(self.notch - told, 0), NOTCHES), step
 
     def drive(
         self,
