@@ -29,7 +29,7 @@ def turn_lever(arm: Arm, role: str) -> Motion:
     """Push a faucet's lever aside with closed fingers."""
     sink = Furniture(arm, role)
     joint = sink.joint(Part.TAP_LEVER)
-    pose, half = sink.handle()
+    pose, half = sink.handle(joint)
     top = raised(pose[:3], half[2] - 0.02)
     way = _lever_direction(arm, joint, top)
     yield from arm.grip(True)

@@ -125,7 +125,9 @@ class Part(StrEnum):
 
 
 START_BUTTON = "start_button"
-"""What RoboCasa calls the control that starts an appliance."""
+"""How RoboCasa calls the controls that start an appliance."""
+TRAY_AROUND = 0.03
+"""A cup stands no higher than this above where a machine is said to pour, m."""
 
 
 class Furniture:
@@ -146,12 +148,15 @@ class Furniture:
         return float(self._slabs()[:, :, 2].max())
 
     def tray(self) -> tuple[Array, float]:
-        """Middle (3,) of the upper side of its lowest solid piece, and where that begins along
-        the base's forward direction, m.
+        """Where it pours, at the height of what a cup stands on there (3,), and where the machine
+        begins along the base's forward direction, m.
         """
-        slab = min(self._slabs(), key=lambda points: float(points[:, 2].max()))
-        middle = np.append(slab[:, :2].mean(axis=0), slab[:, 2].max())
-        return middle, min(self._arm.ahead(point) for point in slab)
+        (pose, _), slabs = self._box("poured"), self._slabs()
+        low, high = slabs.min(axis=1), slabs.max(axis=1)
+        below = (low[:, :2] < pose[:2]) & (high[:, :2] > pose[:2])
+        tops = high[below.all(axis=1) & (high[:, 2] < pose[2] + TRAY_AROUND), 2]
+        front = min(self._arm.ahead(point) for point in slabs.reshape(-1, 3))
+        return np.append(pose[:2], tops.max(initial=0.0)), front
 
     def doors(self) -> list[Joint]:
         """Its doors and drawers."""
@@ -244,9 +249,17 @@ class Furniture:
         """Pose (7,) and half extents (3,) of a control, by name."""
         return self._box("control", name)
 
-    def interior(self) -> tuple[Array, Array]:
-        """Pose (7,) and half extents (3,) of its lowest interior."""
-        return self._box("interior")
+    def interior(self, around: Array | None = None) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of its lowest interior, or of the one around a point."""
+        if around is None:
+            return self._box("interior")
+
+        def outside(box: tuple[Array, Array]) -> float:
+            pose, half = box
+            own = (around - pose[:3]) @ matrix(pose[3:])
+            return float(np.maximum(np.abs(own) - half, 0.0).sum())
+
+        return min(self.interiors(), key=outside)
 
     def interiors(self, behind: Joint | None = None) -> list[tuple[Array, Array]]:
         """Pose (7,) and half extents (3,) of its interiors, lowest first.

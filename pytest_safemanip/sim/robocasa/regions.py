@@ -18,6 +18,8 @@ LEAST_INTERIOR = 0.005
 FOREMOST = 0.4
 """What is no farther behind a handle's front than this share of its depth is what one takes hold
 of; the rest are posts that fix it."""
+LEVEL_WITH = 0.002
+"""What is no farther behind its foremost piece belongs to it anyhow, m."""
 
 Place = tuple[int, NDArray[np.float64]]
 """A body, and a pose in its frame (7,)."""
@@ -42,20 +44,22 @@ def boxes(
             local = model.geom(geom).name.removeprefix(f"{name}_")
             if model.body_rootid[body] != root or model.geom_contype[geom] == 0:
                 continue
-            if local.endswith(CONTROLS) or "button" in local:
+            if local.endswith(CONTROLS) or START_BUTTON in local:
                 box = Box(name, local, "control", half_of_geom(model, geom))
                 found.append((box, geom_place(model, geom)))
         found += _handles(model, data, table, name)
     return found
 
 
-CONTROLS = ("knob_main", "lever_handle")
-"""How the names of knobs and levers end."""
+CONTROLS = ("button", "knob_main", "lever_handle")
+"""How the names of buttons, knobs and levers end."""
+START_BUTTON = "start_button"
+"""Of several, each has a number behind that."""
 
 
 def _handles(model: Any, data: Any, table: PartTable, name: str) -> list[tuple[Box, Place]]:
-    """What one takes hold of on each door and drawer of a fixture, named like its joint, in the axes
-    of what the joint moves: RoboCasa's fixtures have their front along -y.
+    """What one takes hold of on each door and drawer of a fixture, named like its joint, in the
+    axes of what the joint moves: RoboCasa's fixtures have their front along -y.
     """
     found = []
     for number, part in enumerate(table.parts):
@@ -66,7 +70,8 @@ def _handles(model: Any, data: Any, table: PartTable, name: str) -> list[tuple[B
         frame = np.concatenate((data.xpos[body], data.xquat[body]))
         each = [extents.box_around(model, data, frame, [geom]) for geom in geoms]
         half, centre = extents.box_around(model, data, frame, geoms)
-        limit = centre[1] - half[1] + 2.0 * FOREMOST * half[1]
+        front = min(own[1] for _, own in each)
+        limit = max(front + LEVEL_WITH, centre[1] - half[1] + 2.0 * FOREMOST * half[1])
         bar = [geom for geom, (_, own) in zip(geoms, each, strict=True) if own[1] < limit]
         half, centre = extents.box_around(model, data, frame, bar)
         box = Box(name, part.joint.removeprefix(f"{name}/"), "handle", extents.vector(half))

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import islice
 
-import numpy as np
-
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.hollow import Hollow
 from pytest_safemanip.expert.motions.opening import take_handle
