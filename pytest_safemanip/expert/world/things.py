@@ -184,6 +184,22 @@ class Furniture:
         """Corners (8, 3) of that box."""
         return np.asarray(corners(self.part(joint), np.asarray(joint.half)), np.float64)
 
+    def foremost(self, joint: Joint) -> Array:
+        """Corners (8, 3) of the solid piece that stands out farthest of what a joint moves, closed:
+        the fin of a knob.
+
+        Raises:
+            SkillFailed: if nothing of it is solid.
+        """
+        pieces = [
+            np.asarray(corners(np.array(s.pose), s.half), np.float64)
+            for s in self._arm.scene.surfaces
+            if s.joint == joint.key
+        ]
+        if not pieces:
+            raise SkillFailed(f"{joint.key} moves nothing solid")
+        return min(pieces, key=lambda piece: min(self._arm.ahead(point) for point in piece))
+
     def door_front(self) -> float:
         """How far its doors come to the front, along the base's forward direction, m."""
         return min(
