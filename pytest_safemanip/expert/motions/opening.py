@@ -17,14 +17,19 @@ from pytest_safemanip.expert.robot.hand import (
     OPENING,
 )
 from pytest_safemanip.expert.robot.rotations import Array, about_z
+from pytest_safemanip.expert.world.standing import rearmost
 from pytest_safemanip.expert.world.things import Furniture, Part, Thing, halves
 from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import corners
 from pytest_safemanip.trace.kinematics import carried
 
-UPRIGHT, LEVEL = (60.0, 0.62), (55.0, 0.77)
-"""Degrees from straight down, and base to handle, m, of a hand on an upright handle and on a level
-one, which is as low as a counter or lower: there a nearer hand tips less."""
+UPRIGHT = (60.0, 0.62)
+"""Degrees from straight down, and base to handle, m, of a hand on an upright handle."""
+LEVEL = ((0.62, 0.68, 0.74, 0.77), (42.0, 46.0, 52.0, 55.0))
+"""Base to a level handle, m, and how far the hand tips there, degrees from straight down: such a
+handle is as low as a counter or lower, and the more the hand tips, the more room has the palm."""
+PULLED = 0.12
+"""Kept free behind the base for it to pull, m."""
 DRIVEN = 0.12
 """How far the base drives to a handle with the hand held ready, m: the arm moves before what stands
 around it."""
@@ -117,8 +122,10 @@ def take_handle(
         SkillFailed: if the hand does not get there.
     """
     pose, half = fixture.handle(joint)
-    upright, (pitch, reach) = half[2] >= half[0], LEVEL
-    rise, roll = 0.0, 90.0
+    upright, rise, roll = half[2] >= half[0], 0.0, 90.0
+    free = arm.ahead(pose) - rearmost(arm, *sorted((arm.aside(arm.base), aside)))
+    reach = float(np.clip(free - PULLED, LEVEL[0][0], LEVEL[0][-1]))
+    pitch = float(np.interp(reach, *LEVEL))
     if upright:
         (pitch, reach), roll = UPRIGHT, 0.0
         end = float(half[2]) - END_GRIP
@@ -136,12 +143,12 @@ def take_handle(
     def at(before: float) -> Callable[[], Array]:
         return lambda: raised(fixture.handle(joint)[0][:3], rise) + (deep - before) * approach
 
-    ready = at(READY)() - arm.onward(DRIVEN)
     stand = arm.ahead(pose) - reach
-    back = arm.floor_point(stand - DRIVEN, aside)
-    if arm.ahead(arm.base) > stand - DRIVEN:  # beside a drawer that is open already
-        yield from arm.drive(arm.floor_point(stand - DRIVEN, arm.aside(arm.base)), speed=speed)
-    yield from arm.drive(back, speed=speed)
+    back = min(DRIVEN, max(0.0, free - reach))
+    ready = at(READY)() - arm.onward(back)
+    if arm.ahead(arm.base) > stand - back:  # beside a drawer that is open already
+        yield from arm.drive(arm.floor_point(stand - back, arm.aside(arm.base)), speed=speed)
+    yield from arm.drive(arm.floor_point(stand - back, aside), speed=speed)
     yield from arm.open_to(opening)
     yield from arm.move(ready, hand, tolerance=0.02, turn_tolerance=0.1, steps=160)
     yield from arm.drive(arm.floor_point(stand, aside))
