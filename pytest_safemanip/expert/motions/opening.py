@@ -28,6 +28,8 @@ UPRIGHT = (60.0, 0.62)
 LEVEL = ((0.62, 0.68, 0.74, 0.77), (42.0, 46.0, 52.0, 55.0))
 """Base to a level handle, m, and how far the hand tips there, degrees from straight down: such a
 handle is as low as a counter or lower, and the more the hand tips, the more room has the palm."""
+PULLS = 2
+"""A handle that slipped is taken once more."""
 PULLED = 0.12
 """Kept free behind the base for it to pull, m."""
 DRIVEN = 0.12
@@ -99,11 +101,13 @@ def pull_out(arm: Arm, drawer: Furniture, until: Callable[[], bool]) -> Motion:
     """
     joint = drawer.doors()[0]
     middle = drawer.handle(joint)[0]
-    yield from take_handle(arm, drawer, joint, arm.aside(middle))
-    yield from arm.drive(arm.base - 0.55 * arm.forward, until=until, speed=0.45)
-    if not until():
-        raise SkillFailed(f"the handle of {joint.key} slipped at {drawer.openness(joint):.0%}")
-    yield from let_go(arm)
+    for _ in range(PULLS):
+        yield from take_handle(arm, drawer, joint, arm.aside(middle))
+        yield from arm.drive(arm.base - 0.55 * arm.forward, until=until, speed=0.45)
+        yield from let_go(arm)
+        if until():
+            return
+    raise SkillFailed(f"the handle of {joint.key} slipped at {drawer.openness(joint):.0%}")
 
 
 def take_handle(
