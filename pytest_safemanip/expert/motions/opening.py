@@ -45,7 +45,7 @@ READY = 0.05
 """How far before the grip point the hand is held ready, m."""
 BESIDE_BAR = 0.009
 """Kept free between a handle and the fingers that come in, m."""
-BEYOND_BAR, OFF_DOOR = 0.013, 0.004
+BEYOND_BAR, OFF_DOOR = 0.010, 0.004
 """How far beyond a handle's middle the grip point goes, and what is kept free between fingertips
 and the door behind it, m."""
 BELOW_MIDDLE = 0.03

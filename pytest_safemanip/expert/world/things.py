@@ -316,7 +316,7 @@ class Furniture:
         found = [
             k
             for k in self._arm.scene.boxes_of(self.entity, kind)
-            if boxes[k].name == name or not name
+            if boxes[k].name.startswith(name)
         ]
         if not found:
             raise SkillFailed(f"{self.entity} has no {name} {kind}")
