@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import IO, Protocol
 
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.trace.recording import Recording
@@ -41,6 +41,25 @@ class ImportOptions:
 
 
 @dataclass(frozen=True)
+class Clip:
+    """What a camera saw in an episode: a part of a file of moving pictures.
+
+    Attributes:
+        camera: its name, fit for a file's.
+        open: opens the file; TraceError if it cannot be read.
+        start: of the part, s.
+        pictures: of the part, one for each step.
+        rate: pictures in a second.
+    """
+
+    camera: str
+    open: Callable[[], IO[bytes]]
+    start: float
+    pictures: int
+    rate: float
+
+
+@dataclass(frozen=True)
 class SourceEpisode:
     """An episode of a source that has not been imported yet.
 
@@ -50,6 +69,7 @@ class SourceEpisode:
         policy: who acted.
         seed: tells the episodes of one task and policy apart.
         record: makes the recording; TraceError or ConfigError if it has to be refused.
+        clips: what cameras saw, where a recording has no states to draw it from.
     """
 
     name: str
@@ -57,6 +77,7 @@ class SourceEpisode:
     policy: str
     seed: int
     record: Callable[[OnStep], Recording]
+    clips: tuple[Clip, ...] = ()
 
 
 class Importer(Protocol):

@@ -49,6 +49,11 @@ ACTION_PARTS = {
 Array = NDArray[Any]
 
 
+def camera_of(feature: str) -> str:
+    """The camera of a feature of images."""
+    return feature.removeprefix("observation.").removeprefix("images.")
+
+
 def modality() -> dict[str, Any]:
     """The content of ``meta/modality.json``."""
     lengths = {name: part.stop - part.start for name, part in ACTION_PARTS.items()}

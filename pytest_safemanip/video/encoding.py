@@ -16,12 +16,13 @@ from pytest_safemanip.video.imaging import Image, pillow
 SUFFIXES = (".mp4", ".gif")
 COLOURS = 128
 """Of a GIF's picture."""
-_H264 = (
+H264 = (
     *("-an", "-c:v", "libx264", "-pix_fmt", "yuv420p"),
     *("-preset", "veryfast", "-crf", "23"),
     *("-movflags", "+faststart"),  # plays before it is loaded whole
     *("-map_metadata", "-1"),
 )
+"""How pictures are encoded: as every browser and player shows them."""
 
 
 class Encoder(Protocol):
@@ -52,7 +53,7 @@ def check_encoder(path: Path) -> None:
         raise ConfigError(f"{path}: a video's name ends in {' or '.join(SUFFIXES)}")
     pillow()
     if path.suffix == ".mp4":
-        _ffmpeg()
+        ffmpeg()
 
 
 def open_encoder(path: Path, size: tuple[int, int], rate: float, keyframes: int = 0) -> Encoder:
@@ -81,9 +82,9 @@ class Mp4:
         shape = f"{size[0]}x{size[1]}"
         source = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", shape, "-r", f"{rate:g}", "-i", "-")
         self._command = [
-            *(_ffmpeg().get_ffmpeg_exe(), "-y", "-v", "error"),
+            *(ffmpeg(), "-y", "-v", "error"),
             *source,
-            *_H264,
+            *H264,
             *(("-g", str(keyframes)) if keyframes else ()),
             str(self._scratch.resolve()),
         ]
@@ -171,10 +172,15 @@ def _scratch(path: Path) -> Path:
     return path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
 
 
-def _ffmpeg() -> Any:
+def ffmpeg() -> str:
+    """Path of the program that reads and writes MP4.
+
+    Raises:
+        ConfigError: if it is not there.
+    """
     try:
-        return importlib.import_module("imageio_ffmpeg")
-    except ImportError as error:
+        return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
+    except (ImportError, RuntimeError) as error:
         raise ConfigError(
             f"MP4 is written with imageio-ffmpeg: {install_command('video')}, or -o FILE.gif "
             f"({error})"

@@ -80,15 +80,43 @@ def shoot(
         ConfigError: if the scene is another one, or a library is missing.
     """
     shot.check(recording.scene)
+
+    def views(step: int) -> list[Image]:
+        shot.pose(recording.steps.qpos[step])
+        return [shot.take(camera) for camera in cameras]
+
+    return compose(board, views, (shot.size, shot.size * len(cameras)), path, progress)
+
+
+def compose(
+    board: Storyboard,
+    views: Callable[[int], Sequence[Image]],
+    size: tuple[int, int],
+    path: Path,
+    progress: Progress,
+) -> Path:
+    """Put pictures of the scene and a storyboard together.
+
+    Args:
+        board: what is shown beside the scene.
+        views: the pictures of a step, which stand side by side.
+        size: height and width of them all, pixels.
+        path: as for :func:`shoot`.
+        progress: likewise.
+
+    Returns:
+        The path.
+
+    Raises:
+        ConfigError: if a library is missing.
+    """
     stride = stride_of(board.period)
     steps = range(0, board.length, stride)
     path.parent.mkdir(parents=True, exist_ok=True)
-    sheet = _Sheet(board, stride, shot.size, shot.size * len(cameras))
+    sheet = _Sheet(board, stride, *size)
 
     def draw(number: int) -> Image:
-        step = steps[number]
-        shot.pose(recording.steps.qpos[step])
-        return sheet.compose([shot.take(camera) for camera in cameras], step)
+        return sheet.compose(views(steps[number]), steps[number])
 
     height, width, _ = sheet.shape
     with open_encoder(path, (width, height), 1 / (stride * board.period)) as encoder:

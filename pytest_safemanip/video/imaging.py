@@ -34,6 +34,16 @@ def pillow() -> Any:
         ) from error
 
 
+def check_size(size: int) -> None:
+    """Check the edge of a camera's picture, pixels.
+
+    Raises:
+        ConfigError: if nobody can want it.
+    """
+    if not 16 <= size <= 2048:
+        raise ConfigError(f"--size: expected 16 to 2048 pixels, found {size}")
+
+
 def open_studio(
     assets: Literal["auto", "official", "primitive"], size: int, draft: bool = False
 ) -> Any:
@@ -47,8 +57,7 @@ def open_studio(
     Raises:
         ConfigError: if RoboCasa is not installed, or nothing can be drawn on this machine.
     """
-    if not 16 <= size <= 2048:
-        raise ConfigError(f"--size: expected 16 to 2048 pixels, found {size}")
+    check_size(size)
     # With a GL library named that is not there, MuJoCo cannot be imported; see graphics.py.
     wanted = os.environ.pop("MUJOCO_GL", "")
     from pytest_safemanip.sim.robocasa.rendering.studio import Studio

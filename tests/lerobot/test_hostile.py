@@ -163,7 +163,7 @@ WRONG: dict[str, tuple[Callable[[Path], None], str]] = {
     "path": (changed(layout.INFO, data_path="../../{episode_index}.parquet"), "leads out of"),
     "format": (
         changed(layout.INFO, data_path="{episode_index.__class__}{x}"),
-        "data_path names 'x', which is no number",
+        "a path names 'x', which is not known",
     ),
     "negative": (line(episode_index=-1), "an episode has an impossible number: -1"),
     "huge": (line(length=10**12), "an episode has an impossible number: 1000000000000"),

@@ -22,6 +22,7 @@ from pytest_safemanip.spec.tasks import TASK_NAME
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.episode import POLICY_NAME
 from pytest_safemanip.trace.recording import Recording
+from pytest_safemanip.video import footage
 from pytest_safemanip.video.progress import Bar
 
 EXAMPLE = (
@@ -74,6 +75,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"control period (default: {DRIFT_LIMIT} m)",
     )
     parser.add_argument(
+        "--no-images",
+        action="store_true",
+        help="leave what the cameras of a log saw where it is; by default it is written beside its "
+        "recording, for safemanip video",
+    )
+    parser.add_argument(
         "--format", choices=tuple(IMPORTERS), help="what the source is, if it is not recognized"
     )
 
@@ -98,7 +105,7 @@ def run(options: argparse.Namespace) -> int:
         drift_limit=options.drift_limit,
     )
     episodes = list(importer.episodes(source, chosen))
-    found = _Found(options.out, defined, len(episodes))
+    found = _Found(options.out, defined, len(episodes), not options.no_images)
     try:
         with Bar() as bar:
             found.take(episodes, bar)
@@ -114,8 +121,10 @@ class _Found:
     out: Path
     defined: Definitions
     total: int
+    images: bool
     imported: list[tuple[str, str, Recording]] = field(default_factory=list)
     refused: list[tuple[str, str]] = field(default_factory=list)
+    unseen: list[str] = field(default_factory=list)
     known: int = 0
 
     def take(self, episodes: list[SourceEpisode], bar: Bar) -> None:
@@ -133,10 +142,22 @@ class _Found:
                     continue
                 with raised_as(TraceError, "cannot be imported"):  # a stranger's file
                     recording = episode.record(partial(bar.show, what))
+                if self.images:
+                    self._cut(episode, path)
                 files.save(recording, path)
                 self.imported.append((episode.name, path.name, recording))
             except SafemanipError as error:
                 self.refused.append((episode.name, str(error)))
+
+    def _cut(self, episode: SourceEpisode, path: Path) -> None:
+        """Write what its cameras saw; no verdict depends on that, so it may be missing."""
+        for clip in episode.clips:
+            target = path.with_suffix(footage.SUFFIX) / f"{clip.camera}.mp4"
+            try:
+                with clip.open() as stream:
+                    footage.cut(stream, target, clip.start, clip.pictures, clip.rate)
+            except SafemanipError as error:
+                self.unseen.append(f"{episode.name}, {clip.camera}: {error}")
 
     def _has(self, path: Path, name: str) -> bool:
         """Whether the episode was imported before.
@@ -164,6 +185,8 @@ class _Found:
         print(f"{len(self.imported)} of {counted(self.total, 'episode')} imported{again}{rest}")
         for name, why in self.refused:
             print(f"refused  {name}: {why}")
+        for what in self.unseen:
+            print(f"without pictures  {what}")
         if not self.imported and not self.known:
             return
         drafts = self._drafts()

@@ -25,6 +25,8 @@ MOST_JSON, MOST_TABLE, MOST_UNPACKED = 64 * 2**20, 512 * 2**20, 2 * 2**30
 MOST_ROWS, MOST_FPS = 10_000_000, 10_000
 EPISODES = "meta/episodes"
 _FIELD = re.compile(r"\{(\w+)(?::0(\d)d)?\}")
+_FEATURE = re.compile(r"\w[\w.-]{0,99}")
+_PLACES, _START = ("chunk_index", "file_index"), "from_timestamp"
 
 
 @dataclass(frozen=True)
@@ -36,12 +38,15 @@ class EpisodeEntry:
         texts: what the robot was told.
         file: path of the file with its rows, within the dataset.
         length: number of rows.
+        videos: by feature of images, the file of moving pictures and where in it the episode
+            begins, s.
     """
 
     index: int
     texts: tuple[str, ...]
     file: str
     length: int
+    videos: Mapping[str, tuple[str, float]]
 
 
 class Dataset:
@@ -71,6 +76,9 @@ class Dataset:
         if not isinstance(pattern, str):
             raise TraceError(f"{INFO}: data_path must be a text, found {shown(pattern)}")
         self.version, self.fps, self._pattern = str(version), float(fps), pattern
+        self._videos, self._filmed = info.get("video_path"), _filmed(info.get("features"))
+        if self._filmed and not isinstance(self._videos, str):
+            raise TraceError(f"{INFO}: video_path must be a text, found {shown(self._videos)}")
 
     def has(self, name: str) -> bool:
         """Whether it has a file."""
@@ -125,7 +133,7 @@ class Dataset:
                 continue
             if not isinstance(entry, dict):
                 raise TraceError(f"{name}: {shown(entry)} is no episode")
-            yield self._entry(entry, name, {})
+            yield self._entry(entry, name)
 
     def _tables(self) -> Iterator[EpisodeEntry]:
         start = f"{self.folder}{EPISODES}/"
@@ -133,22 +141,36 @@ class Dataset:
             name = path.removeprefix(self.folder)
             if PurePosixPath(name).suffix != ".parquet":
                 continue
-            wanted = ("episode_index", "tasks", "length", "data/chunk_index", "data/file_index")
+            wanted = ("episode_index", "tasks", "length", *(f"data/{key}" for key in _PLACES))
             table = self._table(name)
-            if missing := [column for column in wanted if column not in table.column_names]:
-                raise TraceError(f"{name}: no column {missing[0]}")
-            for entry in table.select(wanted).to_pylist():
-                numbers = {k: entry[f"data/{k}"] for k in ("chunk_index", "file_index")}
-                yield self._entry(entry, name, numbers)
+            filmed = [f"videos/{f}/{k}" for f in self._filmed for k in (*_PLACES, _START)]
+            needed = (*wanted, *filmed)
+            if missing := [column for column in needed if column not in table.column_names]:
+                raise TraceError(f"{name}: no column {printable(missing[0])}")
+            for entry in table.select(needed).to_pylist():
+                yield self._entry(entry, name)
 
-    def _entry(self, entry: Mapping[str, Any], name: str, places: dict[str, Any]) -> EpisodeEntry:
+    def _entry(self, entry: Mapping[str, Any], name: str) -> EpisodeEntry:
         index, length = (_count(entry.get(key), name) for key in ("episode_index", "length"))
-        places = {key: _count(value, name) for key, value in places.items()}
         texts = entry.get("tasks")
         if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
             raise TraceError(f"{name}: tasks must be texts, found {shown(texts)}")
-        known = {"episode_index": index, "episode_chunk": index // 1000, **places}
-        return EpisodeEntry(index, tuple(texts), _filled(self._pattern, known), length)
+        known = {"episode_index": index, "episode_chunk": index // 1000}
+
+        def places(of: str) -> dict[str, int]:
+            """The numbers in the names of an episode's files."""
+            found = _PLACES if self.version == "v3.0" else ()
+            return known | {key: _count(entry.get(f"{of}/{key}"), name) for key in found}
+
+        videos = {
+            feature: (
+                _filled(str(self._videos), {**places(f"videos/{feature}"), "video_key": feature}),
+                _seconds(entry.get(f"videos/{feature}/{_START}", 0.0), name),
+            )
+            for feature in self._filmed
+        }
+        file = _filled(self._pattern, places("data"))
+        return EpisodeEntry(index, tuple(texts), file, length, videos)
 
     def _table(self, name: str) -> Any:
         if self._known[0] != name:  # of version 3.0, many episodes are in one file
@@ -183,15 +205,25 @@ def find_datasets(source: Source) -> list[str]:
     ]
 
 
-def _filled(pattern: str, values: Mapping[str, int]) -> str:
+def _filmed(features: Any) -> tuple[str, ...]:
+    """The features that are files of moving pictures; what has no plain name is none."""
+    known = features.items() if isinstance(features, dict) else ()
+    return tuple(
+        name
+        for name, about in known
+        if isinstance(about, dict) and about.get("dtype") == "video" and _FEATURE.fullmatch(name)
+    )
+
+
+def _filled(pattern: str, values: Mapping[str, int | str]) -> str:
     """A path with its numbers; a format string of a stranger is not formatted."""
 
-    def number(match: re.Match[str]) -> str:
+    def value(match: re.Match[str]) -> str:
         if match[1] not in values:
-            raise TraceError(f"{INFO}: data_path names {printable(match[1])!r}, which is no number")
+            raise TraceError(f"{INFO}: a path names {printable(match[1])!r}, which is not known")
         return str(values[match[1]]).zfill(int(match[2] or 0))
 
-    return _FIELD.sub(number, pattern)
+    return _FIELD.sub(value, pattern)
 
 
 def _array(table: Any, column: str, name: str) -> NDArray[Any]:
@@ -224,6 +256,12 @@ def _numbers(values: Any, column: str, name: str) -> NDArray[Any]:
 def _count(value: object, name: str) -> int:
     if type(value) is not int or not 0 <= value <= MOST_ROWS:
         raise TraceError(f"{name}: an episode has an impossible number: {shown(value)}")
+    return value
+
+
+def _seconds(value: object, name: str) -> float:
+    if not isinstance(value, float) or not 0.0 <= value <= MOST_ROWS:
+        raise TraceError(f"{name}: an episode begins at {shown(value)} s of its moving pictures")
     return value
 
 

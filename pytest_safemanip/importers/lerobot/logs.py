@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, TraceError
-from pytest_safemanip.importers.base import ImportOptions, OnStep, SourceEpisode
+from pytest_safemanip.importers.base import Clip, ImportOptions, OnStep, SourceEpisode
 from pytest_safemanip.importers.lerobot.dataset import Dataset, EpisodeEntry, find_datasets
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.lerobot.conventions import (
@@ -25,6 +25,7 @@ from pytest_safemanip.lerobot.conventions import (
     STATE_PARTS,
     action_order,
     as_gym_wrapper,
+    camera_of,
     gym_order,
     modality,
     parts_of,
@@ -76,7 +77,15 @@ class LogImporter:
             for entry in dataset.episodes:
                 name = f"{folder}episode_{entry.index:06d}"
                 record = partial(_record, dataset, entry, options.task, policy)
-                yield SourceEpisode(name, options.task, policy, entry.index, record)
+                clips = tuple(_clips(source, dataset, entry))
+                yield SourceEpisode(name, options.task, policy, entry.index, record, clips)
+
+
+def _clips(source: Source, dataset: Dataset, entry: EpisodeEntry) -> Iterator[Clip]:
+    """What the cameras saw; a row's picture is that of the state before its action."""
+    for feature, (file, start) in entry.videos.items():
+        opened = partial(source.open, dataset.folder + file)
+        yield Clip(camera_of(feature), opened, start, entry.length, dataset.fps)
 
 
 def _record(
