@@ -314,9 +314,7 @@ class Furniture:
         """The lowest of a kind, and of a name."""
         boxes, poses = self._arm.scene.boxes, self._arm.step.box_pose
         found = [
-            k
-            for k in self._arm.scene.boxes_of(self.entity, kind)
-            if boxes[k].name.startswith(name)
+            k for k in self._arm.scene.boxes_of(self.entity, kind) if boxes[k].name.startswith(name)
         ]
         if not found:
             raise SkillFailed(f"{self.entity} has no {name} {kind}")
