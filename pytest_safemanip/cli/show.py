@@ -68,6 +68,8 @@ def _episode(recording: Recording) -> Iterator[str]:
         f"  {episode.backend}, {episode.scenes} scenes, {episode.stepping} stepping, "
         f"{episode.assets} assets"
     )
+    if episode.failure:
+        yield f"  the policy gave up: {episode.failure}"
     for hazard in episode.hazards:
         about = f" for {named(hazard.entities, recording)}" if hazard.entities else ""
         begin = f"step {hazard.first} ({hazard.first * dt:.2f} s)"

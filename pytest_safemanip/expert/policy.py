@@ -96,7 +96,9 @@ class Scripted:
         if self._arm is None:
             self._arm = Arm(self._scene, observation.step, self._instruction, observation.clearance)
             self._motion = self._plan(self._arm)
-        self._arm.step, self._arm.foresee = observation.step, observation.clearance
+        else:
+            self._arm.see(observation.step)
+        self._arm.foresee = observation.clearance
         self._arm.truth.at(observation.index)
         if self._motion is not None:
             try:

@@ -12,7 +12,7 @@ import numpy as np
 from pytest_safemanip.errors import RolloutError, raised_as
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 from pytest_safemanip.sim.staging import Staging
-from pytest_safemanip.trace.episode import MOST_HAZARDS
+from pytest_safemanip.trace.episode import LONGEST_FAILURE, MOST_HAZARDS
 from pytest_safemanip.trace.hazard import Hazard
 
 
@@ -108,6 +108,14 @@ class AdaptedPolicy:
                 "pytest_safemanip.trace.hazard.Hazard"
             )
         return hazards
+
+    @property
+    def failure(self) -> str:
+        """Why the policy gave up, as a line that a recording keeps; empty if it did not."""
+        with _failures("to say why it gave up"):
+            said = str(ask(self.policy, "failure", "") or "")
+        line = " ".join("".join(c if c.isprintable() else " " for c in said).split())
+        return line[:LONGEST_FAILURE]
 
     @property
     def served_facts(self) -> Mapping[str, str]:

@@ -87,6 +87,8 @@ class Policy(Protocol):
     ``hazards``
         what it did wrong on purpose, as :class:`~pytest_safemanip.trace.hazard.Hazard`; kept in
         the recording, where no monitor sees it.
+    ``failure``
+        why it gave up, in one line; empty if it did not. Kept in the recording.
     ``close()``
         frees what it holds: after the rollout where a class or factory made it for one, at the end
         of the run where the object itself was given.

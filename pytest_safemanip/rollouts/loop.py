@@ -144,6 +144,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         patches=start.patches,
         request=encode_request(job.request),
         binding=job.binding,
+        failure=actor.failure,
     )
     return check(Recording(episode, start.scene, stacked))
 

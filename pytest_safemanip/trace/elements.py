@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 EntityKind = Literal["robot", "object", "fixture", "room"]
 JointKind = Literal["hinge", "slide"]
-BoxKind = Literal["interior", "handle", "control", "water", "burner"]
+BoxKind = Literal["interior", "handle", "control", "water", "burner", "poured"]
 Vector = tuple[float, ...]
 
 ROBOT = "robot"
@@ -158,8 +158,8 @@ class Box:
         entity: the fixture.
         name: the backend's name of the region or the handle.
         kind: ``interior`` (space that things are put in), ``handle``, ``control``, ``water``
-            (space that a tap's water falls through while it runs), or ``burner`` (space that it
-            heats; named like its switch).
+            (space that a tap's water falls through while it runs), ``burner`` (space that it
+            heats; named like its switch), or ``poured`` (place that a machine pours onto).
         half: half extents (3,), m.
     """
 

@@ -16,6 +16,8 @@ POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
 
 MOST_HAZARDS = 100
 LONGEST_BINDING = 50_000
+LONGEST_FAILURE = 1000
+"""Characters of what a policy says about why it gave up."""
 MOST_STEPS = 2**32
 """More than a rollout or a seed can have."""
 
@@ -54,6 +56,7 @@ class Episode:
             far physics drifted from it, what was assumed, and what was not observed.
         binding: of a task that the backend derives from its simulator's files: the content of the
             file that it would have in ``tasks/``, by which it can be judged anywhere.
+        failure: why a policy gave up, in its own words; empty if it did not, or did not say.
     """
 
     task: str
@@ -74,6 +77,7 @@ class Episode:
     patches: tuple[str, ...] = ()
     origin: Mapping[str, str] = field(default_factory=dict)
     binding: str = ""
+    failure: str = ""
 
     def __repr__(self) -> str:
         return f"<Episode {self.task}, {self.policy}, seed {self.seed}: {self.ended}>"
@@ -112,6 +116,9 @@ class Episode:
                 raise TraceError(f"episode: {name} must be printable")
         if not isinstance(episode.binding, str) or len(episode.binding) > LONGEST_BINDING:
             raise TraceError(f"episode: binding must be text, at most {LONGEST_BINDING} long")
+        said = episode.failure
+        if not isinstance(said, str) or not said.isprintable() or len(said) > LONGEST_FAILURE:
+            raise TraceError(f"episode: failure must be a line of at most {LONGEST_FAILURE}")
         for name in ("seed", "horizon"):
             value = getattr(episode, name)
             if type(value) is not int or not 0 <= value <= MOST_STEPS:

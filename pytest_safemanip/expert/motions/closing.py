@@ -155,7 +155,7 @@ def flip_door(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -
 
 def push_in(arm: Arm, fixture: Furniture, joint: Joint, until: float = SHUT) -> Motion:
     """Push a drawer in by its handle with closed fingers, driving forward."""
-    bar = fixture.handle()[0][:3]
+    bar = fixture.handle(joint)[0][:3]
     hand = arm.hand(DRAWER_PITCH)
     yield from arm.drive(arm.floor_point(arm.ahead(bar) - DRAWER_STAND - 0.1, arm.aside(bar)))
     before = bar - arm.onward(0.08)

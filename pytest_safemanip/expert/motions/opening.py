@@ -8,35 +8,56 @@ from collections.abc import Callable
 import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
-from pytest_safemanip.expert.robot.hand import FINGER_HALF_THICK
+from pytest_safemanip.expert.robot.hand import (
+    FINGER_HALF_THICK,
+    FINGER_SIDE,
+    FINGER_THICK,
+    FINGERTIP,
+    HAND,
+    OPENING,
+)
 from pytest_safemanip.expert.robot.rotations import Array, about_z
+from pytest_safemanip.expert.world.standing import rearmost
 from pytest_safemanip.expert.world.things import Furniture, Part, Thing, halves
 from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import corners
 from pytest_safemanip.trace.kinematics import carried
 
-HOOK_PITCH = 25.0
-"""Degrees from straight down: steeper, and the palm meets the counter's edge."""
-HOOK_DEPTH = 0.026
-"""How far behind a bar's middle the fingertips go, m: half of the gap behind it."""
-DRAWER_OPEN = 0.97
-DRAWER_STAND = 0.66
-"""Base to handle, m."""
-
-DOOR_PITCH = 60.0
-DOOR_STAND = 0.62
+UPRIGHT = (60.0, 0.62)
+"""Degrees from straight down, and base to handle, m, of a hand on an upright handle."""
+LEVEL = ((0.62, 0.68, 0.74, 0.77), (42.0, 46.0, 52.0, 55.0))
+"""Base to a level handle, m, and how far the hand tips there, degrees from straight down: such a
+handle is as low as a counter or lower, and the more the hand tips, the more room has the palm."""
+PULLS = 2
+"""A handle that slipped is taken once more."""
+PULLED = 0.12
+"""Kept free behind the base for it to pull, m."""
+DRIVEN = 0.12
+"""How far the base drives to a handle with the hand held ready, m: the arm moves before what stands
+around it."""
 DOOR_ASIDE = 0.10
 """Base to handle, away from the hinge, m: room for the arm while the door comes round."""
-OFF_HINGE, HINGE_TOLERANCE = 0.365, 0.005
-"""Base to the hinge of a fridge's door, m, whose end stands 10 cm beside it, not quite open; and
-how near to there the base stops, m."""
-DOOR_BELOW = 0.03
-"""Grip this far below a bar's middle, m."""
+OFF_HINGE = 0.365
+"""Base to the hinge of a fridge's door, m, whose end stands 10 cm beside it, not quite open."""
+PALM_FACE = 0.030
+"""From the grip point to the palm's own surface, m."""
+READY = 0.05
+"""How far before the grip point the hand is held ready, m."""
+BESIDE_BAR = 0.009
+"""Kept free between a handle and the fingers that come in, m."""
+BEYOND_BAR, OFF_DOOR = 0.010, 0.004
+"""How far beyond a handle's middle the grip point goes, and what is kept free between fingertips
+and the door behind it, m."""
+BELOW_MIDDLE = 0.03
+"""A short upright handle is gripped this far below its middle, m."""
 LONG_BAR = 0.15
 """Half of the length from which a bar is gripped at its upper end, m: the palm of a hand that is
 less level passes above it, and is not in line with the forearm, where it swings by 1.5 cm."""
 END_PITCH, END_GRIP = 38.0, 0.016
 """Of that hand, degrees from straight down, and below the bar's end, m."""
+HIGHEST_GRIP = 1.45
+"""Where a bar goes on upwards it is gripped at this height, m."""
+DRAWER_OPEN = 0.97
 DOOR_TURN = 0.7
 """Share of the door's rotation that the hand follows; the bar turns between the pads."""
 DOOR_DONE = 0.95
@@ -60,39 +81,109 @@ def open_all(arm: Arm, role: str) -> Motion:
 
 
 def open_drawer(arm: Arm, role: str) -> Motion:
-    """Hook closed fingers behind the bar and drive back until the drawer is open."""
+    """Take a drawer by its handle and drive back until it is open."""
     drawer = Furniture(arm, role)
     joint = drawer.doors()[0]
     yield from pull_out(arm, drawer, lambda: drawer.openness(joint) >= DRAWER_OPEN)
 
 
 def pull_out(arm: Arm, drawer: Furniture, until: Callable[[], bool]) -> Motion:
-    """Hook closed fingers behind a drawer's bar and drive back until it is open far enough.
+    """Take a drawer by its handle and drive back until it is open far enough.
 
     Args:
         arm: the arm.
         drawer: the drawer. At 1 it is what RoboCasa calls open, about half of its depth; it can be
             pulled on.
         until: whether it is.
+
+    Raises:
+        SkillFailed: if the hand does not get to the handle.
     """
-    start = drawer.handle()[0][:3]
-    behind = arm.onward(HOOK_DEPTH)
+    joint = drawer.doors()[0]
+    middle = drawer.handle(joint)[0]
+    for _ in range(PULLS):
+        yield from take_handle(arm, drawer, joint, arm.aside(middle))
+        yield from arm.drive(arm.base - 0.55 * arm.forward, until=until, speed=0.45)
+        yield from let_go(arm)
+        if until():
+            return
+    raise SkillFailed(f"the handle of {joint.key} slipped at {drawer.openness(joint):.0%}")
+
+
+def take_handle(
+    arm: Arm, fixture: Furniture, joint: Joint, aside: float, speed: float = 0.7
+) -> Motion:
+    """Close the fingers across the handle of a door or drawer.
+
+    Args:
+        arm: the arm.
+        fixture: whose handle it is.
+        joint: the door or drawer.
+        aside: where the base stands, along its left direction, m.
+        speed: largest command to the base.
+
+    Raises:
+        SkillFailed: if the hand does not get there.
+    """
+    pose, half = fixture.handle(joint)
+    upright, rise, roll = half[2] >= half[0], 0.0, 90.0
+    free = arm.ahead(pose) - rearmost(arm, *sorted((arm.aside(arm.base), aside)))
+    reach = float(np.clip(free - PULLED, LEVEL[0][0], LEVEL[0][-1]))
+    pitch = float(np.interp(reach, *LEVEL))
+    if upright:
+        (pitch, reach), roll = UPRIGHT, 0.0
+        end = float(half[2]) - END_GRIP
+        rise = -min(BELOW_MIDDLE, max(0.0, end))
+        if half[2] > LONG_BAR:
+            rise = max(min(end, HIGHEST_GRIP - float(pose[2])), -end)
+            pitch = END_PITCH if rise == end else pitch
+    hand = arm.hand(pitch, roll)
+    approach = hand[:, 2]
+    width = 2.0 * float(min(half[0], half[2]))
+    opening = min(1.0, (width + 2.0 * BESIDE_BAR) / OPENING)
+    room = fixture.behind_handle(joint) - OFF_DOOR - _reaches_ahead(arm, hand, opening)
+    deep = min(BEYOND_BAR, room / arm.ahead(approach))
+
+    def at(before: float) -> Callable[[], Array]:
+        return lambda: raised(fixture.handle(joint)[0][:3], rise) + (deep - before) * approach
+
+    stand = arm.ahead(pose) - reach
+    back = min(DRIVEN, max(0.0, free - reach))
+    ready = at(READY)() - arm.onward(back)
+    if arm.ahead(arm.base) > stand - back:  # beside a drawer that is open already
+        yield from arm.drive(arm.floor_point(stand - back, arm.aside(arm.base)), speed=speed)
+    yield from arm.drive(arm.floor_point(stand - back, aside), speed=speed)
+    yield from arm.open_to(opening)
+    yield from arm.move(ready, hand, tolerance=0.02, turn_tolerance=0.1, steps=160)
+    yield from arm.drive(arm.floor_point(stand, aside))
+    yield from arm.move(
+        at(READY),
+        hand,
+        tolerance=0.006,
+        turn_tolerance=0.08,
+        speed=0.6,
+        steps=80,
+        exact=True,
+        required=False,
+    )
+    yield from arm.move(at(0.0), hand, tolerance=0.012, speed=0.4, steps=60)
+    yield from arm.move(at(0.0), hand, tolerance=0.003, speed=0.2, steps=20, required=False)
     yield from arm.grip(True)
-    back = arm.ahead(start) - DRAWER_STAND
-    if arm.ahead(arm.base) > back:  # beside a drawer that is open already
-        yield from arm.drive(arm.floor_point(back, arm.aside(arm.base)))
-    yield from arm.drive(arm.floor_point(back, arm.aside(start)))
-    hand = arm.hand(HOOK_PITCH)
-    before = np.append(0.02 * arm.forward, -0.14)
-    yield from arm.move(start + behind - before, hand, tolerance=0.02, steps=160)
 
-    def over(rise: float) -> Callable[[], Array]:
-        return lambda: raised(drawer.handle()[0][:3] + behind, rise)
 
-    for rise in (0.05, -0.012):
-        yield from arm.move(over(rise), hand, tolerance=0.01, speed=0.4, steps=80)
-    yield from arm.drive(arm.base - 0.55 * arm.forward, until=until, speed=0.45)
-    yield from arm.move(raised(arm.position, 0.1), tolerance=0.03, steps=50, required=False)
+def _reaches_ahead(arm: Arm, hand: Array, opening: float) -> float:
+    """How far open fingers and palm reach ahead of the grip point, m."""
+    travel, normal, approach = (arm.ahead(axis) for axis in hand.T)
+    tip = abs(travel) * (opening * OPENING / 2.0 + FINGER_THICK) + abs(normal) * FINGER_SIDE
+    palm = abs(travel) * HAND[0] + abs(normal) * HAND[1] - approach * PALM_FACE
+    return max(tip + FINGERTIP * approach, palm)
+
+
+def let_go(arm: Arm) -> Motion:
+    """Open the fingers around a handle and draw the hand back from it."""
+    yield from arm.grip(False, 6)
+    away = arm.position - 0.10 * arm.rotation[:, 2]
+    yield from arm.move(away, tolerance=0.03, steps=40, required=False)
 
 
 def open_doors(arm: Arm, role: str) -> Motion:
@@ -125,45 +216,15 @@ def _before(arm: Arm, joint: Joint, point: Array) -> bool:
 
 def _swing(arm: Arm, cabinet: Furniture, joint: Joint, room: float = 0.0) -> Motion:
     """Swing a door by its handle; the base stands at least so far beside its hinge, m."""
-    edge = 2.0 * np.asarray(joint.pose[:3]) - np.asarray(joint.anchor)
-    bar, half = cabinet.handle(near=edge)
-    start = bar[:3]
+    start, half = cabinet.handle(joint)
     side = math.copysign(1.0, arm.aside(np.asarray(joint.anchor)) - arm.aside(start))
-    stand = arm.floor_point(arm.ahead(start) - DOOR_STAND, arm.aside(start) + side * DOOR_ASIDE)
-    yield from arm.drive(stand)
-    beside = side * (arm.aside(np.asarray(joint.anchor)) - arm.aside(arm.base))
-    if beside < room:
-        off = arm.floor_point(arm.ahead(arm.base), arm.aside(arm.base) - side * (room - beside))
-        yield from arm.drive(off, tolerance=HINGE_TOLERANCE)
-    long = max(half) > LONG_BAR
-    hand = arm.hand(END_PITCH if long else DOOR_PITCH)
-    rise = max(half) - END_GRIP if long else -DOOR_BELOW
-    approach, below = hand[:, 2], np.array((0.0, 0.0, rise))
-    yield from arm.open_to(0.6)
-    yield from arm.move(start + below - 0.16 * approach, hand, tolerance=0.03, steps=160)
-    yield from arm.move(
-        start + below - 0.06 * approach,
-        hand,
-        tolerance=0.006 if long else 0.015,
-        turn_tolerance=0.08,
-        speed=0.6,
-        steps=80,
-        exact=long,
-        required=not long,
+    aside = arm.aside(start) + side * DOOR_ASIDE
+    beside = side * (arm.aside(np.asarray(joint.anchor)) - aside)
+    yield from take_handle(arm, cabinet, joint, aside - side * max(0.0, room - beside))
+    yield from _pull_round(
+        arm, cabinet, joint, side, DOOR_STOP if max(half) > LONG_BAR else math.inf
     )
-    yield from arm.move(
-        lambda: cabinet.handle(near=start)[0][:3] + below + 0.013 * approach,
-        hand,
-        tolerance=0.012,
-        speed=0.4,
-        steps=60,
-    )
-    yield from arm.grip(True)
-    yield from _pull_round(arm, cabinet, joint, side, DOOR_STOP if long else math.inf)
-    yield from arm.grip(False, 6)
-    yield from arm.move(
-        arm.position - 0.10 * arm.rotation[:, 2], tolerance=0.03, steps=40, required=False
-    )
+    yield from let_go(arm)
     yield from arm.drive(arm.base - 0.22 * arm.forward)
 
 

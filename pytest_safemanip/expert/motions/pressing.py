@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
@@ -18,9 +20,10 @@ BUTTON_AWAY = 0.22
 """How far the base draws back, m: RoboCasa wants 15 cm from the grip point to the button."""
 
 SWITCH_PITCH = 45.0
-SWITCH_YAW = 25.0
+SWITCH_YAW = 45.0
 """Degrees: the hand comes from the side on which the switch sticks out."""
-SWITCH_STAND = 0.62
+SWITCH_STAND = (0.56, 0.38)
+"""Base to switch, and to that side of it, m."""
 
 TOASTER_LEVER_PITCH = 30.0
 """Degrees from straight down: the knuckles stay off the toaster's front, the wrist off what hangs
@@ -74,9 +77,12 @@ def push_button(arm: Arm, button: Array) -> Motion:
 def push_switch(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
     """Push a switch along its joint, from above."""
     top = raised(np.asarray(joint.pose[:3]), joint.half[2])
-    yield from arm.drive(arm.floor_point(arm.ahead(top) - SWITCH_STAND, arm.aside(top) - 0.2))
-    hand = arm.hand(SWITCH_PITCH, yaw=SWITCH_YAW)
-    above = top + np.append(-0.012 * arm.left, FINGERTIP)
+    low, high = fixture.extent()
+    side = math.copysign(1.0, arm.aside(top) - arm.aside((low + high) / 2.0))
+    stand = np.array((arm.ahead(top), arm.aside(top))) + np.array((-1.0, side)) * SWITCH_STAND
+    yield from arm.drive(arm.floor_point(*stand))
+    hand = arm.hand(SWITCH_PITCH, yaw=-side * SWITCH_YAW)
+    above = top + np.append(0.012 * side * arm.left, FINGERTIP)
     yield from arm.move(above - 0.14 * hand[:, 2], hand, tolerance=0.02, steps=160)
     yield from arm.move(raised(above, 0.03), hand, tolerance=0.018, speed=0.5, steps=60)
     yield from _push_down(arm, fixture, joint, hand, raised(above, -0.025))

@@ -68,7 +68,7 @@ def turn_lever(arm: Arm, role: str) -> Motion:
 
 def _lever_ways(arm: Arm, sink: Furniture, joint: Joint) -> Iterator[list[Leg]]:
     """Ways to push a lever, those that suit most taps first."""
-    pose, half = sink.handle()
+    pose, half = sink.handle(joint)
     way = _lever_direction(arm, joint, raised(pose[:3], half[2]))
     aside = np.append(way * arm.left, 0.0)
     for stand, below, (beside, near), (pitch, yaw) in product(
@@ -156,12 +156,17 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
     Raises:
         SkillFailed: if it did not turn.
     """
-    centre, (thick, out, high) = np.asarray(joint.pose[:3]), joint.half
+    fin = stove.foremost(joint)
+    centre = (fin.min(axis=0) + fin.max(axis=0)) / 2.0
+    ahead_of, aside_of = fin @ np.append(arm.forward, 0.0), fin @ np.append(arm.left, 0.0)
+    out, thick, high = (float(np.ptp(v)) / 2.0 for v in (ahead_of, aside_of, fin[:, 2]))
+    level = thick > high
+    thick, high = sorted((thick, high))
     orbit, outward = high + KNOB_BEYOND, out - KNOB_INWARD
     aside = math.asin(min(1.0, (thick + FISTED_HALF + KNOB_PAST) / orbit)) - KNOB_TRAIL
     down = stove.openness(joint) * joint.travel > angle
     way = -1.0 if down else 1.0
-    end = np.array((0.0, 0.0, way))
+    end = way * (np.append(arm.left, 0.0) if level else np.array((0.0, 0.0, 1.0)))
     ahead = np.append(arm.forward, 0.0)
     hand = arm.hand(KNOB_PITCH)
 

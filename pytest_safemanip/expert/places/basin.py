@@ -337,7 +337,7 @@ def grasp_in_basin(arm: Arm, role: str, sink_role: str) -> Motion:
         SkillFailed: if it is too wide, lies where the hand has no room, or was not lifted.
     """
     thing, sink = Thing(arm, role), Furniture(arm, sink_role)
-    middle = arm.ahead(sink.interior()[0])
+    middle = arm.ahead(sink.interior(thing.centre)[0])
     deep = arm.ahead(thing.centre) - middle
     pitch = float(np.interp(deep, *BASIN_PITCHES))
     grasp = roomy(arm, thing, sink, pitch)
@@ -366,7 +366,7 @@ def roomy(arm: Arm, thing: Thing, sink: Furniture, pitch: float) -> Grasp:
     """
     best, most = None, 0.0
     for grasp in _grasps(arm, thing, pitch):
-        room = palm_room(grasp, sink)
+        room = palm_room(grasp, sink.interior(thing.centre))
         if room > most:
             best, most = grasp, room
         if room >= PALM_ROOM:
@@ -388,11 +388,11 @@ def _grasps(arm: Arm, thing: Thing, pitch: float) -> Iterator[Grasp]:
                 yield across(arm, thing, pitch - steeper, end * length, turn)
 
 
-def palm_room(grasp: Grasp, sink: Furniture) -> float:
+def palm_room(grasp: Grasp, basin: tuple[Array, Array]) -> float:
     """From the palm, where the fingers close, to the basin's walls and floor, m; what is above the
     basin has all the room there is.
     """
-    pose, half = sink.interior()
+    pose, half = basin
     palm = hand_corners(grasp.hand) + grasp.point - pose[:3]
     own = palm @ matrix(pose[3:])
     inside = own[own[:, 2] < half[2]]

@@ -9,7 +9,8 @@ import numpy as np
 from pytest_safemanip.expert.motions.driving import draw_in, tuck
 from pytest_safemanip.expert.motions.putting import BRAKE, USUAL, carry_before, leave
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, cut, raised
-from pytest_safemanip.expert.robot.hand import OPENING, OPENING_NOTCH, hand_corners
+from pytest_safemanip.expert.robot.base import LAG, NOTCH
+from pytest_safemanip.expert.robot.hand import OPENING, hand_corners
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.contacts import carried_by_something, pressed_by
 from pytest_safemanip.expert.world.standing import elbow_room, solids
@@ -21,8 +22,6 @@ FINGERTIP_THICK, FINGER_FLARE, FINGER_HALF_WIDE = 0.0145, 0.32, 0.0105
 its width, m."""
 TIPS_BELOW, GLASS_PALM = 0.0095, 0.031
 """From the grip point down to the fingertips, and up to the palm, m."""
-LAG = 0.02
-"""How far fingers stay behind the opening that they are told, share of the full one."""
 LOOSE = 0.025
 """Share of the full opening by which fingers open at least to let go of something: each is 1 mm
 off it then."""
@@ -61,8 +60,8 @@ def drop_into_glass(arm: Arm, role: str, glass_role: str) -> Motion:
     free = [hand for hand in hands if palm_is_free(arm, rim, hand, glass)]
     if not free:
         raise SkillFailed("there is no room for the palm over the glass")
-    notches = math.ceil((float(arm.step.gripper[0]) + LOOSE + LAG) / OPENING_NOTCH)
-    opened = (notches * OPENING_NOTCH - LAG) * OPENING / 2.0
+    notches = math.ceil((float(arm.step.gripper[0]) + LOOSE + LAG) / NOTCH)
+    opened = (notches * NOTCH - LAG) * OPENING / 2.0
     lying = _lies_in(arm, thing, glass)
     beside = _beside(lying, glass) if lying else np.zeros(3)
     hand = max(free, key=lambda hand: depth(glass, hand, opened, beside))
@@ -91,7 +90,7 @@ def _let_fall(
         hand: orientation of the hand, which points straight down (3, 3).
         over: above where, at the height of the rim (3,).
         deep: how far below that the fingertips go, m.
-        notches: control steps for which the fingers are told to open.
+        notches: to which the fingers open.
     """
     above = raised(over, max(TIPS_BELOW, float(arm.position[2]) - thing.bottom) + BRAKE)
     yield from arm.move(above, hand, tolerance=0.015, turn_tolerance=0.05, speed=0.6)
@@ -101,7 +100,7 @@ def _let_fall(
         arm.move(low, hand, tolerance=0.001, speed=USUAL, steps=120, required=False),
         lambda: carried_by_something(arm, thing) or _stands_on(arm, glass),
     )
-    yield from arm.open_to(1.0, notches)
+    yield from arm.open_by(notches - arm.notch)
     yield from arm.wait(FALLEN)
     yield from arm.move(above, hand, tolerance=0.02, speed=0.3, steps=80)
     yield from arm.grip(False)

@@ -190,7 +190,7 @@ def set_into(arm: Arm, role: str, pot_role: str, aside: float) -> Motion:
         until=lambda: thing.bottom < low + 0.002,
         required=False,
     )
-    yield from arm.open_to(float(arm.step.gripper[0]) + OPENED_FARTHER)
+    yield from arm.let_go(OPENED_FARTHER)
     yield from leave(arm)
 
 

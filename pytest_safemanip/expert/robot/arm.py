@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.base import Base, Motion, SkillFailed
+from pytest_safemanip.expert.robot.base import LAG, NOTCH, NOTCHES, Base, Motion, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array, limited, rotation_vector
 from pytest_safemanip.expert.truth import Truth
 from pytest_safemanip.sim.clearance import Clearance, Path, blind
@@ -28,8 +28,9 @@ TOP_SPIN = 0.5
 """Rotation delta per control step that a full-scale action asks for, rad."""
 TURN_GAIN = 0.75
 """Share of the remaining rotation that is asked for at each step."""
-CLOSING_LAG = 0.08
-"""Seconds for which the fingers go on closing when they are told to stop."""
+FOLLOWS, STILL = 8, 0.05
+"""Control steps in which fingers come to where they were told to be, and the rate at which they are
+there, 1/s."""
 EXACT_GAIN = 0.5
 """Share of the error that an exact motion asks for: some postures swing at more."""
 GENTLY = 0.4
@@ -134,27 +135,39 @@ class Arm(Base):
             gain = EXACT_GAIN if exact else 1.0
             yield self._arm_action(gain * error, gain * turn, speed)
         if required:
-            raise SkillFailed(f"the hand stopped {np.linalg.norm(error):.3f} m short")
+            off = f"{100 * np.linalg.norm(error):.1f} cm"
+            if np.linalg.norm(turn) >= turn_tolerance:
+                off += f" and {math.degrees(np.linalg.norm(turn)):.0f} degrees"
+            raise SkillFailed(f"the hand stopped {off} short{self.in_the_way()}")
 
     def grip(self, close: bool, steps: int = 12) -> Motion:
         """Close or open the fingers; the hand stays."""
-        yield from self._fingers(1.0 if close else -1.0, steps, lambda: False)
+        yield from self._fingers(1.0 if close else -1.0, steps)
 
-    def open_to(self, opening: float, steps: int = 15) -> Motion:
+    def open_to(self, opening: float) -> Motion:
         """Open or close the fingers part of the way, and keep them there.
 
         Args:
-            opening: share of the full opening.
-            steps: control steps at most.
+            opening: share of the full opening; the notch next to it is taken.
         """
-        direction = math.copysign(1.0, self.step.gripper[0] - opening)
+        yield from self.open_by(round(opening / NOTCH) - self.notch)
 
-        def there() -> bool:
-            soon = self.step.gripper[0] + CLOSING_LAG * min(0.0, float(self.step.gripper[1]))
-            return bool((soon - opening) * direction <= 0)
+    def open_by(self, notches: int) -> Motion:
+        """Open the fingers by so many notches, close them by so many if negative, and keep them
+        there. Fingers that hold something open when they have passed the notches it is wide.
+        """
+        notch = min(max(self.notch + notches, 0), NOTCHES)
+        yield from self._fingers(math.copysign(1.0, self.notch - notch), abs(self.notch - notch))
+        yield from self._fingers(0.0, FOLLOWS, lambda: abs(self.step.gripper[1]) < STILL)
 
-        yield from self._fingers(direction, steps, there)
-        self._grip = 0.0
+    def let_go(self, farther: float) -> Motion:
+        """Open the fingers no farther from what they hold than needed.
+
+        Args:
+            farther: than they are, at least, share of the full opening.
+        """
+        wanted = (float(self.step.gripper[0]) + farther + LAG) / NOTCH
+        yield from self.open_by(math.ceil(wanted) - self.notch)
 
     def fling(self, direction: Array, steps: int) -> Motion:
         """Open the fingers while the hand moves on.
@@ -168,7 +181,9 @@ class Arm(Base):
             turn = rotation_vector(rotation @ self.rotation.T)
             yield self._arm_action(TOP_SPEED * direction, turn, 1.0)
 
-    def _fingers(self, command: float, steps: int, until: Callable[[], bool]) -> Motion:
+    def _fingers(
+        self, command: float, steps: int, until: Callable[[], bool] = lambda: False
+    ) -> Motion:
         here, rotation = self.position, self.rotation
         for _ in range(steps):
             if until():

@@ -10,6 +10,7 @@ import numpy as np
 from pytest_safemanip.errors import SafemanipError
 from pytest_safemanip.expert.robot.posture import Posture
 from pytest_safemanip.expert.robot.rotations import Array, about_z
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
@@ -31,6 +32,17 @@ to 0.6 s, and is left hanging still by a push that lasts as long; a sudden one w
 degrees, and as much again when the next one meets the swing."""
 
 
+BLOCKS = 3.0
+"""With less than this, N, the robot only touches something."""
+
+
+NOTCHES = 10
+"""From closed fingers to open ones: a control step in which they are told to move takes them one
+farther, whether something holds them up or not."""
+NOTCH, LAG = 1.0 / NOTCHES, 0.02
+"""Share of their full opening, and by how much of it they stay behind."""
+
+
 class SkillFailed(SafemanipError):
     """A motion did not arrive; going on would only do damage."""
 
@@ -44,12 +56,19 @@ class Base(Posture):
 
     Attributes:
         scene: the static part of the episode.
+        notch: to which the fingers are told to be open.
     """
 
     def __init__(self, scene: Scene, step: Step) -> None:
         super().__init__(step)
         self.scene = scene
         self._grip = -1.0
+        self.notch = round(NOTCHES * float(step.gripper[0]))
+
+    def see(self, step: Step) -> None:
+        """Take the state that the last action led to."""
+        told = int(np.sign(step.commands[0]))
+        self.notch, self.step = min(max(self.notch - told, 0), NOTCHES), step
 
     def drive(
         self,
@@ -88,7 +107,8 @@ class Base(Posture):
                     action[7 + axis] = np.clip(wanted, -most, most)
             yield action
         else:
-            raise SkillFailed(f"the base stopped {np.linalg.norm(error):.3f} m short")
+            off = f"{100 * np.linalg.norm(error):.1f} cm"
+            raise SkillFailed(f"the base stopped {off} short{self.in_the_way()}")
         for _ in range(3):
             yield self.hold()
 
@@ -111,7 +131,8 @@ class Base(Posture):
                 break
             yield self._turning(left)
         else:
-            raise SkillFailed(f"the base stopped {abs(left):.1f} degrees short")
+            off = f"{abs(left):.1f} degrees"
+            raise SkillFailed(f"the base stopped {off} short{self.in_the_way()}")
         self._down = down
         for _ in range(3):
             yield self.hold()
@@ -120,6 +141,18 @@ class Base(Posture):
         """Hold still."""
         for _ in range(round(seconds / self.scene.control_period)):
             yield self.hold()
+
+    def in_the_way(self) -> str:
+        """What the robot presses on the hardest, as the end of a sentence; empty if on nothing."""
+        contacts, parts = self.step.contacts, self.scene.parts
+        for row in np.argsort(-contacts.force).tolist():
+            pair = parts[contacts.a[row]], parts[contacts.b[row]]
+            own = [part.entity == ROBOT for part in pair]
+            if any(own) and contacts.force[row] >= BLOCKS:
+                mine, other = pair if own[0] else pair[::-1]
+                force = f"{contacts.force[row]:.0f} N"
+                return f": {mine.name} presses on {other.entity}'s {other.name} with {force}"
+        return ""
 
     def hold(self) -> Array:
         """The action that keeps everything where it is (12,)."""

@@ -21,12 +21,12 @@ GRIP_DEPTH = 0.022
 FINGER_SIDE, OPENING = 0.010, 0.08
 """Half a finger's width, and between the fingers where they are open, m: tipped, the lower side of
 level fingers, or the lower one of two that are not, is what meets a surface first."""
-OPENING_NOTCH = 0.1
-"""By how much fingers open or close in a control step, share of their full opening."""
 WRIST = 0.21
 """From the grip point back to the wrist, m."""
 FINGER_HALF_THICK = 0.012
 """Half the thickness of a finger, m."""
+FINGER_THICK = 0.0145
+"""Of a finger, along the fingers' travel, m."""
 PALM = 0.026
 """From the grip point to the palm, m."""
 REACHES = ((0.0, 35.0, 45.0), (0.52, 0.63, 0.57))

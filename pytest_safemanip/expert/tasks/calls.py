@@ -7,7 +7,7 @@ where it is done. What is left without the roles is the name of the skill.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 PREPOSITIONS = frozenset(
     "and beside between for from in into on or over to under with".split()  # noqa: SIM905
@@ -23,10 +23,12 @@ class Call:
     Attributes:
         skill: the skill's name: ``grasp from shelf of by handle``.
         roles: as the call names them, one after the other: ``("pan", "cab")``.
+        text: the call itself.
     """
 
     skill: str
     roles: tuple[str, ...]
+    text: str = field(default="", compare=False)
 
 
 def read(text: str) -> Call:
@@ -42,4 +44,4 @@ def read(text: str) -> Call:
             name.append(word)
         else:
             roles.append(word)
-    return Call(" ".join(name + last), tuple(roles))
+    return Call(" ".join(name + last), tuple(roles), text)

@@ -59,7 +59,7 @@ def cover(arm: Arm, role: str, lid_role: str) -> Motion:
 
 def _rise_above(arm: Arm, rim: float) -> Motion:
     """Raise the hand straight up, the fingers as they are: it may hang into the open vessel."""
-    yield from arm.open_to(float(arm.step.gripper[0]))
+    yield from arm.open_by(0)
     lift = rim + FINGERTIP + OVER_RIM - arm.position[2]
     if lift > 0.0:
         yield from arm.move(raised(arm.position, lift), tolerance=0.015, speed=0.6, steps=60)

@@ -115,8 +115,8 @@ HANDLE = 0.02
 BLADE = 0.03
 """Likewise where nothing lies beside it, m: the fingers come down off its blade, too."""
 LET_GO = 0.03
-"""How much farther the fingers are opened to let go of a tool, share of their opening: they drift
-on by four times as much, half a centimetre each, and the far one does not come to the food."""
+"""How much farther the fingers are opened at least to let go of a tool, share of their opening: the
+far one does not come to the food."""
 BEFORE_FOOD = 0.075
 """From a tool's middle to the food behind it, m: a palm that is tipped over the tool, and the
 finger beyond it."""
@@ -189,7 +189,7 @@ def lay_down(
         close, arm.rotation, tolerance=0.006, speed=0.2, steps=60, required=False, exact=True
     )
     yield from lower_tipped(arm, role)
-    yield from arm.open_to(float(arm.step.gripper[0]) + LET_GO)
+    yield from arm.let_go(LET_GO)
     yield from leave(arm)
 
 

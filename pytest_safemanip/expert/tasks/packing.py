@@ -9,7 +9,7 @@ from pytest_safemanip.expert.motions.putting import BRAKE, SOFTLY, carry_over, l
 from pytest_safemanip.expert.places.fridge.compartment import compartment
 from pytest_safemanip.expert.places.fridge.shelf_grasps import ShelfGrasp, best_shelf_grasp
 from pytest_safemanip.expert.robot.arm import GENTLY, Arm, Motion, SkillFailed, raised
-from pytest_safemanip.expert.robot.hand import OPENING_NOTCH, finger_angle
+from pytest_safemanip.expert.robot.hand import finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_z
 from pytest_safemanip.expert.robot.torso import lift_torso
 from pytest_safemanip.expert.world.standing import nearest, stand
@@ -102,8 +102,7 @@ def bring_out(arm: Arm, role: str, fridge_role: str, reach: ShelfGrasp) -> Motio
     yield from stand(arm, min(start, arm.ahead(arm.base)), beside)
     yield from stand(arm, start, beside)
     yield from lift_torso(arm, reach.raised)
-    yield from arm.grip(False)
-    yield from arm.open_to(grasp.opening, steps=round((1.0 - grasp.opening) / OPENING_NOTCH))
+    yield from arm.open_to(grasp.opening)
     # Turned straight before the base, and only then beside the door.
     for aside, tolerance in ((reach.straight, 0.03), (arm.aside(over) + reach.shift, 0.02)):
         tucked = arm.point(arm.ahead(arm.base) + TUCKED, aside, over[2])

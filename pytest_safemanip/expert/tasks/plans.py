@@ -7,7 +7,7 @@ from importlib.resources import files
 
 import yaml
 
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
+from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.expert.world.things import Thing
@@ -38,7 +38,10 @@ def _plan(entries: tuple[Entry, ...]) -> Plan:
     def plan(arm: Arm) -> Motion:
         for entry in entries:
             for call in (entry,) if isinstance(entry, Call) else nearest_first(arm, entry):
-                yield from SKILLS[call.skill](arm, *call.roles)
+                try:
+                    yield from SKILLS[call.skill](arm, *call.roles)
+                except SkillFailed as error:
+                    raise SkillFailed(f"{call.text}: {error}") from error
 
     return plan
 

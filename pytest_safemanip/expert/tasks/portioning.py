@@ -16,9 +16,6 @@ from pytest_safemanip.expert.world.things import Thing, other_things
 
 STRAIGHT_FROM = 0.15
 """From where the hand comes straight down to the grip point, m."""
-CLOSING_NOTCH, NOTCHES, SETTLED = 0.09, 12, 0.2
-"""By how much fingers close in one control step, share of their opening; how many such steps it
-takes at most; until they have come to rest, s."""
 BLOCKED = 0.012
 """A hand that stays so far above a grip point has its fingers on something, m."""
 STOPS = ((0.08, 0.006, 0.8), (0.02, 0.004, 0.4), (0.0, 0.002, 0.2))
@@ -96,22 +93,10 @@ def come_down(arm: Arm, grasp: Grasp) -> Motion:
         SkillFailed: if the hand does not get over it.
     """
     yield from stand_before(arm, grasp.point, reach_at(0.0))
-    yield from open_exactly(arm, grasp.opening)
+    yield from arm.open_to(grasp.opening)
     start = raised(grasp.point, STRAIGHT_FROM)
     yield from arm.move(start, grasp.hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
     yield from come_in(arm, grasp, STOPS, 0.04)
-
-
-def open_exactly(arm: Arm, opening: float) -> Motion:
-    """Open the fingers to a share of their full opening, from wider, notch by notch: at speed they
-    end up to 4 mm off it on either side, on what lies beside a thing.
-    """
-    yield from arm.grip(False)
-    for _ in range(NOTCHES):
-        if arm.step.gripper[0] < opening + CLOSING_NOTCH / 2.0:
-            return
-        yield from arm.open_to(0.0, steps=1)
-        yield from arm.wait(SETTLED)
 
 
 def serve(arm: Arm, role: str, plate: Thing) -> Motion:

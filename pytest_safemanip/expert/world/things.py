@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 
 import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.trace.elements import Box, Joint
+from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import corners, matrix, to_world
 from pytest_safemanip.trace.kinematics import carried
 
@@ -124,7 +125,9 @@ class Part(StrEnum):
 
 
 START_BUTTON = "start_button"
-"""What RoboCasa calls the control that starts an appliance."""
+"""How RoboCasa calls the controls that start an appliance."""
+TRAY_AROUND = 0.03
+"""A cup stands no higher than this above where a machine is said to pour, m."""
 
 
 class Furniture:
@@ -145,12 +148,15 @@ class Furniture:
         return float(self._slabs()[:, :, 2].max())
 
     def tray(self) -> tuple[Array, float]:
-        """Middle (3,) of the upper side of its lowest solid piece, and where that begins along
-        the base's forward direction, m.
+        """Where it pours, at the height of what a cup stands on there (3,), and where the machine
+        begins along the base's forward direction, m.
         """
-        slab = min(self._slabs(), key=lambda points: float(points[:, 2].max()))
-        middle = np.append(slab[:, :2].mean(axis=0), slab[:, 2].max())
-        return middle, min(self._arm.ahead(point) for point in slab)
+        (pose, _), slabs = self._box("poured"), self._slabs()
+        low, high = slabs.min(axis=1), slabs.max(axis=1)
+        below = (low[:, :2] < pose[:2]) & (high[:, :2] > pose[:2])
+        tops = high[below.all(axis=1) & (high[:, 2] < pose[2] + TRAY_AROUND), 2]
+        front = min(self._arm.ahead(point) for point in slabs.reshape(-1, 3))
+        return np.append(pose[:2], tops.max(initial=0.0)), front
 
     def doors(self) -> list[Joint]:
         """Its doors and drawers."""
@@ -177,6 +183,22 @@ class Furniture:
     def outline(self, joint: Joint) -> Array:
         """Corners (8, 3) of that box."""
         return np.asarray(corners(self.part(joint), np.asarray(joint.half)), np.float64)
+
+    def foremost(self, joint: Joint) -> Array:
+        """Corners (8, 3) of the solid piece that stands out farthest of what a joint moves, closed:
+        the fin of a knob.
+
+        Raises:
+            SkillFailed: if nothing of it is solid.
+        """
+        pieces = [
+            np.asarray(corners(np.array(s.pose), s.half), np.float64)
+            for s in self._arm.scene.surfaces
+            if s.joint == joint.key
+        ]
+        if not pieces:
+            raise SkillFailed(f"{joint.key} moves nothing solid")
+        return min(pieces, key=lambda piece: min(self._arm.ahead(point) for point in piece))
 
     def door_front(self) -> float:
         """How far its doors come to the front, along the base's forward direction, m."""
@@ -214,17 +236,46 @@ class Furniture:
         """How open a joint is: 0 closed, 1 open."""
         return float(self._arm.step.joint[self._arm.scene.joint_index[joint.key], 0])
 
-    def handle(self, near: Array | None = None) -> tuple[Array, Array]:
-        """Pose (7,) and half extents (3,) of its handle, of several the nearest to a point."""
-        return self._box("handle", near)
+    def handle(self, joint: Joint) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of what one takes hold of on a door or drawer: across it,
+        away from it, and up.
+
+        Raises:
+            SkillFailed: if it has none.
+        """
+        return self._box("handle", joint.name)
+
+    def behind_handle(self, joint: Joint) -> float:
+        """From the middle of that to the door or drawer behind, m."""
+        scene, openness = self._arm.scene, np.array(self.openness(joint))
+        pose, half = self.handle(joint)
+        frame = matrix(pose[3:])
+        depths = []
+        for surface in scene.surfaces:
+            if surface.joint != joint.key:
+                continue
+            where = carried(joint, np.array(surface.pose), openness)
+            own = (corners(where, np.array(surface.half)) - pose[:3]) @ frame
+            low, high = own.min(axis=0), own.max(axis=0)
+            if low[1] > half[1] and (low[[0, 2]] < 0).all() and (high[[0, 2]] > 0).all():
+                depths.append(float(low[1]))
+        return min(depths, default=math.inf)
 
     def control(self, name: str) -> tuple[Array, Array]:
         """Pose (7,) and half extents (3,) of a control, by name."""
-        return self._box("control", None, name)
+        return self._box("control", name)
 
-    def interior(self) -> tuple[Array, Array]:
-        """Pose (7,) and half extents (3,) of its lowest interior."""
-        return self._box("interior", None)
+    def interior(self, around: Array | None = None) -> tuple[Array, Array]:
+        """Pose (7,) and half extents (3,) of its lowest interior, or of the one around a point."""
+        if around is None:
+            return self._box("interior")
+
+        def outside(box: tuple[Array, Array]) -> float:
+            pose, half = box
+            own = (around - pose[:3]) @ matrix(pose[3:])
+            return float(np.maximum(np.abs(own) - half, 0.0).sum())
+
+        return min(self.interiors(), key=outside)
 
     def interiors(self, behind: Joint | None = None) -> list[tuple[Array, Array]]:
         """Pose (7,) and half extents (3,) of its interiors, lowest first.
@@ -243,7 +294,7 @@ class Furniture:
 
     def water(self) -> tuple[Array, Array]:
         """Pose (7,) and half extents (3,) of the space that a tap's water falls through."""
-        return self._box("water", None)
+        return self._box("water")
 
     def opening(self) -> tuple[float, float]:
         """Where its lowest interior begins along the base's forward direction, and the height of
@@ -259,18 +310,16 @@ class Furniture:
             raise SkillFailed(f"{self.entity} has no solid piece")
         return np.asarray(found, np.float64)
 
-    def _box(self, kind: str, near: Array | None, name: str = "") -> tuple[Array, Array]:
-        found: list[tuple[float, Array, Box]] = []
-        for index in self._arm.scene.boxes_of(self.entity, kind):
-            if name not in ("", self._arm.scene.boxes[index].name):
-                continue
-            pose = np.asarray(self._arm.step.box_pose[index], np.float64)
-            rank = float(pose[2]) if near is None else float(np.linalg.norm(pose[:3] - near))
-            found.append((rank, pose, self._arm.scene.boxes[index]))
+    def _box(self, kind: str, name: str = "") -> tuple[Array, Array]:
+        """The lowest of a kind, and of a name."""
+        boxes, poses = self._arm.scene.boxes, self._arm.step.box_pose
+        found = [
+            k for k in self._arm.scene.boxes_of(self.entity, kind) if boxes[k].name.startswith(name)
+        ]
         if not found:
-            raise SkillFailed(f"{self.entity} has no {name or kind}")
-        _, pose, box = min(found, key=lambda item: item[0])
-        return pose, np.array(box.half)
+            raise SkillFailed(f"{self.entity} has no {name} {kind}")
+        lowest = min(found, key=lambda k: float(poses[k][2]))
+        return np.asarray(poses[lowest], np.float64), np.array(boxes[lowest].half)
 
 
 def counter(arm: Arm, role: str) -> tuple[float, float]:

@@ -13,7 +13,6 @@ from pytest_safemanip.sim.mujoco.description import (
     Boxes,
     Description,
     Hand,
-    geom_place,
     site_place,
 )
 from pytest_safemanip.sim.mujoco.reading import Reader
@@ -56,7 +55,7 @@ def describe(env: Any, data: Any) -> Description:
     ]
     travel = [_travel(env.fixtures[name], model, joint) for name, joint in joints]
     closed = closed_kinematics(model, data, {joint: 0.0 for _, joint in joints})
-    boxes = regions.boxes(model, env, sorted(set(roles.values())))
+    boxes = regions.boxes(model, data, table, env, sorted(set(roles.values())))
     at_sites = reached(model, env)
     found, readers = switches(model, env)
     hand = _hand(model)
@@ -102,7 +101,7 @@ def describe(env: Any, data: Any) -> Description:
         joint_open=np.array(travel, np.float64),
         boxes=Boxes.of(
             [
-                *(geom_place(model, geom) for _, geom in boxes),
+                *(place for _, place in boxes),
                 *(site_place(model, site) for _, site in at_sites),
             ]
         ),

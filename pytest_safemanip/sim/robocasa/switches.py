@@ -12,6 +12,8 @@ from pytest_safemanip.sim.mujoco.describing import local_name
 from pytest_safemanip.sim.mujoco.description import Read
 from pytest_safemanip.trace.elements import Box, Switch
 
+_POURED = (0.04, 0.04, 0.0)
+"""Half extents of the place on which RoboCasa wants a cup, m."""
 _HEATED = (0.08, 0.08, 0.1)
 """Half extents of what a burner heats, m: RoboCasa counts a pan within 8 cm as on it."""
 
@@ -44,10 +46,10 @@ def switches(model: Any, env: Any) -> tuple[list[Switch], list[Read]]:
 
 
 def reached(model: Any, env: Any) -> list[tuple[Box, int]]:
-    """The space that each tap's water falls through, which turns with the spout, and the space
-    that each burner heats, with their sites.
+    """The space that each tap's water falls through, which turns with the spout, the space that
+    each burner heats, and the place that each coffee machine pours onto, with their sites.
     """
-    from robocasa.models.fixtures import Sink, Stove
+    from robocasa.models.fixtures import CoffeeMachine, Sink, Stove
 
     found = []
     for name, fixture in env.fixtures.items():
@@ -60,6 +62,9 @@ def reached(model: Any, env: Any) -> list[tuple[Box, int]]:
             for burner in fixture.get_knobs_state(env):
                 box = Box(name, burner, "burner", extents.vector(_HEATED))
                 found.append((box, model.site(f"{fixture.naming_prefix}burner_on_{burner}").id))
+        elif isinstance(fixture, CoffeeMachine):
+            site = model.site(f"{fixture.naming_prefix}receptacle_place_site").id
+            found.append((Box(name, "poured", "poured", _POURED), site))
     return found
 
 

@@ -53,3 +53,15 @@ def test_a_motion_is_given_up_where_the_load_is_lost():
         list(unless_lost(motion(), "obj", lambda: len(done) > 3))
     assert len(done) == 4
     assert len(list(unless_lost(motion(), "obj", lambda: False))) == 9
+
+
+@pytest.mark.parametrize(("opening", "notches"), [(0.38, -6), (0.6, -4), (1.0, 0)])
+def test_the_fingers_open_to_exact_notches(opening, notches):
+    arm = Arm(toy.SCENE, toy.at_rest())
+    told = []
+    for action in arm.open_to(opening):
+        told.append(-int(action[6]))
+        openings = (((arm.notch + told[-1]) / 10.0, 0.0),)
+        arm.see(toy.at_rest(commands=(action[6],), gripper=openings[0]))
+    assert sum(told) == notches
+    assert arm.notch == 10 + notches

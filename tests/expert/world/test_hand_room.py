@@ -51,9 +51,9 @@ def test_where_the_palm_has_room_the_narrow_side_is_held():
 
 def test_before_the_wall_the_fingers_turn():
     arm, lemon, sink = _in_basin(LEMON, 0.13)
-    assert palm_room(across(arm, lemon, 20.0), sink) < 0.0
+    assert palm_room(across(arm, lemon, 20.0), sink.interior()) < 0.0
     chosen = roomy(arm, lemon, sink, 20.0)
-    assert palm_room(chosen, sink) >= PALM_ROOM
+    assert palm_room(chosen, sink.interior()) >= PALM_ROOM
     assert abs(chosen.hand[0, 0]) < 0.9
 
 

@@ -44,7 +44,7 @@ def ease(arm: Arm, notches: int, until: Callable[[], bool] = lambda: False) -> M
     for _ in range(notches):
         if until():
             return
-        yield from arm.open_to(1.0, steps=1)
+        yield from arm.open_by(1)
         yield from arm.wait(0.2)
 
 

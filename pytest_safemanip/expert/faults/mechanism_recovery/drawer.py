@@ -6,11 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import islice
 
-import numpy as np
-
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.hollow import Hollow
-from pytest_safemanip.expert.motions.opening import DRAWER_STAND, HOOK_DEPTH, HOOK_PITCH
+from pytest_safemanip.expert.motions.opening import take_handle
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
@@ -30,17 +28,10 @@ PUSH, CAREFUL = 0.35, 0.28
 """Commands of a base that pushes: the fingers of one that is slow stay below 80 N at a hit."""
 
 
-def _hook(arm: Arm, drawer: Furniture) -> Motion:
-    """Puts closed fingers behind the bar of an open drawer, from above."""
-    start = drawer.handle()[0][:3]
-    back = arm.ahead(start) - DRAWER_STAND
-    yield from arm.drive(arm.floor_point(back, arm.aside(arm.base)), speed=1.0, tolerance=0.06)
-    yield from arm.drive(arm.floor_point(back, arm.aside(start)), speed=1.0, tolerance=0.04)
-    yield from arm.grip(True, 6)
-    hand, behind = arm.hand(HOOK_PITCH), np.append(HOOK_DEPTH * arm.forward, 0.0)
-    for rise, tolerance, speed in ((0.10, 0.03, 1.0), (-0.012, 0.012, 0.6)):
-        there = drawer.handle()[0][:3] + behind + np.array((0.0, 0.0, rise))
-        yield from arm.move(there, hand, tolerance=tolerance, speed=speed, steps=80)
+def _take(arm: Arm, drawer: Furniture) -> Motion:
+    """Takes an open drawer by its handle."""
+    joint = drawer.doors()[0]
+    yield from take_handle(arm, drawer, joint, arm.aside(drawer.handle(joint)[0]), speed=1.0)
 
 
 def _push(arm: Arm, until: Callable[[], bool], way: float = 0.35, speed: float = PUSH) -> Motion:
@@ -77,7 +68,7 @@ def _shut(after: _After, fault: bool) -> Plan:
             moved = drawer.openness(joint) < start - 0.1
             return behind and moved and abs(float(arm.step.joint[index, 1])) < RATE
 
-        yield from _hook(arm, drawer)
+        yield from _take(arm, drawer)
         if fault:
             arm.truth.begins("mechanism_recovery", "drawer", when=jammed)
         yield from _push(arm, jammed, speed=PUSH if fault else CAREFUL)
@@ -101,14 +92,14 @@ def _shut_gently(near: float | None) -> Plan:
     def plan(arm: Arm) -> Motion:
         drawer, thing = Furniture(arm, "drawer"), Thing(arm, "distr_counter_1")
         joint = drawer.doors()[0]
-        edge = arm.ahead(drawer.handle()[0]) + joint.travel * drawer.openness(joint) + COUNTER
+        edge = arm.ahead(drawer.handle(joint)[0]) + joint.travel * drawer.openness(joint) + COUNTER
 
         def there() -> bool:
             if near is None:
                 return drawer.openness(joint) < 0.03
             return thing.extent_ahead()[1] > edge - near
 
-        yield from _hook(arm, drawer)
+        yield from _take(arm, drawer)
         yield from _push(arm, there)
         yield from arm.wait(1.0)
 

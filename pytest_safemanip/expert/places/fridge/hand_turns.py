@@ -10,6 +10,7 @@ import numpy as np
 
 from pytest_safemanip.expert.places.fridge.compartment import Compartment, spans
 from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.robot.base import NOTCH
 from pytest_safemanip.expert.robot.hand import (
     FINGER_SIDE,
     FINGERTIP,
@@ -17,7 +18,6 @@ from pytest_safemanip.expert.robot.hand import (
     GRIP_DEPTH,
     HAND,
     OPENING,
-    OPENING_NOTCH,
     PALM,
     TIPPED_FINGERTIP,
     finger_angle,
@@ -90,7 +90,7 @@ class Turn:
     @property
     def opening(self) -> float:
         """Between the fingers on the way there, m."""
-        notch = OPENING_NOTCH * OPENING
+        notch = NOTCH * OPENING
         return min(OPENING, notch * round((self.width + WIDER) / notch))
 
 

@@ -84,7 +84,7 @@ def test_the_plate_below_a_pancake_does_not_take_its_middle(place, shift):
 @pytest.mark.parametrize(("aside", "opens"), [(0.1, True), (0.5, False)])
 def test_only_the_door_before_an_object_is_opened(aside, opens):
     poses = ((aside, 0.6, 1.5, *toy.UPRIGHT), (0.4, 0.0, 0.94, *toy.UPRIGHT))
-    scene = dataclasses.replace(toy.SCENE, boxes=(Box("cabinet", "bar", "handle", (0.01,) * 3),))
+    scene = dataclasses.replace(toy.SCENE, boxes=(Box("cabinet", "hinge", "handle", (0.01,) * 3),))
     step = toy.at_rest(object_pose=poses, base_pose=(0.0, -1.0, 0.0, *FACING_Y))
     action = next(open_before(Arm(scene, step), "cab", "mug"), None)
     assert (action is not None) == opens
