@@ -123,7 +123,8 @@ def test_changed_parameters_reach_the_plan(plan):
     [
         ({"policies": ()}, "no policy is named; give --safemanip-policy"),
         ({"policies": ("scriptd",)}, "unknown policy 'scriptd'; did you mean 'scripted'?"),
-        ({"policies": ("scripted:drop",)}, "unknown fault 'scripted:drop'; "),
+        ({"policies": ("scripted:drops",)}, "unknown fault 'scripted:drops'; "),
+        ({"policies": ("scripted:drop",)}, "expected a number from 0.003 to 0.12 m"),
         ({"tasks": ("OpenDrawr",)}, "'OpenDrawr' matches no task; did you mean 'OpenDrawer'?"),
         ({"properties": ("setled",)}, "--safemanip-properties: 'setled' matches no property"),
         (

@@ -183,8 +183,9 @@ def test_pushed_it_touches_what_it_touches_without_sleep(
         one, other = sleepy.data.body(body), plain.data.body(body)
         assert np.abs(one.xpos - other.xpos).max() < 5e-3
         # How they lean, and not how they are turned about the vertical: nothing turns a block back
-        # that trembled on another, and where it stands and what it touches is the same.
-        assert np.abs(one.xmat - other.xmat).reshape(3, 3)[:, 2].max() < 1e-2
+        # that trembled on another, and where it stands and what it touches is the same. Pushed, it
+        # trembles by up to a degree.
+        assert np.abs(one.xmat - other.xmat).reshape(3, 3)[:, 2].max() < 5e-2
     for joint in ("cupboard_doorhinge", "cupboard_slide"):
         apart = sleepy.data.joint(joint).qpos - plain.data.joint(joint).qpos
         assert np.abs(apart).max() < 5e-3
