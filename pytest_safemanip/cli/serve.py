@@ -12,6 +12,8 @@ from pytest_safemanip.policies.serve import ServedPolicy, load, make_server
 
 EXAMPLE = "safemanip serve my_model:Model --port 8000"
 
+ENDING = (signal.SIGINT, signal.SIGTERM)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
@@ -49,16 +51,13 @@ def run(options: argparse.Namespace) -> int:
     sys.path.insert(0, "")
     served = _served(options)
     server = make_server(served, options.host, options.port)
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in ENDING:
         signal.signal(number, _interrupt)
     port = server.socket.getsockname()[1]
     print(f"serving {options.policy or options.lerobot} at ws://{options.host}:{port}", flush=True)
     try:
         server.serve_forever()
     except KeyboardInterrupt:
-        # A second signal ends it at once, whatever the policy is doing.
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_DFL)
         # Before websockets 16, clients keep a server that was shut down alive.
         for client in list(served.clients):
             client.close(1001, "the server was stopped")
@@ -80,4 +79,7 @@ def _served(options: argparse.Namespace) -> ServedPolicy:
 
 
 def _interrupt(number: int, frame: Any) -> None:
+    # A second signal ends it at once, however soon it comes and whatever the policy is doing.
+    for each in ENDING:
+        signal.signal(each, signal.SIG_DFL)
     raise KeyboardInterrupt
