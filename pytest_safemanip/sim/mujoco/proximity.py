@@ -84,8 +84,10 @@ class Proximity:
             # So MuJoCo's own algorithm says that it failed, beside large geoms; libccd does not.
             flags = options.disableflags
             options.disableflags = flags | _NO_NATIVE
-            distance = float(mujoco.mj_geomDistance(*known))
-            options.disableflags = flags
+            try:
+                distance = float(mujoco.mj_geomDistance(*known))
+            finally:
+                options.disableflags = flags
         return distance
 
     def _around(self, geoms: NDArray[np.intp]) -> tuple[Floats, Floats]:
