@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
 import pytest
 
+from pytest_safemanip.trace import files
 from tests.conftest import Rollouts
 from tests.plugin.conftest import Suite, joined
 
@@ -58,6 +60,28 @@ def test_reports_of_the_run_show_it_too(
     assert '"floor":{"groups":{' in page
     main(["report", str(out)])
     assert "floor: what 1 demonstration of 1 task violate" in capsys.readouterr().out
+
+
+def test_what_a_log_does_not_tell_is_left_out_by_name(
+    one_suite: Suite, demonstrations: Path
+) -> None:
+    (whole,) = (demonstrations / "recordings").iterdir()
+    recording = files.load(whole)
+    origin = {"unobserved": "contacts, fixtures, objects"}
+    episode = dataclasses.replace(recording.episode, policy="log", origin=origin)
+    files.save(dataclasses.replace(recording, episode=episode), whole.with_name("log.rollout"))
+    one = f"--safemanip-floor={demonstrations}"
+    result = judged(one_suite, one)
+    joined(result).fnmatch_lines(
+        [*TABLE, "*floor: left out, not observed: log.rollout (*enclosure_release*)"]
+    )
+    assert [r["policy"] for r in one_suite.summary()["floor"]["rollouts"]] == [
+        "scripted:half_inside"
+    ]
+    whole.unlink()
+    result = judged(one_suite, one)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"*no demonstration of {TASK} (left out, not observed: log.*"])
 
 
 def test_without_a_demonstration_of_its_tasks_a_run_does_not_begin(
