@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ import numpy.typing as npt
 from pytest_safemanip.ltlf.bdd import Bdd
 from pytest_safemanip.ltlf.dfa import Dfa, StateClass
 from pytest_safemanip.ltlf.errors import FormulaError
-from pytest_safemanip.ltlf.formula import Formula, atoms_of, check_depth
+from pytest_safemanip.ltlf.formula import Formula, atoms_of, check_depth, is_bounded
 from pytest_safemanip.ltlf.parser import parse
 from pytest_safemanip.ltlf.progression import Progression
 from pytest_safemanip.ltlf.residuals import readable_residuals
@@ -45,6 +46,7 @@ def compile_formula(
     atoms: Sequence[str] | None = None,
     cache: bool = True,
     limits: Limits | None = None,
+    dt: float | None = None,
 ) -> Dfa:
     """Compile a formula to its minimal automaton.
 
@@ -55,6 +57,7 @@ def compile_formula(
         cache: give the same automaton again for the same formula and atoms, within this process.
             Nothing is kept on disk: compiling is faster than reading a file would be.
         limits: where to stop.
+        dt: control period in seconds, which a formula with bounds needs; it changes no other.
 
     Raises:
         FormulaError: the text is no formula, an atom of it is missing from `atoms`, or a limit is
@@ -72,13 +75,21 @@ def compile_formula(
         raise FormulaError(f"an atom is listed twice: {', '.join(names)}")
     if len(names) > limits.atoms:
         raise FormulaError(f"{len(names)} atoms; the limit is {limits.atoms} (limit 'atoms')")
-    return (_compile_once if cache else _compile)(tree, names, limits)
+    period = dt if is_bounded(tree) else None
+    if period is not None and not (math.isfinite(period) and period > 0):
+        raise FormulaError(f"control period dt: expected a positive number, found {period!r}")
+    return (_compile_once if cache else _compile)(tree, names, limits, period)
 
 
-def _compile(formula: Formula, atoms: tuple[str, ...], limits: Limits) -> Dfa:
-    budget = _Budget(limits, len(atoms))
-    progression = Progression(atoms, Bdd(budget.grow))
-    raw = _explore(progression, progression.residual(formula), budget)
+def _compile(
+    formula: Formula, atoms: tuple[str, ...], limits: Limits, dt: float | None = None
+) -> Dfa:
+    budget = _Budget(limits, len(atoms), dt)
+    progression = Progression(atoms, Bdd(budget.grow), dt)
+    try:
+        raw = _explore(progression, progression.residual(formula), budget)
+    except RecursionError:
+        raise FormulaError(f"too many obligations are open at once{budget.remedy}") from None
     table, accepting, members = _number(raw, _merge(raw, budget))
     table.setflags(write=False)
     accepting.setflags(write=False)
@@ -88,7 +99,7 @@ def _compile(formula: Formula, atoms: tuple[str, ...], limits: Limits) -> Dfa:
     )
     classes = tuple(_classes(table, accepting))
     rows = tuple(map(tuple, table.tolist()))
-    return Dfa(formula, atoms, table, accepting, classes, residuals, rows)
+    return Dfa(formula, atoms, table, accepting, classes, residuals, rows, dt)
 
 
 _compile_once = lru_cache(maxsize=1024)(_compile)
@@ -97,8 +108,12 @@ _compile_once = lru_cache(maxsize=1024)(_compile)
 class _Budget:
     """Time and memory that one compilation may use."""
 
-    def __init__(self, limits: Limits, atoms: int) -> None:
+    def __init__(self, limits: Limits, atoms: int, dt: float | None) -> None:
         self.limits = limits
+        self.remedy = "" if dt is None else (
+            f"; its clocks count steps of {dt:g} s: shorten the bounds, or split the conjunction "
+            "into properties of one bound each"
+        )
         self.states = min(limits.states, _MAX_ENTRIES >> atoms)
         self.nodes = 0
         self.until = time.monotonic() + limits.seconds
@@ -116,7 +131,7 @@ class _Budget:
         if count > self.states:
             raise FormulaError(
                 f"the automaton has more than {self.states} states before minimisation "
-                "(limit 'states', or the size of the table)"
+                f"(limit 'states', or the size of the table){self.remedy}"
             )
 
     def check_time(self) -> None:
@@ -124,6 +139,7 @@ class _Budget:
         if time.monotonic() > self.until:
             raise FormulaError(
                 f"compiling took more than {self.limits.seconds:g} s (limit 'seconds')"
+                f"{self.remedy}"
             )
 
 

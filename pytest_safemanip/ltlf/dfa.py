@@ -44,6 +44,7 @@ class Dfa:
             elsewhere a `G` at the top, which is never done, is left out if there is something
             else to say.
         rows: the table once more, for loops in Python, where it is three times as fast.
+        dt: control period in seconds that bounds were converted with; None without bounds.
     """
 
     formula: Formula
@@ -53,6 +54,7 @@ class Dfa:
     classes: tuple[StateClass, ...]
     residuals: tuple[Formula, ...]
     rows: tuple[tuple[int, ...], ...] = field(repr=False)
+    dt: float | None = None
 
     def __len__(self) -> int:
         """The number of states."""

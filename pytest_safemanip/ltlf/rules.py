@@ -11,14 +11,19 @@ import numpy as np
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.ltlf.dfa import Dfa, StateClass
-from pytest_safemanip.ltlf.formula import Always, Formula, Implies, atoms_of, is_propositional
+from pytest_safemanip.ltlf.formula import (
+    ROUNDING,
+    Always,
+    Formula,
+    Implies,
+    atoms_of,
+    is_propositional,
+)
 from pytest_safemanip.ltlf.letters import BoolArray, NumberSet, truth_table
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, Outcome, States, Violation
 
 Profile = Literal["timed", "paper"]
 DischargedBy = Literal["robot", "physics"]
-
-_ROUNDING = 1e-9  # 0.3 s at 0.1 s a step is 3 steps, although 0.3 / 0.1 < 3 in binary
 
 
 class Rules:
@@ -80,7 +85,7 @@ class Rules:
         self.state_type = np.min_scalar_type(len(dfa) - 1)
         self.deadline_steps: int | None = None
         if timed and deadline_s is not None:
-            self.deadline_steps = math.floor(deadline_s / dt * (1 + _ROUNDING))
+            self.deadline_steps = math.floor(deadline_s / dt * (1 + ROUNDING))
         self.clock_runs_in_tail = discharged_by == "physics"
         self.ends_accepting = not timed
         self.trigger = _trigger_table(dfa, trigger)
