@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from pytest_safemanip.ltlf import (
@@ -22,6 +23,7 @@ from pytest_safemanip.ltlf import (
     WeakNext,
     WeakUntil,
 )
+from pytest_safemanip.ltlf.formula import Bounded
 
 
 def holds(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> bool:
@@ -30,7 +32,10 @@ def holds(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> bool:
 
 
 def truth(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> list[bool]:
-    """Value of a formula at every step, straight from the definition of each operator."""
+    """Value of a formula at every step, straight from the definition of each operator.
+
+    A step is a second: bounds are rounded outwards to whole ones.
+    """
     end = len(trace)
     steps = range(end)
     p, q = ([truth(part, trace, atoms) for part in formula.operands] + [[], []])[:2]
@@ -65,4 +70,16 @@ def truth(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> list[
             return [all(p[t:]) or any(q[u] and all(p[t:u]) for u in range(t, end)) for t in steps]
         case Release():
             return [all(q[u] or any(p[t:u]) for u in range(t, end)) for t in steps]
+        case Bounded(core, bound):
+            first, final = math.floor(bound.low), math.ceil(bound.high)
+            within = [[u for u in range(t + first, t + final + 1) if u < end] for t in steps]
+            match core:
+                case Eventually():
+                    return [any(p[u] for u in within[t]) for t in steps]
+                case Always():
+                    return [all(p[u] for u in within[t]) for t in steps]
+                case Until() | WeakUntil():
+                    until = [any(q[u] and all(p[t:u]) for u in within[t]) for t in steps]
+                    kept = [isinstance(core, WeakUntil) and all(p[t : t + final + 1]) for t in steps]
+                    return [u or k for u, k in zip(until, kept, strict=True)]
     raise AssertionError(formula)
