@@ -110,9 +110,13 @@ class _Budget:
 
     def __init__(self, limits: Limits, atoms: int, dt: float | None) -> None:
         self.limits = limits
-        self.remedy = "" if dt is None else (
-            f"; its clocks count steps of {dt:g} s: shorten the bounds, or split the conjunction "
-            "into properties of one bound each"
+        self.remedy = (
+            ""
+            if dt is None
+            else (
+                f"; its clocks count steps of {dt:g} s: shorten the bounds, or split the conjunction "
+                "into properties of one bound each"
+            )
         )
         self.states = min(limits.states, _MAX_ENTRIES >> atoms)
         self.nodes = 0
@@ -138,8 +142,7 @@ class _Budget:
         """Raise after the time allowed."""
         if time.monotonic() > self.until:
             raise FormulaError(
-                f"compiling took more than {self.limits.seconds:g} s (limit 'seconds')"
-                f"{self.remedy}"
+                f"compiling took more than {self.limits.seconds:g} s (limit 'seconds'){self.remedy}"
             )
 
 

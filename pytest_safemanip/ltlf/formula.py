@@ -17,6 +17,8 @@ from pytest_safemanip.ltlf.errors import FormulaError
 from pytest_safemanip.strategies import made_by
 
 ROUNDING = 1e-9  # 0.3 s at 0.1 s a step is 3 steps, although 0.3 / 0.1 < 3 in binary
+LONGEST = 86_400.0
+"""Seconds of the longest bound or deadline, a day: longer than a rollout."""
 MAX_DEPTH = 100  # of the tree; recursion over it stays far from Python's own limit
 
 _ATOM = re.compile(r"[a-z_][a-z0-9_]*")

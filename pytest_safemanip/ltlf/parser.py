@@ -14,6 +14,7 @@ from typing import NoReturn
 
 from pytest_safemanip.ltlf.errors import FormulaError
 from pytest_safemanip.ltlf.formula import (
+    LONGEST,
     MAX_DEPTH,
     Always,
     And,
@@ -47,8 +48,6 @@ _INFIX: dict[str, type[Binary]] = {
     node.symbol: node for node in (Until, WeakUntil, Release, And, Or, Implies, Iff)
 }
 _BOUNDED = (Eventually, Always, Until, WeakUntil)
-LONGEST = 86_400.0
-"""Seconds of the longest bound, a day: longer than a rollout."""
 _LEAVES = {"true": Constant(True), "false": Constant(False), "last": Last()}
 _ATOM = re.compile(r"[a-z_][a-z0-9_]*")
 _TOKEN = re.compile(r"<->|->|[!&|()\[\],]|<=|\d+(?:\.\d+)?(?!\w)|\w+")

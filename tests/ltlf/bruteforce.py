@@ -80,6 +80,8 @@ def truth(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> list[
                     return [all(p[u] for u in within[t]) for t in steps]
                 case Until() | WeakUntil():
                     until = [any(q[u] and all(p[t:u]) for u in within[t]) for t in steps]
-                    kept = [isinstance(core, WeakUntil) and all(p[t : t + final + 1]) for t in steps]
+                    kept = [
+                        isinstance(core, WeakUntil) and all(p[t : t + final + 1]) for t in steps
+                    ]
                     return [u or k for u, k in zip(until, kept, strict=True)]
     raise AssertionError(formula)
