@@ -87,11 +87,12 @@ def _compile(
     budget = _Budget(limits, len(atoms), dt)
     progression = Progression(atoms, Bdd(budget.grow), dt)
     try:
-        raw = _explore(progression, progression.residual(formula), budget)
+        raw = _explore(progression, progression.residual(formula), budget, clocks=dt is not None)
     except RecursionError:
         raise FormulaError(f"too many obligations are open at once{budget.remedy}") from None
-    table, accepting, members = _number(raw, _merge(raw, budget))
-    table.setflags(write=False)
+    wide, accepting, members = _number(raw, _merge(raw, budget))
+    wide.setflags(write=False)
+    table, standing = wide[:, : 1 << len(atoms)], wide[:, 1 << len(atoms) :]
     accepting.setflags(write=False)
     merged = [[raw.residuals[number] for number in block] for block in members]
     residuals = readable_residuals(
@@ -99,7 +100,9 @@ def _compile(
     )
     classes = tuple(_classes(table, accepting))
     rows = tuple(map(tuple, table.tolist()))
-    return Dfa(formula, atoms, table, accepting, classes, residuals, rows, dt)
+    return Dfa(
+        formula, atoms, table, accepting, classes, residuals, rows, dt, standing if dt else None
+    )
 
 
 _compile_once = lru_cache(maxsize=1024)(_compile)
@@ -110,14 +113,12 @@ class _Budget:
 
     def __init__(self, limits: Limits, atoms: int, dt: float | None) -> None:
         self.limits = limits
-        self.remedy = (
-            ""
-            if dt is None
-            else (
-                f"; its clocks count steps of {dt:g} s: shorten the bounds, or split the conjunction "
-                "into properties of one bound each"
+        self.remedy = ""
+        if dt is not None:
+            self.remedy = (
+                f"; its clocks count steps of {dt:g} s: shorten the bounds, or split the "
+                "conjunction into properties of one bound each"
             )
-        )
         self.states = min(limits.states, _MAX_ENTRIES >> atoms)
         self.nodes = 0
         self.until = time.monotonic() + limits.seconds
@@ -158,14 +159,18 @@ class _Raw:
     table: Table
 
 
-def _explore(progression: Progression, start: int, budget: _Budget) -> _Raw:
+def _explore(progression: Progression, start: int, budget: _Budget, *, clocks: bool) -> _Raw:
+    """All residuals; with clocks, each letter once more, for steps at which they stand."""
     numbers: dict[tuple[int, bool], int] = {}
     residuals, accepting = [start], [False]
     rows: list[list[int]] = []
     while len(rows) < len(residuals):
         budget.check_time()
         row = []
-        for key in progression.successors(residuals[len(rows)]):
+        after = progression.successors(residuals[len(rows)])
+        if clocks:
+            after = after + progression.successors(residuals[len(rows)], standing=True)
+        for key in after:
             number = numbers.get(key)
             if number is None:
                 number = numbers[key] = len(residuals)
@@ -221,11 +226,23 @@ def _number(raw: _Raw, block: list[int]) -> tuple[Table, npt.NDArray[np.bool_], 
 
 
 def _classes(table: Table, accepting: npt.NDArray[np.bool_]) -> list[StateClass]:
-    """Class of each state; a state is final if it is its own only successor."""
-    classes = []
-    for state, accepted in enumerate(accepting.tolist()):
-        if (table[state] == state).all():
-            classes.append(StateClass.TRUE if accepted else StateClass.FALSE)
-        else:
-            classes.append(StateClass.CURRENTLY_TRUE if accepted else StateClass.CURRENTLY_FALSE)
-    return classes
+    """Class of each state; what is so in all that follow it is final."""
+    maybe, never = _reaching(table, accepting), ~_reaching(table, ~accepting)
+    final = {(True, True): StateClass.TRUE, (False, False): StateClass.FALSE}
+    return [
+        final.get((can, must))
+        or (StateClass.CURRENTLY_TRUE if accepted else StateClass.CURRENTLY_FALSE)
+        for can, must, accepted in zip(
+            maybe.tolist(), never.tolist(), accepting.tolist(), strict=True
+        )
+    ]
+
+
+def _reaching(table: Table, goal: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """The states after which one of some states comes, now or later: bool[states]."""
+    found = goal
+    while True:
+        more = found | found[table].any(axis=1)
+        if (more == found).all():
+            return found
+        found = more

@@ -77,9 +77,9 @@ class Progression:
         self._unclocked = 0
         self._atom_levels = {name: level for level, name in enumerate(atoms)}
         self._obligation_levels: dict[Formula, int] = {}
-        self._images: dict[tuple[bool, int], int] = {}
-        self._memos: dict[bool, dict[int, int]] = {False: {}, True: {}}
-        self._successors: dict[int, list[tuple[int, bool]]] = {}
+        self._images: dict[tuple[bool, bool, int], int] = {}
+        self._memos: dict[tuple[bool, bool], dict[int, int]] = {}
+        self._successors: dict[tuple[int, bool], list[tuple[int, bool]]] = {}
 
     def residual(self, formula: Formula) -> int:
         """The residual that asks exactly `formula` of the steps to come."""
@@ -92,28 +92,33 @@ class Progression:
             return bounded(found.core, Bound(found.low * self._dt, found.high * self._dt))
         return found
 
-    def successors(self, residual: int) -> list[tuple[int, bool]]:
-        """For each letter, the residual after it and whether the trace may end with it."""
-        found = self._successors.get(residual)
+    def successors(self, residual: int, standing: bool = False) -> list[tuple[int, bool]]:
+        """For each letter, the residual after it and whether the trace may end with it.
+
+        Args:
+            residual: before it.
+            standing: whether the clocks of bounds stand at this step.
+        """
+        found = self._successors.get((residual, standing))
         if found is None:
-            rest, ends = ([self._after(residual, last)] for last in (False, True))
+            rest, ends = ([self._after(residual, last, standing)] for last in (False, True))
             for level in range(len(self._atom_levels)):  # appending the half where its bit is set
                 rest = [self.bdd.cofactor(f, level, bit) for bit in (False, True) for f in rest]
                 ends = [self.bdd.cofactor(f, level, bit) for bit in (False, True) for f in ends]
             found = [(f, end == TRUE) for f, end in zip(rest, ends, strict=True)]
-            self._successors[residual] = found
+            self._successors[residual, standing] = found
         return found
 
-    def _after(self, residual: int, last: bool) -> int:
+    def _after(self, residual: int, last: bool, standing: bool) -> int:
         """The residual after one more step, as a function of that step's atoms too."""
 
         def image(level: int) -> int:
-            key = (last, level)
+            key = (last, standing, level)
             if key not in self._images:
-                self._images[key] = self._expand(self._obligations[level], last)
+                self._images[key] = self._expand(self._obligations[level], last, standing)
             return self._images[key]
 
-        return self.bdd.substitute(residual, image, self._memos[last])
+        return self.bdd.substitute(residual, image, self._memos.setdefault((last, standing), {}))
 
     def _pending(self, obligation: Formula) -> int:
         """The variable that says: this atom or temporal formula holds from the next step on."""
@@ -137,8 +142,8 @@ class Progression:
     def _clocked(self, formula: Bounded) -> _Clocked:
         if self._dt is None:
             raise FormulaError(
-                f"'{formula}' has a bound in seconds: give the control period, compile_formula(..., "
-                "dt=...)"
+                f"'{formula}' has a bound in seconds: give the control period, "
+                "compile_formula(..., dt=...)"
             )
         low, high = formula.bound.steps(self._dt)
         return _Clocked(formula.core, low, high, high - low)
@@ -178,7 +183,7 @@ class Progression:
                 return bdd.choice(self._boolean(p, leaf), right, bdd.negation(right))
         return leaf(formula)
 
-    def _expand(self, formula: Formula, last: bool) -> int:
+    def _expand(self, formula: Formula, last: bool, standing: bool) -> int:
         """The formula unrolled by one step, as conditions on this step and on the rest."""
         bdd = self.bdd
 
@@ -220,6 +225,8 @@ class Progression:
             strong = isinstance(part.core, Eventually | Until)
             if last:
                 rest = FALSE if strong else TRUE
+            elif standing:
+                rest = self._pending(part)
             elif part.high:
                 rest = self._pending(part.later)
             else:  # its time is over

@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.ltlf.dfa import Dfa, StateClass
@@ -22,6 +23,7 @@ from pytest_safemanip.ltlf.formula import (
 from pytest_safemanip.ltlf.letters import BoolArray, NumberSet, truth_table
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, Outcome, States, Violation
 
+Table = npt.NDArray[np.int32]
 Profile = Literal["timed", "paper"]
 DischargedBy = Literal["robot", "physics"]
 
@@ -33,6 +35,8 @@ class Rules:
         table: next states, int32[states, letters]. In the timed profile a bad prefix is followed
             by a restart from the initial state, which is a change of one row.
         rows: the table for Python loops.
+        standing: the table of settle tails in which the clocks of bounds stand, since the robot
+            would have to meet the obligations; elsewhere `table` itself. Likewise `rows_standing`.
         state_type: the smallest unsigned integers that number the states.
         bad: bool[states], the state that says bad prefix.
         closed: bool[states], no obligation is open: accepting, or forgotten by the restart.
@@ -82,6 +86,12 @@ class Rules:
             self.table = self.table.copy()
             self.table[self.bad] = self.table[0]
         self.rows: tuple[tuple[int, ...], ...] = tuple(map(tuple, self.table.tolist()))
+        self.rows_standing = self.rows
+        self.standing: Table = self.table
+        if timed and discharged_by == "robot" and dfa.standing is not None:
+            self.standing = dfa.standing.copy()
+            self.standing[self.bad] = self.standing[0]
+            self.rows_standing = tuple(map(tuple, self.standing.tolist()))
         self.state_type = np.min_scalar_type(len(dfa) - 1)
         self.deadline_steps: int | None = None
         if timed and deadline_s is not None:
