@@ -22,6 +22,7 @@ from pytest_safemanip.ltlf.residuals import readable_residuals
 Table = npt.NDArray[np.int32]
 
 _MAX_NODES = 500_000  # decision diagrams are also held to a size, about 200 MB
+_FAR = 1 << 30
 _MAX_ENTRIES = 1 << 22  # and so is the table before minimisation, 16 MB
 
 
@@ -114,6 +115,7 @@ class _Budget:
     def __init__(self, limits: Limits, atoms: int, dt: float | None) -> None:
         self.limits = limits
         self.remedy = ""
+        self.clocks = dt is not None
         if dt is not None:
             self.remedy = (
                 f"; its clocks count steps of {dt:g} s: shorten the bounds, or split the "
@@ -189,6 +191,8 @@ def _merge(raw: _Raw, budget: _Budget) -> list[int]:
     it joins a block that goes on alike (an accepting one, if there are two) or forms its own.
     """
     block = raw.accepting.astype(np.int32)
+    if budget.clocks:  # else each round tells only one more step of a clock apart
+        block = _signatures(raw)
     count = len(set(block[1:].tolist()))
     while True:
         budget.check_time()
@@ -240,9 +244,26 @@ def _classes(table: Table, accepting: npt.NDArray[np.bool_]) -> list[StateClass]
 
 def _reaching(table: Table, goal: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """The states after which one of some states comes, now or later: bool[states]."""
-    found = goal
+    return _distance(table, goal) < _FAR
+
+
+def _signatures(raw: _Raw) -> Table:
+    """Numbers by which states that differ are told apart, though not all: int32[states].
+
+    Those of states that accept the same are equal: acceptance, and how soon all may be lost or won.
+    """
+    accepting = raw.accepting
+    lost, won = (~_reaching(raw.table, goal) for goal in (accepting, ~accepting))
+    rows = [accepting, _distance(raw.table, lost), _distance(raw.table, won)]
+    _, numbers = np.unique(np.stack(rows), axis=1, return_inverse=True)
+    return numbers.ravel().astype(np.int32)
+
+
+def _distance(table: Table, goal: npt.NDArray[np.bool_]) -> Table:
+    """In how few steps each state comes to one of some states; `_FAR` if never: int32[states]."""
+    found = np.where(goal, 0, _FAR).astype(np.int32)
     while True:
-        more = found | found[table].any(axis=1)
+        more = np.minimum(found, found[table].min(axis=1) + 1)
         if (more == found).all():
             return found
         found = more
