@@ -22,6 +22,7 @@ from pytest_safemanip.ltlf.residuals import readable_residuals
 Table = npt.NDArray[np.int32]
 
 _MAX_NODES = 500_000  # decision diagrams are also held to a size, about 200 MB
+_CLOCKED_STATES = 1 << 14
 _FAR = 1 << 30
 _MAX_ENTRIES = 1 << 22  # and so is the table before minimisation, 16 MB
 
@@ -57,7 +58,7 @@ def compile_formula(
             by default those that occur, sorted.
         cache: give the same automaton again for the same formula and atoms, within this process.
             Nothing is kept on disk: compiling is faster than reading a file would be.
-        limits: where to stop.
+        limits: where to stop; by default as `Limits`, with four times the states for bounds.
         dt: control period in seconds, which a formula with bounds needs; it changes no other.
 
     Raises:
@@ -68,7 +69,8 @@ def compile_formula(
     check_depth(tree)
     occurring = atoms_of(tree)
     names = occurring if atoms is None else tuple(atoms)
-    limits = limits or Limits()
+    if limits is None:
+        limits = Limits(states=_CLOCKED_STATES) if is_bounded(tree) else Limits()
     missing = [name for name in occurring if name not in names]
     if missing:
         raise FormulaError(f"atom {missing[0]!r} occurs in the formula but not in the list given")
@@ -118,8 +120,8 @@ class _Budget:
         self.clocks = dt is not None
         if dt is not None:
             self.remedy = (
-                f"; its clocks count steps of {dt:g} s: shorten the bounds, or split the "
-                "conjunction into properties of one bound each"
+                f"; its clocks count steps of {dt:g} s: shorten the bounds, begin them at 0, or "
+                "split the conjunction into properties of one bound each"
             )
         self.states = min(limits.states, _MAX_ENTRIES >> atoms)
         self.nodes = 0

@@ -33,7 +33,7 @@ from pytest_safemanip.ltlf import (
     parse,
 )
 from pytest_safemanip.ltlf.formula import Bound, Bounded, bounded, is_bounded
-from tests.ltlf.bruteforce import holds
+from tests.ltlf.bruteforce import holds, truth
 
 ATOMS = ("a", "b")
 EXAMPLES = int(os.environ.get("SAFEMANIP_LTLF_EXAMPLES", "600"))
@@ -80,6 +80,11 @@ def test_random_bounded_formulas_accept_what_the_definition_accepts() -> None:
         for _ in range(12):
             trace = [draw.randrange(4) for _ in range(draw.randint(1, 12))]
             assert dfa.accepts(trace) == holds(formula, trace, ATOMS), (str(formula), trace)
+        running, state = draw.randint(0, len(trace)), 0
+        for step, letter in enumerate(trace):
+            state = (dfa.rows if step < running else dfa.standing_rows)[state][letter]
+        expected = truth(formula, trace, ATOMS, running)[0]
+        assert bool(dfa.accepting[state]) == expected, (str(formula), trace, running)
     assert refused <= EXAMPLES // 50
 
 
@@ -216,7 +221,9 @@ def test_a_bound_needs_a_control_period() -> None:
 
 def test_clocks_cost_a_state_for_each_step_and_too_many_are_refused_with_the_remedy() -> None:
     assert len(compile_formula(RELEASE, dt=0.05)) == 103
-    with pytest.raises(FormulaError, match="shorten the bounds, or split the conjunction"):
+    with pytest.raises(
+        FormulaError, match="shorten the bounds, begin them at 0, or split the conjunction"
+    ):
         compile_formula("G (a -> F[1,3] b)", dt=0.05)
 
 
