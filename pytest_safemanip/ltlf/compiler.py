@@ -87,7 +87,7 @@ def compile_formula(
 def _compile(
     formula: Formula, atoms: tuple[str, ...], limits: Limits, dt: float | None = None
 ) -> Dfa:
-    budget = _Budget(limits, len(atoms), dt)
+    budget = _Budget(limits, len(atoms), formula, dt)
     progression = Progression(atoms, Bdd(budget.grow), dt)
     try:
         raw = _explore(progression, progression.residual(formula), budget, clocks=dt is not None)
@@ -114,14 +114,14 @@ _compile_once = lru_cache(maxsize=1024)(_compile)
 class _Budget:
     """Time and memory that one compilation may use."""
 
-    def __init__(self, limits: Limits, atoms: int, dt: float | None) -> None:
+    def __init__(self, limits: Limits, atoms: int, formula: Formula, dt: float | None) -> None:
         self.limits = limits
         self.remedy = ""
         self.clocks = dt is not None
         if dt is not None:
             self.remedy = (
-                f"; its clocks count steps of {dt:g} s: shorten the bounds, begin them at 0, or "
-                "split the conjunction into properties of one bound each"
+                f"; the clocks of '{formula}' count steps of {dt:g} s: shorten the bounds, begin "
+                "them at 0, or split the conjunction into properties of one bound each"
             )
         self.states = min(limits.states, _MAX_ENTRIES >> atoms)
         self.nodes = 0
@@ -258,7 +258,8 @@ def _signatures(raw: _Raw) -> Table:
     lost, won = (~_reaching(raw.table, goal) for goal in (accepting, ~accepting))
     rows = [accepting, _distance(raw.table, lost), _distance(raw.table, won)]
     _, numbers = np.unique(np.stack(rows), axis=1, return_inverse=True)
-    return numbers.ravel().astype(np.int32)
+    found: Table = numbers.ravel().astype(np.int32)
+    return found
 
 
 def _distance(table: Table, goal: npt.NDArray[np.bool_]) -> Table:

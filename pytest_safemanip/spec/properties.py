@@ -67,6 +67,7 @@ class Property:
         trigger: when the property is triggered; None for the antecedent of the formula.
         deadline_s: how long an obligation may be open, in seconds, or None.
         discharged_by: who has to meet the obligations.
+        lines: where in the file the formulas are, by key.
     """
 
     id: str
@@ -82,6 +83,7 @@ class Property:
     trigger: Formula | None
     deadline_s: float | None
     discharged_by: DischargedBy
+    lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -102,9 +104,8 @@ class Property:
             try:
                 found = compile_formula(formula, atoms=tuple(self.atoms), dt=dt)
             except FormulaError as error:
-                raise FormulaError(
-                    f"{self.path}: property {self.id!r}, formula '{formula}': {error}"
-                ) from error
+                line = self.lines.get("formula" if profile == "timed" else "paper_formula", 1)
+                raise FormulaError(f"{self.path}:{line}: property {self.id!r}: {error}") from error
             self._automata[key] = found
         return self._automata[key]
 
@@ -221,6 +222,12 @@ def load_property(
         if "deadline_s" in section
         else None,
         discharged_by=_discharged_by(section),
+        lines={key: section.line_of(key) for key in keys}
+        | {
+            "paper_formula": section.line_of(
+                "paper_formula" if "paper_formula" in keys else "formula"
+            )
+        },
     )
 
 
