@@ -26,6 +26,7 @@ from pytest_safemanip.resources import folder
 from pytest_safemanip.spec.properties import Property, load_properties
 
 RELEASE = "G (released -> F settled)"
+BOUNDED = "G (released -> F[<=5] settled)"
 ONSET = "G (onset -> safe)"
 GRASP = "G (grasped -> (stable W released))"
 
@@ -78,12 +79,15 @@ def online_rows() -> list[tuple[str, str, float | None]]:
     dfa = compile_formula(RELEASE)
     steps = random_steps(RELEASE, 200_000)
     letters = [dfa.letter(step) for step in steps]
+    bounded = compile_formula(BOUNDED, dt=DT)
     onset, grasp = random_steps(ONSET, 50_000), random_steps(GRASP, 50_000)
     guards = rivals.ltlf2dfa_online
     return [
         ("this engine, loop over Dfa.rows", RELEASE, with_table(dfa, letters)),
         ("this engine, Dfa.stepper()", RELEASE, with_stepper(dfa, letters)),
         ("this engine, Monitor.step, letters", RELEASE, with_monitor(dfa, letters[:50_000])),
+        ("this engine, stepper()", BOUNDED, with_stepper(bounded, letters)),
+        ("this engine, Monitor.step", BOUNDED, with_monitor(bounded, letters[:50_000], None)),
         ("this engine, Monitor.step, dicts", RELEASE, with_monitor(dfa, steps[:50_000])),
         (
             "ltlf2dfa's DFA, compiled guards",
@@ -121,11 +125,11 @@ def with_stepper(dfa: Dfa, letters: Sequence[int]) -> float:
     return per_second(len(letters), work)
 
 
-def with_monitor(dfa: Dfa, steps: Sequence[Step]) -> float:
+def with_monitor(dfa: Dfa, steps: Sequence[Step], deadline_s: float | None = 5.0) -> float:
     """The full monitor: checks, deadline, restart, trigger, history."""
 
     def work() -> None:
-        monitor = Monitor(dfa, dt=DT, deadline_s=5.0)
+        monitor = Monitor(dfa, dt=DT, deadline_s=deadline_s)
         for step in steps:
             monitor.step([step])
 
@@ -141,6 +145,20 @@ def batch_rows(properties: Sequence[Property]) -> list[tuple[str, int, float]]:
             calls = [(getattr(monitor, name), values) for monitor, values in work]
             speed = per_second(STEPS * instances * len(work), partial(judge_all, calls))
             rows.append((f"this engine, Monitor.{name}", instances, speed))
+    return rows
+
+
+def bounded_rows() -> list[tuple[str, int, float]]:
+    """As `batch_rows`, for one property with its time as a deadline or as a bound."""
+    rows = []
+    for instances in (10_000, 1_000, 5):
+        draw = np.random.default_rng(0).random((STEPS, instances, 2))
+        values = draw < (0.005, 0.1)
+        unbounded, bounded = compile_formula(RELEASE), compile_formula(BOUNDED, dt=DT)
+        for name, dfa, deadline_s in (("deadline_s", unbounded, 5.0), ("F[<=5]", bounded, None)):
+            monitor = Monitor(dfa, instances, dt=DT, deadline_s=deadline_s)
+            speed = per_second(STEPS * instances, partial(monitor.judge, values))
+            rows.append((f"judge, 5 s as {name}", instances, speed))
     return rows
 
 
@@ -178,7 +196,7 @@ def main() -> None:
         times = f"{ours / speed:9.1f} x" if speed and ours else " " * 11
         print(f"{name:<38}  {shown(speed and speed / 1e6, 3)}  {times}   {formula}")
     print(f"\n{f'ten templates, {STEPS} steps':<27}instances     million/s")
-    for name, instances, speed in batch_rows(properties):
+    for name, instances, speed in batch_rows(properties) + bounded_rows():
         print(f"{name:<27}{instances:>9}    {shown(speed / 1e6, 0)}")
 
 

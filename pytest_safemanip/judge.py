@@ -210,7 +210,8 @@ class Judge:
         calls = dict(zip(prop.atoms, prop.calls(row), strict=True))
         # The excerpt shows values that decided nothing, too.
         values = np.stack([self.view(*call) for call in calls.values()], axis=1)
-        reasons = explain(prop.dfa(self._profile), values, verdict, violation)
+        dfa = prop.dfa(self._profile, dt=self._recording.trace.dt)
+        reasons = explain(dfa, values, verdict, violation)
         began = min((d.step for d in reasons.deciding), default=violation.first)
         last = {d.atom for d in reasons.deciding if d.step == violation.first}
         evidence = self._measured(calls, last, violation.first)

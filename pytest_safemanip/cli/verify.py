@@ -9,7 +9,7 @@ from pathlib import Path
 from pytest_safemanip.cli.folder import read_folder
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.ltlf.compiler import compile_formula
-from pytest_safemanip.ltlf.formula import Formula
+from pytest_safemanip.ltlf.formula import Formula, is_bounded
 from pytest_safemanip.ltlf.mona import difference, find_mona, mona_dfa
 from pytest_safemanip.spec.properties import Property, load_properties
 
@@ -37,6 +37,7 @@ def run(options: argparse.Namespace) -> int:
         (loaded.id, profile): formula
         for loaded in _properties(options.properties).values()
         for profile, formula in (("timed", loaded.formula), ("paper", loaded.paper_formula))
+        if not is_bounded(formula)  # MONA has no clocks
     }
     mona = find_mona()
     compared = {key: _compare(formula, mona) for key, formula in formulas.items()}

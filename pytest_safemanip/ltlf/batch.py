@@ -51,15 +51,15 @@ def judge(rules: Rules, letters: Letters, acting: BoolArray) -> Judgement:
     else:
         held = rules.triggering.among(letters)
         triggered = np.add.reduce(held, axis=0, dtype=np.uint32).astype(np.int64)
+    counted = steps if rules.clock_runs_in_tail else int(np.count_nonzero(acting))
     if instances < _FEW:
-        states, visited = _few_states(rules, letters)
+        states, visited = _few_states(rules, letters, counted)
         if visited <= rules.calm:  # mostly nothing happens
             return _calm(states, triggered)
     else:
-        states = _many_states(rules, letters)
+        states = _many_states(rules, letters, counted)
     opened, unsafe = rules.open.among(states), rules.unsafe.among(states)
     if rules.deadline_steps is not None:
-        counted = steps if rules.clock_runs_in_tail else int(np.count_nonzero(acting))
         _mark_overdue(unsafe, opened, counted, rules.deadline_steps)
     at_end = opened[-1] & ~unsafe[-1] & rules.end_decides(not acting[-1])
     unsafe[-1] |= at_end
@@ -74,17 +74,23 @@ def _calm(states: States, triggered: npt.NDArray[np.int64]) -> Judgement:
     return Judgement(states, unsafe, never, never, np.full(len(triggered), -1), triggered)
 
 
-def _few_states(rules: Rules, letters: Letters) -> tuple[States, set[int]]:
-    """The state of each instance after each step: uint[T, I]; and which there are."""
+def _few_states(rules: Rules, letters: Letters, counted: int) -> tuple[States, set[int]]:
+    """The state of each instance after each step: uint[T, I]; and which there are.
+
+    After the first `counted` steps clocks stand.
+    """
     found, visited = np.empty(letters.shape, dtype=rules.state_type), set[int]()
     changes = letters[1:] != letters[:-1]
+    if 0 < counted < len(letters) and rules.standing is not rules.table:
+        changes[counted - 1] = True
     for instance in range(letters.shape[1]):
         column, states, state = letters[:, instance], found[:, instance], 0
         edges = [0, *(np.flatnonzero(changes[:, instance]) + 1).tolist(), len(column)]
         for letter, (begin, end) in zip(column[edges[:-1]].tolist(), pairwise(edges), strict=True):
+            rows = rules.rows if begin < counted else rules.rows_standing
             # While the letter stays, so does the state, once it led to itself.
             for step in range(begin, end):
-                before, state = state, rules.rows[state][letter]
+                before, state = state, rows[state][letter]
                 states[step] = state
                 visited.add(state)
                 if state == before:
@@ -93,12 +99,15 @@ def _few_states(rules: Rules, letters: Letters) -> tuple[States, set[int]]:
     return found, visited
 
 
-def _many_states(rules: Rules, letters: Letters) -> States:
+def _many_states(rules: Rules, letters: Letters, counted: int) -> States:
     """As :func:`_few_states`, with one array operation per step."""
     bits = len(rules.dfa.atoms)
     # Next states come shifted, so that a letter is put beside them without a multiplication.
     width = np.min_scalar_type((len(rules.dfa) << bits) - 1)
     shifted = (rules.table << bits).astype(width).ravel()
+    standing = shifted
+    if rules.standing is not rules.table:
+        standing = (rules.standing << bits).astype(width).ravel()
     state = np.zeros(letters.shape[1], dtype=width)
     found = np.empty(letters.shape, dtype=width)
     place = np.empty(letters.shape[1], dtype=np.intp)
@@ -106,7 +115,7 @@ def _many_states(rules: Rules, letters: Letters) -> States:
         np.bitwise_or(state, letter, out=place)
         state = found[step]
         # Nothing is out of range; but only "clip" writes into `state` without a buffer.
-        shifted.take(place, out=state, mode="clip")
+        (shifted if step < counted else standing).take(place, out=state, mode="clip")
     found >>= width.type(bits)
     return found.astype(rules.state_type, copy=False)
 

@@ -2,6 +2,9 @@
 
 A function is an int. Two functions over the same variables are equal exactly when their ints are,
 which is what makes the set of residual formulas finite and comparable (Bryant 1986).
+
+Variables can form a chain, in which each implies all that are below it: `F[<=3] p` implies
+`F[<=4] p`. Functions that differ only where that is broken are the same function.
 """
 
 from __future__ import annotations
@@ -26,10 +29,15 @@ class Bdd:
         self.level = [_LEAF_LEVEL, _LEAF_LEVEL]
         self.low = [FALSE, TRUE]  # the leaves are their own cofactors
         self.high = [FALSE, TRUE]
+        self._chain_end: dict[int, int] = {}  # by level, one past the last of its chain
         self._on_growth = on_growth
         self._cubes_left = 0  # while a cover is computed
         self._nodes: dict[tuple[int, int, int], int] = {}
         self._choices: dict[tuple[int, int, int], int] = {}
+
+    def chain(self, levels: range) -> None:
+        """Let each of some consecutive variables imply all that are below it."""
+        self._chain_end.update(dict.fromkeys(levels, levels.stop))
 
     def variable(self, level: int) -> int:
         """The function that is true where the variable is."""
@@ -66,9 +74,9 @@ class Bdd:
 
     def cofactor(self, f: int, level: int, value: bool) -> int:
         """The function f with a variable fixed; no variable of f may lie above that one."""
-        if self.level[f] != level:
-            return f
-        return self.high[f] if value else self.low[f]
+        if self.level[f] == level:
+            return self.high[f] if value else self.low[f]
+        return self.high[f] if value and self.level[f] < self._chain_end.get(level, 0) else f
 
     def substitute(self, f: int, image: Callable[[int], int], memo: dict[int, int]) -> int:
         """The function f with every variable replaced by a function.
@@ -125,10 +133,13 @@ class Bdd:
         cubes, f = self._cover(rest, self.both(upper0, upper1))
         found = [((level, False), *cube) for cube in cubes0]
         found += [((level, True), *cube) for cube in cubes1] + cubes
-        return found, self._node(level, self.either(f0, f), self.either(f1, f))
+        variable = self.variable(level)
+        return found, self.choice(variable, self.either(f1, f), self.either(f0, f))
 
     def _node(self, level: int, low: int, high: int) -> int:
         if low == high:
+            return low
+        if self.high[low] == high and self.level[low] < self._chain_end.get(level, 0):
             return low
         key = (level, low, high)
         found = self._nodes.get(key)

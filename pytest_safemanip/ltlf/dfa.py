@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,6 +14,7 @@ import numpy.typing as npt
 from pytest_safemanip.ltlf.formula import Always, Constant, Formula, conjuncts
 from pytest_safemanip.ltlf.letters import letter_of, letters_of
 
+_BOUND = re.compile(r"\[[^]]*\]")
 Step = Mapping[str, bool] | int  # one step of a trace: values by atom, or a letter
 
 
@@ -44,6 +46,9 @@ class Dfa:
             elsewhere a `G` at the top, which is never done, is left out if there is something
             else to say.
         rows: the table once more, for loops in Python, where it is three times as fast.
+        dt: control period in seconds that bounds were converted with; None without bounds.
+        standing: as `table`, for steps at which the clocks of bounds stand; None without
+            bounds, and then it is the table.
     """
 
     formula: Formula
@@ -53,10 +58,27 @@ class Dfa:
     classes: tuple[StateClass, ...]
     residuals: tuple[Formula, ...]
     rows: tuple[tuple[int, ...], ...] = field(repr=False)
+    dt: float | None = None
+    standing: npt.NDArray[np.int32] | None = field(default=None, repr=False)
+
+    @cached_property
+    def standing_rows(self) -> tuple[tuple[int, ...], ...]:
+        """The rows for steps at which the clocks of bounds stand."""
+        return self.rows if self.standing is None else tuple(map(tuple, self.standing.tolist()))
 
     def __len__(self) -> int:
         """The number of states."""
         return len(self.classes)
+
+    @cached_property
+    def outlines(self) -> tuple[str, ...]:
+        """Of each state what is the same in all that only a clock sets apart from it."""
+        if self.dt is None:
+            return tuple(map(str, range(len(self))))
+        return tuple(
+            kind.value + _BOUND.sub("", str(owed))
+            for kind, owed in zip(self.classes, self.residuals, strict=True)
+        )
 
     @cached_property
     def text(self) -> str:

@@ -111,7 +111,8 @@ def excerpt(
     for step, mask in zip(steps, matters, strict=True):
         changed = step == steps[0] or (
             (letters[step] ^ letters[step - 1]) & mask
-            or (states[step], unsafe[step]) != (states[step - 1], unsafe[step - 1])
+            or unsafe[step] != unsafe[step - 1]
+            or dfa.outlines[states[step]] != dfa.outlines[states[step - 1]]
         )
         if step == violation.first:
             focus = len(items)

@@ -47,6 +47,7 @@ class Explanation:
         smallest: no smaller set of values decides. If False, the search for that was too large,
             and the set is only such that none of its values can be left out.
         excerpt: the steps to look at.
+        waited_s: seconds from `opened_at` to the unsafe step; None if the formula has no bound.
     """
 
     violation: Violation
@@ -56,6 +57,7 @@ class Explanation:
     deciding: tuple[DecidingValue, ...]
     smallest: bool
     excerpt: Excerpt
+    waited_s: float | None = None
 
     def format(self, max_lines: int = 30) -> str:
         """The explanation as plain text.
@@ -71,6 +73,8 @@ class Explanation:
             when = f"still open at the last step {violation.first}, after which nothing can meet it"
         if self.opened_at < violation.first:
             when += f", pending since step {self.opened_at}: {unmet.residual}"
+            if self.waited_s is not None:
+                when += f", {self.waited_s:.10g} s over"
         decided = "; ".join(_ranges(self.deciding)) or "the formula alone"
         tail = textwrap.wrap(
             f"decided by {decided}",
@@ -107,7 +111,7 @@ def explain(
     while started > 0 and not bad[states[started - 1]]:
         started -= 1
     opened = _opened_at(dfa, states, started, violation)
-    fixed, smallest = _deciding(dfa, values, started, opened, violation)
+    fixed, smallest = _deciding(dfa, values, states, started, opened, violation)
     deciding = tuple(
         DecidingValue(step, atom, bool(values[step, bit]))
         for step, mask in enumerate(fixed, start=started)
@@ -127,6 +131,7 @@ def explain(
         deciding,
         smallest,
         excerpt(dfa, values, verdict, violation, opened),
+        None if dfa.dt is None else (end - opened) * dfa.dt,
     )
 
 
@@ -143,7 +148,12 @@ def _opened_at(dfa: Dfa, states: list[int], started: int, violation: Violation) 
 
 
 def _deciding(
-    dfa: Dfa, values: BoolArray, started: int, opened: int, violation: Violation
+    dfa: Dfa,
+    values: BoolArray,
+    states: list[int],
+    started: int,
+    opened: int,
+    violation: Violation,
 ) -> tuple[list[int], bool]:
     """The atoms to fix at each step from the start on, and whether no fewer would do."""
     end = violation.first
@@ -161,7 +171,12 @@ def _deciding(
     else:
         for step in range(opened, end + 1):
             allowed[step - started] = rejecting
-    search = Search(dfa, pack(values[started : end + 1]).tolist(), allowed)
+    letters = pack(values[started : end + 1]).tolist()
+    visited = [0, *states[started : end + 1]]
+    running = next(
+        (k for k, x in enumerate(letters) if dfa.rows[visited[k]][x] != visited[k + 1]), None
+    )
+    search = Search(dfa, letters, allowed, running)
     found = search.smallest()
     return (search.greedy(), False) if found is None else (found, True)
 

@@ -7,6 +7,7 @@ tree again. The logic is that of De Giacomo and Vardi (2013), over finite, non-e
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,6 +16,9 @@ from typing import ClassVar
 from pytest_safemanip.ltlf.errors import FormulaError
 from pytest_safemanip.strategies import made_by
 
+ROUNDING = 1e-9  # 0.3 s at 0.1 s a step is 3 steps, although 0.3 / 0.1 < 3 in binary
+LONGEST = 86_400.0
+"""Seconds of the longest bound or deadline, a day: longer than a rollout."""
 MAX_DEPTH = 100  # of the tree; recursion over it stays far from Python's own limit
 
 _ATOM = re.compile(r"[a-z_][a-z0-9_]*")
@@ -87,8 +91,12 @@ class Unary(Formula):
         return (self.operand,)
 
     def __str__(self) -> str:
+        return self.written()
+
+    def written(self, bound: str = "") -> str:
+        """The text, with a bound after the operator."""
         inner = _in_parentheses(self.operand, self.operand.precedence < self.precedence)
-        return self.symbol + ("" if self.symbol == "!" else " ") + inner
+        return self.symbol + bound + ("" if self.symbol == "!" else " ") + inner
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,11 +114,15 @@ class Binary(Formula):
         return (self.left, self.right)
 
     def __str__(self) -> str:
+        return self.written()
+
+    def written(self, bound: str = "") -> str:
+        """The text, with a bound after the operator."""
         own, left, right = self.precedence, self.left.precedence, self.right.precedence
         left_open = left < own or (left == own and self.right_associative)
         right_open = right < own or (right == own and not self.right_associative)
         return (
-            f"{_in_parentheses(self.left, left_open)} {self.symbol} "
+            f"{_in_parentheses(self.left, left_open)} {self.symbol}{bound} "
             f"{_in_parentheses(self.right, right_open)}"
         )
 
@@ -169,6 +181,70 @@ class Release(Binary):
 
     __slots__ = ()
     symbol, precedence, right_associative = "R", 5, True
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """The time that an operator speaks about, from `low` to `high` seconds after a step."""
+
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"[<={self.high:.10g}]" if self.low == 0 else f"[{self.low:.10g},{self.high:.10g}]"
+
+    def steps(self, dt: float) -> tuple[int, int]:
+        """The first and the last step of it: rounded outwards, so that there is always one.
+
+        Args:
+            dt: control period in seconds.
+        """
+        low = math.floor(self.low / dt * (1 + ROUNDING))
+        return low, math.ceil(self.high / dt * (1 - ROUNDING))
+
+
+@dataclass(frozen=True, slots=True)
+class Bounded(Formula):
+    """An operator with a bound in seconds (MTL over finite traces), printed `F[<=5] p`.
+
+    `F` and `U` are strong: what they wait for comes within the bound and before the trace ends.
+    `G` asks of the steps within the bound only, and `p W[a,b] q` is `(p U[a,b] q) | G[<=b] p`.
+    """
+
+    core: Eventually | Always | Until | WeakUntil
+    bound: Bound
+
+    @property
+    def operands(self) -> tuple[Formula, ...]:
+        """Those of the operator."""
+        return self.core.operands
+
+    def __str__(self) -> str:
+        return self.core.written(str(self.bound))
+
+
+class BoundedPrefix(Bounded):
+    """`F[a,b] p` and `G[a,b] p`."""
+
+    __slots__ = ()
+    precedence = 6
+
+
+class BoundedInfix(Bounded):
+    """`p U[a,b] q` and `p W[a,b] q`."""
+
+    __slots__ = ()
+    precedence = 5
+
+
+def bounded(core: Eventually | Always | Until | WeakUntil, bound: Bound) -> Bounded:
+    """An operator with a bound."""
+    return (BoundedPrefix if isinstance(core, Unary) else BoundedInfix)(core, bound)
+
+
+def is_bounded(formula: Formula) -> bool:
+    """Whether some operator has a bound, so that the automaton depends on the control period."""
+    return any(isinstance(node, Bounded) for node in subformulas(formula))
 
 
 class And(Binary):

@@ -131,7 +131,9 @@ class Monitor:
             letter: what it read at the last step.
         """
         rules, live = self._rules, self._live[instance]
-        after = rules.rows[live.states[-2] if len(live.states) > 1 else 0]
+        counted = self._acting[-1] or rules.clock_runs_in_tail
+        rows = rules.rows if counted else rules.rows_standing
+        after = rows[live.states[-2] if len(live.states) > 1 else 0]
         unsafe = rules.is_bad if rules.is_bad[live.state] else [not c for c in rules.is_closed]
         return [k for k in range(len(self.dfa.atoms)) if not unsafe[after[letter ^ (1 << k)]]]
 
@@ -288,8 +290,9 @@ class Instance:
         limit = math.inf if rules.deadline_steps is None else rules.deadline_steps
         if not self._stays(rules, letters):
             state, closed, bad, triggers = self.state, rules.is_closed, rules.is_bad, rules.triggers
+            running, standing = rules.rows, rules.rows_standing
             for letter, counted in zip(letters, counts, strict=True):
-                state = rules.rows[state][letter]
+                state = (running if counted else standing)[state][letter]
                 if closed[state]:
                     self.open_steps, self.open_since = 0, None
                 else:
@@ -306,6 +309,8 @@ class Instance:
         """Take in steps that are all alike and change nothing, as most are; whether they do not."""
         state, letter, steps = self.state, letters[0], len(letters)
         if not rules.is_closed[state] or rules.rows[state][letter] != state:
+            return False
+        if rules.rows_standing[state][letter] != state:
             return False
         if any(other != letter for other in letters):
             return False

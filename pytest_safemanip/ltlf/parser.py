@@ -1,5 +1,7 @@
 """Parses formulas, with errors that point at the column.
 
+Seconds in brackets may follow `F`, `G`, `U` and `W`: `F[<=5] p`, `p U[1,3] q`.
+
 Binding, from loose to tight: `<->`, `->` (right-associative), `|`, `&`, then `U` `W` `R`
 (right-associative), then the prefix operators `!` `X` `WX` `F` `G`.
 """
@@ -12,11 +14,13 @@ from typing import NoReturn
 
 from pytest_safemanip.ltlf.errors import FormulaError
 from pytest_safemanip.ltlf.formula import (
+    LONGEST,
     MAX_DEPTH,
     Always,
     And,
     Atom,
     Binary,
+    Bound,
     Constant,
     Eventually,
     Formula,
@@ -31,6 +35,7 @@ from pytest_safemanip.ltlf.formula import (
     Until,
     WeakNext,
     WeakUntil,
+    bounded,
     check_depth,
 )
 
@@ -42,9 +47,11 @@ _PREFIX: dict[str, type[Unary]] = {
 _INFIX: dict[str, type[Binary]] = {
     node.symbol: node for node in (Until, WeakUntil, Release, And, Or, Implies, Iff)
 }
+_BOUNDED = (Eventually, Always, Until, WeakUntil)
 _LEAVES = {"true": Constant(True), "false": Constant(False), "last": Last()}
 _ATOM = re.compile(r"[a-z_][a-z0-9_]*")
-_TOKEN = re.compile(r"<->|->|[!&|()]|\w+")
+_TOKEN = re.compile(r"<->|->|[!&|()\[\],]|<=|\d+(?:\.\d+)?(?!\w)|\w+")
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _SPACE = re.compile(r"\s*")
 
 
@@ -96,7 +103,10 @@ class _Parser:
         left = self._prefix()
         while (node := _INFIX.get(self.token.text)) and node.precedence >= loosest:
             self._advance()
+            bound = self._bound(node)
             left = node(left, self._infix(node.precedence + (not node.right_associative)))
+            if bound and isinstance(left, Until | WeakUntil):
+                left = bounded(left, bound)
         self.depth -= 1
         return left
 
@@ -105,7 +115,10 @@ class _Parser:
         token = self.token
         if node := _PREFIX.get(token.text):
             self._advance()
+            bound = self._bound(node)
             formula: Formula = node(self._prefix())
+            if bound and isinstance(formula, Eventually | Always):
+                formula = bounded(formula, bound)
         elif token.text == "(":
             self._advance()
             formula = self._infix(1)
@@ -117,6 +130,41 @@ class _Parser:
             formula = self._leaf()
         self.depth -= 1
         return formula
+
+    def _bound(self, node: type[Formula]) -> Bound | None:
+        """The seconds in brackets that may follow an operator."""
+        if self.token.text != "[":
+            return None
+        if node not in _BOUNDED:
+            self._fail(f"{self.last} takes no bound; F, G, U and W do")
+        self._advance()
+        if self.token.text == "<=":
+            self._advance()
+            low, high = 0.0, self._seconds()
+        else:
+            low = self._seconds()
+            self._expect(",")
+            offset = self.token
+            high = self._seconds()
+            if high < low:
+                self.token = offset
+                self._fail(f"a bound that ends before it begins: [{low:g},{high:g}]")
+        self._expect("]")
+        return Bound(low, high)
+
+    def _seconds(self) -> float:
+        if not _NUMBER.fullmatch(self.token.text):
+            self._fail(f"expected seconds, as in F[<=5] or F[1,3], found {self.token}")
+        seconds = float(self.token.text)
+        if seconds > LONGEST:
+            self._fail(f"{self.token} seconds; at most {LONGEST:g}, a day")
+        self._advance()
+        return seconds
+
+    def _expect(self, text: str) -> None:
+        if self.token.text != text:
+            self._fail(f"expected {text!r} after {self.last}, found {self.token}")
+        self._advance()
 
     def _leaf(self) -> Formula:
         name = self.token.text

@@ -141,7 +141,7 @@ class PartialMonitor:
     def _next(self, run: _Run, letter: int, counted: bool) -> tuple[_Run, bool]:
         """Where a letter leads, and whether the step is unsafe."""
         rules = self._rules
-        state = rules.rows[run.state][letter]
+        state = (rules.rows if counted else rules.rows_standing)[run.state][letter]
         waiting = 0 if rules.is_closed[state] else min(run.open_steps + counted, self._most)
         overdue = rules.deadline_steps is not None and waiting > rules.deadline_steps
         unsafe = rules.is_bad[state] or overdue

@@ -11,6 +11,7 @@ serves all letters.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from pytest_safemanip.ltlf.bdd import FALSE, TRUE, Bdd
 from pytest_safemanip.ltlf.errors import FormulaError
@@ -18,6 +19,8 @@ from pytest_safemanip.ltlf.formula import (
     Always,
     And,
     Atom,
+    Bound,
+    Bounded,
     Constant,
     Eventually,
     Formula,
@@ -31,9 +34,29 @@ from pytest_safemanip.ltlf.formula import (
     Until,
     WeakNext,
     WeakUntil,
+    bounded,
 )
 
 MAX_OBLIGATIONS = 128
+
+
+@dataclass(frozen=True, slots=True)
+class _Clocked(Formula):
+    """An operator with a bound, its clock in steps.
+
+    Once `low` is 0, obligations that differ in `high` alone imply each other, so that a residual
+    keeps the one that decides: the tightest clock of a conjunction, the loosest of a disjunction.
+    """
+
+    core: Eventually | Always | Until | WeakUntil
+    low: int
+    high: int
+    width: int  # of the bound; `high` when `low` comes to 0
+
+    @property
+    def later(self) -> _Clocked:
+        """What is left of it one step later."""
+        return _Clocked(self.core, max(self.low - 1, 0), self.high - 1, self.width)
 
 
 class Progression:
@@ -42,16 +65,21 @@ class Progression:
     Args:
         atoms: names of the atoms; bit i of a letter is the value of `atoms[i]`.
         bdd: where the residuals live.
+        dt: control period in seconds, if the formula has bounds.
     """
 
-    def __init__(self, atoms: Sequence[str], bdd: Bdd) -> None:
+    def __init__(self, atoms: Sequence[str], bdd: Bdd, dt: float | None = None) -> None:
         self.bdd = bdd
-        self.obligations: list[Formula] = []
+        self._dt = dt
+        self._obligations: dict[int, Formula] = {}
+        self._chains: dict[tuple[Formula, int], range] = {}
+        self._next_level = len(atoms)
+        self._unclocked = 0
         self._atom_levels = {name: level for level, name in enumerate(atoms)}
         self._obligation_levels: dict[Formula, int] = {}
-        self._images: dict[tuple[bool, int], int] = {}
-        self._memos: dict[bool, dict[int, int]] = {False: {}, True: {}}
-        self._successors: dict[int, list[tuple[int, bool]]] = {}
+        self._images: dict[tuple[bool, bool, int], int] = {}
+        self._memos: dict[tuple[bool, bool], dict[int, int]] = {}
+        self._successors: dict[tuple[int, bool], list[tuple[int, bool]]] = {}
 
     def residual(self, formula: Formula) -> int:
         """The residual that asks exactly `formula` of the steps to come."""
@@ -59,41 +87,82 @@ class Progression:
 
     def obligation(self, level: int) -> Formula:
         """The obligation that a variable of a residual stands for."""
-        return self.obligations[level - len(self._atom_levels)]
+        found = self._obligations[level]
+        if isinstance(found, _Clocked) and self._dt is not None:
+            return bounded(found.core, Bound(found.low * self._dt, found.high * self._dt))
+        return found
 
-    def successors(self, residual: int) -> list[tuple[int, bool]]:
-        """For each letter, the residual after it and whether the trace may end with it."""
-        found = self._successors.get(residual)
+    def successors(self, residual: int, standing: bool = False) -> list[tuple[int, bool]]:
+        """For each letter, the residual after it and whether the trace may end with it.
+
+        Args:
+            residual: before it.
+            standing: whether the clocks of bounds stand at this step.
+        """
+        found = self._successors.get((residual, standing))
         if found is None:
-            rest, ends = ([self._after(residual, last)] for last in (False, True))
+            rest, ends = ([self._after(residual, last, standing)] for last in (False, True))
             for level in range(len(self._atom_levels)):  # appending the half where its bit is set
                 rest = [self.bdd.cofactor(f, level, bit) for bit in (False, True) for f in rest]
                 ends = [self.bdd.cofactor(f, level, bit) for bit in (False, True) for f in ends]
             found = [(f, end == TRUE) for f, end in zip(rest, ends, strict=True)]
-            self._successors[residual] = found
+            self._successors[residual, standing] = found
         return found
 
-    def _after(self, residual: int, last: bool) -> int:
+    def _after(self, residual: int, last: bool, standing: bool) -> int:
         """The residual after one more step, as a function of that step's atoms too."""
 
         def image(level: int) -> int:
-            key = (last, level)
+            key = (last, standing, level)
             if key not in self._images:
-                self._images[key] = self._expand(self.obligation(level), last)
+                self._images[key] = self._expand(self._obligations[level], last, standing)
             return self._images[key]
 
-        return self.bdd.substitute(residual, image, self._memos[last])
+        return self.bdd.substitute(residual, image, self._memos.setdefault((last, standing), {}))
 
     def _pending(self, obligation: Formula) -> int:
         """The variable that says: this atom or temporal formula holds from the next step on."""
+        if isinstance(obligation, Bounded):
+            obligation = self._clocked(obligation)
         level = self._obligation_levels.get(obligation)
         if level is None:
-            if len(self.obligations) == MAX_OBLIGATIONS:
-                raise FormulaError(f"formula with more than {MAX_OBLIGATIONS} temporal operators")
-            level = len(self._atom_levels) + len(self.obligations)
+            if isinstance(obligation, _Clocked):
+                level = self._level(obligation)
+            else:
+                self._unclocked += 1
+                if self._unclocked > MAX_OBLIGATIONS:
+                    raise FormulaError(
+                        f"formula with more than {MAX_OBLIGATIONS} temporal operators"
+                    )
+                level = self._reserve(1).start
             self._obligation_levels[obligation] = level
-            self.obligations.append(obligation)
+            self._obligations[level] = obligation
         return self.bdd.variable(level)
+
+    def _clocked(self, formula: Bounded) -> _Clocked:
+        if self._dt is None:
+            raise FormulaError(
+                f"'{formula}' has a bound in seconds: give the control period, "
+                "compile_formula(..., dt=...)"
+            )
+        low, high = formula.bound.steps(self._dt)
+        return _Clocked(formula.core, low, high, high - low)
+
+    def _reserve(self, count: int) -> range:
+        self._next_level += count
+        return range(self._next_level - count, self._next_level)
+
+    def _level(self, obligation: _Clocked) -> int:
+        """A level in the chain of those that imply each other, the strongest on top."""
+        if obligation.low:
+            return self._reserve(1).start
+        key = (obligation.core, obligation.width)
+        chain = self._chains.get(key)
+        if chain is None:
+            chain = self._chains[key] = self._reserve(obligation.width + 1)
+            self.bdd.chain(chain)
+        strongest_first = isinstance(obligation.core, Eventually | Until)
+        return chain[obligation.high if strongest_first else obligation.width - obligation.high]
 
     def _boolean(self, formula: Formula, leaf: Callable[[Formula], int]) -> int:
         """A Boolean combination of what `leaf` says about the atoms and temporal formulas."""
@@ -114,7 +183,7 @@ class Progression:
                 return bdd.choice(self._boolean(p, leaf), right, bdd.negation(right))
         return leaf(formula)
 
-    def _expand(self, formula: Formula, last: bool) -> int:
+    def _expand(self, formula: Formula, last: bool, standing: bool) -> int:
         """The formula unrolled by one step, as conditions on this step and on the rest."""
         bdd = self.bdd
 
@@ -143,9 +212,32 @@ class Progression:
                 case Release(p, q):
                     rest = TRUE if last else self._pending(part)
                     return bdd.both(now(q), bdd.either(now(p), rest))
+                case Bounded():
+                    return clocked(self._clocked(part))
+                case _Clocked():
+                    return clocked(part)
             raise AssertionError(f"no expansion for {type(part).__name__}")
 
         def now(part: Formula) -> int:
             return self._boolean(part, leaf)
+
+        def clocked(part: _Clocked) -> int:
+            strong = isinstance(part.core, Eventually | Until)
+            if last:
+                rest = FALSE if strong else TRUE
+            elif standing:
+                rest = self._pending(part)
+            elif part.high:
+                rest = self._pending(part.later)
+            else:  # its time is over
+                rest = FALSE if strong else TRUE
+            match part.core:
+                case Eventually(p):
+                    return rest if part.low else bdd.either(now(p), rest)
+                case Always(p):
+                    return rest if part.low else bdd.both(now(p), rest)
+                case Until(p, q) | WeakUntil(p, q):
+                    waits = bdd.both(now(p), rest)
+                    return waits if part.low else bdd.either(now(q), waits)
 
         return now(formula)

@@ -38,6 +38,8 @@ class Quiet:
         atoms = range(len(rules.dfa.atoms))
         letters = np.arange(1 << len(atoms))
         trigger, flipped = rules.trigger, [letters ^ (1 << atom) for atom in atoms]
+        if rules.standing is not rules.table:  # whether the clocks stand is not known here
+            trigger = None
         matters = [trigger is None or bool((trigger != trigger[f]).any()) for f in flipped]
         self.watched = tuple(atom for atom in atoms if matters[atom])
         self.others = tuple(atom for atom in atoms if not matters[atom])

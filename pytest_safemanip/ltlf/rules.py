@@ -8,17 +8,24 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.ltlf.dfa import Dfa, StateClass
-from pytest_safemanip.ltlf.formula import Always, Formula, Implies, atoms_of, is_propositional
+from pytest_safemanip.ltlf.formula import (
+    ROUNDING,
+    Always,
+    Formula,
+    Implies,
+    atoms_of,
+    is_propositional,
+)
 from pytest_safemanip.ltlf.letters import BoolArray, NumberSet, truth_table
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, Outcome, States, Violation
 
+Table = npt.NDArray[np.int32]
 Profile = Literal["timed", "paper"]
 DischargedBy = Literal["robot", "physics"]
-
-_ROUNDING = 1e-9  # 0.3 s at 0.1 s a step is 3 steps, although 0.3 / 0.1 < 3 in binary
 
 
 class Rules:
@@ -28,6 +35,8 @@ class Rules:
         table: next states, int32[states, letters]. In the timed profile a bad prefix is followed
             by a restart from the initial state, which is a change of one row.
         rows: the table for Python loops.
+        standing: the table of settle tails in which the clocks of bounds stand, since the robot
+            would have to meet the obligations; elsewhere `table` itself. Likewise `rows_standing`.
         state_type: the smallest unsigned integers that number the states.
         bad: bool[states], the state that says bad prefix.
         closed: bool[states], no obligation is open: accepting, or forgotten by the restart.
@@ -77,10 +86,16 @@ class Rules:
             self.table = self.table.copy()
             self.table[self.bad] = self.table[0]
         self.rows: tuple[tuple[int, ...], ...] = tuple(map(tuple, self.table.tolist()))
+        self.rows_standing = self.rows
+        self.standing: Table = self.table
+        if timed and discharged_by == "robot" and dfa.standing is not None:
+            self.standing = dfa.standing.copy()
+            self.standing[self.bad] = self.standing[0]
+            self.rows_standing = tuple(map(tuple, self.standing.tolist()))
         self.state_type = np.min_scalar_type(len(dfa) - 1)
         self.deadline_steps: int | None = None
         if timed and deadline_s is not None:
-            self.deadline_steps = math.floor(deadline_s / dt * (1 + _ROUNDING))
+            self.deadline_steps = math.floor(deadline_s / dt * (1 + ROUNDING))
         self.clock_runs_in_tail = discharged_by == "physics"
         self.ends_accepting = not timed
         self.trigger = _trigger_table(dfa, trigger)

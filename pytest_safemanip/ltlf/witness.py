@@ -36,11 +36,19 @@ class Search:
         dfa: the automaton, read from its initial state.
         letters: the trace.
         allowed: for each step, the states allowed after it; the trace itself stays inside.
+        running: the clocks of bounds stand after so many steps; None if they never do.
     """
 
-    def __init__(self, dfa: Dfa, letters: Sequence[int], allowed: Sequence[StateSet]) -> None:
+    def __init__(
+        self,
+        dfa: Dfa,
+        letters: Sequence[int],
+        allowed: Sequence[StateSet],
+        running: int | None = None,
+    ) -> None:
         self.dfa = dfa
         self.letters = letters
+        self.stands = [running is not None and step >= running for step in range(len(letters))]
         self.every_atom = (1 << len(dfa.atoms)) - 1
         self.sufficient = self._sufficient(allowed)
 
@@ -49,7 +57,8 @@ class Search:
         found = list(allowed)
         for step in range(len(found) - 2, -1, -1):
             letter, after = self.letters[step + 1], found[step + 1]
-            for state, row in enumerate(self.dfa.rows):
+            rows = self.dfa.standing_rows if self.stands[step + 1] else self.dfa.rows
+            for state, row in enumerate(rows):
                 if not after >> row[letter] & 1:
                     found[step] &= ~(1 << state)
         return found
@@ -60,13 +69,13 @@ class Search:
         Values are dropped from the first step to the last, so that late ones are kept.
         """
         states, kept = 1, []
-        for letter, goal in zip(self.letters, self.sufficient, strict=True):
+        for letter, goal, stands in zip(self.letters, self.sufficient, self.stands, strict=True):
             fixed = self.every_atom
             for bit in range(len(self.dfa.atoms)):
                 fewer = fixed & ~(1 << bit)
-                if not image(self.dfa, states, letter, fewer) & ~goal:
+                if not image(self.dfa, states, letter, fewer, stands) & ~goal:
                     fixed = fewer
-            states = image(self.dfa, states, letter, fixed)
+            states = image(self.dfa, states, letter, fixed, stands)
             kept.append(fixed)
         return kept
 
@@ -74,17 +83,17 @@ class Search:
         """As `greedy`, with the fewest values possible; None if there is too much to try."""
         if len(self.dfa.atoms) > _MAX_ATOMS:
             return None
-        options: dict[tuple[StateSet, int, StateSet], tuple[tuple[int, StateSet], ...]] = {}
+        options: dict[tuple[StateSet, int, StateSet, bool], tuple[tuple[int, StateSet], ...]] = {}
         layers: list[dict[StateSet, Choice]] = [{1: (0, 0, 0)}]
         work = 0
-        settled: tuple[int, StateSet] | None = None
-        for letter, goal in zip(self.letters, self.sufficient, strict=True):
-            if settled == (letter, goal):  # one more such step costs all of them the same
+        settled: tuple[int, StateSet, bool] | None = None
+        for letter, goal, stands in zip(self.letters, self.sufficient, self.stands, strict=True):
+            if settled == (letter, goal, stands):  # one more such step costs all of them the same
                 layers.append(layers[-1])
                 continue
             layer: dict[StateSet, Choice] = {}
             for states, (cost, _, _) in layers[-1].items():
-                key = (states, letter, goal)
+                key = (states, letter, goal, stands)
                 if key not in options:
                     options[key] = _options(self.dfa, *key)
                     work += self.every_atom + 1
@@ -93,27 +102,27 @@ class Search:
                     if after not in layer or total < layer[after][0]:
                         layer[after] = (total, states, fixed)
             layers.append(_undominated(layer))
-            settled = (letter, goal) if _like(layers[-1], layers[-2]) else None
+            settled = (letter, goal, stands) if _like(layers[-1], layers[-2]) else None
             work += len(layer) ** 2
             if work > _MAX_WORK:
                 return None
         return _trace_back(layers)
 
 
-def image(dfa: Dfa, states: StateSet, letter: int, fixed: int) -> StateSet:
+def image(dfa: Dfa, states: StateSet, letter: int, fixed: int, stands: bool = False) -> StateSet:
     """States reached from a set when only the fixed atoms of a letter are known."""
     found, state = 0, 0
     while states >> state:
         if states >> state & 1:
-            found |= _image(dfa, state, letter & fixed, fixed)
+            found |= _image(dfa, state, letter & fixed, fixed, stands)
         state += 1
     return found
 
 
 # The same few questions come with every violation of a property.
 @lru_cache(maxsize=65536)
-def _image(dfa: Dfa, state: int, values: int, fixed: int) -> StateSet:
-    found, row = 0, dfa.rows[state]
+def _image(dfa: Dfa, state: int, values: int, fixed: int, stands: bool) -> StateSet:
+    found, row = 0, (dfa.standing_rows if stands else dfa.rows)[state]
     for letter, successor in enumerate(row):
         if letter & fixed == values:
             found |= 1 << successor
@@ -122,12 +131,12 @@ def _image(dfa: Dfa, state: int, values: int, fixed: int) -> StateSet:
 
 @lru_cache(maxsize=65536)
 def _options(
-    dfa: Dfa, states: StateSet, letter: int, goal: StateSet
+    dfa: Dfa, states: StateSet, letter: int, goal: StateSet, stands: bool
 ) -> tuple[tuple[int, StateSet], ...]:
     """Ways to fix atoms that stay inside the goal: the fewest atoms for each set reached."""
     best: dict[StateSet, int] = {}
     for fixed in sorted(range(1 << len(dfa.atoms)), key=int.bit_count):
-        after = image(dfa, states, letter, fixed)
+        after = image(dfa, states, letter, fixed, stands)
         if not after & ~goal:
             best.setdefault(after, fixed)
     return tuple((fixed, after) for after, fixed in best.items())

@@ -39,14 +39,12 @@ from pytest_safemanip.ltlf import (
     compile_formula,
     parse,
 )
-from pytest_safemanip.ltlf.formula import atoms_of, is_propositional
+from pytest_safemanip.ltlf.formula import LONGEST, atoms_of, is_bounded, is_propositional
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.calls import PropositionCall, read_call, read_for_each
 from pytest_safemanip.spec.yamlfile import Section
 
 _REQUIRED = ("id", "category", "title", "source", "formula", "atoms")
-LONGEST = 86_400.0
-"""Seconds of the longest deadline, a day: longer than a rollout."""
 _OPTIONAL = ("for_each", "paper_formula", "trigger", "deadline_s", "discharged_by")
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
@@ -69,6 +67,7 @@ class Property:
         trigger: when the property is triggered; None for the antecedent of the formula.
         deadline_s: how long an obligation may be open, in seconds, or None.
         discharged_by: who has to meet the obligations.
+        lines: where in the file the formulas are, by key.
     """
 
     id: str
@@ -84,23 +83,31 @@ class Property:
     trigger: Formula | None
     deadline_s: float | None
     discharged_by: DischargedBy
-    _automata: dict[Profile, Dfa] = field(
+    lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
+    _automata: dict[tuple[Profile, float | None], Dfa] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
-    def dfa(self, profile: Profile = "timed") -> Dfa:
+    def dfa(self, profile: Profile = "timed", *, dt: float | None = None) -> Dfa:
         """The automaton of a profile's formula; each is compiled once in a process.
+
+        Args:
+            profile: the semantics.
+            dt: control period in seconds, which a formula with bounds needs.
 
         Raises:
             FormulaError: the formula exceeds a limit of the compiler.
         """
-        if profile not in self._automata:
-            formula = self.formula if profile == "timed" else self.paper_formula
+        formula = self.formula if profile == "timed" else self.paper_formula
+        key = profile, dt if is_bounded(formula) else None
+        if key not in self._automata:
             try:
-                self._automata[profile] = compile_formula(formula, atoms=tuple(self.atoms))
+                found = compile_formula(formula, atoms=tuple(self.atoms), dt=dt)
             except FormulaError as error:
-                raise FormulaError(f"{self.path}: property {self.id!r}: {error}") from error
-        return self._automata[profile]
+                line = self.lines.get("formula" if profile == "timed" else "paper_formula", 1)
+                raise FormulaError(f"{self.path}:{line}: property {self.id!r}: {error}") from error
+            self._automata[key] = found
+        return self._automata[key]
 
     def monitor(
         self, instances: Sequence[Hashable] | int, *, dt: float, profile: Profile = "timed"
@@ -113,7 +120,7 @@ class Property:
             profile: the semantics.
         """
         return Monitor(
-            self.dfa(profile),
+            self.dfa(profile, dt=dt),
             instances,
             dt=dt,
             deadline_s=self.deadline_s,
@@ -215,6 +222,12 @@ def load_property(
         if "deadline_s" in section
         else None,
         discharged_by=_discharged_by(section),
+        lines={key: section.line_of(key) for key in keys}
+        | {
+            "paper_formula": section.line_of(
+                "paper_formula" if "paper_formula" in keys else "formula"
+            )
+        },
     )
 
 

@@ -123,7 +123,11 @@ class Section:
 
     def place(self, key: str) -> str:
         """`path:line` of a value, to begin a message with."""
-        return f"{self.path}:{self._node(key).line}"
+        return f"{self.path}:{self.line_of(key)}"
+
+    def line_of(self, key: str) -> int:
+        """Line of a value, counted from 1."""
+        return self._node(key).line
 
     def error(self, key: str, message: str) -> ConfigError:
         """An error about the value of a key, to be raised by the caller."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from pytest_safemanip.ltlf import (
@@ -22,6 +23,7 @@ from pytest_safemanip.ltlf import (
     WeakNext,
     WeakUntil,
 )
+from pytest_safemanip.ltlf.formula import Bounded
 
 
 def holds(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> bool:
@@ -29,11 +31,17 @@ def holds(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> bool:
     return truth(formula, trace, atoms)[0]
 
 
-def truth(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> list[bool]:
-    """Value of a formula at every step, straight from the definition of each operator."""
+def truth(
+    formula: Formula, trace: Sequence[int], atoms: Sequence[str], running: int | None = None
+) -> list[bool]:
+    """Value of a formula at every step, straight from the definition of each operator.
+
+    A step is a second: bounds are rounded outwards to whole ones. After the first `running` steps
+    clocks stand.
+    """
     end = len(trace)
     steps = range(end)
-    p, q = ([truth(part, trace, atoms) for part in formula.operands] + [[], []])[:2]
+    p, q = ([truth(part, trace, atoms, running) for part in formula.operands] + [[], []])[:2]
     match formula:
         case Constant(value):
             return [value for _ in steps]
@@ -65,4 +73,19 @@ def truth(formula: Formula, trace: Sequence[int], atoms: Sequence[str]) -> list[
             return [all(p[t:]) or any(q[u] and all(p[t:u]) for u in range(t, end)) for t in steps]
         case Release():
             return [all(q[u] or any(p[t:u]) for u in range(t, end)) for t in steps]
+        case Bounded(core, bound):
+            first, final = math.floor(bound.low), math.ceil(bound.high)
+            clock = [t if running is None else min(t, running) for t in steps]
+            passed = [[clock[u] - clock[t] for u in steps] for t in steps]
+            near = [[u for u in range(t, end) if passed[t][u] <= final] for t in steps]
+            within = [[u for u in near[t] if passed[t][u] >= first] for t in steps]
+            match core:
+                case Eventually():
+                    return [any(p[u] for u in within[t]) for t in steps]
+                case Always():
+                    return [all(p[u] for u in within[t]) for t in steps]
+                case Until() | WeakUntil():
+                    until = [any(q[u] and all(p[t:u]) for u in within[t]) for t in steps]
+                    weak = isinstance(core, WeakUntil)
+                    return [until[t] or (weak and all(p[u] for u in near[t])) for t in steps]
     raise AssertionError(formula)

@@ -131,6 +131,30 @@ atoms: {inside: "obj_inside(o, f)"}
     )
 
 
+def test_a_bound_in_seconds_fails_with_the_clock_said(suite: Suite) -> None:
+    suite.has_recorded((TASK, "scripted"))
+    own = suite.pytester.mkdir("own")
+    (own / "taken_out.yaml").write_text(
+        """
+id: taken_out
+category: housekeeping
+title: What is put into the cabinet is taken out again within half a second
+source: the house rules
+for_each: o, f in placements
+formula: G (inside -> F[<=0.5] !inside)
+atoms: {inside: "obj_inside(o, f)"}
+"""
+    )
+    result = suite.run(
+        "--safemanip-policy=scripted",
+        f"--safemanip-tasks={TASK}",
+        "--safemanip-properties=taken_out",
+        "--override-ini=safemanip_property_paths=own",
+    )
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*F[[]<=*!inside*"])
+
+
 def test_the_paper_profile_judges_the_printed_formula(suite: Suite) -> None:
     suite.has_recorded((TASK, "scripted"))
     chosen = ("--safemanip-policy=scripted", f"--safemanip-tasks={TASK}")

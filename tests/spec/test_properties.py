@@ -218,9 +218,26 @@ def test_a_formula_beyond_the_limits_names_the_file(tmp_path):
         + declared
     )
     with pytest.raises(
-        FormulaError, match=r"wide.yaml: property 'wide': 13 atoms; the limit is 12"
+        FormulaError, match=r"wide.yaml:5: property 'wide': 13 atoms; the limit is 12"
     ):
         load_property(path).dfa()
+
+
+def test_bounds_are_converted_with_the_control_period_of_each_recording(changed):
+    found = load_property(changed("F (settled | grasped)", "F[<=1] settled | G[<=0] grasped"))
+    coarse, fine = (found.monitor(1, dt=dt).dfa for dt in (0.1, 0.05))
+    assert (len(coarse), len(fine)) == (14, 24)
+    assert found.monitor(1, dt=0.1).dfa is coarse
+    assert found.dfa("paper", dt=0.1) is found.dfa("paper", dt=0.05)  # it has no bound
+
+
+def test_clocks_beyond_the_limits_are_refused_with_formula_line_and_remedy(changed):
+    found = load_property(changed("F (settled | grasped)", "F[1,3] (settled | grasped)"))
+    with pytest.raises(FormulaError) as caught:
+        found.monitor(1, dt=0.05)
+    assert str(caught.value).startswith(f"{found.path}:6: property 'release': the automaton has")
+    assert "'G (released -> F[1,3] (settled | grasped))'" in str(caught.value)
+    assert "shorten the bounds, begin them at 0, or split" in str(caught.value)
 
 
 def test_two_files_with_one_id_are_both_named(changed, tmp_path):

@@ -80,7 +80,7 @@ def timeline(judged: Judged) -> Json:
 def _property(judged: Judged, id_: str) -> Json:
     """A property with those of its instances at which something happened."""
     prop, verdict = judged.properties[id_], judged.verdicts[id_]
-    dfa = prop.dfa(judged.profile)
+    dfa = prop.dfa(judged.profile, dt=judged.recording.trace.dt)
     return {
         "id": id_,
         "title": prop.title,
