@@ -95,14 +95,22 @@ def _lever_direction(arm: Arm, joint: Joint, top: Array) -> float:
     return math.copysign(1.0, arm.aside(motion))
 
 
-KNOB_PITCH = 45.0
-"""Degrees from straight down: steeper is out of reach at the height of a stove's panel."""
-KNOB_STAND = 0.66
+KNOB = "knob"
+"""What the simulator calls a burner's knob."""
+KNOB_STANDS = (0.66, 0.74, 0.82)
+"""Base to knob, m."""
+KNOB_ASIDE = (0.0, 0.12, -0.12)
+"""How far to the left of a knob the base may stand, m."""
+KNOB_HANDS = ((45.0, 0.0), (60.0, 0.0), (60.0, 25.0), (60.0, -25.0), (75.0, 0.0), (30.0, 0.0))
+"""Pitch of the hand and its yaw, degrees: steeper than 45 is out of reach at most stoves' panels."""
+KNOB_BACK = 0.25
+"""How far the base draws back for the hand to be turned before the stove, m."""
+KNOB_LOOKED = 0.5
+"""Angle after which the way round a knob is looked at again, rad."""
 KNOB_BEYOND = 0.0085
 """From a fin's end to the circle on which the fingertip goes round, m: it passes just beyond."""
-KNOB_INWARD = 0.001
-"""Grip point behind the knob's front, m: the fingertips overlap the fin by 1 cm, and the palm, the
-upper edge of which is farther ahead, stays 5 mm off it."""
+KNOB_INWARD = (0.001, -0.004)
+"""Grip point behind the knob's front, m: the fingertips overlap the fin by 1 cm or by 5 mm."""
 KNOB_TRAIL = math.radians(42.0)
 """Angle by which the fingertip follows the fin's end when finger and fin touch."""
 KNOB_LEAD = 0.3
@@ -162,53 +170,73 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
     out, thick, high = (float(np.ptp(v)) / 2.0 for v in (ahead_of, aside_of, fin[:, 2]))
     level = thick > high
     thick, high = sorted((thick, high))
-    orbit, outward = high + KNOB_BEYOND, out - KNOB_INWARD
+    orbit = high + KNOB_BEYOND
     aside = math.asin(min(1.0, (thick + FISTED_HALF + KNOB_PAST) / orbit)) - KNOB_TRAIL
     down = stove.openness(joint) * joint.travel > angle
     way = -1.0 if down else 1.0
     end = way * (np.append(arm.left, 0.0) if level else np.array((0.0, 0.0, 1.0)))
     ahead = np.append(arm.forward, 0.0)
-    hand = arm.hand(KNOB_PITCH)
 
     def turned() -> float:
         return stove.openness(joint) * joint.travel
 
-    def beside(lead: float, gap: float) -> Array:
+    def beside(lead: float, away: Array) -> Array:
         at = about(np.asarray(joint.axis), turned() + way * (lead - KNOB_TRAIL))
-        return np.asarray(centre + orbit * rotate(at, end) - (gap + outward) * ahead)
+        return np.asarray(centre + orbit * rotate(at, end) - away)
 
     def pressing() -> Array:
-        touching = beside(0.0, 0.0)
-        tangent = beside(0.01, 0.0) - touching
+        touching = beside(0.0, away)
+        tangent = beside(0.01, away) - touching
         return touching + KNOB_PRESS / float(np.linalg.norm(tangent)) * tangent
 
     def there() -> bool:
         return (turned() - angle) * way >= 0.0
 
+    def coming(hand: Array, away: Array, off: Array) -> list[Leg]:
+        return [
+            Leg(beside(-aside, away + 0.10 * off), hand, 0.02),
+            Leg(beside(-aside, away + 0.03 * off), hand, 0.012, 0.5, 60),
+            Leg(beside(-aside, away), hand, 0.01, KNOB_TOUCH, 60),
+            Leg(beside(-KNOB_LEAD, away), hand, 0.004, KNOB_TOUCH, 60),
+        ]
+
+    def ways() -> Iterator[list[Leg]]:
+        here = arm.ahead(arm.base), arm.aside(arm.base)
+        for far, shift, (pitch, yaw), inward, over in product(
+            KNOB_STANDS, KNOB_ASIDE, KNOB_HANDS, KNOB_INWARD, (False, True)
+        ):
+            hand, away = arm.hand(pitch, yaw=yaw), (out - inward) * ahead
+            came = coming(hand, away, hand[:, 2] if over else ahead)
+            stand = arm.ahead(centre) - far, arm.aside(centre) + shift
+            back = min(stand[0], here[0] - KNOB_BACK)
+            drawn = [Leg(arm.floor_point(back, side)) for side in (here[1], stand[1])]
+            posed = Leg(came[0].point - arm.onward(stand[0] - back), hand, 0.02)
+            leads = np.arange(0.0, abs(angle - turned()), KNOB_LOOKED)
+            sweep = [Leg(beside(lead, away), tolerance=0.01, speed=KNOB_TOUCH) for lead in leads]
+            yield [Leg(arm.floor_point(*stand)), *came, *sweep]
+            yield [*drawn, posed, Leg(arm.floor_point(*stand)), *came, *sweep]
+
     yield from arm.grip(True)
-    stand = min(arm.ahead(centre) - KNOB_STAND, arm.ahead(arm.base))
-    yield from arm.drive(arm.floor_point(stand, arm.aside(centre)))
+    permits = (("finger", f"{stove.entity}/{KNOB}"),)
+    rest = len(np.arange(0.0, abs(angle - turned()), KNOB_LOOKED))
+    legs = first_free(arm, ways(), joint.key, permits, touching=rest + 2)[:-rest]
+    hand, off = legs[-2].hand, 10.0 * (legs[-2].point - legs[-4].point)
+    assert hand is not None
+    away = (float(centre @ ahead - legs[-2].point @ ahead)) * ahead
     for _ in range(KNOB_TRIES):
-        yield from arm.move(beside(-aside, 0.10), hand, tolerance=0.02, steps=160)
-        yield from arm.move(beside(-aside, 0.03), hand, tolerance=0.012, speed=0.5, steps=60)
-        yield from arm.move(
-            beside(-aside, 0.0), hand, tolerance=0.01, speed=KNOB_TOUCH, steps=60, required=False
-        )
-        yield from arm.move(
-            beside(-KNOB_LEAD, 0.0),
-            hand,
-            tolerance=0.004,
-            speed=KNOB_TOUCH,
-            steps=60,
-            required=False,
-        )
+        yield from go(arm, legs[:-2])
+        for leg in legs[-2:]:
+            yield from arm.move(
+                leg.point, hand, tolerance=leg.tolerance, speed=leg.speed, steps=60, required=False
+            )
         yield from arm.move(
             pressing, hand, speed=KNOB_TOUCH, steps=40, until=_knob_moves(turned), required=False
         )
         yield from arm.move(pressing, hand, speed=0.3, steps=80, until=there, required=False)
-        yield from arm.move(arm.position - 0.12 * ahead, hand, tolerance=0.03, required=False)
+        yield from arm.move(arm.position - 0.12 * off, hand, tolerance=0.03, required=False)
         if there():
             return
+        legs = coming(hand, away, off)
     if (turned() - angle) * way < -0.2:
         raise SkillFailed(f"{joint.key} stopped at {turned():.2f} rad")
 

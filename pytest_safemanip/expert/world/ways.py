@@ -38,16 +38,21 @@ class Leg:
 
 
 def foresee(
-    arm: Arm, legs: Sequence[Leg], permits: Permits = (), opening: float = STAYS
+    arm: Arm,
+    legs: Sequence[Leg],
+    permits: Permits = (),
+    opening: float = STAYS,
+    touching: int = 1,
 ) -> Clearance:
     """What would be touched on a way from here.
 
     Args:
         arm: the arm.
         legs: the way.
-        permits: touches that do not count on the last leg, see
+        permits: touches that do not count on the last legs, see
             :class:`~pytest_safemanip.sim.clearance.Path`.
         opening: of the fingers, share of the full opening.
+        touching: how many legs these are.
     """
     hand, base = np.full((len(legs), 7), STAYS), np.full((len(legs), 3), STAYS)
     rotation, heading = arm.rotation, float(np.arctan2(arm.forward[1], arm.forward[0]))
@@ -58,9 +63,9 @@ def foresee(
         else:
             hand[row] = *leg.point, *quaternion(rotation)
     speed = np.array([leg.speed for leg in legs])
-    tolerance, last = np.array([leg.tolerance for leg in legs]), len(legs) - 1
+    tolerance, since = np.array([leg.tolerance for leg in legs]), len(legs) - touching
     path = Path(
-        hand, base, speed, tolerance, opening, held(arm), tuple(permits), last, MARGIN, steps=160
+        hand, base, speed, tolerance, opening, held(arm), tuple(permits), since, MARGIN, steps=160
     )
     return arm.foresee([path])[0]
 
@@ -71,6 +76,7 @@ def first_free(
     goal: str,
     permits: Permits = (),
     opening: float = STAYS,
+    touching: int = 1,
 ) -> Sequence[Leg]:
     """The first of some ways on which nothing would be touched.
 
@@ -80,13 +86,14 @@ def first_free(
         goal: where they lead, for the error.
         permits: touches that do not count.
         opening: of the fingers.
+        touching: on how many of the last legs they do not.
 
     Raises:
         SkillFailed: if there is none; says what is in the way that comes farthest.
     """
     far, reason = -1, "there is none"
     for way in ways:
-        answer = foresee(arm, way, permits, opening)
+        answer = foresee(arm, way, permits, opening, touching)
         if answer.free:
             return way
         if answer.waypoint > far:
