@@ -109,7 +109,7 @@ def go(arm: Arm, legs: Sequence[Leg]) -> Motion:
     """
     for leg in legs:
         if len(leg.point) == 2:
-            yield from arm.drive(leg.point)
+            yield from arm.drive(leg.point, tolerance=leg.tolerance)
         else:
             yield from arm.move(
                 leg.point,
