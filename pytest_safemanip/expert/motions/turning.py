@@ -229,7 +229,7 @@ class _Fin:
 
     def coming(self, hand: Array) -> list[Leg]:
         """The way of a hand to it from before it."""
-        near = Leg(self.point - 0.03 * hand[:, 2], hand, 0.005, 0.5, 80, exact=True)
+        near = Leg(self.point - 0.03 * hand[:, 2], hand, 0.008, 0.4, 120)
         last = Leg(self.point, hand, 0.006, 0.3, 60)
         return [Leg(self.point - 0.10 * hand[:, 2], hand, 0.02), near, last]
 
