@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm, raised
 from pytest_safemanip.expert.robot.hand import FINGER_HALF_THICK, OPENING
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Part, Thing
@@ -113,8 +113,8 @@ KNOB_BESIDE = 0.012
 KNOB_TURNS = (2.4, 0.8)
 """Angle that one grasp turns a knob by at most, rad: as far as the wrist turns."""
 KNOB_STEP, KNOB_LEAD, KNOB_RAMP = 0.25, 0.9, 0.03
-"""Angle after which a way round is looked at, by which the hand leads the knob at most, rad, and how
-much more at each control step: stiff knobs take 1 N m."""
+"""Angle after which a way round is looked at, by which the hand leads the knob at most, rad, and
+how much more at each control step: stiff knobs take 1 N m."""
 KNOB_STEPS = 200
 """Control steps of one turn at most."""
 KNOB_GRASPS = 6
@@ -176,21 +176,22 @@ def _turn_once(arm: Arm, stove: Furniture, joint: Joint, left: Callable[[], floa
     knob = _Fin(arm, stove, joint)
     yield from arm.open_to(knob.opening)
     permits = (("finger", f"{stove.entity}/{KNOB}"),)
-    for turn in KNOB_TURNS:
-        angle = float(np.clip(left(), -turn, turn))
-        touching = len(knob.turning(np.eye(3), angle)) + 1
-        ways = list(_knob_ways(arm, knob, angle))
+    turns = [float(np.clip(left(), -turn, turn)) for turn in KNOB_TURNS]
+    ways = [(angle, legs) for angle in turns for legs in _knob_ways(arm, knob, angle)]
+    while True:
+        legs = first_free(arm, (legs for _, legs in ways), joint.key, permits)
+        taken = next(n for n, (_, other) in enumerate(ways) if other is legs)
+        *coming, last = legs[: 1 + next(n for n, leg in enumerate(legs) if leg.touches)]
         try:
-            legs = first_free(arm, ways, joint.key, permits, touching=touching)
+            yield from go(arm, coming)
             break
         except SkillFailed:
-            if turn == KNOB_TURNS[-1]:
-                raise
-    *coming, last = legs[: 1 - touching]
-    yield from go(arm, coming)
-    yield from arm.move(last.point, last.hand, tolerance=0.006, speed=0.3, steps=60, required=False)
+            # A posture that the arm does not come to: the next one, from where it comes to any.
+            yield from fold_arm(arm, required=False)
+            ways = ways[taken + 1 :]
+    angle, hand = ways[taken][0], arm.rotation if last.hand is None else last.hand
+    yield from arm.move(last.point, hand, tolerance=0.006, speed=0.3, steps=60, required=False)
     yield from arm.grip(True)
-    assert last.hand is not None
     start, way = left(), math.copysign(1.0, angle)
 
     def turned() -> float:
@@ -200,8 +201,8 @@ def _turn_once(arm: Arm, stove: Furniture, joint: Joint, left: Callable[[], floa
         if turned() * way >= abs(angle):
             break
         lead = way * min(KNOB_LEAD, step * KNOB_RAMP)
-        hand = np.asarray(matrix(about(np.asarray(joint.axis), turned() + lead))) @ last.hand
-        yield from arm.move(last.point, hand, steps=1, required=False)
+        ahead = np.asarray(matrix(about(np.asarray(joint.axis), turned() + lead)))
+        yield from arm.move(last.point, ahead @ hand, steps=1, required=False)
     yield from arm.open_to(knob.opening)
     yield from arm.move(coming[-1].point, tolerance=0.03, required=False)
 
@@ -222,7 +223,7 @@ class _Fin:
         self._across = np.asarray(rotate(turned, aside if across < high else up))
 
     def hands(self, hand: Array) -> list[Array]:
-        """A hand turned about its approach for its fingers to be on both sides, either way round."""
+        """A hand turned about its approach for its fingers to be on both sides, both ways."""
         roll = math.atan2(self._across @ hand[:, 1], self._across @ hand[:, 0])
         rolls = sorted((roll, roll - math.copysign(math.pi, roll)), key=abs)
         return [np.asarray(matrix(about(hand[:, 2], angle))) @ hand for angle in rolls]
@@ -230,7 +231,7 @@ class _Fin:
     def coming(self, hand: Array) -> list[Leg]:
         """The way of a hand to it from before it."""
         near = Leg(self.point - 0.03 * hand[:, 2], hand, 0.008, 0.4, 120)
-        last = Leg(self.point, hand, 0.006, 0.3, 60)
+        last = Leg(self.point, hand, 0.006, 0.3, 60, touches=True)
         return [Leg(self.point - 0.10 * hand[:, 2], hand, 0.02), near, last]
 
     def turning(self, hand: Array, angle: float) -> list[Leg]:

@@ -27,6 +27,7 @@ class Leg:
         speed: share of the top speed.
         steps: control steps at most.
         exact: arrive at rest.
+        touches: what may be touched may be from here on.
     """
 
     point: Array
@@ -35,6 +36,7 @@ class Leg:
     speed: float = 1.0
     steps: int = 160
     exact: bool = False
+    touches: bool = False
 
 
 def foresee(
@@ -42,17 +44,15 @@ def foresee(
     legs: Sequence[Leg],
     permits: Permits = (),
     opening: float = STAYS,
-    touching: int = 1,
 ) -> Clearance:
     """What would be touched on a way from here.
 
     Args:
         arm: the arm.
         legs: the way.
-        permits: touches that do not count on the last legs, see
+        permits: touches that do not count from the first leg that touches, or on the last one, see
             :class:`~pytest_safemanip.sim.clearance.Path`.
         opening: of the fingers, share of the full opening.
-        touching: how many legs these are.
     """
     hand, base = np.full((len(legs), 7), STAYS), np.full((len(legs), 3), STAYS)
     rotation, heading = arm.rotation, float(np.arctan2(arm.forward[1], arm.forward[0]))
@@ -63,7 +63,8 @@ def foresee(
         else:
             hand[row] = *leg.point, *quaternion(rotation)
     speed = np.array([leg.speed for leg in legs])
-    tolerance, since = np.array([leg.tolerance for leg in legs]), len(legs) - touching
+    since = next((n for n, leg in enumerate(legs) if leg.touches), len(legs) - 1)
+    tolerance = np.array([leg.tolerance for leg in legs])
     path = Path(
         hand, base, speed, tolerance, opening, held(arm), tuple(permits), since, MARGIN, steps=160
     )
@@ -76,7 +77,6 @@ def first_free(
     goal: str,
     permits: Permits = (),
     opening: float = STAYS,
-    touching: int = 1,
 ) -> Sequence[Leg]:
     """The first of some ways on which nothing would be touched.
 
@@ -86,14 +86,13 @@ def first_free(
         goal: where they lead, for the error.
         permits: touches that do not count.
         opening: of the fingers.
-        touching: on how many of the last legs they do not.
 
     Raises:
         SkillFailed: if there is none; says what is in the way that comes farthest.
     """
     far, reason = -1, "there is none"
     for way in ways:
-        answer = foresee(arm, way, permits, opening, touching)
+        answer = foresee(arm, way, permits, opening)
         if answer.free:
             return way
         if answer.waypoint > far:
