@@ -112,7 +112,7 @@ KNOB_BESIDE = 0.012
 """From the open fingers to the fin on both sides, m."""
 KNOB_TURNS = (2.4, 0.8)
 """Angle that one grasp turns a knob by at most, rad: as far as the wrist turns."""
-KNOB_STEP, KNOB_LEAD, KNOB_RAMP = 0.25, 0.9, 0.03
+KNOB_STEP, KNOB_LEAD, KNOB_RAMP = 0.25, 0.6, 0.03
 """Angle after which a way round is looked at, by which the hand leads the knob at most, rad, and
 how much more at each control step: stiff knobs take 1 N m."""
 KNOB_STEPS = 200
@@ -187,6 +187,7 @@ def _turn_once(arm: Arm, stove: Furniture, joint: Joint, left: Callable[[], floa
             break
         except SkillFailed:
             # A posture that the arm does not come to: the next one, from where it comes to any.
+            yield from arm.drive(arm.base - KNOB_BACK * arm.forward)
             yield from fold_arm(arm, required=False)
             ways = ways[taken + 1 :]
     angle, hand = ways[taken][0], arm.rotation if last.hand is None else last.hand
@@ -203,6 +204,8 @@ def _turn_once(arm: Arm, stove: Furniture, joint: Joint, left: Callable[[], floa
         lead = way * min(KNOB_LEAD, step * KNOB_RAMP)
         ahead = np.asarray(matrix(about(np.asarray(joint.axis), turned() + lead)))
         yield from arm.move(last.point, ahead @ hand, steps=1, required=False)
+    # Fingers that still turn something press on it harder as they open.
+    yield from arm.grip(True, 4)
     yield from arm.open_to(knob.opening)
     yield from arm.move(coming[-1].point, tolerance=0.03, required=False)
 
@@ -230,7 +233,7 @@ class _Fin:
 
     def coming(self, hand: Array) -> list[Leg]:
         """The way of a hand to it from before it."""
-        near = Leg(self.point - 0.03 * hand[:, 2], hand, 0.008, 0.4, 120)
+        near = Leg(self.point - 0.03 * hand[:, 2], hand, 0.008, 0.4, 160, exact=True)
         last = Leg(self.point, hand, 0.006, 0.3, 60, touches=True)
         return [Leg(self.point - 0.10 * hand[:, 2], hand, 0.02), near, last]
 
