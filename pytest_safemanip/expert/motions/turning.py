@@ -204,8 +204,6 @@ def _turn_once(arm: Arm, stove: Furniture, joint: Joint, left: Callable[[], floa
         lead = way * min(KNOB_LEAD, step * KNOB_RAMP)
         ahead = np.asarray(matrix(about(np.asarray(joint.axis), turned() + lead)))
         yield from arm.move(last.point, ahead @ hand, steps=1, required=False)
-    # Fingers that still turn something press on it harder as they open.
-    yield from arm.grip(True, 4)
     yield from arm.open_to(knob.opening)
     yield from arm.move(coming[-1].point, tolerance=0.03, required=False)
 
