@@ -51,7 +51,7 @@ class Flag:
     Attributes:
         property_id: of which property.
         finding: what was found.
-        names: entities of the violated instance and, of contacts, by step, what is said of them.
+        said: what the finding says, by step, where it is of contacts.
     """
 
     property_id: str

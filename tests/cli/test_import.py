@@ -77,19 +77,24 @@ def test_what_is_refused_is_said_and_the_rest_imported(
     assert files.load(Path("out/Lift-human-seed1.rollout")).success
 
 
+def _raising(monkeypatch: pytest.MonkeyPatch, seed: int, error: BaseException) -> None:
+    """An episode fails while it is built."""
+    build = builder.RecordingBuilder.build
+
+    def built(self: Any, states: Any, about: builder.About, progress: Any) -> Any:
+        if about.seed == seed:
+            raise error
+        return build(self, states, about, progress)
+
+    monkeypatch.setattr(builder.RecordingBuilder, "build", built)
+
+
 def test_an_interrupt_keeps_what_there_is(
     played: world.Played, safemanip: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source = world.write(tmp_path / "demo.hdf5", played)
     world.write(source, played, name="demo_2")
-    build = builder.RecordingBuilder.build
-
-    def interrupted(self: Any, states: Any, about: builder.About, progress: Any) -> Any:
-        if about.seed == 2:
-            raise KeyboardInterrupt
-        return build(self, states, about, progress)
-
-    monkeypatch.setattr(builder.RecordingBuilder, "build", interrupted)
+    _raising(monkeypatch, 2, KeyboardInterrupt())
     found = safemanip("import", source, "-o", "out")
     assert found.status == 2
     assert "1 of 2 episodes imported, 1 not reached" in found.out
@@ -146,14 +151,7 @@ def test_whatever_a_strangers_model_raises_refuses_its_episode_only(
 ) -> None:
     source = world.write(tmp_path / "demo.hdf5", played)
     world.write(source, played, name="demo_2")
-    build = builder.RecordingBuilder.build
-
-    def too_deep(self: Any, states: Any, about: builder.About, progress: Any) -> Any:
-        if about.seed == 1:
-            raise RecursionError("maximum recursion depth exceeded")
-        return build(self, states, about, progress)
-
-    monkeypatch.setattr(builder.RecordingBuilder, "build", too_deep)
+    _raising(monkeypatch, 1, RecursionError("maximum recursion depth exceeded"))
     found = safemanip("import", source, "-o", "out")
     assert found.status == 1
     assert "cannot be imported: RecursionError" in found.out

@@ -117,9 +117,7 @@ def _swing(degrees: float) -> tuple[str, Plan, Staging]:
             arm, loosened.MOST_NOTCHES, until=lambda: squeeze(arm, "obj") < loosened.LOOSE
         )
         # What hangs loosely hangs on while the hand turns.
-        hand = arm.hand(arm.pitch + degrees)
-        yield from arm.move(arm.position, hand, turn_tolerance=0.03, steps=30, required=False)
-        yield from arm.wait(0.4)
+        yield from _turned(arm, degrees, steps=30)
 
     return TASK, plan, Staging(loosened.NEAR, {"obj": loosened.BOTTLES})
 
@@ -128,9 +126,7 @@ def _tilt(degrees: float) -> tuple[str, Plan, Staging]:
     def plan(arm: Arm) -> Motion:
         yield from grasp_from_front(arm, "obj2")
         yield from arm.move(raised(arm.position, 0.12), tolerance=0.02, steps=30)
-        hand = arm.hand(arm.pitch + degrees)
-        yield from arm.move(arm.position, hand, turn_tolerance=0.03, steps=50, required=False)
-        yield from arm.wait(0.4)
+        yield from _turned(arm, degrees, steps=50)
 
     places = on_counter("obj2", -0.22), on_counter("container", 0.0, 0.32)
     return "ArrangeTea", plan, Staging(places, {"obj2": UPRIGHT})
@@ -142,7 +138,7 @@ def _knock(depth: float) -> tuple[str, Plan, Staging]:
         yield from grasp_from_front(arm, "obj")
         ahead, aside = _place(arm, block)
         top = block.bottom + block.height
-        for to in ((arm.ahead(thing.com), arm.aside(thing.com)), (ahead, aside)):
+        for to in (_place(arm, thing), (ahead, aside)):
             yield from bring(arm, thing, *to, top + 0.03)
         yield from bring(arm, thing, ahead, aside, top + 0.007, speed=0.2)
         yield from arm.move(
@@ -161,8 +157,7 @@ def _drop(height: float) -> tuple[str, Plan, Staging]:
     def plan(arm: Arm) -> Motion:
         thing, top = Thing(arm, "obj"), counter(arm, "counter")[0]
         yield from grasp_from_front(arm, "obj")
-        ahead, aside = arm.ahead(thing.com), arm.aside(thing.com)
-        yield from bring(arm, thing, ahead, aside, top + height, speed=0.3)
+        yield from bring(arm, thing, *_place(arm, thing), top + height, speed=0.3)
         yield from let_go(arm)
 
     return TASK, plan, Staging(drops.ASIDE, {"obj": UPRIGHT})
@@ -182,6 +177,13 @@ def _edge(inside: float) -> tuple[str, Plan, Staging]:
 
 def _ajar(openness: float) -> tuple[str, Plan, Staging]:
     return TASK, reach(not_open.CABINET, False), Staging((SetOpen("cab", openness),))
+
+
+def _turned(arm: Arm, degrees: float, steps: int) -> Motion:
+    """Turn the hand up or down where it is, and wait."""
+    hand = arm.hand(arm.pitch + degrees)
+    yield from arm.move(arm.position, hand, turn_tolerance=0.03, steps=steps, required=False)
+    yield from arm.wait(0.4)
 
 
 def _place(arm: Arm, thing: Thing) -> tuple[float, float]:
