@@ -8,13 +8,13 @@ from itertools import product
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
-from pytest_safemanip.expert.robot.hand import FINGER_HALF_THICK
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm, raised
+from pytest_safemanip.expert.robot.hand import FINGER_HALF_THICK, OPENING
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Part, Thing
 from pytest_safemanip.expert.world.ways import Leg, first_free, go
 from pytest_safemanip.trace.elements import Joint
-from pytest_safemanip.trace.geometry import about, rotate
+from pytest_safemanip.trace.geometry import about, matrix, rotate
 from pytest_safemanip.trace.kinematics import carried
 
 LEVER = "handle"
@@ -95,28 +95,30 @@ def _lever_direction(arm: Arm, joint: Joint, top: Array) -> float:
     return math.copysign(1.0, arm.aside(motion))
 
 
-KNOB_PITCH = 45.0
-"""Degrees from straight down: steeper is out of reach at the height of a stove's panel."""
-KNOB_STAND = 0.66
-KNOB_BEYOND = 0.0085
-"""From a fin's end to the circle on which the fingertip goes round, m: it passes just beyond."""
-KNOB_INWARD = 0.001
-"""Grip point behind the knob's front, m: the fingertips overlap the fin by 1 cm, and the palm, the
-upper edge of which is farther ahead, stays 5 mm off it."""
-KNOB_TRAIL = math.radians(42.0)
-"""Angle by which the fingertip follows the fin's end when finger and fin touch."""
-KNOB_LEAD = 0.3
-"""How much farther round the fingertip then is before it touches, rad."""
-FISTED_HALF, KNOB_PAST = 0.0145, 0.006
-"""Half the width of both closed fingertips, m, and how far beside the fin they come in, m: the hand
-errs by 3 mm, and on the fin's front they would press with 90 N."""
-KNOB_PRESS = 0.03
-"""How far along its circle's tangent the finger aims ahead of touching, m: knobs yield to that."""
-KNOB_TOUCH, KNOB_YIELDED = 0.2, 0.02
-"""Speed at which the finger meets the fin, and the angle from which the knob yields, rad: met
-twice as fast, it is hit with 60 to 90 N."""
-KNOB_TRIES = 2
-"""A fingertip that slid along the fin towards its axis is set to its end once more."""
+KNOB = "knob"
+"""What the simulator calls a burner's knob."""
+KNOB_STANDS = (0.66, 0.74, 0.82)
+"""Base to knob, m."""
+KNOB_ASIDE = (0.0, 0.12, -0.12)
+"""How far to the left of a knob the base may stand, m."""
+KNOB_PITCHES = (90.0, 75.0, 60.0)
+"""Of the hand, degrees from straight down."""
+KNOB_BACK = 0.25
+"""How far the base draws back for the hand to be turned before the stove, m."""
+KNOB_DEEP, KNOB_OFF_BACK = 0.008, 0.0125
+"""Grip point behind the fin's front at most, m, and before its back at least: the fingertips do not
+press on the disc behind it."""
+KNOB_BESIDE = 0.012
+"""From the open fingers to the fin on both sides, m."""
+KNOB_TURNS = (2.4, 0.8)
+"""Angle that one grasp turns a knob by at most, rad: as far as the wrist turns."""
+KNOB_STEP, KNOB_LEAD, KNOB_RAMP = 0.25, 0.6, 0.03
+"""Angle after which a way round is looked at, by which the hand leads the knob at most, rad, and
+how much more at each control step: stiff knobs take 1 N m."""
+KNOB_STEPS = 200
+"""Control steps of one turn at most."""
+KNOB_GRASPS = 6
+"""How often a knob is taken hold of at most."""
 KNOB_OFF = 0.12
 """Knob angle that is off for certain, rad: RoboCasa's limit is 0.35."""
 KNOB_ON = 1.2
@@ -145,7 +147,7 @@ def turn_on_burner_under(arm: Arm, role: str, thing_role: str) -> Motion:
 
 
 def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
-    """Push a knob's fin round to an angle: the upper end to turn it up, the lower one down.
+    """Turn a knob by its fin, between the fingers, as often as the wrist needs.
 
     Args:
         arm: the arm.
@@ -154,69 +156,108 @@ def turn_knob(arm: Arm, stove: Furniture, joint: Joint, angle: float) -> Motion:
         angle: where to, rad.
 
     Raises:
-        SkillFailed: if it did not turn.
+        SkillFailed: if no way to it is free, or it did not turn.
     """
-    fin = stove.foremost(joint)
-    centre = (fin.min(axis=0) + fin.max(axis=0)) / 2.0
-    ahead_of, aside_of = fin @ np.append(arm.forward, 0.0), fin @ np.append(arm.left, 0.0)
-    out, thick, high = (float(np.ptp(v)) / 2.0 for v in (ahead_of, aside_of, fin[:, 2]))
-    level = thick > high
-    thick, high = sorted((thick, high))
-    orbit, outward = high + KNOB_BEYOND, out - KNOB_INWARD
-    aside = math.asin(min(1.0, (thick + FISTED_HALF + KNOB_PAST) / orbit)) - KNOB_TRAIL
-    down = stove.openness(joint) * joint.travel > angle
-    way = -1.0 if down else 1.0
-    end = way * (np.append(arm.left, 0.0) if level else np.array((0.0, 0.0, 1.0)))
-    ahead = np.append(arm.forward, 0.0)
-    hand = arm.hand(KNOB_PITCH)
+
+    def left() -> float:
+        return angle - stove.openness(joint) * joint.travel
+
+    way = math.copysign(1.0, left())
+    for _ in range(KNOB_GRASPS):
+        if left() * way <= 0.0:
+            return
+        yield from _turn_once(arm, stove, joint, left)
+    if left() * way > 0.2:
+        raise SkillFailed(f"{joint.key} stopped {left():.2f} rad short")
+
+
+def _turn_once(arm: Arm, stove: Furniture, joint: Joint, left: Callable[[], float]) -> Motion:
+    """Take hold of a knob's fin and turn it as far as the wrist turns."""
+    knob = _Fin(arm, stove, joint)
+    yield from arm.open_to(knob.opening)
+    permits = (("finger", f"{stove.entity}/{KNOB}"),)
+    turns = [float(np.clip(left(), -turn, turn)) for turn in KNOB_TURNS]
+    ways = [(angle, legs) for angle in turns for legs in _knob_ways(arm, knob, angle)]
+    while True:
+        legs = first_free(arm, (legs for _, legs in ways), joint.key, permits)
+        taken = next(n for n, (_, other) in enumerate(ways) if other is legs)
+        *coming, last = legs[: 1 + next(n for n, leg in enumerate(legs) if leg.touches)]
+        try:
+            yield from go(arm, coming)
+            break
+        except SkillFailed:
+            # A posture that the arm does not come to: the next one, from where it comes to any.
+            yield from arm.drive(arm.base - KNOB_BACK * arm.forward)
+            yield from fold_arm(arm, required=False)
+            ways = ways[taken + 1 :]
+    angle, hand = ways[taken][0], arm.rotation if last.hand is None else last.hand
+    yield from arm.move(last.point, hand, tolerance=0.006, speed=0.3, steps=60, required=False)
+    yield from arm.grip(True)
+    start, way = left(), math.copysign(1.0, angle)
 
     def turned() -> float:
-        return stove.openness(joint) * joint.travel
+        return start - left()
 
-    def beside(lead: float, gap: float) -> Array:
-        at = about(np.asarray(joint.axis), turned() + way * (lead - KNOB_TRAIL))
-        return np.asarray(centre + orbit * rotate(at, end) - (gap + outward) * ahead)
-
-    def pressing() -> Array:
-        touching = beside(0.0, 0.0)
-        tangent = beside(0.01, 0.0) - touching
-        return touching + KNOB_PRESS / float(np.linalg.norm(tangent)) * tangent
-
-    def there() -> bool:
-        return (turned() - angle) * way >= 0.0
-
-    yield from arm.grip(True)
-    stand = min(arm.ahead(centre) - KNOB_STAND, arm.ahead(arm.base))
-    yield from arm.drive(arm.floor_point(stand, arm.aside(centre)))
-    for _ in range(KNOB_TRIES):
-        yield from arm.move(beside(-aside, 0.10), hand, tolerance=0.02, steps=160)
-        yield from arm.move(beside(-aside, 0.03), hand, tolerance=0.012, speed=0.5, steps=60)
-        yield from arm.move(
-            beside(-aside, 0.0), hand, tolerance=0.01, speed=KNOB_TOUCH, steps=60, required=False
-        )
-        yield from arm.move(
-            beside(-KNOB_LEAD, 0.0),
-            hand,
-            tolerance=0.004,
-            speed=KNOB_TOUCH,
-            steps=60,
-            required=False,
-        )
-        yield from arm.move(
-            pressing, hand, speed=KNOB_TOUCH, steps=40, until=_knob_moves(turned), required=False
-        )
-        yield from arm.move(pressing, hand, speed=0.3, steps=80, until=there, required=False)
-        yield from arm.move(arm.position - 0.12 * ahead, hand, tolerance=0.03, required=False)
-        if there():
-            return
-    if (turned() - angle) * way < -0.2:
-        raise SkillFailed(f"{joint.key} stopped at {turned():.2f} rad")
+    for step in range(KNOB_STEPS):
+        if turned() * way >= abs(angle):
+            break
+        lead = way * min(KNOB_LEAD, step * KNOB_RAMP)
+        ahead = np.asarray(matrix(about(np.asarray(joint.axis), turned() + lead)))
+        yield from arm.move(last.point, ahead @ hand, steps=1, required=False)
+    yield from arm.open_to(knob.opening)
+    yield from arm.move(coming[-1].point, tolerance=0.03, required=False)
 
 
-def _knob_moves(turned: Callable[[], float]) -> Callable[[], bool]:
-    """Whether a knob yields, compared with now."""
-    start = turned()
-    return lambda: abs(turned() - start) > KNOB_YIELDED
+class _Fin:
+    """The fin of a knob, as it is now: where it is held, and the way round."""
+
+    def __init__(self, arm: Arm, stove: Furniture, joint: Joint) -> None:
+        fin = stove.foremost(joint)
+        self._ahead, self._axis = arm.onward(1.0), np.asarray(joint.axis)
+        aside, up = np.append(arm.left, 0.0), np.array((0.0, 0.0, 1.0))
+        out, across, high = (float(np.ptp(fin @ axis)) / 2.0 for axis in (self._ahead, aside, up))
+        turned = about(self._axis, stove.openness(joint) * joint.travel)
+        anchor, centre = np.asarray(joint.anchor), (fin.min(axis=0) + fin.max(axis=0)) / 2.0
+        deep = min(KNOB_DEEP, 2.0 * out - KNOB_OFF_BACK)
+        self.point = anchor + rotate(turned, centre - anchor) - (out - deep) * self._ahead
+        self.opening = min(1.0, 2.0 * (min(across, high) + KNOB_BESIDE) / OPENING)
+        self._across = np.asarray(rotate(turned, aside if across < high else up))
+
+    def hands(self, hand: Array) -> list[Array]:
+        """A hand turned about its approach for its fingers to be on both sides, both ways."""
+        roll = math.atan2(self._across @ hand[:, 1], self._across @ hand[:, 0])
+        rolls = sorted((roll, roll - math.copysign(math.pi, roll)), key=abs)
+        return [np.asarray(matrix(about(hand[:, 2], angle))) @ hand for angle in rolls]
+
+    def coming(self, hand: Array) -> list[Leg]:
+        """The way of a hand to it from before it."""
+        near = Leg(self.point - 0.03 * hand[:, 2], hand, 0.008, 0.4, 160, exact=True)
+        last = Leg(self.point, hand, 0.006, 0.3, 60, touches=True)
+        return [Leg(self.point - 0.10 * hand[:, 2], hand, 0.02), near, last]
+
+    def turning(self, hand: Array, angle: float) -> list[Leg]:
+        """The way of a hand that turns it by an angle, rad."""
+        parts = np.linspace(0.0, angle, math.ceil(abs(angle) / KNOB_STEP) + 1)[1:]
+        return [
+            Leg(self.point, np.asarray(matrix(about(self._axis, part))) @ hand, 0.01)
+            for part in parts
+        ]
+
+
+def _knob_ways(arm: Arm, knob: _Fin, angle: float) -> Iterator[list[Leg]]:
+    """Ways to take hold of a knob and to turn it by an angle, rad."""
+    for hand in (hand for pitch in KNOB_PITCHES for hand in knob.hands(arm.hand(pitch))):
+        yield [*knob.coming(hand), *knob.turning(hand, angle)]
+    here = arm.ahead(arm.base), arm.aside(arm.base)
+    for posed, far, shift, pitch in product((True, False), KNOB_STANDS, KNOB_ASIDE, KNOB_PITCHES):
+        stand = arm.ahead(knob.point) - far, arm.aside(knob.point) + shift
+        back = min(stand[0], here[0] - KNOB_BACK)
+        drawn = [Leg(arm.floor_point(back, side)) for side in (here[1], stand[1])]
+        base = Leg(arm.floor_point(*stand), tolerance=0.01)
+        for hand in knob.hands(arm.hand(pitch)):
+            coming = knob.coming(hand)
+            legs = [Leg(coming[0].point - arm.onward(stand[0] - back), hand, 0.02)] if posed else []
+            yield [*drawn, *legs, base, *coming, *knob.turning(hand, angle)]
 
 
 SPOUT_PITCH = 50.0

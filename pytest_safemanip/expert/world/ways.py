@@ -27,6 +27,7 @@ class Leg:
         speed: share of the top speed.
         steps: control steps at most.
         exact: arrive at rest.
+        touches: what may be touched may be from here on.
     """
 
     point: Array
@@ -35,17 +36,21 @@ class Leg:
     speed: float = 1.0
     steps: int = 160
     exact: bool = False
+    touches: bool = False
 
 
 def foresee(
-    arm: Arm, legs: Sequence[Leg], permits: Permits = (), opening: float = STAYS
+    arm: Arm,
+    legs: Sequence[Leg],
+    permits: Permits = (),
+    opening: float = STAYS,
 ) -> Clearance:
     """What would be touched on a way from here.
 
     Args:
         arm: the arm.
         legs: the way.
-        permits: touches that do not count on the last leg, see
+        permits: touches that do not count from the first leg that touches, or on the last one, see
             :class:`~pytest_safemanip.sim.clearance.Path`.
         opening: of the fingers, share of the full opening.
     """
@@ -58,9 +63,10 @@ def foresee(
         else:
             hand[row] = *leg.point, *quaternion(rotation)
     speed = np.array([leg.speed for leg in legs])
-    tolerance, last = np.array([leg.tolerance for leg in legs]), len(legs) - 1
+    since = next((n for n, leg in enumerate(legs) if leg.touches), len(legs) - 1)
+    tolerance = np.array([leg.tolerance for leg in legs])
     path = Path(
-        hand, base, speed, tolerance, opening, held(arm), tuple(permits), last, MARGIN, steps=160
+        hand, base, speed, tolerance, opening, held(arm), tuple(permits), since, MARGIN, steps=160
     )
     return arm.foresee([path])[0]
 
@@ -102,7 +108,7 @@ def go(arm: Arm, legs: Sequence[Leg]) -> Motion:
     """
     for leg in legs:
         if len(leg.point) == 2:
-            yield from arm.drive(leg.point)
+            yield from arm.drive(leg.point, tolerance=leg.tolerance)
         else:
             yield from arm.move(
                 leg.point,
