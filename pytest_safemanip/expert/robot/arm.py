@@ -184,11 +184,10 @@ class Arm(Base):
     def _fingers(
         self, command: float, steps: int, until: Callable[[], bool] = lambda: False
     ) -> Motion:
-        here, rotation = self.position, self.rotation
+        here, rotation, self._grip = self.position, self.rotation, command
         for _ in range(steps):
             if until():
                 return
-            self._grip = command
             turn = rotation_vector(rotation @ self.rotation.T)
             yield self._arm_action(here - self.position, turn, 1.0)
 

@@ -57,3 +57,11 @@ def test_a_grip_is_eased_until_it_is_loose_enough():
     for action in ease(arm, 6, until=lambda: len(notches()) == 2):
         taken += [action]
     assert notches() == [-1.0, -1.0]
+
+
+def test_fingers_that_hold_something_open_by_a_notch_and_stay():
+    arm = Arm(toy.SCENE, toy.at_rest(gripper=(0.5, 0.0)))
+    told = [float(action[6]) for action in ease(arm, 1)]
+    assert told[0] == -1.0
+    assert len(told) > 1
+    assert set(told[1:]) == {0.0}
