@@ -59,7 +59,9 @@ def _drop_looks(root: Element) -> None:
             texture.attrib.clear()
             texture.attrib.update(kept, builtin="flat", width="1", height="1")
     masses = [compiler.get("inertiagrouprange") for compiler in root.iter("compiler")]
-    if masses != ["0 0"] or any(root.iter("default")) or any(root.iter("pair")):
+    if masses != ["0 0"] or any(
+        e.tag == "pair" or (e.tag == "default" and len(e)) for e in root.iter()
+    ):
         return  # what is seen might weigh something, or touch something
     needed = {geom.get("mesh") for geom in root.iter("geom") if not _only_seen(geom)}
     for mesh in root.iterfind("asset/mesh"):
