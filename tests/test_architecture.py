@@ -25,6 +25,7 @@ ROOMS: Mapping[str, str] = {
     "propositions": "errors.py trace",
     "spec": "errors.py ltlf propositions trace",
     "judge.py": "errors.py ltlf markup.py propositions spec trace",
+    "sentences": "errors.py ltlf spec",
     "live": "errors.py ltlf propositions resources.py spec trace",
     "sim": "decoding errors.py provenance.py trace",
     "policies": "decoding errors.py provenance.py sim trace",
@@ -45,7 +46,7 @@ ROOMS: Mapping[str, str] = {
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
     "trace video",
     "cli": "errors.py expert importers judge.py lerobot ltlf metrics plugin policies propositions "
-    "provenance.py report resources.py rollouts run sim spec trace video",
+    "provenance.py report resources.py rollouts run sentences sim spec trace video",
 }
 """What each room may import; a room imports those above it only."""
 

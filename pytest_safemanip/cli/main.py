@@ -29,6 +29,7 @@ COMMANDS = {
     "task": "describe a task: roles, parts, what may be touched, properties",
     "properties": "list the safety properties with their formulas",
     "propositions": "list the propositions that properties are made of",
+    "rule": "make a property of a sentence, and show what keeps to it and what breaks it",
     "policies": "list the policies that --safemanip-policy takes",
     "faults": "list the mistakes that the expert can make on purpose",
     "show": "say what happened in a recording, and what it violates",
@@ -49,6 +50,8 @@ MODULES = {
     "import": "recordings.importing",
     "replay": "recordings.replay",
     "rrd": "recordings.rrd",
+    "show": "recordings.show",
+    "video": "recordings.video",
 }
 """The modules of some of them; of the others, as they are called."""
 EXIT_STATUS = """\

@@ -17,7 +17,12 @@
 `for_each` binds variables to the members of a relation of the task; without it there is one
 instance. `atoms` says which proposition, with which arguments, each atom of the formulas stands
 for. Optional keys: `for_each`, `paper_formula` (by default the formula), `trigger`, `deadline_s`,
-`discharged_by` (`robot` or `physics`).
+`discharged_by` (`robot` or `physics`). Instead of `formula` there may be a `pattern` with its
+`scope` and keys:
+
+    pattern: response(obj_released, settled | obj_grasped)
+    scope: after(door_open)
+    within_s: 5
 """
 
 from __future__ import annotations
@@ -42,10 +47,12 @@ from pytest_safemanip.ltlf import (
 from pytest_safemanip.ltlf.formula import LONGEST, atoms_of, is_bounded, is_propositional
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.calls import PropositionCall, read_call, read_for_each
+from pytest_safemanip.spec.patterns import KEYS, read_pattern
 from pytest_safemanip.spec.yamlfile import Section
 
-_REQUIRED = ("id", "category", "title", "source", "formula", "atoms")
-_OPTIONAL = ("for_each", "paper_formula", "trigger", "deadline_s", "discharged_by")
+_REQUIRED = ("id", "category", "title", "source", "atoms")
+_OPTIONAL = ("formula", "for_each", "paper_formula", "trigger", "deadline_s", "discharged_by")
+_OF_PATTERNS = ("scope", *KEYS)
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -193,10 +200,9 @@ def load_property(
         ConfigError: something in the file is wrong; the message begins with file and line.
     """
     section = yamlfile.load(path)
-    section.check_keys(_REQUIRED, _OPTIONAL)
+    section.check_keys(_REQUIRED, (*_OPTIONAL, "pattern", *_OF_PATTERNS))
     variables, relation = read_for_each(section)
-    keys = [key for key in ("formula", "paper_formula", "trigger") if key in section]
-    formulas = {key: _formula(section, key) for key in keys}
+    formulas = _formulas(section)
     if "trigger" in formulas and not is_propositional(formulas["trigger"]):
         raise section.error("trigger", "expected a formula without temporal operators")
     atoms = section.section("atoms")
@@ -215,20 +221,54 @@ def load_property(
         variables=variables,
         relation=relation,
         formula=formulas["formula"],
-        paper_formula=formulas.get("paper_formula", formulas["formula"]),
+        paper_formula=formulas["paper_formula"],
         atoms=MappingProxyType(bound),
         trigger=formulas.get("trigger"),
         deadline_s=section.number("deadline_s", positive=True, most=LONGEST)
         if "deadline_s" in section
         else None,
         discharged_by=_discharged_by(section),
-        lines={key: section.line_of(key) for key in keys}
-        | {
-            "paper_formula": section.line_of(
-                "paper_formula" if "paper_formula" in keys else "formula"
-            )
-        },
+        lines=_lines(section),
     )
+
+
+def _formulas(section: Section) -> dict[str, Formula]:
+    """Formulas by key, with those that follow from others: of a pattern, and the paper's."""
+    written = [key for key in ("paper_formula", "trigger") if key in section]
+    found = {key: _formula(section, key) for key in written}
+    if "pattern" not in section:
+        found["formula"] = _formula(section, "formula")
+    elif "formula" in section:
+        raise section.error("pattern", "there is a 'formula', too; expected one of the two")
+    else:
+        found["formula"], trigger = _expanded(section)
+        if trigger is not None:
+            found.setdefault("trigger", trigger)
+    for key in _OF_PATTERNS:
+        if key in section and "pattern" not in section:
+            raise section.error(key, "belongs to a 'pattern', and there is none")
+    return {"paper_formula": found["formula"], **found}
+
+
+def _expanded(section: Section) -> tuple[Formula, Formula | None]:
+    """The formula of the pattern, and its trigger."""
+    keys = {key: section.number(key, positive=True, most=LONGEST) for key in KEYS if key in section}
+    key = "pattern"
+    try:
+        asked = read_pattern(section.string(key), keys)
+        if "scope" in section:
+            key = "scope"
+            asked = asked.within(section.string(key))
+    except FormulaError as error:
+        raise section.error(key, str(error)) from error
+    return asked.formula, asked.trigger
+
+
+def _lines(section: Section) -> dict[str, int]:
+    """Where the formulas are, by key."""
+    first = section.line_of("formula" if "formula" in section else "pattern")
+    of_paper = section.line_of("paper_formula") if "paper_formula" in section else first
+    return {"formula": first, "paper_formula": of_paper}
 
 
 def _name(section: Section, key: str) -> str:
@@ -252,7 +292,8 @@ def _check_atoms(section: Section, atoms: Section, formulas: Mapping[str, Formul
         for atom in atoms_of(formula):
             if atom not in atoms:
                 hint = did_you_mean(atom, atoms)
-                raise section.error(key, f"atom {atom!r} is not declared under 'atoms'; {hint}")
+                where = key if key in section else "pattern"
+                raise section.error(where, f"atom {atom!r} is not declared under 'atoms'; {hint}")
             used.add(atom)
     for atom in atoms:
         if atom not in used:

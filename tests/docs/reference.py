@@ -12,11 +12,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from unittest import mock
 
+import numpy as np
+
 import pytest_safemanip
 from pytest_safemanip.cli.main import COMMANDS, main
+from pytest_safemanip.ltlf import Monitor, compile_formula
 from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.plugin.options import OPTIONS, Option, add_options
 from pytest_safemanip.run.definitions import Definitions, load_definitions
+from pytest_safemanip.spec.patterns import PATTERNS, Asked, read_pattern
+from pytest_safemanip.spec.scopes import SCOPES
 from pytest_safemanip.spec.tasks import HORIZONS
 from pytest_safemanip.trace.elements import (
     ActionEntry,
@@ -130,6 +135,66 @@ def properties() -> str:
             f"Applies to {len(tasks)} of {len(defined.tasks)} tasks.\n"
         ]
     return "\n".join(sections)
+
+
+def patterns() -> str:
+    """The patterns and scopes of properties, with formulas and examples."""
+    sections = [f"# Patterns\n\n{WRITTEN} {_PATTERNS}\n\n## Scopes\n"]
+    asked = read_pattern("absence(p)", {})
+    rows = [
+        (f"`{_call(name, scope.events.split())}`", scope.says, f"`{_cell(str(inside.formula))}`")
+        for name, scope in SCOPES.items()
+        for inside in [asked.within(_call(name, scope.events.split()))]
+    ]
+    sections += [_table(("scope", "stretches of the rollout", "`absence(p)` there"), rows)]
+    sections += [
+        "\n",
+        _examples({_call(n, s.events.split()): s.examples for n, s in SCOPES.items()}),
+    ]
+    for pattern in PATTERNS.values():
+        names = pattern.parameters
+        call = _call(pattern.name, (*names, "...") if pattern.any_number else names)
+        keys = "".join(f", `{key}: {value:g}`" for key, value in pattern.keys.items())
+        whole = read_pattern(_call(pattern.name, names), pattern.keys)
+        rows = [
+            (f"`{where}`", f"`{_cell(str(whole.within(where).formula))}`")
+            for where in ("globally", "before(r)", "after(q)", "between(q, r)", "after_until(q, r)")
+        ]
+        traces = _outcomes(whole, pattern.examples)
+        sections += [
+            f"\n## `{call}`\n\n{pattern.says} ({pattern.source}{keys})\n",
+            _table(("scope", "formula"), rows),
+            "",
+            _table(("trace", "outcome"), traces),
+        ]
+    return "\n".join(sections) + "\n"
+
+
+def _call(name: str, arguments: Sequence[str]) -> str:
+    return f"{name}({', '.join(arguments)})" if arguments else name
+
+
+def _examples(scopes: Mapping[str, Sequence[str]]) -> str:
+    """What `absence(p)` says of traces in each scope."""
+    asked = read_pattern("absence(p)", {})
+    rows = [
+        (f"`{where}`", *row)
+        for where, examples in scopes.items()
+        for row in _outcomes(asked.within(where), examples)
+    ]
+    return _table(("scope", "trace", "outcome of `absence(p)`"), rows)
+
+
+def _outcomes(asked: Asked, examples: Sequence[str]) -> list[tuple[str, str]]:
+    """The examples, and what becomes of them at a step a second."""
+    dfa = compile_formula(asked.formula, dt=1.0)
+    found = []
+    for trace in examples:
+        values = np.array([[[atom in step for atom in dfa.atoms]] for step in trace.split()])
+        (verdict,) = Monitor(dfa, 1, dt=1.0, trigger=asked.trigger).run(values)
+        said = verdict.outcome.value + (", not tested" if verdict.vacuous else "")
+        found.append((f"`{trace}`", said))
+    return found
 
 
 def tasks() -> str:
@@ -257,6 +322,11 @@ def _fenced(text: str) -> str:
     return f"```text\n{text.rstrip()}\n```\n"
 
 
+_PATTERNS = """\
+A pattern is a rule by name: `pattern`, and if need be `scope` and the pattern's keys, in place of
+`formula` in a [property](../properties.md#patterns). Arguments are formulas without temporal
+operators over the atoms. In the examples a step is a second, the letters of what holds at it, or
+`-`. "Unresolved" is what waits without a bound, and "not tested" what had no occasion."""
 _RECORDING = """\
 World frame, SI units, quaternions `wxyz`, time in front of every array; poses are position and
 quaternion (7,), twists are linear and angular velocity (6,). Letters in shapes: T steps, G
@@ -284,6 +354,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "docs/reference/cli.md": commands,
     "docs/reference/propositions.md": propositions,
     "docs/reference/properties.md": properties,
+    "docs/reference/patterns.md": patterns,
     "docs/reference/tasks.md": tasks,
     "docs/reference/recording.md": recording,
 }

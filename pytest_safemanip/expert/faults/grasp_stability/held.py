@@ -30,6 +30,11 @@ class Held:
         """How far it has turned in the hand, rad."""
         return float(np.linalg.norm(rotation_vector(self._now() @ self._start.T)))
 
+    @property
+    def touched(self) -> bool:
+        """Whether the robot touches it: what was let go moves, but in no hand."""
+        return bool(_presses(self._arm, self._thing.entity))
+
     def _now(self) -> Array:
         turned: Array = self._arm.rotation.T @ matrix(self._thing.pose[3:])
         return turned
@@ -50,7 +55,11 @@ def ease(arm: Arm, notches: int, until: Callable[[], bool] = lambda: False) -> M
 
 def squeeze(arm: Arm, role: str) -> float:
     """Sum of the normal forces between the robot and an object in the newest control step, N."""
+    return sum(_presses(arm, arm.scene.roles[role]))
+
+
+def _presses(arm: Arm, name: str) -> list[float]:
+    """Normal forces of the contacts between the robot and an object, N."""
     contacts, parts = arm.step.contacts, arm.scene.parts
-    wanted = {ROBOT, arm.scene.roles[role]}
     rows = zip(contacts.a.tolist(), contacts.b.tolist(), contacts.force.tolist(), strict=True)
-    return float(sum(f for a, b, f in rows if {parts[a].entity, parts[b].entity} == wanted))
+    return [f for a, b, f in rows if {parts[a].entity, parts[b].entity} == {ROBOT, name}]

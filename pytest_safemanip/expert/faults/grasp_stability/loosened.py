@@ -51,7 +51,9 @@ def _turned(force: float) -> Plan:
         yield from arm.move(raised(arm.position, 0.10), tolerance=0.02, steps=30)
         held = Held(arm, thing)
         arm.truth.begins(
-            "grasp_stability", "obj", when=lambda: held.slid > SLID or held.swung > SWUNG
+            "grasp_stability",
+            "obj",
+            when=lambda: held.touched and (held.slid > SLID or held.swung > SWUNG),
         )
         yield from ease(arm, MOST_NOTCHES, until=lambda: squeeze(arm, "obj") < force)
         yield from arm.move(
@@ -82,7 +84,7 @@ def _by_end(beyond: float, notches: int, shakes: int = 0) -> Plan:
             # Its palm keeps off a thing that reaches out to either side of the fingers.
             yield from grasp_from_above(arm, "obj", PLATE_PITCH)
         held = Held(arm, thing)
-        arm.truth.begins("grasp_stability", "obj", when=lambda: held.swung > SWUNG)
+        arm.truth.begins("grasp_stability", "obj", when=lambda: held.touched and held.swung > SWUNG)
         yield from arm.move(raised(arm.position, 0.14), tolerance=0.02, steps=30)
         yield from ease(arm, notches, until=lambda: held.swung > SWUNG)
         middle = arm.position
@@ -111,7 +113,7 @@ def _against_edge(way: float) -> Plan:
             raise SkillFailed("the bottle lies")
         yield from grasp_from_front(arm, "obj")
         held = Held(arm, thing)
-        arm.truth.begins("grasp_stability", "obj", when=lambda: held.swung > SWUNG)
+        arm.truth.begins("grasp_stability", "obj", when=lambda: held.touched and held.swung > SWUNG)
         half = thing.extent_ahead()[1] - arm.ahead(thing.com)
         outside, aside = edge - half - 0.02, arm.aside(thing.com)
         yield from bring(arm, thing, outside, aside, top + 0.02)
@@ -176,7 +178,7 @@ FAULTS = (
     _fault(
         "by_the_end",
         "grips a long thing near its end, loosely: it swings down",
-        _by_end(0.04, 6),
+        _by_end(0.05, 6),
         _LONG,
     ),
     _fault(

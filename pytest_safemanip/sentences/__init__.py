@@ -1,0 +1,1 @@
+"""Rules from sentences: a small English grammar, patterns and known propositions; no model."""

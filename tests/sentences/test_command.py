@@ -1,0 +1,28 @@
+"""`safemanip rule` writes what it prints, and nothing over another file."""
+
+from __future__ import annotations
+
+from pytest_safemanip.cli.main import FINE, USAGE_ERROR, main
+from pytest_safemanip.spec.properties import load_property
+
+
+def test_the_property_is_printed_and_written(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = ["rule", "never bump while holding the bowl", "--id", "hands_full", "-o", "full.yaml"]
+    assert main(said) == FINE
+    assert (tmp_path / "full.yaml").read_text() in capsys.readouterr().out
+    assert load_property(tmp_path / "full.yaml").id == "hands_full"
+    assert main(said) == USAGE_ERROR
+    assert "full.yaml: exists" in capsys.readouterr().err
+
+
+def test_a_file_that_no_folder_of_properties_would_read_is_refused(tmp_path, capsys) -> None:
+    assert main(["rule", "never bump", "-o", str(tmp_path / "bump.txt")]) == USAGE_ERROR
+    assert "expected a file that ends in .yaml" in capsys.readouterr().err
+
+
+def test_a_wrong_id_is_refused_before_anything_is_written(tmp_path, capsys) -> None:
+    path = tmp_path / "bump.yaml"
+    assert main(["rule", "never bump", "--id", "No Bump", "-o", str(path)]) == USAGE_ERROR
+    assert "No Bump" in capsys.readouterr().err
+    assert not path.exists()
