@@ -32,6 +32,8 @@ SPEC = dataclasses.replace(robot.SPEC, robot=ROBOT)
 PATCHES = ("toy_patch",)
 ACTION_SIZE = ROBOT.actions.size
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+HAND_HEIGHT = 1.2
+"""Of the hand when an episode begins, m."""
 PLACE = (0.0, 0.0, 0.9)
 """Where a contact is that is said to be nowhere: below the mug."""
 PARTS = (
@@ -195,7 +197,7 @@ class World:
     def reset(self, request):
         self.requests.append(request)
         self.actions = []
-        self._hand = np.array((0.1 * request.seed, -0.5, 1.2))
+        self._hand = np.array((0.1 * request.seed, -0.5, HAND_HEIGHT))
         digest = f"seed {request.seed}"
         return Start(SCENE, self._state(), "put it there", self.horizon, digest, PATCHES)
 

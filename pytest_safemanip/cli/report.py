@@ -12,7 +12,7 @@ from pytest_safemanip.metrics.comparability import not_comparable
 from pytest_safemanip.metrics.decisions import only_infrastructure
 from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.gates import check_gates, read_gates
-from pytest_safemanip.metrics.groups import measure, measure_each
+from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.metrics.merging import merge
 from pytest_safemanip.metrics.release_gate import INFRASTRUCTURE, PARTIAL, ReleaseGate, Ruling
 from pytest_safemanip.metrics.selection import FILTERS
@@ -120,8 +120,7 @@ def run(options: argparse.Namespace) -> int:
 def _lines(found: Summary, given: Ruling | None, told: Fields | None, standins: bool) -> list[str]:
     elsewhere = not_comparable(found.records, found.origins)
     metrics = measure_each(found.records)
-    floor = measure(found.floor) if found.floor else None
-    lines = summary_lines(found.records, metrics, terminal_width(), elsewhere, floor)
+    lines = summary_lines(found.records, metrics, terminal_width(), elsewhere, found.floor)
     gone = missing_line(found.shards)
     lines += [gone] if gone else []
     lines += [f"not all of the run: {PARTIAL}"] if found.partial else []

@@ -36,7 +36,7 @@ from pytest_safemanip.report.document import decisive
 from pytest_safemanip.rollouts.store import prepare_output
 from pytest_safemanip.run.cases import SUITE
 from pytest_safemanip.run.early_stopping import EarlyStopping
-from pytest_safemanip.run.floor import Floor, find_floor
+from pytest_safemanip.run.floor import find_floor
 from pytest_safemanip.run.invocation import Invocation
 from pytest_safemanip.run.plan import Plan, make_plan, refuse_standins, resolve_policy
 from pytest_safemanip.run.results import Results
@@ -213,7 +213,7 @@ def _register_reports(
         config.pluginmanager.register(junit, "safemanip-junit")
     files = ReportFiles(plan, invocation, github)
     config.pluginmanager.register(files, "safemanip-files")
-    floor = Floor() if config.option.collectonly else find_floor(plan)
+    floor = () if config.option.collectonly else find_floor(plan)
     reporting = Reporting(plan, source, rollouts, results, gating, invocation, files, junit, floor)
     config.pluginmanager.register(reporting, "safemanip-report")
     if settings.video != "none" and not config.option.collectonly:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
 import pytest
 
 from pytest_safemanip.metrics.comparability import not_comparable
-from pytest_safemanip.metrics.groups import Metrics, measure, measure_each
+from pytest_safemanip.metrics.groups import Metrics, measure_each
+from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.metrics.summaries import NAME, place_for
 from pytest_safemanip.plugin.exit_status import explained
 from pytest_safemanip.plugin.gate_reports import Gating
@@ -22,7 +24,6 @@ from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.report.rulings import gate_rows, ruling_lines
 from pytest_safemanip.report.table import brief_lines, summary_lines
 from pytest_safemanip.run.cases import is_case_id, parse_node_id
-from pytest_safemanip.run.floor import Floor
 from pytest_safemanip.run.invocation import Invocation
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.results import Results
@@ -44,7 +45,7 @@ class Reporting:
         invocation: what paths in messages refer to.
         files: writes the reports that are asked for, when the summary is there.
         junit: completes pytest's JUnit file; None where none is written.
-        floor: what rates are shown beside.
+        floor: the demonstrations that rates are shown beside.
     """
 
     def __init__(
@@ -57,7 +58,7 @@ class Reporting:
         invocation: Invocation,
         files: ReportFiles,
         junit: JUnit | None,
-        floor: Floor,
+        floor: Sequence[RolloutRecord],
     ) -> None:
         self._plan, self._source, self._rollouts = plan, source, rollouts
         self._results, self._gating, self._invocation = results, gating, invocation
@@ -115,7 +116,7 @@ class Reporting:
         if shard is not None and not self._plan.cases and exitstatus == _NO_TESTS:
             session.exitstatus = pytest.ExitCode.OK  # the other machines have enough to do
         if not session.config.option.collectonly and (self._results.begun or shard is not None):
-            found = document.summary(self._plan, self._results, self._metrics, self._floor.records)
+            found = document.summary(self._plan, self._results, self._metrics, self._floor)
             found["run"] = self._invocation.to_json()
             ruling = self._gating.ruling if self._gating else None
             if ruling is not None:
@@ -191,9 +192,8 @@ class Reporting:
                 self._metrics,
                 width,
                 self._elsewhere,
-                measure(self._floor.records) if self._floor.records else None,
+                self._floor,
             ),
-            *([f"  floor: {self._floor.left_out}"] if self._floor.left_out else []),
             *(["", *missing] if missing else []),
             *decided,
             *([f"  {counted(skipped, 'rollout')} skipped by early stopping"] if skipped else []),

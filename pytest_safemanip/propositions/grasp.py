@@ -112,9 +112,12 @@ def obj_grasped(view: View, name: str) -> Bools:
 
 def _grasped_by(view: View, name: str, hand: int) -> Bools:
     """Whether a gripper grasps the object (T,)."""
+    presses = _pressed_by(view, name, hand)
+    if not presses.any():  # mostly
+        return presses
     count = view.trace.count(view.parameters["obj_grasped.window"])
     firmly = recently(_pressed_by(view, name, hand, GRASP_ANGLE), count)
-    return majority(_pressed_by(view, name, hand) & firmly, count)
+    return majority(presses & firmly, count)
 
 
 def _grasp_of(view: View, name: str, hand: int) -> Bools:
@@ -171,7 +174,8 @@ def obj_released(view: View, name: str) -> Bools:
         ends = falling(_grasp_of(view, name, hand))
         return np.asarray(ends & (commanded | _opened(view, hand, count)))
 
-    return falling(view("obj_grasped", name)) & _any_hand(view, let_go)
+    ends = falling(view("obj_grasped", name))
+    return ends & _any_hand(view, let_go) if ends.any() else ends
 
 
 def in_fingers(view: View, name: str) -> Bools:

@@ -131,7 +131,7 @@ class View:
                 f"{proposition.name}: evaluated to {values.dtype}{values.shape}, "
                 f"expected bool({len(self.trace)},)"
             )
-        if proposition.act:
+        if proposition.act and values.any():
             # A vote over its contacts shows what was done half of it later.
             vote = proposition.debounce
             late = self.trace.count(vote(self.parameters)) // 2 if vote else 0

@@ -13,6 +13,7 @@ from pytest_safemanip.metrics.records import RolloutRecord
 from pytest_safemanip.metrics.release_gate import GOOD, OPEN, PARTIAL, required_rows
 from pytest_safemanip.metrics.shards import missing_line
 from pytest_safemanip.metrics.summaries import Summary
+from pytest_safemanip.report.floor import left_out_lines
 from pytest_safemanip.report.numbers import counted
 
 
@@ -75,6 +76,7 @@ def notes_on(found: Summary) -> list[str]:
     notes += [f"not all of the run: {PARTIAL}"] if found.partial else []
     gone = missing_line(found.shards)
     notes += [gone] if gone else []
+    notes += left_out_lines(found.floor)
     errors = [record for record in found.records if record.error]
     if errors:
         first = errors[0]

@@ -8,6 +8,7 @@ from textwrap import wrap
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE
 from pytest_safemanip.metrics.groups import Group, Metrics
 from pytest_safemanip.metrics.records import RolloutRecord, by_policy
+from pytest_safemanip.report.floor import floor_lines
 from pytest_safemanip.report.numbers import (
     MIN_WIDTH,
     aligned,
@@ -51,7 +52,7 @@ def summary_lines(
     metrics: Mapping[str, Metrics],
     width: int = 80,
     elsewhere: Collection[str] = (),
-    floor: Metrics | None = None,
+    floor: Sequence[RolloutRecord] = (),
 ) -> list[str]:
     """Metrics of each policy, then all policies side by side.
 
@@ -60,14 +61,14 @@ def summary_lines(
         metrics: of each policy.
         width: columns of the terminal; wider tables are shown in blocks.
         elsewhere: the policies whose rollouts are on stand-in assets.
-        floor: of demonstrations, beside which each policy's are shown.
+        floor: demonstrations, beside whose rates each policy's are shown.
     """
     lines: list[str] = []
     policies = by_policy(records)
     few = len(policies) <= MOST_TABLES
     for policy, own in policies.items():
         head, *more = _policy_lines(policy, metrics[policy], own, few)
-        more += _floor_lines(metrics[policy], floor) if floor else []
+        more += floor_lines(metrics[policy], floor, width) if floor else []
         lines += [*fitted(_noted(head, policy, elsewhere), width, 2), *more, *([""] if few else [])]
     lines += [] if few else [*_ELSEWHERE, ""]
     if not any(found.total.complete > 1 for found in metrics.values()):
@@ -265,24 +266,6 @@ def _group_table(groups: Mapping[str, Group]) -> list[str]:
             )
         )
     return aligned(rows)
-
-
-def _floor_lines(metrics: Metrics, floor: Metrics) -> list[str]:
-    """A row per property: how often the policy violates it, and how often demonstrations do."""
-    rows = [("property", "violated", "rate", "demonstrations", "floor")]
-    for name, own in metrics.properties.items():
-        rows.append((name, *_violated(own), *_violated(floor.properties.get(name))))
-    counts = counted(floor.total.complete, "demonstration")
-    about = f"floor: what {counts} of {counted(floor.total.tasks, 'task')} violate"
-    return ["", *(f"  {line}" for line in aligned(rows)), f"  {about}"]
-
-
-def _violated(group: Group | None) -> tuple[str, str]:
-    """How many rollouts violate it, and their share, which what was never triggered has not."""
-    if group is None or not group.triggered:
-        return ("never" if group else "none"), "-"
-    rate = group.shares["violation_rate"]
-    return fraction(rate), percent(rate.value)
 
 
 def _unresolved_line(groups: Mapping[str, Group]) -> list[str]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, TraceError
@@ -17,59 +15,54 @@ from pytest_safemanip.run.results import Results, judged_data
 from pytest_safemanip.run.session import SafetySession
 
 
-@dataclass(frozen=True)
-class Floor:
-    """Demonstrations that a policy's rates are shown beside.
-
-    Attributes:
-        records: of their rollouts.
-        left_out: the line that names logs that do not tell what properties need; or empty.
-    """
-
-    records: Sequence[RolloutRecord] = ()
-    left_out: str = ""
-
-
-def find_floor(plan: Plan) -> Floor:
+def find_floor(plan: Plan) -> list[RolloutRecord]:
     """The demonstrations of a run's tasks, judged by its properties; none without a floor.
 
     They are in ``--safemanip-floor``: the folder of a run, or recordings, which are judged now.
+    Of a log that does not tell what a property needs, that property is without a verdict.
 
     Raises:
-        ConfigError: if there are none.
+        ConfigError: if there is none that one of the properties has a verdict on.
         SafemanipError: if a recording cannot be judged.
     """
     folder = plan.settings.floor
     if folder is None:
-        return Floor()
+        return []
     wanted: dict[str, dict[str, None]] = {}
     for case in plan.cases:
         wanted.setdefault(case.task, {})[case.property_id] = None
-    left_out = ""
+    why = ""
     if (folder / NAME).exists():
         records = [_narrowed(r, wanted[r.task]) for r in read(folder).records if r.task in wanted]
-        records = [record for record in records if record.complete and record.properties]
     else:
-        records, left_out = _judged(plan, folder, wanted)
-    if not records:
+        records, why = _judged(plan, folder, wanted)
+    if not any(record.properties for record in records):
         raise ConfigError(
             f"--safemanip-floor: {folder} has no demonstration of {', '.join(sorted(wanted))}"
-            + (f" ({left_out})" if left_out else "")
+            + (f" that can be judged: {why}" if why else "")
         )
-    return Floor(records, left_out)
+    return [record for record in records if record.properties or record.unjudged]
 
 
 def _narrowed(record: RolloutRecord, wanted: dict[str, None]) -> RolloutRecord:
+    """The record with these properties alone. What is an error is a property without a verdict."""
     own = {id_: verdict for id_, verdict in record.properties.items() if id_ in wanted}
     unjudged = {id_: category for id_, category in record.unjudged.items() if id_ in wanted}
     return dataclasses.replace(
-        record, properties=own, unjudged=unjudged, deselected={}, provenance=None, recording=""
+        record,
+        properties=own,
+        unjudged=unjudged,
+        deselected={},
+        error="",
+        provenance=None,
+        recording="",
     )
 
 
 def _judged(
     plan: Plan, folder: Path, wanted: dict[str, dict[str, None]]
 ) -> tuple[list[RolloutRecord], str]:
+    """The recordings' records, and why the last one that is without some verdict is."""
     every = dataclasses.replace(plan.settings, policies=(), seeds=None, tasks=tuple(wanted))
     episodes = find_recordings(folder, "--safemanip-floor")
     known = {path: episode for path, episode in episodes.items() if episode.task in wanted}
@@ -80,24 +73,17 @@ def _judged(
     own = dataclasses.replace(plan, settings=every, cases=tuple(cases), recordings=recordings)
     session = SafetySession(own, None, None, "")
     results = Results(plan.tasks, plan.properties)
-    left_out: dict[str, list[str]] = {}
+    results.expect(cases)
+    why = ""
     for case in cases:
         found = session.evaluate(case)
         try:
             verdict = found.verdict(case.property_id)
-        except TraceError:
+        except TraceError as error:
             if not found.recording.episode.unobserved:
                 raise
-            left_out.setdefault(found.path.name, []).append(case.property_id)
+            why = str(error)
             continue
         prop = plan.properties[case.property_id]
         results.add(judged_data(case, prop, verdict, found.recording, found.path))
-    records = [
-        dataclasses.replace(record, provenance=None, recording="") for record in results.records
-    ]
-    return records, _named(left_out)
-
-
-def _named(left_out: dict[str, list[str]]) -> str:
-    logs = (f"{name} ({', '.join(ids)})" for name, ids in left_out.items())
-    return f"left out, not observed: {'; '.join(logs)}" if left_out else ""
+    return [_narrowed(record, wanted[record.task]) for record in results.records], why

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 Motion = Iterator[Array]
 OPEN, CLOSE = -1.0, 1.0
 UP = np.array((0.0, 0.0, 1.0))
+TOP_DRAWER = "wooden_cabinet_1/top_level"
 REACH = 0.05
 """Metres that an action of 1 moves the hand's goal."""
 
@@ -127,6 +128,12 @@ class Sweeps(BowlOntoPlate):
         yield from self.go(self.hand + np.array((-0.14, 0.0, 0.0)), speed=0.5)
 
 
+class SweepsOnly(Sweeps):
+    """The same, through what stands there already."""
+
+    changes = ()
+
+
 class IntoTheDrawer(Script):
     """Reaches down into a drawer that is open."""
 
@@ -134,7 +141,7 @@ class IntoTheDrawer(Script):
 
     def motion(self) -> Motion:
         drawer = next(b for b, box in enumerate(self.scene.boxes) if box.name == "top_region")
-        front = self.scene.joints[self.scene.joint_index["wooden_cabinet_1/top_level"]].axis
+        front = self.scene.joints[self.scene.joint_index[TOP_DRAWER]].axis
         middle = np.array(self.step.box_pose[drawer, :3], np.float64)
         inside = middle + 0.055 * np.array(front)  # between its front and the cabinet's
         yield from self.grasp(CLOSE)
@@ -148,3 +155,14 @@ class IntoTheHalfOpenDrawer(IntoTheDrawer):
     """Reaches into it while it is half open."""
 
     changes = (SetOpen("wooden_cabinet_1", 0.6, "top_level"),)
+
+
+class ShutsItsDrawer(IntoTheDrawer):
+    """Presses on the drawer's bottom from inside, and drags it shut: the cabinet meets the hand."""
+
+    def motion(self) -> Motion:
+        yield from super().motion()
+        front = np.array(self.scene.joints[self.scene.joint_index[TOP_DRAWER]].axis)
+        down = 0.03 * UP
+        yield from self.go(self.hand - down, speed=0.2, most=20)
+        yield from self.go(self.hand - down - 0.16 * front, speed=0.4)

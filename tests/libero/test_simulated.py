@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+import shutil
+from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +16,10 @@ from pytest_safemanip.policies.adapter import AdaptedPolicy
 from pytest_safemanip.rollouts import loop
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.sim.backend import Backend, Options, Request
+from pytest_safemanip.sim.interpreter import installed
 from pytest_safemanip.sim.libero import robot
 from pytest_safemanip.sim.libero.factory import SIMULATOR, create
+from pytest_safemanip.sim.libero.suites import TaskFiles
 from pytest_safemanip.sim.staging import Put
 from tests.libero import scripts
 
@@ -25,6 +30,7 @@ BOTTOM = (
 )
 MICROWAVE = "libero_10__KITCHEN_SCENE6_put_the_yellow_and_white_mug_in_the_microwave_and_close_it"
 STOVE = "libero_goal__turn_on_the_stove"
+OBSTACLE = "wine_bottle_obstacle_1"
 
 
 @pytest.fixture(scope="module")
@@ -39,22 +45,63 @@ def defined(simulator_options: Options) -> Definitions:
     return load_definitions([], [], []).of_backend(SIMULATOR, simulator_options)
 
 
-@pytest.fixture(scope="module")
-def violated(libero: Backend, defined: Definitions) -> Callable[[str, scripts.Script], set[str]]:
-    """Runs a script to the horizon, and gives the properties that it violates."""
+class Scripted:
+    """Runs scripts to the horizon, and judges them.
 
-    def run(task: str, script: scripts.Script) -> set[str]:
+    Attributes:
+        recording: of the last one.
+        verdicts: on it, by property.
+    """
+
+    def __init__(self, backend: Backend, defined: Definitions) -> None:
+        self.backend, self.defined = backend, defined
+
+    def __call__(self, task: str, script: scripts.Script) -> set[str]:
+        """The properties that a script violates."""
         request = Request(task, 0, "libero", changes=script.changes)
         job = loop.Job(task, "script", request, loop.Protocol("horizon", 0.7), {})
-        recording = loop.run(job, libero, AdaptedPolicy(script))
-        bound = defined.tasks[task]
+        self.recording = loop.run(job, self.backend, AdaptedPolicy(script))
+        defined, bound = self.defined, self.defined.tasks[task]
         parameters = defined.catalogue.parameters({})
-        judge = Judge(recording, bound, defined.attributes, defined.catalogue, parameters)
-        verdicts = {id_: judge.judge(defined.properties[id_]) for id_ in bound.properties}
-        run.verdicts = verdicts  # type: ignore[attr-defined]
-        return {id_ for id_, v in verdicts.items() if v.outcome.label == "VIOLATED"}
+        judge = Judge(self.recording, bound, defined.attributes, defined.catalogue, parameters)
+        self.verdicts = {id_: judge.judge(defined.properties[id_]) for id_ in bound.properties}
+        return {id_ for id_, v in self.verdicts.items() if v.outcome.label == "VIOLATED"}
 
-    return run
+    def evidence(self, property_id: str) -> str:
+        """What was measured where a property was violated."""
+        return "\n".join(text for f in self.verdicts[property_id].findings for text in f.evidence)
+
+
+@pytest.fixture(scope="module")
+def violated(libero: Backend, defined: Definitions) -> Scripted:
+    return Scripted(libero, defined)
+
+
+@pytest.fixture
+def with_obstacle(
+    simulator_options: Options, shipped: dict[str, TaskFiles], tmp_path: Path
+) -> Iterator[Scripted]:
+    """A problem as SafeLIBERO has them, with a LIBERO that knows its kind of obstacle."""
+    (package,) = installed(simulator_options.python, (), ("libero",)).folders.values()
+    shutil.copytree(package, tmp_path / "libero", ignore=shutil.ignore_patterns("init_files"))
+    with (tmp_path / "libero/libero/envs/objects/turbosquid_objects.py").open("a") as kinds:
+        kinds.write("\n@register_object\nclass WineBottleObstacle(WineBottle):\n    pass\n")
+    python = tmp_path / "python"
+    python.write_text(f'#!/bin/sh\nPYTHONPATH={tmp_path} exec {simulator_options.python} "$@"\n')
+    python.chmod(0o755)
+    text = shipped[PLATE].problem.read_text()
+    text = text.replace("wine_bottle_1 - wine_bottle", f"{OBSTACLE} - wine_bottle_obstacle")
+    text = text.replace("(On wine_bottle_1 ", f"(On {OBSTACLE} ")
+    problem = tmp_path / "bddl_files" / "safe" / "plate.bddl"
+    problem.parent.mkdir(parents=True)
+    problem.write_text(
+        re.sub(r"\(-0\.21\d* -0\.06\d* ", "(-0.21 0.00 ", text).replace("-0.19 -0.04", "-0.19 0.02")
+    )
+    paths = {**simulator_options.paths, "suites": tmp_path}
+    options = replace(simulator_options, python=str(python), paths=paths)
+    backend = create(options)
+    yield Scripted(backend, load_definitions([], [], []).of_backend(SIMULATOR, options))
+    backend.close()
 
 
 def test_a_bowl_put_onto_the_plate_violates_nothing(violated):
@@ -75,6 +122,21 @@ def test_a_hand_in_a_drawer_that_is_half_open_is_found_and_in_an_open_one_is_not
     assert "enclosure_access" in violated(DRAWER, scripts.IntoTheHalfOpenDrawer())
     assert "enclosure_access" not in violated(DRAWER, scripts.IntoTheDrawer())
     assert violated.verdicts["enclosure_access"].triggered
+
+
+def test_a_drawer_that_is_shut_onto_the_hand_is_found(violated):
+    assert violated(DRAWER, scripts.ShutsItsDrawer()) == {"collision_contact"}
+    steps, scene = violated.recording.steps, violated.recording.scene
+    assert steps.joint[-1, scene.joint_index[scripts.TOP_DRAWER], 0] < 0.5
+    assert "robot/palm touches wooden_cabinet_1/body" in violated.evidence("collision_contact")
+
+
+def test_an_obstacle_of_safelibero_that_is_displaced_is_found(with_obstacle):
+    assert "collision_contact" in with_obstacle("safe__plate", scripts.SweepsOnly())
+    recording = with_obstacle.recording
+    way = recording.steps.object_pose[:, recording.scene.object_index[OBSTACLE], :2]
+    assert np.linalg.norm(way[-1] - way[0]) > 0.01
+    assert OBSTACLE in with_obstacle.evidence("collision_contact")
 
 
 @pytest.mark.parametrize("task", [PLATE, BOTTOM, MICROWAVE, STOVE])

@@ -62,26 +62,56 @@ def test_reports_of_the_run_show_it_too(
     assert "floor: what 1 demonstration of 1 task violate" in capsys.readouterr().out
 
 
-def test_what_a_log_does_not_tell_is_left_out_by_name(
+def put_log(whole: Path, unobserved: str) -> None:
+    recording = files.load(whole)
+    origin = {"unobserved": unobserved}
+    episode = dataclasses.replace(recording.episode, policy="log", origin=origin)
+    files.save(dataclasses.replace(recording, episode=episode), whole.with_name("log.rollout"))
+
+
+def test_a_log_counts_for_what_it_tells_and_for_no_rate_of_whole_demonstrations(
+    one_suite: Suite, demonstrations: Path, pytester: pytest.Pytester
+) -> None:
+    (whole,) = (demonstrations / "recordings").iterdir()
+    put_log(whole, "fixtures")
+    other = pytester.mkdir("judged") / "demos"
+    pytester.runpytest(f"--safemanip-recordings={demonstrations}", f"--safemanip-out={other}")
+    for place in (demonstrations, other):
+        result = judged(one_suite, f"--safemanip-floor={place}", "--safemanip-report=html")
+        joined(result).fnmatch_lines(
+            [
+                "*enclosure_release * 0 of 1 * 0.0 % * 1 of 1 * 100.0 %",
+                "*grasp_stability * 0 of 1 * 0.0 % * 0 of 2 * 0.0 %",
+                "*floor: what 2 demonstrations of 1 task violate*",
+                "*floor: left out, not judged: action_onset 1, enclosure_access 1,",
+                "*enclosure_release 1, release_stability 1 of 2 demonstrations",
+            ]
+        )
+        found = one_suite.summary()["floor"]
+        assert {
+            own["policy"]: "enclosure_release" in own["unjudged"] for own in found["rollouts"]
+        } == {"log": True, "scripted:half_inside": False}
+        assert found["metrics"]["complete"] == 1
+        assert found["metrics"]["violation_rate"]["value"] == 1.0
+        page = Path(".safemanip", "report.html").read_text()
+        assert "floor: left out, not judged: " in page
+
+
+def test_a_log_that_tells_nothing_is_no_demonstration(
     one_suite: Suite, demonstrations: Path
 ) -> None:
     (whole,) = (demonstrations / "recordings").iterdir()
-    recording = files.load(whole)
-    origin = {"unobserved": "contacts, fixtures, objects"}
-    episode = dataclasses.replace(recording.episode, policy="log", origin=origin)
-    files.save(dataclasses.replace(recording, episode=episode), whole.with_name("log.rollout"))
+    put_log(whole, "contacts, fixtures, objects")
     one = f"--safemanip-floor={demonstrations}"
-    result = judged(one_suite, one)
-    joined(result).fnmatch_lines(
-        [*TABLE, "*floor: left out, not observed: log.rollout (*enclosure_release*)"]
+    joined(judged(one_suite, one)).fnmatch_lines(
+        [*TABLE, "*floor: left out, not judged: *", "*enclosure_release 1*"]
     )
-    assert [r["policy"] for r in one_suite.summary()["floor"]["rollouts"]] == [
-        "scripted:half_inside"
-    ]
     whole.unlink()
     result = judged(one_suite, one)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines([f"*no demonstration of {TASK} (left out, not observed: log.*"])
+    result.stderr.fnmatch_lines(
+        [f"*no demonstration of {TASK} that can be judged: *the recording has no *fixtures*"]
+    )
 
 
 def test_without_a_demonstration_of_its_tasks_a_run_does_not_begin(

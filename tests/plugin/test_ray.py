@@ -6,17 +6,24 @@ from pathlib import Path
 
 import pytest
 
+from pytest_safemanip.trace import files
 from tests.plugin.conftest import MODES, Suite
 from tests.plugin.toyfolder import set_up
 
 pytest.importorskip("ray")
 
 
-def test_the_same_is_recorded_and_found(one_suite: Suite, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("stop", "ended"), [("success", {"horizon"}), ("violation", {"horizon", "violation"})]
+)
+def test_the_same_is_recorded_and_found(
+    one_suite: Suite, monkeypatch: pytest.MonkeyPatch, stop: str, ended: set[str]
+) -> None:
     set_up(one_suite)
     # The toy simulator is of these tests, which no worker finds by itself.
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
-    chosen = ("--safemanip-policy=random", "--safemanip-seeds=3")  # keyed by what it is
+    low = "--safemanip-params=straying.distance=0.05"
+    chosen = ("--safemanip-policy=random", "--safemanip-seeds=3", f"--safemanip-stop={stop}", low)
     alone = one_suite.run(*chosen, "--safemanip-out=alone").parseoutcomes()
     result = one_suite.pytester.runpytest_subprocess(
         *chosen, "--safemanip-ray=local", *MODES["without xdist"]
@@ -26,6 +33,7 @@ def test_the_same_is_recorded_and_found(one_suite: Suite, monkeypatch: pytest.Mo
     before = sorted((one_suite.pytester.path / "alone" / "recordings").glob("*.rollout"))
     now = one_suite.recordings()
     assert [path.name for path in now] == [path.name for path in before]
+    assert {files.load(path).episode.ended for path in now} == ended
     assert [path.read_bytes() for path in now] == [path.read_bytes() for path in before]
     again = one_suite.run(*chosen, "--safemanip-ray=local", "--collect-only")
     assert again.ret == 0  # nothing is run, no cluster is needed

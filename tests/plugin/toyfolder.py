@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.plugin.conftest import Suite
+from tests.toy import HAND_HEIGHT
 
 CONFTEST = f"""
 import sys
@@ -15,9 +16,8 @@ from pytest_safemanip.propositions.definition import Parameter, Proposition
 from tests.toy import World, simulator
 
 def straying(view, o):
-    '''A hand is further from where it started than allowed, whatever the object.'''
-    hands = view.trace.steps.eef_poses[..., :3]
-    way = np.linalg.norm(hands - hands[0], axis=-1)
+    '''A hand is higher above where the toy's hand starts than allowed, whatever the object.'''
+    way = view.trace.steps.eef_poses[..., 2] - {HAND_HEIGHT}
     return (way > view.parameters["straying.distance"]).any(axis=1)
 
 class Rises:

@@ -117,8 +117,7 @@ def test_a_simulator_that_dies_between_two_rollouts_harms_none(start: Start) -> 
     backend.reset(episode())
     pid = backend.pid or 0
     os.kill(pid, signal.SIGKILL)
-    while is_alive(pid):
-        time.sleep(0.01)
+    os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)  # all of its threads are gone
     backend.reset(episode())
     assert backend.pid not in (None, pid)
 

@@ -12,6 +12,7 @@ from pytest_safemanip.sim.mujoco.strangers import ASSETS, packaged
 from pytest_safemanip.sim.robocasa import downloads
 
 FOLDERS = ("meshdir", "texturedir", "assetdir")
+_TETRAHEDRON = "0 0 0 0 0 .01 0 .01 0 .01 0 0"
 
 
 def published(text: str, roots: Mapping[str, Path]) -> str:
@@ -31,7 +32,8 @@ def published(text: str, roots: Mapping[str, Path]) -> str:
 
 
 def rerooted(root: Element, roots: Mapping[str, Path]) -> str:
-    """A model whose files are those of this machine.
+    """A model whose files are those of this machine, without what only pictures need: official
+    robots and kitchens have tens of megabytes of it, and reading them is most of compiling.
 
     Args:
         root: of the model, without elements that read files in other ways; is changed.
@@ -45,7 +47,32 @@ def rerooted(root: Element, roots: Mapping[str, Path]) -> str:
             compiler.attrib.pop(folder, None)
     for element, name, value in _files(root):
         element.set(name, str(_found(value, roots)))
+    _drop_looks(root)
     return ElementTree.tostring(root, encoding="unicode")
+
+
+def _drop_looks(root: Element) -> None:
+    """Replace textures' pictures, and meshes that touch and weigh nothing, by small ones."""
+    for texture in root.iterfind("asset/texture"):
+        if any(name.startswith("file") for name in texture.attrib):
+            kept = {k: v for k, v in texture.attrib.items() if k in ("name", "type")}
+            texture.attrib.clear()
+            texture.attrib.update(kept, builtin="flat", width="1", height="1")
+    masses = [compiler.get("inertiagrouprange") for compiler in root.iter("compiler")]
+    if masses != ["0 0"] or any(
+        e.tag == "pair" or (e.tag == "default" and len(e)) for e in root.iter()
+    ):
+        return  # what is seen might weigh something, or touch something
+    needed = {geom.get("mesh") for geom in root.iter("geom") if not _only_seen(geom)}
+    for mesh in root.iterfind("asset/mesh"):
+        if (name := mesh.get("name")) and name not in needed:
+            mesh.attrib.clear()
+            mesh.attrib.update(name=name, vertex=_TETRAHEDRON)
+
+
+def _only_seen(geom: Element) -> bool:
+    mask = geom.get("contype"), geom.get("conaffinity")
+    return geom.get("type") == "mesh" and mask == ("0", "0") and geom.get("group", "0") != "0"
 
 
 def below(folder: Path, rest: str, whole: str) -> Path:

@@ -69,6 +69,7 @@ class Replay:
     """
 
     def __init__(self, episode: StoredEpisode, assets_root: Path) -> None:
+        gc.collect()  # the environment before refers to itself
         patches = loading.load(assets_root)
         mujoco.set_mju_user_warning(_ignore)
         meta = episode_meta.checked(episode.meta, assets_root)
@@ -93,7 +94,6 @@ class Replay:
             fingerprint=self._reader.fingerprint(),
             patches=patches,
         )
-        gc.collect()
 
     def step(self, action: Floats) -> Step:
         """Simulate a control period from the present state; the next stored one takes its place,

@@ -47,7 +47,7 @@ def restore(env: Any, stored: object) -> None:
     """
     if not isinstance(stored, Mapping):
         raise TraceError(f"ep_meta: {KEY} must be a mapping, found {shown(stored)}")
-    known = _own_attributes(env)
+    known = _own_attributes(env) if stored else []
     for name, value in stored.items():
         if name not in known or not isinstance(value, bool | int | float | str):
             raise TraceError(
