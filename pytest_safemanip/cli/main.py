@@ -29,7 +29,7 @@ COMMANDS = {
     "task": "describe a task: roles, parts, what may be touched, properties",
     "properties": "list the safety properties with their formulas",
     "propositions": "list the propositions that properties are made of",
-    "rule": "make a property of a sentence, and show what keeps to it and what breaks it",
+    "rule": "make a property of a sentence, with examples to review",
     "policies": "list the policies that --safemanip-policy takes",
     "faults": "list the mistakes that the expert can make on purpose",
     "show": "say what happened in a recording, and what it violates",
