@@ -156,13 +156,13 @@ def precedence(s: str, p: str) -> str:
 
 @_pattern(DWYER, "s t - p", "t s - p", "s - -", trigger=2)
 def precedence_chain_2_1(s: str, t: str, p: str) -> str:
-    """Before `p` there was `s`, and after that `t`."""
+    """Before `p` there was `s`, and after that, at the latest with `p`, `t`."""
     return f"!{p} W ({s} & !{p} & WX (!{p} W {t}))"
 
 
 @_pattern(DWYER, "p s t", "s t p", "s - -", trigger=1)
 def precedence_chain_1_2(p: str, s: str, t: str) -> str:
-    """Before an `s` that a `t` follows there was `p`."""
+    """Before an `s` that a `t` follows, or with it, there was `p`."""
     return f"F ({s} & X F {t}) -> (!{s} U {p})"
 
 
