@@ -292,8 +292,8 @@ def _check_atoms(section: Section, atoms: Section, formulas: Mapping[str, Formul
         for atom in atoms_of(formula):
             if atom not in atoms:
                 hint = did_you_mean(atom, atoms)
-                formula = "formula" if "formula" in section else "pattern"
-                where = key if key in section else formula
+                written = "formula" if "formula" in section else "pattern"
+                where = key if key in section else written
                 raise section.error(where, f"atom {atom!r} is not declared under 'atoms'; {hint}")
             used.add(atom)
     for atom in atoms:

@@ -160,14 +160,14 @@ SCOPES = {
     ),
     "between": Scope(
         "q r",
-        "from a `q` to the next `r`; none where no `r` follows; a further `q` before that opens nothing",
+        "from a `q` to the next `r`, if there is one; a further `q` on the way opens nothing",
         ("q - r p", "q p r -", "q p - -"),
         _between,
         _opening,
     ),
     "after_until": Scope(
         "q r",
-        "from a `q` to the next `r`, or to the end; a further `q` before that opens nothing",
+        "from a `q` to the next `r`, or to the end; a further `q` on the way opens nothing",
         ("q - r p", "q p - -", "p r p -"),
         _after_until,
         _opening,
