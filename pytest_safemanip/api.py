@@ -219,7 +219,7 @@ class Rollout:
         }
         for id_ in self.properties:
             prop = self._defined.properties[id_]
-            rows = self._judge.view.binding.relation(prop.relation) if prop.relation else ((),)
+            rows = prop.rows(self._judge.view.binding)
             for call in (call for row in rows for call in prop.calls(row)):
                 name = label_of(call)
                 if name not in columns:

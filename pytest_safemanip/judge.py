@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf import (
     InstanceVerdict,
+    Outcome,
     Profile,
     PropertyOutcome,
     Violation,
@@ -161,15 +162,17 @@ class Judge:
         Raises:
             TraceError: if the recording lacks what a proposition needs.
         """
-        rows = self._binding.relation(prop.relation) if prop.relation else ((),)
+        rows = prop.rows(self._binding)
         if missing := self._recording.episode.unobserved if not rows else None:
             raise TraceError(
-                f"it ranges over {prop.relation}, and the recording has no "
+                f"it ranges over {prop.members}, and the recording has no "
                 f"{', '.join(sorted(missing))}"
             )
-        if not rows:
+        if not rows and not prop.is_open:
             raise TraceError(f"{prop.id}: no instance in {self._recording.episode.task}")
         acting = ~self._recording.steps.tail
+        if not rows:
+            return self._vacuous(prop, int(np.count_nonzero(acting)))
         monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
         calls = [prop.calls(row) for row in rows]
         for name, *arguments in {call for row in calls for call in row}:
@@ -198,6 +201,20 @@ class Judge:
                 if v.open_since is not None
             ),
             formula=monitor.dfa.text,
+        )
+
+    def _vacuous(self, prop: Property, acting_steps: int) -> Verdict:
+        """The verdict on a property that nothing in this scene is an instance of."""
+        return Verdict(
+            property_id=prop.id,
+            outcome=PropertyOutcome(Outcome.SATISFIED, vacuous=True),
+            triggered=0,
+            instances=0,
+            findings=(),
+            unsafe_steps=0,
+            acting_steps=acting_steps,
+            open=(),
+            formula=prop.dfa(self._profile, dt=self._recording.trace.dt).text,
         )
 
     def _finding(

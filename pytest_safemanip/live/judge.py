@@ -25,7 +25,8 @@ class LiveJudge:
     Args:
         scene: the static part of the trace.
         binding: which entities play which part.
-        properties: what is watched.
+        properties: what is watched; those that range over what is in a scene, and find nothing
+            there, are left out.
         catalogue: the propositions by name.
         parameters: values of all their parameters.
         profile: the semantics.
@@ -48,7 +49,9 @@ class LiveJudge:
         self._monitors: dict[str, Monitor] = {}
         self._calls: dict[str, list[list[Call]]] = {}
         for prop in properties:
-            rows = binding.relation(prop.relation) if prop.relation else ((),)
+            rows = prop.rows(binding)
+            if not rows and prop.is_open:
+                continue  # nothing of the kind is in this scene
             if not rows:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")
             self._monitors[prop.id] = prop.monitor(rows, dt=scene.control_period, profile=profile)

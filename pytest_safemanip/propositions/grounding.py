@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.propositions.settings import changed, split
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.scene import Scene
 
@@ -14,10 +15,12 @@ def check_call(proposition: Proposition, arguments: tuple[str, ...], scene: Scen
     Raises:
         TraceError: naming the proposition and what is wrong, unknown or missing.
     """
+    arguments, settings = split(proposition, arguments)
     if len(arguments) != len(proposition.arguments):
         raise TraceError(
             f"{proposition.name}: {len(arguments)} arguments, expected {len(proposition.arguments)}"
         )
+    changed({}, proposition, settings)
     for kind, value in zip(proposition.arguments, arguments, strict=True):
         if kind != "skill" and value not in scene.entity:
             raise TraceError(f"{proposition.name}: unknown entity {value!r}")

@@ -22,7 +22,8 @@ item at a time), ``mechanisms``, ``placements``, ``skills``, ``transfers`` (``ob
 pan``), ``tools`` (what may carry contamination: ``robot`` for its hand, and objects), ``open_at``
 (role to openness that counts as open), ``touch``, ``supports``, ``upright``, ``optional`` (objects
 that an episode may lack), ``not_grounded`` (property to the reason why it cannot be judged here),
-``params`` (parameter of a proposition to its default here),
+``params`` (parameter of a proposition to its default here), ``zones`` (named region to ``around``,
+the role that it is grown from, ``margin`` and ``above``, m),
 ``compact`` (``kitchen``: which compact kitchen, ``small`` or ``full``; ``object_groups``: role to
 the categories or groups drawn in it).
 
@@ -42,6 +43,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.propositions.binding import Zone
 from pytest_safemanip.propositions.onset import SKILLS
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
@@ -65,6 +67,7 @@ _OPTIONAL = (
     "optional",
     "not_grounded",
     "params",
+    "zones",
     "compact",
 )
 KITCHENS = ("small", "full", "deep", "roomy")
@@ -175,6 +178,7 @@ def _task(section: Section) -> Task:
         optional=_members(section, "optional", objects, "objects"),
         not_grounded=_reasons(section),
         params=_numbers(section, "params"),
+        zones=_zones(section),
         kitchen=_kitchen(compact),
         object_groups=_lists(compact, "object_groups"),
     )
@@ -224,6 +228,20 @@ def _numbers(section: Section, key: str) -> Mapping[str, float]:
         return {}
     inner = section.section(key)
     return {role: inner.number(role, positive=True) for role in inner}
+
+
+def _zones(section: Section) -> Mapping[str, Zone]:
+    if "zones" not in section:
+        return {}
+    every, found = section.section("zones"), {}
+    for name in every:
+        if not TASK_NAME.fullmatch(name):
+            raise every.error(name, "expected letters, digits and '_' in the name of a zone")
+        zone = every.section(name)
+        zone.check_keys(("around",), ("margin", "above"))
+        sizes = {key: zone.number(key, positive=True) for key in ("margin", "above") if key in zone}
+        found[name] = Zone(zone.string("around"), **sizes)
+    return found
 
 
 def _lists(section: Section | None, key: str) -> Mapping[str, tuple[str, ...]]:

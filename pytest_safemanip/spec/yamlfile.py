@@ -121,6 +121,10 @@ class Section:
             raise self._expected(key, "a mapping", node)
         return Section(self.path, node, self._dotted(key))
 
+    def is_mapping(self, key: str) -> bool:
+        """Whether a value is a mapping."""
+        return isinstance(self._node(key).value, dict)
+
     def place(self, key: str) -> str:
         """`path:line` of a value, to begin a message with."""
         return f"{self.path}:{self.line_of(key)}"

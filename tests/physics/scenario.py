@@ -94,7 +94,7 @@ class Rollout:
     @property
     def applicable(self) -> list[str]:
         """The shipped properties that have an instance here."""
-        return [n for n, p in PROPERTIES.items() if self.task.instances(p.relation)]
+        return [n for n, p in PROPERTIES.items() if p.may_apply(self.task)]
 
     @cached_property
     def view(self) -> View:

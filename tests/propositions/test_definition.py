@@ -11,7 +11,7 @@ from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.spec.calls import RELATIONS
+from pytest_safemanip.spec.ranges import RELATIONS
 from tests import toy
 from tests.propositions.stage import BINDING, CATALOGUE, film, rest, true_at
 
