@@ -161,11 +161,12 @@ class Task:
 def _attributes(thing: Entity, known: Mapping[str, frozenset[str]]) -> frozenset[str] | None:
     """Attributes of an object or a fixture; None of a fixture whose kind is unknown."""
     if thing.kind == "fixture":
-        return known.get(thing.category)
+        own = known.get(thing.category)
+        return None if own is None else own | set(thing.attributes)
     if thing.category not in known:
         raise TraceError(
             f"{thing.name}: object category {thing.category!r} has no row in {OBJECTS_FILE}; add "
             f"one ({thing.category}: [...] under categories:) to an {OBJECTS_FILE} in a folder of "
             "safemanip_task_paths"
         )
-    return known[thing.category]
+    return known[thing.category] | set(thing.attributes)

@@ -31,6 +31,7 @@ from pytest_safemanip.sim.mujoco.layout import (
     RobotLayout,
 )
 from pytest_safemanip.sim.mujoco.parts import collides
+from pytest_safemanip.sim.robosuite.things import cameras_of
 from pytest_safemanip.trace.elements import ActionEntry
 
 CATEGORIES = {"SquareNut": "nut", "RoundNut": "nut"}
@@ -126,6 +127,7 @@ def derive_layout(
         fixtures={
             own_name(model, body): _fixture(model, body) for body in rest if _is_solid(model, body)
         },
+        cameras=cameras_of(model),
     )
     return told.apply(derived)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from pytest_safemanip.sim.libero.bddl import Problem
 from pytest_safemanip.sim.libero.kinds import HEADROOM, WORKSPACES, category_of, kind_of
-from pytest_safemanip.sim.libero.robot import PANDA, SPEC
+from pytest_safemanip.sim.libero.robot import CAMERAS, PANDA, SPEC
 from pytest_safemanip.sim.mujoco.description import Read
 from pytest_safemanip.sim.mujoco.extents import vector
 from pytest_safemanip.sim.mujoco.layout import (
@@ -69,6 +69,7 @@ def layout_of(problem: Problem, model: Any, data: Any, control_period: float) ->
             name: _fixture(name, category, model, data)
             for name, category in problem.fixtures.items()
         },
+        cameras={name.partition(".")[2]: 1.0 for name in CAMERAS},
     )
 
 

@@ -139,6 +139,19 @@ class FixtureLayout:
 
 
 @dataclass(frozen=True)
+class LiquidLayout:
+    """A liquid, as small bodies that move freely.
+
+    Attributes:
+        bodies: its particles, each a sphere.
+        category: what it is, such as ``water``.
+    """
+
+    bodies: tuple[str, ...]
+    category: str
+
+
+@dataclass(frozen=True)
 class Layout:
     """What is what in a compiled model. A body is whose the nearest declared body above it is.
 
@@ -149,6 +162,9 @@ class Layout:
         objects: by name.
         fixtures: by name.
         roles: the task's own names; every object and fixture is its own beside them.
+        cameras: what policies may see through, by name in the model: width of an image over its
+            height.
+        liquids: by name.
     """
 
     control_period: float
@@ -157,3 +173,5 @@ class Layout:
     objects: Mapping[str, ObjectLayout]
     fixtures: Mapping[str, FixtureLayout] = field(default_factory=dict)
     roles: Mapping[str, str] = field(default_factory=dict)
+    cameras: Mapping[str, float] = field(default_factory=dict)
+    liquids: Mapping[str, LiquidLayout] = field(default_factory=dict)
