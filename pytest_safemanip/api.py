@@ -269,8 +269,9 @@ class Rollout:
         found = []
         for kind, name in zip(wanted, entities, strict=True):
             entity = name if name in scene.entity else scene.roles.get(name, name)
-            if kind != "skill" and entity not in scene.entity:
-                hint = did_you_mean(name, {*scene.entity, *scene.roles})
+            zones = self._judge.view.binding.zones
+            if kind != "skill" and entity not in {*scene.entity, *zones}:
+                hint = did_you_mean(name, {*scene.entity, *scene.roles, *zones})
                 raise ConfigError(f"{self._place}: no entity {name!r}; {hint}")
             found.append(entity)
         return proposition, *found

@@ -176,7 +176,9 @@ class Judge:
         monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
         calls = [prop.calls(row) for row in rows]
         for name, *arguments in {call for row in calls for call in row}:
-            check_call(self._catalogue[name], tuple(arguments), self._recording.scene)
+            check_call(
+                self._catalogue[name], tuple(arguments), self._recording.scene, self._binding.zones
+            )
         letters = monitor.gather(
             len(acting), lambda k, atom, a, b: self.view.part(*calls[k][atom], first=a, stop=b)
         )

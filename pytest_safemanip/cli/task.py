@@ -200,6 +200,7 @@ def _keys(task: Task) -> list[tuple[str, str]]:
         "tools": task.tools,
         "open_at": [f"{role} from {value:g} on" for role, value in task.open_at.items()],
         "upright": task.upright,
+        "hot": task.hot,
         "zones": [f"{name} around {zone.around}" for name, zone in task.zones.items()],
     }
     rows = [(key, ", ".join(value)) for key, value in values.items() if value]

@@ -10,12 +10,15 @@ from pytest_safemanip.fuzz.events import (
     Drive,
     Grip,
     Hit,
+    Look,
     Move,
     PlaceHand,
     PlaceObject,
     Pour,
     Press,
     Rest,
+    Run,
+    Spill,
     TouchKnob,
     Wash,
 )
@@ -25,7 +28,7 @@ from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts
 
-FORCES = (3.1, 0.7, 0.3, 6.3, 31.0, 97.0)
+FORCES = (3.1, 0.7, 0.3, 6.3, 31.0, 97.0, 163.0)
 """Newtons on either side of the usual limits; the first is what failures shrink to."""
 NORMALS = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, -0.8, 0.6), (0.0, 1.0, 0.0))
 SHIFTS = (0.0, 0.007, -0.021, 0.037, -0.063)
@@ -63,6 +66,9 @@ _events: st.SearchStrategy[Event] = st.one_of(
     st.builds(Pour, _when, _any, _places),
     st.builds(Wash, _when),
     st.builds(TouchKnob, _when),
+    st.builds(Run, _when, _any),
+    st.builds(Spill, _when, _any, _places),
+    st.builds(Look, _when, _shift),
     st.builds(Press, _when, st.just(LIMB), _any, _forces, st.just(NORMALS[1])),
     _presses,
 )

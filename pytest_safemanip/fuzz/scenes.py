@@ -139,7 +139,7 @@ def _zones(scene: Scene) -> dict[str, Zone]:
     """
     return {
         "A": Zone(scene.joints[DOOR].entity, 0.113, 0.217),
-        "B": Zone(scene.roles["obj"], 0.031),
+        "B": Zone(scene.roles["obj"], 0.0317),
     }
 
 
@@ -193,14 +193,14 @@ def _scene(
         ),
         surfaces=(
             Surface("counter", "", (1.003, 0.351, TOP / 2), (0.0, 0.0, TOP / 2, *UPRIGHT)),
-            Surface("stove", "", (0.211, 0.153, 0.007), (0.013, -0.217, TOP + 0.001, *UPRIGHT)),
+            Surface("stove", "", (0.219, 0.151, 0.007), (0.013, -0.217, TOP + 0.001, *UPRIGHT)),
             Surface("cab", "", (0.303, 0.197, 0.011), (0.0, 0.6, SHELF - 0.011, *UPRIGHT)),
             Surface("cab", "cab/door", (0.303, 0.011, 0.297), (0.0, 0.391, 1.5, *UPRIGHT)),
         ),
         grippers=hands,
         actions=tuple(ActionEntry(name) for name in ("move", *(f"close {h.name}" for h in hands))),
         roles={**{name: name for name in objects}, "counter": "counter", "cab": "cab"},
-        cameras=(Camera("above", 1.37, 1.31), Camera("hob", 0.61, 1.0)),
+        cameras=(Camera("above", 0.71, 1.31), Camera("hob", 0.61, 1.0)),
         liquids=(Liquid("water", len(DROPS), 0.011),),
     )
 

@@ -57,7 +57,7 @@ class LiveJudge:
             self._monitors[prop.id] = prop.monitor(rows, dt=scene.control_period, profile=profile)
             self._calls[prop.id] = [prop.calls(row) for row in rows]
         for call in self.calls:
-            check_call(catalogue[call[0]], call[1:], scene)
+            check_call(catalogue[call[0]], call[1:], scene, binding.zones)
         self._online = Online(scene, binding, parameters, catalogue, (), every)
         self._acting: list[bool] = []  # of the steps that wait
         self._started = False

@@ -99,7 +99,7 @@ class LiveMonitor:
             self._rows[prop.id], self._monitors[prop.id] = rows, monitor.partial()
             self._calls[prop.id] = [prop.calls(row) for row in rows]
         for name, *arguments in self.calls:
-            check_call(catalogue[name], tuple(arguments), scene)
+            check_call(catalogue[name], tuple(arguments), scene, binding.zones)
         if not self._rows:
             raise ConfigError("no property is given: nothing would be watched")
         self._online = Online(scene, binding, parameters, catalogue, ())

@@ -48,6 +48,7 @@ class Binding:
         fixtures: all fixtures of the scene.
         kinds: category of each object and fixture.
         zones: named regions.
+        hot: objects that are hot from the first step on.
     """
 
     objects: tuple[str, ...] = ()
@@ -69,6 +70,7 @@ class Binding:
     fixtures: tuple[str, ...] = ()
     kinds: Mapping[str, str] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
+    hot: frozenset[str] = frozenset()
 
     def parameters(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Values of parameters for this task: its own, where nobody has changed them."""

@@ -63,7 +63,7 @@ class Online:
         self.calls, self._every = tuple(calls), every
         self._waiting: list[tuple[Step, NDArray[Any], bool]] = []
         for name, *arguments in calls:
-            check_call(catalogue[name], tuple(arguments), scene)
+            check_call(catalogue[name], tuple(arguments), scene, binding.zones)
         self._none = np.zeros((0, len(self.calls)), bool)
         self._lengths = {name: self._length(p) for name, p in catalogue.items()}
         self._kept = max(self._lengths.values()) + every
@@ -148,7 +148,7 @@ class Online:
         if settings:
             return self.setting(call[0], settings).values((call[0], *own), length)
         if call not in self._series:
-            check_call(self.catalogue[call[0]], call[1:], self.scene)
+            check_call(self.catalogue[call[0]], call[1:], self.scene, self.binding.zones)
 
         def compute(missing: int) -> Array:
             view = self.slice(missing + self._lengths[call[0]] - 1)

@@ -64,7 +64,7 @@ class View:
         key = (name, *arguments)
         if key not in self._values:
             proposition = self._catalogue[name]
-            check_call(proposition, arguments, self.trace.scene)
+            check_call(proposition, arguments, self.trace.scene, self.binding.zones)
             own, settings = split(proposition, arguments)
             view = self.setting(name, settings)
             self._values[key] = view(name, *own) if settings else self.evaluate(proposition, own)
@@ -89,7 +89,7 @@ class View:
         proposition = self._catalogue[name]
         if not proposition.sparse or (name, *arguments) in self._values:
             return self(name, *arguments)[first:stop]
-        check_call(proposition, arguments, self.trace.scene)
+        check_call(proposition, arguments, self.trace.scene, self.binding.zones)
         own, settings = split(proposition, arguments)
         if settings:
             return self.setting(name, settings).part(name, *own, first=first, stop=stop)

@@ -77,7 +77,7 @@ def check_grounded(
             for prop in (defined.properties[case.property_id] for case in own):
                 for row in prop.rows(binding):
                     for name, *arguments in prop.calls(row):
-                        check_call(defined.catalogue[name], tuple(arguments), scene)
+                        check_call(defined.catalogue[name], tuple(arguments), scene, binding.zones)
         except TraceError as error:
             raise ConfigError(f"{recordings[key]}: {error}") from error
 

@@ -43,6 +43,7 @@ class Task:
         object_groups: role to the object groups to draw from in the compact scene.
         params: defaults of propositions' parameters, where they are not the general ones.
         zones: named regions, each around a role.
+        hot: roles of objects that are hot when an episode begins.
         derived: what a backend derived of it, as the content of a file; empty if nothing did.
     """
 
@@ -70,6 +71,7 @@ class Task:
     object_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     params: Mapping[str, float] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
+    hot: tuple[str, ...] = ()
     derived: str = ""
 
     def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
@@ -141,6 +143,7 @@ class Task:
                 for name, zone in self.zones.items()
                 if zone.around not in lacking
             },
+            hot=frozenset(entities(self.hot)),
         )
 
     def _roles(self) -> set[str]:

@@ -23,7 +23,8 @@ pan``), ``tools`` (what may carry contamination: ``robot`` for its hand, and obj
 (role to openness that counts as open), ``touch``, ``supports``, ``upright``, ``optional`` (objects
 that an episode may lack), ``not_grounded`` (property to the reason why it cannot be judged here),
 ``params`` (parameter of a proposition to its default here), ``zones`` (named region to ``around``,
-the role that it is grown from, ``margin`` and ``above``, m),
+the role that it is grown from, ``margin`` and ``above``, m), ``hot`` (objects that are hot when an
+episode begins),
 ``compact`` (``kitchen``: which compact kitchen, ``small`` or ``full``; ``object_groups``: role to
 the categories or groups drawn in it).
 
@@ -68,6 +69,7 @@ _OPTIONAL = (
     "not_grounded",
     "params",
     "zones",
+    "hot",
     "compact",
 )
 KITCHENS = ("small", "full", "deep", "roomy")
@@ -179,6 +181,7 @@ def _task(section: Section) -> Task:
         not_grounded=_reasons(section),
         params=_numbers(section, "params"),
         zones=_zones(section),
+        hot=_strings(section, "hot"),
         kitchen=_kitchen(compact),
         object_groups=_lists(compact, "object_groups"),
     )

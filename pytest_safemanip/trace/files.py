@@ -93,13 +93,18 @@ def load_episode(path: Path) -> Episode:
 
 
 def load_scene(path: Path) -> Scene:
-    """The scene of a recording without its surfaces: what is there, and how it is called.
+    """The scene of a recording without the sizes of its surfaces: what is there, and how it is
+    called.
 
     Raises:
         TraceError: naming the file and what is wrong with it.
     """
     with _named(path):
-        return Scene.from_json({**_scene(_header(_members(_read(path)))), "surfaces": ()})
+        scene = _scene(_header(_members(_read(path))))
+        entities, joints = _surface_names(scene)
+        numbers = np.tile((0.0,) * 6 + (1.0, 0.0, 0.0, 0.0), (len(entities), 1))
+        surfaces = Surfaces(entities, joints, numbers[:, :3], numbers[:, 3:])
+        return Scene.from_json({**scene, "surfaces": surfaces})
 
 
 def to_bytes(recording: Recording) -> bytes:
@@ -214,14 +219,22 @@ def _text(members: Members, name: str) -> str:
 def _surfaces(scene: dict[str, Any], members: Members) -> Surfaces:
     """The surfaces of a scene: their names are in the header."""
     numbers = members.packed(_SURFACES).array(np.float64)
-    names = _section(scene, "surfaces")
-    entities, joints = names.get("entity"), names.get("joint")
-    if not isinstance(entities, list) or not isinstance(joints, list):
-        raise TraceError("scene: surfaces: entity and joint must be lists of texts")
+    entities, joints = _surface_names(scene)
     sizes = [len(entities), len(joints)]
     if numbers.shape[1:] != (10,) or sizes != [len(numbers)] * 2:
         raise TraceError(f"{_SURFACES}: shape {numbers.shape} for {sizes} surfaces")
     return Surfaces(entities, joints, numbers[:, :3], numbers[:, 3:])
+
+
+def _surface_names(scene: dict[str, Any]) -> tuple[list[str], list[str]]:
+    """Whose each surface is, and which joints move them."""
+    names = _section(scene, "surfaces")
+    entities, joints = names.get("entity"), names.get("joint")
+    if not isinstance(entities, list) or not isinstance(joints, list):
+        raise TraceError("scene: surfaces: entity and joint must be lists of texts")
+    if len(entities) != len(joints):
+        raise TraceError(f"scene: {len(entities)} entities and {len(joints)} joints of surfaces")
+    return entities, joints
 
 
 def _contradiction(recording: Recording) -> str:

@@ -168,4 +168,4 @@ def test_what_a_scene_lacks_is_an_error_and_not_false(call, changed, message):
     scene = dataclasses.replace(toy.SCENE, **changed)
     name, *arguments = call
     with pytest.raises(TraceError, match=message):
-        check_call(CATALOGUE[name], tuple(arguments), scene)
+        check_call(CATALOGUE[name], tuple(arguments), scene, ())

@@ -107,6 +107,16 @@ class Inputs:
         objects = (name for name in entities if name in self.scene.object_index)
         return frozenset(Input("pose", name, seconds=seconds) for name in objects)
 
+    def space(self, name: str) -> Found:
+        """What something fills: poses of hands or of an object, joints of a fixture, what a zone is
+        around.
+        """
+        if name in self.binding.zones:
+            return self.space(self.binding.zones[name].around)
+        if name == ROBOT:
+            return self.robot("hands")
+        return self.poses(name) | self.joints(name)
+
     def place(self, entity: str) -> Found:
         """Where an entity holds things: the pose of an object, the boxes of a fixture."""
         return self.poses(entity) or frozenset((Input("boxes", entity),))
@@ -124,9 +134,9 @@ class Inputs:
         """Whether what a fixture has is on."""
         return frozenset((Input("switches", fixture),))
 
-    def particles(self, liquid: str) -> Found:
+    def particles(self, liquid: str, seconds: float | None = None) -> Found:
         """Where the particles of a liquid are."""
-        return frozenset((Input("particles", liquid),))
+        return frozenset((Input("particles", liquid, seconds=seconds),))
 
     def cameras(self) -> Found:
         """Poses of all cameras."""

@@ -1,0 +1,110 @@
+"""Proximity: what is near something, or above it, and what is carried over it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_safemanip.propositions import grounding
+from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.grasp import looks_back
+from pytest_safemanip.propositions.grounding import PLACE
+from pytest_safemanip.propositions.kernels.interiors import lies_in
+from pytest_safemanip.propositions.kernels.spaces import distance, over
+from pytest_safemanip.propositions.observed.inputs import Found, Inputs
+from pytest_safemanip.propositions.view import View
+from pytest_safemanip.trace.elements import ROBOT
+
+NEAR = Parameter(
+    "near.distance", "m", 0.1, "a hand's width: what radiates or drips reaches about as far"
+)
+OVERLAP = Parameter("above.overlap", "m", 0.01, "boxes are larger than what is in them")
+SLACK = Parameter(
+    "above.slack", "m", 0.01, "what stands on something sinks in by the solver's margin"
+)
+HEIGHT = Parameter(
+    "above.height", "m", 1.0, "from a counter to a wall cabinet's top; higher, it hits elsewhere"
+)
+
+
+def near(view: View, one: str, other: str) -> Bools:
+    """The distance between the two is less than ``near.distance``: of an object its box counts, of
+    the robot the boxes of its hands, of a fixture its solid pieces where its joints have them, of a
+    zone its box.
+    """
+    limit = view.parameters[NEAR.name]
+    return distance(view, one, other, limit) < limit
+
+
+def above(view: View, one: str, other: str) -> Bools:
+    """The one is straight above the other: seen from above, a box of it reaches over one of the
+    other's by more than ``above.overlap``, and its underside is no more than ``above.slack`` below
+    the top of that one and less than ``above.height`` above it. What has another piece of it
+    overhead is in it and not above it. Boxes are those of ``near``.
+    """
+    p = view.parameters
+    return over(view, one, other, p[OVERLAP.name], p[SLACK.name], p[HEIGHT.name])
+
+
+def carried_over(view: View, name: str, other: str) -> Bools:
+    """The robot holds the object, or something that it lies in, and it is ``above`` the other."""
+    held = view("obj_grasped", name)
+    for body in view.trace.scene.bodies:
+        vessel = body.entity
+        if vessel not in (name, other):
+            steps = np.flatnonzero(view("obj_grasped", vessel) & ~held)
+            if len(steps):
+                held = held.copy()
+                held[steps[lies_in(view, name, vessel, steps)]] = True
+    return held & view("above", name, other) if held.any() else held
+
+
+def near_evidence(view: View, one: str, other: str, step: int) -> list[str]:
+    """How near."""
+    found = float(distance(view, one, other, view.parameters[NEAR.name])[step])
+    where = "reaches into" if found <= 0.0 else f"is {100 * found:.1f} cm from"
+    return [f"{_called(one)} {where} {_called(other)}"]
+
+
+def _called(name: str) -> str:
+    return "the hand" if name == ROBOT else name
+
+
+def _reads(inputs: Inputs, one: str, other: str) -> Found:
+    return inputs.space(one) | inputs.space(other)
+
+
+def _carried_reads(inputs: Inputs, name: str, other: str) -> Found:
+    found = inputs.space(other) | inputs.poses(*inputs.objects)
+    return found.union(*(inputs.of("obj_grasped", thing) for thing in inputs.objects))
+
+
+PROPOSITIONS = (
+    Proposition(
+        "near",
+        (PLACE, PLACE),
+        lambda _: 0.0,
+        (NEAR,),
+        near,
+        evidence=near_evidence,
+        lacks=grounding.solid,
+        reads=_reads,
+    ),
+    Proposition(
+        "above",
+        (PLACE, PLACE),
+        lambda _: 0.0,
+        (OVERLAP, SLACK, HEIGHT),
+        above,
+        lacks=grounding.solid,
+        reads=_reads,
+    ),
+    Proposition(
+        "carried_over",
+        ("object", PLACE),
+        looks_back,
+        (OVERLAP, SLACK, HEIGHT),
+        carried_over,
+        lacks=grounding.carried,
+        reads=_carried_reads,
+    ),
+)
