@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.propositions.definition import Bools, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Proposition
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.memory import Ring, StepMemory
 from pytest_safemanip.propositions.settings import Settings, changed, split
@@ -144,25 +144,44 @@ class Online:
 
     def values(self, call: Call, length: int) -> Bools:
         """Values of a proposition at the newest steps (at most ``length``,)."""
+        return self._of_proposition("value", call, View.evaluate, length)
+
+    def margins(self, call: Call, length: int) -> Floats:
+        """Margins of a proposition at the newest steps (at most ``length``,), as
+        :meth:`View.margin` has them; computed for steps that were not asked for before.
+        """
+        return self._of_proposition("margin", call, View.measure, length)
+
+    def _of_proposition(
+        self, kind: str, call: Call, look: Callable[..., Array], length: int
+    ) -> Array:
+        """A series of values or margins of a proposition at the newest steps."""
         own, settings = split(self.catalogue[call[0]], call[1:])
         if settings:
-            return self.setting(call[0], settings).values((call[0], *own), length)
-        if call not in self._series:
+            online = self.setting(call[0], settings)
+            return online._of_proposition(kind, (call[0], *own), look, length)
+        key = (kind, call)
+        if key not in self._series:
             check_call(self.catalogue[call[0]], call[1:], self.scene, self.binding.zones)
 
         def compute(missing: int) -> Array:
             view = self.slice(missing + self._lengths[call[0]] - 1)
             stop = len(view.trace)
             asked = view.narrowed(stop - missing, stop)
-            return asked.evaluate(self.catalogue[call[0]], call[1:])
+            return look(asked, self.catalogue[call[0]], call[1:])
 
-        return self._caught_up(call, compute).last(length)
+        return self._caught_up(key, compute).last(length)
 
-    def points(self, compute: Callable[..., A], arguments: Hashable, length: int) -> A:
-        """Values of a pointwise function at the newest steps (at most ``length``, ...)."""
+    def points(
+        self, compute: Callable[..., A], arguments: Hashable, length: int, seconds: float = 0.0
+    ) -> A:
+        """Values of a function that looks back so many seconds at the newest steps (at most
+        ``length``, ...).
+        """
+        back = round(seconds / self.scene.control_period)
 
         def run(missing: int) -> Array:
-            return compute(self.slice(missing), *arguments)  # type: ignore[misc]
+            return compute(self.slice(missing + back), *arguments)  # type: ignore[misc]
 
         found: A = self._caught_up((compute, arguments), run).last(length)  # type: ignore[assignment]
         return found
@@ -230,8 +249,14 @@ class _Slice(View):
     def __call__(self, name: str, *arguments: str) -> Bools:
         return self._online.values((name, *arguments), self._length)
 
+    def margin(self, name: str, *arguments: str) -> Floats:
+        return self._online.margins((name, *arguments), self._length)
+
     def pointwise(self, compute: Callable[..., A], *arguments: Hashable) -> A:
         return self._online.points(compute, arguments, self._length)
+
+    def looking_back(self, seconds: float, compute: Callable[..., A], *arguments: Hashable) -> A:
+        return self._online.points(compute, arguments, self._length, seconds)
 
     def fold(self, start: Callable[[View], Fold]) -> Array:
         return self._online.folded(start, self._length)
