@@ -16,12 +16,13 @@ from pytest_safemanip.ltlf import (
     PropertyOutcome,
     Violation,
     explain,
+    robustness,
     worst,
 )
 from pytest_safemanip.markup import table
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
-from pytest_safemanip.propositions.definition import Excess
+from pytest_safemanip.propositions.definition import MARGIN_BOUND, Excess
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.properties import Property
@@ -162,14 +163,7 @@ class Judge:
         Raises:
             TraceError: if the recording lacks what a proposition needs.
         """
-        rows = prop.rows(self._binding)
-        if missing := self._recording.episode.unobserved if not rows else None:
-            raise TraceError(
-                f"it ranges over {prop.members}, and the recording has no "
-                f"{', '.join(sorted(missing))}"
-            )
-        if not rows and not prop.is_open:
-            raise TraceError(f"{prop.id}: no instance in {self._recording.episode.task}")
+        rows = self._rows(prop)
         acting = ~self._recording.steps.tail
         if not rows:
             return self._vacuous(prop, int(np.count_nonzero(acting)))
@@ -218,6 +212,41 @@ class Judge:
             open=(),
             formula=prop.dfa(self._profile, dt=self._recording.trace.dt).text,
         )
+
+    def robustness(self, prop: Property) -> dict[tuple[str, ...], float]:
+        """By how much the recording satisfies a property's formula, for each of its instances by
+        the entities that it is about; negative where it violates it.
+
+        In the units of margins, at most :data:`MARGIN_BOUND` on either side. It is that of the
+        formula on all of the recording: a deadline of the property beside it plays no part, and
+        what is open at the end counts as never met.
+
+        Raises:
+            TraceError: as for :meth:`judge`.
+        """
+        formula, stand = prop.formula_of(self._profile), prop.clocks_stand(self._profile)
+        acting = ~self._recording.steps.tail if stand else None
+        found = {}
+        for row in self._rows(prop):
+            calls = zip(prop.atoms, prop.calls(row), strict=True)
+            margins = {atom: self.view.margin(*call) for atom, call in calls}
+            value = robustness(formula, margins, self._recording.trace.dt, acting)[0]
+            found[row] = float(np.clip(value, -MARGIN_BOUND, MARGIN_BOUND))
+        return found
+
+    def _rows(self, prop: Property) -> tuple[tuple[str, ...], ...]:
+        """The entities that each instance of a property is about; none where it ranges over what
+        is in a scene, and nothing of the kind is.
+        """
+        rows = prop.rows(self._binding)
+        if missing := self._recording.episode.unobserved if not rows else None:
+            raise TraceError(
+                f"it ranges over {prop.members}, and the recording has no "
+                f"{', '.join(sorted(missing))}"
+            )
+        if not rows and not prop.is_open:
+            raise TraceError(f"{prop.id}: no instance in {self._recording.episode.task}")
+        return rows
 
     def _finding(
         self,

@@ -42,7 +42,8 @@ ROOMS: Mapping[str, str] = {
     "spec trace",
     "video": "errors.py judge.py metrics provenance.py report run sim spec trace",
     "plots": "errors.py judge.py metrics report spec",
-    "api.py": "errors.py judge.py live ltlf markup.py metrics plots propositions report run trace",
+    "api.py": "errors.py judge.py live ltlf markup.py metrics plots propositions report run spec "
+    "trace",
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
     "trace video",
     "cli": "errors.py expert importers judge.py lerobot ltlf metrics plugin policies propositions "

@@ -20,11 +20,11 @@ _CLAUSE = re.compile(r"(?<=[.;:])\s+|\n\n")
 _HEAD = """# Propositions
 
 What the atoms of a property mean. A value at a step depends on the steps before it within the
-window, never on later ones. An *act* is of the robot, and false in the settle tail. A *margin* is how
-far it is from its threshold, in units of that: positive where it is true, 1 at twice the limit.
-Of conditions that all have to hold the least margin counts; one without a threshold is one unit
-from it. Every number can be changed: `--safemanip-params=settled.speed=0.05` judges recordings
-again with another one.
+window, never on later ones. An *act* is of the robot, and false in the settle tail. A *margin* is
+how far it is from its threshold, in units of that: positive where it is true, 1 at twice the
+limit. Of conditions that all have to hold the least margin counts; one without a threshold is one
+unit from it. Every number can be changed: `--safemanip-params=settled.speed=0.05` judges
+recordings again with another one.
 Printed by `safemanip propositions --markdown`."""
 
 

@@ -129,6 +129,14 @@ class Property:
         """
         return rows_of(self.ranges, binding)
 
+    def formula_of(self, profile: Profile = "timed") -> Formula:
+        """The formula of a profile."""
+        return self.formula if profile == "timed" else self.paper_formula
+
+    def clocks_stand(self, profile: Profile = "timed") -> bool:
+        """Whether the clocks of bounds stand in a settle tail, in which the robot does nothing."""
+        return profile == "timed" and self.discharged_by == "robot"
+
     def dfa(self, profile: Profile = "timed", *, dt: float | None = None) -> Dfa:
         """The automaton of a profile's formula; each is compiled once in a process.
 
@@ -139,7 +147,7 @@ class Property:
         Raises:
             FormulaError: the formula exceeds a limit of the compiler.
         """
-        formula = self.formula if profile == "timed" else self.paper_formula
+        formula = self.formula_of(profile)
         key = profile, dt if is_bounded(formula) else None
         if key not in self._automata:
             try:
