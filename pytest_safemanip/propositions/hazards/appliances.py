@@ -30,5 +30,14 @@ def _reads(inputs: Inputs, appliance: str) -> Found:
 
 
 PROPOSITIONS = (
-    Proposition("on", ("appliance",), lambda _: 0.0, (), on, evidence=on_evidence, reads=_reads),
+    Proposition(
+        "on",
+        ("appliance",),
+        lambda _: 0.0,
+        (),
+        on,
+        no_margin="a switch is on or off",
+        evidence=on_evidence,
+        reads=_reads,
+    ),
 )

@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.contact import ANY
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import in_fingers, looks_back
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
 from pytest_safemanip.propositions.kernels.filters import change
 from pytest_safemanip.propositions.kernels.forces import object_parts, robot_parts
+from pytest_safemanip.propositions.kernels.margins import NONE, over
 from pytest_safemanip.propositions.kernels.spaces import space
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import ROBOT
-
-Floats = NDArray[np.float64]
 
 SPEED = Parameter(
     "too_fast.limit", "m/s", 0.25, "reduced speed, at which a person can step aside (ISO 10218-1)"
@@ -55,6 +55,21 @@ def pressed_hard(view: View, name: str) -> Bools:
     return found
 
 
+def too_fast_margin(view: View, name: str) -> Floats:
+    """How fast it is (T,)."""
+    return over(speed(view, name), view.parameters[SPEED.name])
+
+
+def touched_margin(view: View, name: str) -> Floats:
+    """How hard the hardest touch is (T,)."""
+    return _hardest(view, name, view.parameters[TOUCH.name], since_start=False)
+
+
+def pressed_hard_margin(view: View, name: str) -> Floats:
+    """How hard the hardest touch is (T,)."""
+    return _hardest(view, name, view.parameters[PRESS.name], since_start=True)
+
+
 def speed(view: View, name: str) -> Floats:
     """Speed of an object, or of the fastest of the robot's hands, over the last
     ``too_fast.window``, m/s (T,).
@@ -62,6 +77,14 @@ def speed(view: View, name: str) -> Floats:
     seconds = view.parameters[SPEED_WINDOW.name]
     moved = change(space(view, name).pose[..., :3], view.trace.count(seconds))
     return np.asarray(np.sqrt(np.square(moved).sum(axis=-1)).max(axis=1) / seconds)
+
+
+def _hardest(view: View, name: str, limit: float, since_start: bool) -> Floats:
+    """The margin of the hardest of the touches of :func:`_touches` (T,)."""
+    most = np.full(len(view.trace), NONE)
+    for _, force in _touches(view, name, ANY, since_start):
+        np.maximum(most, over(force, limit), out=most)
+    return most
 
 
 def _touches(
@@ -145,6 +168,7 @@ PROPOSITIONS = (
         lambda p: p["too_fast.window"],
         (SPEED, SPEED_WINDOW),
         too_fast,
+        margin=too_fast_margin,
         evidence=too_fast_evidence,
         lacks=grounding.solid,
         reads=_speed_reads,
@@ -155,6 +179,7 @@ PROPOSITIONS = (
         looks_back,
         (TOUCH,),
         touched,
+        margin=touched_margin,
         evidence=touched_evidence,
         lacks=grounding.robot,
         reads=_touch_reads,
@@ -166,6 +191,7 @@ PROPOSITIONS = (
         looks_back,
         (PRESS,),
         pressed_hard,
+        margin=pressed_hard_margin,
         evidence=pressed_hard_evidence,
         lacks=grounding.robot,
         reads=_press_reads,

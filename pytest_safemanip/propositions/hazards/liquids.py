@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.propositions.kernels.liquids import Sources, particles_in
+from pytest_safemanip.propositions.kernels.margins import over
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 
@@ -29,13 +29,18 @@ def spilled(view: View, vessel: str) -> Bools:
     return np.asarray(_spilled_share(view, vessel) >= view.parameters[SHARE.name])
 
 
+def spilled_margin(view: View, vessel: str) -> Floats:
+    """How much is spilled (T,)."""
+    return over(_spilled_share(view, vessel), view.parameters[SHARE.name])
+
+
 def spilled_evidence(view: View, vessel: str, step: int) -> list[str]:
     """How much."""
     share = float(_spilled_share(view, vessel)[step])
     return [f"{share:.0%} of what was in {vessel} is spilled"]
 
 
-def _spilled_share(view: View, vessel: str) -> NDArray[np.float64]:
+def _spilled_share(view: View, vessel: str) -> Floats:
     """Share of the particles that began in an object, and are spilled (T,); 0 if none did."""
     own = view.fold(Sources)[0] == view.trace.scene.object_index[vessel]
     if not own.any():
@@ -80,6 +85,7 @@ PROPOSITIONS = (
         lambda p: p["spilled.window"],
         (SHARE, WINDOW),
         spilled,
+        margin=spilled_margin,
         evidence=spilled_evidence,
         lacks=grounding.liquid,
         reads=_reads,

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.grounding import PLACE
 from pytest_safemanip.propositions.kernels.interiors import lies_in
-from pytest_safemanip.propositions.kernels.spaces import distance, over
+from pytest_safemanip.propositions.kernels.margins import NONE, given, under
+from pytest_safemanip.propositions.kernels.spaces import above_margin, distance
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.elements import ROBOT
@@ -41,8 +42,30 @@ def above(view: View, one: str, other: str) -> Bools:
     the top of that one and less than ``above.height`` above it. What has another piece of it
     overhead is in it and not above it. Boxes are those of ``near``.
     """
+    return above_it(view, one, other) > 0.0
+
+
+def above_it(view: View, one: str, other: str) -> Floats:
+    """How far the one is above the other, by the nearest of the limits (T,)."""
     p = view.parameters
-    return over(view, one, other, p[OVERLAP.name], p[SLACK.name], p[HEIGHT.name])
+    return above_margin(view, one, other, p[OVERLAP.name], p[SLACK.name], p[HEIGHT.name])
+
+
+def near_margin(view: View, one: str, other: str) -> Floats:
+    """How near (T,); beyond twice the limit by the balls around the boxes."""
+    limit = view.parameters[NEAR.name]
+    return under(distance(view, one, other, 2.0 * limit), limit)
+
+
+def carried_over_margin(view: View, name: str, other: str) -> Floats:
+    """The margin of what holds it most firmly, or of ``above`` where that is less (T,)."""
+    held, steps = view.margin("obj_grasped", name), np.arange(len(view.trace))
+    for body in view.trace.scene.bodies:
+        vessel = body.entity
+        if vessel not in (name, other) and (view.margin("obj_grasped", vessel) > NONE).any():
+            inside = lies_in(view, name, vessel, steps)
+            held = np.maximum(held, given(inside, view.margin("obj_grasped", vessel)))
+    return np.minimum(held, view.margin("above", name, other))
 
 
 def carried_over(view: View, name: str, other: str) -> Bools:
@@ -85,6 +108,7 @@ PROPOSITIONS = (
         lambda _: 0.0,
         (NEAR,),
         near,
+        margin=near_margin,
         evidence=near_evidence,
         lacks=grounding.solid,
         reads=_reads,
@@ -95,6 +119,7 @@ PROPOSITIONS = (
         lambda _: 0.0,
         (OVERLAP, SLACK, HEIGHT),
         above,
+        margin=above_it,
         lacks=grounding.solid,
         reads=_reads,
     ),
@@ -104,6 +129,7 @@ PROPOSITIONS = (
         looks_back,
         (OVERLAP, SLACK, HEIGHT),
         carried_over,
+        margin=carried_over_margin,
         lacks=grounding.carried,
         reads=_carried_reads,
     ),

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grounding import PLACE
+from pytest_safemanip.propositions.kernels.margins import under
 from pytest_safemanip.propositions.kernels.spaces import FARTHEST, space
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT, Body
 from pytest_safemanip.trace.geometry import Array, rotate, to_local, to_world
-
-Floats = NDArray[np.float64]
 
 DISTANCE = Parameter("points_at.distance", "m", 0.3, "a forearm: whoever moves meets it at once")
 ANGLE = Parameter(
@@ -37,6 +35,14 @@ def points_at(view: View, name: str, other: str) -> Bools:
     p = view.parameters
     away, angle = _ahead(view, name, other, p[DISTANCE.name])
     return np.asarray(((away <= p[DISTANCE.name]) & (angle <= p[ANGLE.name])).any(axis=1))
+
+
+def points_at_margin(view: View, name: str, other: str) -> Floats:
+    """How near, or how straight ahead, whichever is less, for the end where that is most (T,)."""
+    p = view.parameters
+    away, angle = _ahead(view, name, other, p[DISTANCE.name])
+    each = np.minimum(under(away, p[DISTANCE.name]), under(angle, p[ANGLE.name]))
+    return np.asarray(each.max(axis=1))
 
 
 def points_at_evidence(view: View, name: str, other: str, step: int) -> list[str]:
@@ -114,6 +120,7 @@ PROPOSITIONS = (
         lambda _: 0.0,
         (DISTANCE, ANGLE),
         points_at,
+        margin=points_at_margin,
         evidence=points_at_evidence,
         lacks=grounding.solid,
         reads=_reads,

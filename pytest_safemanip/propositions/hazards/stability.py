@@ -7,10 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.kernels.filters import held, last_true, recently
 from pytest_safemanip.propositions.kernels.forces import owners
+from pytest_safemanip.propositions.kernels.margins import lasting, lately, over
 from pytest_safemanip.propositions.kernels.since_start import SinceStart
 from pytest_safemanip.propositions.kernels.spaces import space
 from pytest_safemanip.propositions.kernels.support import on_room
@@ -68,9 +69,31 @@ def fallen(view: View, name: str) -> Bools:
     """
     count = view.trace.count(view.parameters[FALL_WINDOW.name])
     dropped = _drop(view, name, count) >= view.parameters[FALL.name]
-    lies = on_room(view)[:, view.trace.scene.object_index[name]]
-    lies = lies & (_since_start(view, name)[:, 2] == 0.0)
-    return np.asarray(recently(dropped, count) | lies)
+    return recently(dropped, count) | _on_floor(view, name)
+
+
+def displaced_margin(view: View, name: str) -> Floats:
+    """How far it is from where it stood (T,)."""
+    return over(_since_start(view, name)[:, 0], view.parameters[DISPLACED.name])
+
+
+def toppled_margin(view: View, name: str) -> Floats:
+    """The least margin in the window of how far it leans, and of no hand that holds it (T,)."""
+    leans = over(_since_start(view, name)[:, 1], view.parameters[TOPPLED.name])
+    free = np.minimum(leans, -view.margin("obj_grasped", name))
+    return lasting(free, view.trace.count(view.parameters[TOPPLED_WINDOW.name]))
+
+
+def tilted_margin(view: View, name: str) -> Floats:
+    """How far it leans (T,)."""
+    return over(_since_start(view, name)[:, 1], view.parameters[TILTED.name])
+
+
+def fallen_margin(view: View, name: str) -> Floats:
+    """The greatest margin in the window of how far it fell; at least 1 on the floor (T,)."""
+    count = view.trace.count(view.parameters[FALL_WINDOW.name])
+    fell = lately(over(_drop(view, name, count), view.parameters[FALL.name]), count)
+    return np.where(_on_floor(view, name), np.maximum(fell, 1.0), fell)
 
 
 def displaced_evidence(view: View, name: str, step: int) -> list[str]:
@@ -92,6 +115,12 @@ def fallen_evidence(view: View, name: str, step: int) -> list[str]:
     lines = [f"{name} fell by {100 * most:.0f} cm"] if most >= view.parameters[FALL.name] else []
     lies = on_room(view)[step, view.trace.scene.object_index[name]]
     return lines + ([f"{name} lies on the floor"] if lies else [])
+
+
+def _on_floor(view: View, name: str) -> Bools:
+    """Whether the object lies on the floor, and did not at the first step (T,)."""
+    lies = on_room(view)[:, view.trace.scene.object_index[name]]
+    return np.asarray(lies & (_since_start(view, name)[:, 2] == 0.0))
 
 
 def _since_start(view: View, name: str) -> NDArray[np.float64]:
@@ -151,6 +180,7 @@ PROPOSITIONS = (
         lambda _: math.inf,
         (DISPLACED,),
         displaced,
+        margin=displaced_margin,
         evidence=displaced_evidence,
         reads=_start_reads,
     ),
@@ -160,6 +190,7 @@ PROPOSITIONS = (
         lambda p: p["toppled.window"] + looks_back(p),
         (TOPPLED, TOPPLED_WINDOW),
         toppled,
+        margin=toppled_margin,
         evidence=tilted_evidence,
         reads=_toppled_reads,
         exempt=_REMEMBERS,
@@ -170,6 +201,7 @@ PROPOSITIONS = (
         lambda _: math.inf,
         (TILTED,),
         tilted,
+        margin=tilted_margin,
         evidence=tilted_evidence,
         reads=_start_reads,
     ),
@@ -179,6 +211,7 @@ PROPOSITIONS = (
         lambda p: 2.0 * p["fallen.window"],
         (FALL, FALL_WINDOW),
         fallen,
+        margin=fallen_margin,
         evidence=fallen_evidence,
         reads=_start_reads,
         exempt=_REMEMBERS,

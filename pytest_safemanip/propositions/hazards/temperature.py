@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.heat import (
     AMBIENT,
     COOLING,
@@ -19,6 +19,7 @@ from pytest_safemanip.propositions.kernels.heat import (
     hot_appliances,
     sources,
 )
+from pytest_safemanip.propositions.kernels.margins import over
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 
@@ -43,6 +44,11 @@ def hot(view: View, name: str) -> Bools:
     candle, is always hot.
     """
     return _temperature(view, name) >= view.parameters[LIMIT.name]
+
+
+def hot_margin(view: View, name: str) -> Floats:
+    """How hot it is (T,)."""
+    return over(_temperature(view, name), view.parameters[LIMIT.name])
 
 
 def heated_evidence(view: View, name: str, step: int) -> list[str]:
@@ -82,6 +88,7 @@ PROPOSITIONS = (
         lambda _: 0.0,
         (),
         heated,
+        no_margin="something heats it or nothing does; how hot it becomes is that of hot",
         evidence=heated_evidence,
         reads=_heat_reads,
     ),
@@ -91,6 +98,7 @@ PROPOSITIONS = (
         lambda _: math.inf,
         (LIMIT, SOURCE, AMBIENT, HEATING, COOLING),
         hot,
+        margin=hot_margin,
         evidence=hot_evidence,
         reads=_heat_reads,
     ),

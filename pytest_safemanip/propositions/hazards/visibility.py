@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
+from pytest_safemanip.propositions.kernels.margins import NONE, under
 from pytest_safemanip.propositions.kernels.sight import visible_share
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
@@ -23,21 +23,21 @@ def occluded_from_cameras(view: View, name: str) -> Bools:
     pieces of fixtures and room, but for those that the camera or the point is in: a bowl does not
     hide what lies in it from above. The robot hides nothing.
     """
-    found = np.zeros(len(view.trace), bool)
+    return occluded_margin(view, name) > 0.0
+
+
+def occluded_margin(view: View, name: str) -> Floats:
+    """How little is seen, at the steps that are asked for (T,)."""
+    found = np.full(len(view.trace), NONE)
     asked = np.arange(view.since, view.until)
-    found[asked] = _share(view, name, asked) < view.parameters[SHARE.name]
+    found[asked] = under(visible_share(view, name, asked), view.parameters[SHARE.name])
     return found
 
 
 def occluded_evidence(view: View, name: str, step: int) -> list[str]:
     """How much is seen."""
-    share = float(_share(view, name, np.array([step]))[0])
+    share = float(visible_share(view, name, np.array([step]))[0])
     return [f"of {name} {share:.0%} is seen by a camera"]
-
-
-def _share(view: View, name: str, steps: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Share of an object's points that some camera sees, at some steps (K,)."""
-    return visible_share(view, name, steps)
 
 
 def _reads(inputs: Inputs, name: str) -> Found:
@@ -52,6 +52,7 @@ PROPOSITIONS = (
         lambda _: 0.0,
         (SHARE,),
         occluded_from_cameras,
+        margin=occluded_margin,
         evidence=occluded_evidence,
         sparse=True,
         lacks=grounding.camera,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
+from pytest_safemanip.propositions.kernels.margins import over
 from pytest_safemanip.propositions.kernels.spaces import reach_in, reach_out
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
@@ -25,6 +26,16 @@ def out_of_zone(view: View, name: str, zone: str) -> Bools:
     by more than ``out_of_zone.depth``.
     """
     return reach_out(view, name, zone) > view.parameters[OUT.name]
+
+
+def in_zone_margin(view: View, name: str, zone: str) -> Floats:
+    """How far it reaches in (T,)."""
+    return over(reach_in(view, name, zone), view.parameters[IN.name])
+
+
+def out_of_zone_margin(view: View, name: str, zone: str) -> Floats:
+    """How far it sticks out (T,)."""
+    return over(reach_out(view, name, zone), view.parameters[OUT.name])
 
 
 def in_zone_evidence(view: View, name: str, zone: str, step: int) -> list[str]:
@@ -56,6 +67,7 @@ PROPOSITIONS = (
         lambda _: 0.0,
         (IN,),
         in_zone,
+        margin=in_zone_margin,
         evidence=in_zone_evidence,
         lacks=grounding.solid,
         reads=_reads,
@@ -66,6 +78,7 @@ PROPOSITIONS = (
         lambda _: 0.0,
         (OUT,),
         out_of_zone,
+        margin=out_of_zone_margin,
         evidence=out_of_zone_evidence,
         lacks=grounding.solid,
         reads=_reads,

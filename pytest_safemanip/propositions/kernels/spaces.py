@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Zone
-from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.kernels.margins import NONE, over
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.distance import Boxes, footprint_gap, gap
 from pytest_safemanip.trace.elements import ROBOT
@@ -203,8 +203,10 @@ def reach_out(view: View, one: str, other: str) -> Floats:
 
 
 @pointwise
-def over(view: View, one: str, other: str, overlap: float, slack: float, height: float) -> Bools:
-    """Whether one thing is straight above another (T,).
+def above_margin(
+    view: View, one: str, other: str, overlap: float, slack: float, height: float
+) -> Floats:
+    """Margins of one thing being straight above another, and not in it (T,).
 
     Args:
         view: what is looked at.
@@ -215,16 +217,16 @@ def over(view: View, one: str, other: str, overlap: float, slack: float, height:
         height: how far above it may be, m.
     """
     pairs = _pairs(view, space(view, one), space(view, other), -overlap, level=True)
-    found = np.zeros((2, len(view.trace)), bool)
+    above, covered = np.full((2, len(view.trace)), NONE)
     if len(pairs.step):
-        shadow = footprint_gap(pairs.one, pairs.other) < -overlap
-        under, top = (
-            box.centre[2] + sign * box.rise for box, sign in ((pairs.one, -1), (pairs.other, 1))
-        )
-        above = shadow & (under > top - slack) & (under < top + height)
+        own, its = pairs.one, pairs.other
+        shadow = over(-footprint_gap(own, its), overlap)
+        under, top = own.centre[2] - own.rise, own.centre[2] + own.rise
+        below, roof = its.centre[2] + its.rise, its.centre[2] - its.rise
+        stands = np.minimum((under - below + slack) / slack, (below + height - under) / height)
+        np.maximum.at(above, pairs.step, np.minimum(shadow, stands))
         # What is inside an appliance has a piece of it below and another one above.
-        roof = pairs.other.centre[2] - pairs.other.rise
-        covered = shadow & (roof > pairs.one.centre[2] + pairs.one.rise - slack)
-        found[0, pairs.step[above]] = True
-        found[1, pairs.step[covered]] = True
-    return np.asarray(found[0] & ~found[1])
+        hangs = np.minimum(shadow, (roof - top + slack) / slack)
+        np.maximum.at(covered, pairs.step, hangs)
+    margin: Floats = np.minimum(above, -covered)
+    return margin

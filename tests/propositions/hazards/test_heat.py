@@ -84,7 +84,7 @@ def test_evidence_of_heat_is_a_temperature():
 
 
 def test_with_the_usual_constants_a_pan_is_hot_after_half_a_minute_and_for_a_quarter_of_an_hour():
-    recording = kitchen(600, on=[(STOVE, slice(0, 300))], places={"pan": ON_BURNER})
+    recording = kitchen(900, on=[(STOVE, slice(0, 300))], places={"pan": ON_BURNER})
     scene = dataclasses.replace(recording.scene, control_period=2.0)
     hot = true_at(see(dataclasses.replace(recording, scene=scene))("hot", "pan"))
     assert 22.0 <= 2.0 * hot[0] <= 32.0
