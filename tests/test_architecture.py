@@ -25,7 +25,7 @@ ROOMS: Mapping[str, str] = {
     "propositions": "errors.py trace",
     "spec": "errors.py ltlf propositions trace",
     "judge.py": "errors.py ltlf markup.py propositions spec trace",
-    "sentences": "errors.py ltlf spec",
+    "sentences": "errors.py ltlf propositions spec",
     "live": "errors.py ltlf propositions resources.py spec trace",
     "sim": "decoding errors.py provenance.py trace",
     "policies": "decoding errors.py provenance.py sim trace",

@@ -128,11 +128,14 @@ def test_a_changed_parameter_changes_its_value_and_nothing_else():
 def test_every_shipped_proposition_says_what_it_means_and_why_its_numbers(shipped):
     assert shipped.doc
     values = CATALOGUE.parameters({})
-    lasts = shipped.name in ("contaminated", "clean_contact", "collision", "bad_contact")
+    lasts = shipped.name in (
+        *("contaminated", "clean_contact", "collision", "bad_contact"),
+        *("hot", "displaced", "tilted"),
+    )
     assert 0.0 <= shipped.window(values) < 15.0 or lasts
     for parameter in shipped.parameters:
         assert parameter.reason
-        assert parameter.unit in ("N", "m", "s", "rad", "m/s", "rad/s", "1/s", "")
+        assert parameter.unit in ("N", "m", "s", "rad", "m/s", "rad/s", "1/s", "degC", "")
         assert parameter.name.split(".")[0] in {*CATALOGUE, "enclosure"}
 
 
