@@ -25,7 +25,7 @@ from pytest_safemanip.trace.scene import Scene
 
 T = TypeVar("T")
 Arguments = tuple[str, ...]
-MOST_CALLS = 20
+MOST_CALLS = 12
 """Arguments, at most, that a proposition is tried with in a scene."""
 SHORT = 0.2
 """Windows up to this many seconds are kept; longer ones are shortened, so that generated
@@ -152,6 +152,10 @@ def calls(proposition: Proposition, binding: Binding, scene: Scene) -> list[Argu
     together: dict[tuple[str, ...], Sequence[Arguments]] = {
         ("skill", "entity"): binding.skills,
         ("object", "entity"): binding.transfers,
+        ("object or liquid", "entity"): (
+            *binding.transfers,
+            *((liquid, r) for liquid in scene.particles for _, r in binding.transfers[:2]),
+        ),
         ("object", "fixture"): binding.placements,
     }
     if proposition.arguments in together:

@@ -44,6 +44,7 @@ class Task:
         params: defaults of propositions' parameters, where they are not the general ones.
         zones: named regions, each around a role.
         hot: roles of objects that are hot when an episode begins.
+        liquids: role of a liquid to the role of the object that it is in when an episode begins.
         derived: what a backend derived of it, as the content of a file; empty if nothing did.
     """
 
@@ -72,6 +73,7 @@ class Task:
     params: Mapping[str, float] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
     hot: tuple[str, ...] = ()
+    liquids: Mapping[str, str] = field(default_factory=dict)
     derived: str = ""
 
     def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
@@ -91,7 +93,8 @@ class Task:
                 raise TraceError(f"{self.path}: the scene has no role {role!r}; {hint}")
             return scene.roles[role]
 
-        lacking = {role for role in self.optional if role not in scene.roles}
+        may_lack = (*self.optional, *self.liquids)
+        lacking = {role for role in may_lack if role not in scene.roles}
 
         def entities(roles: Iterable[str]) -> tuple[str, ...]:
             return tuple(entity(role) for role in roles if role not in lacking)

@@ -24,7 +24,7 @@ pan``), ``tools`` (what may carry contamination: ``robot`` for its hand, and obj
 that an episode may lack), ``not_grounded`` (property to the reason why it cannot be judged here),
 ``params`` (parameter of a proposition to its default here), ``zones`` (named region to ``around``,
 the role that it is grown from, ``margin`` and ``above``, m), ``hot`` (objects that are hot when an
-episode begins),
+episode begins), ``liquids`` (role of a liquid to the object that it is in then),
 ``compact`` (``kitchen``: which compact kitchen, ``small`` or ``full``; ``object_groups``: role to
 the categories or groups drawn in it).
 
@@ -70,6 +70,7 @@ _OPTIONAL = (
     "params",
     "zones",
     "hot",
+    "liquids",
     "compact",
 )
 KITCHENS = ("small", "full", "deep", "roomy")
@@ -155,6 +156,8 @@ def _task(section: Section) -> Task:
         raise section.error("task", f"expected letters, digits and '_', found {name!r}")
     objects = _strings(section, "objects")
     enclosures = _strings(section, "enclosures")
+    liquids = _liquids(section, objects)
+    contents = (*objects, *liquids)
     compact = section.section("compact") if "compact" in section else None
     if compact:
         compact.check_keys((), ("kitchen", "object_groups"))
@@ -171,7 +174,7 @@ def _task(section: Section) -> Task:
         mechanisms=_strings(section, "mechanisms"),
         placements=_pairs(section, "placements", "OBJECT in ENCLOSURE", objects, enclosures),
         skills=_skills(section),
-        transfers=_pairs(section, "transfers", "OBJECT into RECEIVER", objects, None),
+        transfers=_pairs(section, "transfers", "OBJECT into RECEIVER", contents, None),
         tools=_members(section, "tools", (ROBOT, *objects), "objects, nor 'robot'"),
         open_at=_numbers(section, "open_at"),
         touch=_lists(section, "touch"),
@@ -182,6 +185,7 @@ def _task(section: Section) -> Task:
         params=_numbers(section, "params"),
         zones=_zones(section),
         hot=_strings(section, "hot"),
+        liquids=liquids,
         kitchen=_kitchen(compact),
         object_groups=_lists(compact, "object_groups"),
     )
@@ -231,6 +235,19 @@ def _numbers(section: Section, key: str) -> Mapping[str, float]:
         return {}
     inner = section.section(key)
     return {role: inner.number(role, positive=True) for role in inner}
+
+
+def _liquids(section: Section, objects: Sequence[str]) -> Mapping[str, str]:
+    """Liquids, each in an object; what is simulated of it is small balls."""
+    if "liquids" not in section:
+        return {}
+    inner = section.section("liquids")
+    found = {}
+    for name in inner:
+        found[name] = inner.string(name)
+        if found[name] not in objects or name in objects:
+            raise inner.error(name, f"expected 'LIQUID: OBJECT', found {name}: {found[name]}")
+    return found
 
 
 def _zones(section: Section) -> Mapping[str, Zone]:

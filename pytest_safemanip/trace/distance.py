@@ -13,6 +13,8 @@ from pytest_safemanip.trace.geometry import Array
 _TURNS = 32
 """Rounds of projection from one box to the other and back. Distances are then right to the last
 bit, but for boxes that all but touch: there they may be a millimetre too large."""
+_ARRIVED = 1e-18
+"""Square of the way of a round, m2, below which the nearest point is found."""
 _PARALLEL = 1e-3
 """Sine of an angle below which two edges count as parallel, and have no common normal."""
 
@@ -112,14 +114,18 @@ def _nearest(place: Array, turn: Array, one: Array, other: Array) -> Array:
         return nearest
 
     found = ahead = np.clip(place, -one, one)
-    pace = np.ones(place.shape[1])
+    pace, arrived = np.ones(place.shape[1]), np.zeros(place.shape[1], bool)
     for _ in range(_TURNS):
-        new = np.clip(on_other(ahead), -one, one)
-        away = _sum((ahead - new) * (new - found)) > 0.0
+        new = np.where(arrived, found, np.clip(on_other(ahead), -one, one))
+        way = new - found
+        arrived = arrived | (_sum(way * way) < _ARRIVED)
+        away = _sum((ahead - new) * way) > 0.0
         pace = np.where(away, 1.0, pace)
         faster = 0.5 + np.sqrt(0.25 + pace * pace)
-        ahead = new + np.where(away, 0.0, (pace - 1.0) / faster) * (new - found)
+        ahead = new + np.where(away, 0.0, (pace - 1.0) / faster) * way
         found, pace = new, faster
+        if arrived.all():
+            break
     apart = on_other(found) - found
     length: Array = np.sqrt(_sum(apart * apart))
     return length

@@ -42,7 +42,7 @@ def spilled_evidence(view: View, vessel: str, step: int) -> list[str]:
 
 def _spilled_share(view: View, vessel: str) -> Floats:
     """Share of the particles that began in an object, and are spilled (T,); 0 if none did."""
-    own = view.fold(Sources)[0] == view.trace.scene.object_index[vessel]
+    own = view.fold(Sources)[0][:, view.trace.scene.object_index[vessel]]
     if not own.any():
         return np.zeros(len(view.trace))
     count = view.trace.count(view.parameters[WINDOW.name])
