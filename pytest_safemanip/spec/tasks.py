@@ -244,6 +244,9 @@ def _liquids(section: Section, objects: Sequence[str]) -> Mapping[str, str]:
     inner = section.section("liquids")
     found = {}
     for name in inner:
+        if not TASK_NAME.fullmatch(name):
+            expected = "expected letters, digits and '_' in the name of a liquid"
+            raise inner.error(name, f"{expected}, found {name!r}")
         found[name] = inner.string(name)
         if found[name] not in objects or name in objects:
             raise inner.error(name, f"expected 'LIQUID: OBJECT', found {name}: {found[name]}")

@@ -50,6 +50,8 @@ compact:
   kitchen: full
   object_groups:
     obj: [mug, cup]
+liquids:
+  water: obj
 """
 CATEGORIES = {"mug": frozenset({"container"}), "apple": frozenset({"ready_to_eat"})}
 SCENE = dataclasses.replace(
@@ -186,6 +188,9 @@ def test_a_category_without_attributes_is_an_error(written):
         ("margin: 0.1", "margin: -1", 22, "'zones.ahead.margin': expected a positive number"),
         ("above: 0.5", "over: 0.5", 22, "'zones.ahead.over'; did you mean"),
         ("  close:", "  too close:", 23, "expected letters, digits and '_' in the name of a zone"),
+        ("  water: obj", "  water: cab", 33, "expected 'LIQUID: OBJECT', found water: cab"),
+        ("  water: obj", "  obj: other", 33, "expected 'LIQUID: OBJECT', found obj: other"),
+        ("  water: obj", "  hot water: obj", 33, "in the name of a liquid, found 'hot water'"),
         ("  object_groups:", "  groups:", 30, "'compact.groups'; did you mean"),
     ],
 )

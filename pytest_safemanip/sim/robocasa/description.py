@@ -21,6 +21,7 @@ from pytest_safemanip.sim.mujoco.description import (
 from pytest_safemanip.sim.mujoco.reading import Reader
 from pytest_safemanip.sim.robocasa import parts as part_names
 from pytest_safemanip.sim.robocasa import regions
+from pytest_safemanip.sim.robocasa.liquids import liquids_in
 from pytest_safemanip.sim.robocasa.observation import CAMERAS
 from pytest_safemanip.sim.robocasa.robot import PANDA, SPEC
 from pytest_safemanip.sim.robocasa.switches import reached, switches
@@ -63,6 +64,7 @@ def describe(env: Any, data: Any) -> Description:
     at_sites = reached(model, env)
     found, readers = switches(model, env)
     cameras = [find(model, "camera", name.removeprefix("video.")) for name in CAMERAS]
+    liquid_entities, liquids, particles = liquids_in(model)
     hand = _hand(model)
     geoms = np.flatnonzero(_of_hand(model))
     half, centre = map(extents.vector, extents.box_around(model, data, hand.pose(data), geoms))
@@ -72,6 +74,7 @@ def describe(env: Any, data: Any) -> Description:
             Entity(ROBOT, "robot", type(env.robots[0].robot_model).__name__),
             *(Entity(n, "object", categories[n], _filled(model, n)) for n in objects),
             *(_fixture(n, f) for n, f in env.fixtures.items()),
+            *liquid_entities,
         ),
         bodies=tuple(_body(model, data, name, body) for name, body in objects.items()),
         parts=table.parts,
@@ -91,7 +94,12 @@ def describe(env: Any, data: Any) -> Description:
         surfaces=tuple(extents.surfaces(model, closed, table, set(fixtures))),
         grippers=(PANDA.in_scene(half, centre),),
         actions=SPEC.robot.actions.entries,
-        roles={**roles, **{name: name for name in objects}},
+        roles={
+            **roles,
+            **{name: name for name in objects},
+            **{liquid.name: liquid.name for liquid in liquid_entities},
+        },
+        liquids=liquids,
         cameras=tuple(camera_of(model, camera, 1.0) for camera in cameras),
     ).checked()
     ids = np.array([joint for _, joint in joints], np.intp)
@@ -113,6 +121,7 @@ def describe(env: Any, data: Any) -> Description:
             ]
         ),
         read_switches=readers,
+        particles=particles,
     )
 
 
