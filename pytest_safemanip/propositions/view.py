@@ -112,6 +112,10 @@ class View:
         check_call(proposition, arguments, self.trace.scene)
         return self.narrowed(first, stop).measure(proposition, arguments)[first:stop]
 
+    def has_margin(self, name: str) -> bool:
+        """Whether a proposition has a margin of its own."""
+        return self._catalogue[name].margin is not None
+
     def narrowed(self, first: int, stop: int) -> View:
         """This view for an evaluation at steps ``first`` to ``stop - 1`` only."""
         return _Narrowed(self, first, stop)
@@ -155,7 +159,7 @@ class View:
         return describe(self, *arguments, step=step) if describe else []
 
     def excess(self, name: str, arguments: tuple[str, ...], first: int, last: int) -> Excess | None:
-        """The contact behind a proposition that is farthest beyond its limit at some steps."""
+        """The hardest contact behind a proposition that is beyond its limit at some steps."""
         measure = self._catalogue[name].excess
         return measure(self, *arguments, first=first, last=last) if measure else None
 
