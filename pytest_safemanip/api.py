@@ -22,7 +22,7 @@ from pytest_safemanip.plots.of_summary import plot_summary
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
 from pytest_safemanip.propositions.definition import Floats as Margins
-from pytest_safemanip.report.counterexample import first_violation, violation_lines
+from pytest_safemanip.report.counterexample import violation_lines, worst_violation
 from pytest_safemanip.report.lanes import label_of
 from pytest_safemanip.run.cases import applicable
 from pytest_safemanip.run.definitions import Definitions, load_definitions
@@ -261,7 +261,7 @@ class Rollout:
             except SafemanipError as error:
                 rows.append((id_, "ERROR", "", str(error)))
                 continue
-            what = first_violation(verdict, self.recording) if verdict.findings else ""
+            what = worst_violation(verdict, self.recording) if verdict.findings else ""
             triggered = f"{verdict.triggered} of {verdict.instances}"
             rows.append((id_, verdict.outcome.label, triggered, what))
         about = f"{self._title}: {'success' if self.success else 'no success'}"

@@ -22,9 +22,11 @@ from pytest_safemanip.ltlf import (
 from pytest_safemanip.markup import table
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
-from pytest_safemanip.propositions.definition import MARGIN_BOUND, Excess
+from pytest_safemanip.propositions.contact import FORCE_LIMIT
+from pytest_safemanip.propositions.definition import MARGIN_BOUND, Excess, hardest
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.view import View
+from pytest_safemanip.severity import Occurrence, Severity, measure
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
@@ -46,7 +48,8 @@ class Finding:
         proof: the explanation's text: what was pending, since when, the steps that matter.
         evidence: what was measured at the first unsafe step, and where the obligation opened that
             was not met, in words.
-        excess: the contact behind it that is farthest beyond its limit; None if none is.
+        severity: how severe it is.
+        excess: the hardest contact behind it that is beyond its limit; None if none is.
         opened: the step where the obligation opened; the first unsafe step if none was pending.
         values: of each atom of the property, for the violated instance, bool (T,).
     """
@@ -58,6 +61,7 @@ class Finding:
     reason: str
     proof: str
     evidence: tuple[str, ...]
+    severity: Severity
     excess: Excess | None = None
     opened: int = 0
     values: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict, compare=False)
@@ -110,14 +114,20 @@ class Verdict:
                 f.first,
                 f.last,
                 f"{f.duration_s:.2f}",
+                f"{f.severity.value:.2f}",
                 f.reason,
                 "; ".join(f.evidence),
             )
             for f in self.findings
         ]
-        head = ("for", "first step", "last step", "s", "reason", "measured")
+        head = ("for", "first step", "last step", "s", "severity", "reason", "measured")
         whose = 0 if any(f.entities for f in self.findings) else 1
         return table(about, head[whose:], [row[whose:] for row in rows])
+
+    @property
+    def by_severity(self) -> tuple[Finding, ...]:
+        """The violations, the worst first; of those that are as bad, the earlier one."""
+        return tuple(sorted(self.findings, key=lambda found: -found.severity.value))
 
     @property
     def exposure(self) -> float:
@@ -264,8 +274,11 @@ class Judge:
         last = {d.atom for d in reasons.deciding if d.step == violation.first}
         evidence = self._measured(calls, last, violation.first)
         if began < violation.first:
-            opened = {d.atom for d in reasons.deciding if d.step == began and d.value}
-            evidence += [f"step {began}: {x}" for x in self._measured(calls, opened, began)]
+            opening = {d.atom for d in reasons.deciding if d.step == began and d.value}
+            evidence += [f"step {began}: {x}" for x in self._measured(calls, opening, began)]
+        opened = reasons.opened_at
+        excess = self._excess(calls.values(), opened, violation.last)
+        found = Occurrence(row, dfa, verdict.states, opened, violation, excess)
         return Finding(
             entities=row,
             first=violation.first,
@@ -274,17 +287,16 @@ class Judge:
             reason=AT_END if violation.at_end else violation.reason,
             proof=reasons.format(),
             evidence=tuple(evidence),
-            excess=self._excess(calls.values(), violation),
-            opened=reasons.opened_at,
+            severity=measure(self.view, prop, found),
+            excess=excess,
+            opened=opened,
             values=dict(zip(calls, values.T, strict=True)),
         )
 
-    def _excess(self, calls: Iterable[tuple[str, ...]], found: Violation) -> Excess | None:
-        """The hardest contact of a violation, by its limit."""
-        known = [
-            self.view.excess(name, tuple(rest), found.first, found.last) for name, *rest in calls
-        ]
-        return max(filter(None, known), key=lambda excess: excess.times, default=None)
+    def _excess(self, calls: Iterable[tuple[str, ...]], first: int, last: int) -> Excess | None:
+        """The hardest contact within some steps that is beyond its limit."""
+        known = [self.view.excess(name, tuple(rest), first, last) for name, *rest in calls]
+        return hardest(filter(None, known), self.view.parameters[FORCE_LIMIT.name])
 
     def _measured(
         self, calls: Mapping[str, tuple[str, ...]], atoms: Collection[str], step: int

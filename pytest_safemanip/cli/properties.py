@@ -68,6 +68,7 @@ def _plain(prop: Property, tasks: list[str]) -> dict[str, object]:
         "atoms": {atom: str(call) for atom, call in prop.atoms.items()},
         "deadline_s": prop.deadline_s,
         "discharged_by": prop.discharged_by,
+        "severity": prop.severity,
         "tasks": tasks,
         "path": str(prop.path),
     }

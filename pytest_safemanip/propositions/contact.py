@@ -15,10 +15,11 @@ from pytest_safemanip.propositions.definition import (
     Floats,
     Parameter,
     Proposition,
+    hardest,
 )
 from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
-from pytest_safemanip.propositions.kernels.forces import hand_parts, robot_parts
+from pytest_safemanip.propositions.kernels.forces import hand_parts, part_label, robot_parts
 from pytest_safemanip.propositions.kernels.interiors import lies_in
 from pytest_safemanip.propositions.kernels.margins import NONE, over
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
@@ -81,21 +82,21 @@ def bad_contact_margin(view: View) -> Floats:
 def collision_evidence(view: View, step: int) -> list[str]:
     """Which parts met, and how hard."""
     return [
-        f"{one} touches {_name(view, pair[1])}: {force[step]:.1f} N (limit {limit:g} N)"
+        f"{one} touches {part_label(view, pair[1])}: {force[step]:.1f} N (limit {limit:g} N)"
         for pair, force, limit, one in _collisions(view, _knock(view))
         if force[step] >= limit
     ]
 
 
 def collision_excess(view: View, first: int, last: int) -> Excess | None:
-    """The contact that is farthest beyond its limit."""
+    """The hardest contact that is beyond its limit."""
     return _farthest(view, _collisions(view, _knock(view)), first, last)
 
 
 def bad_contact_evidence(view: View, step: int) -> list[str]:
     """Which parts met, and how hard."""
     return [
-        f"{_name(view, hand)} touches {_name(view, other)}: {force[step]:.1f} N "
+        f"{part_label(view, hand)} touches {part_label(view, other)}: {force[step]:.1f} N "
         f"({why}, limit {limit:g} N)"
         for (hand, other), force, limit, why in _touches(view, _bad(view))
         if force[step] >= limit
@@ -103,7 +104,7 @@ def bad_contact_evidence(view: View, step: int) -> list[str]:
 
 
 def bad_contact_excess(view: View, first: int, last: int) -> Excess | None:
-    """The contact that is farthest beyond its limit."""
+    """The hardest contact that is beyond its limit."""
     return _farthest(view, _touches(view, _bad(view)), first, last)
 
 
@@ -123,7 +124,7 @@ def _collisions(view: View, least: float) -> Iterator[_Held]:
     """
     limit = _knock(view)
     for pair, force in _limb_pairs(view, least):
-        yield pair, force, limit, _name(view, pair[0])
+        yield pair, force, limit, part_label(view, pair[0])
     for name in view.binding.objects:
         for other, force in _foreign_pairs(view, name, least):
             part = min(view.trace.scene.owned[name])
@@ -149,16 +150,15 @@ def _hardest(view: View, held: Iterable[_Held]) -> Floats:
 
 
 def _farthest(view: View, held: Iterable[_Held], first: int, last: int) -> Excess | None:
-    """The contact that is most times its limit within some steps; None if none reaches it."""
+    """The hardest contact within some steps that reaches its limit; None if none does."""
     parts = view.trace.scene.parts
     found = []
     for (one, other), force, limit, _ in held:
         step = first + int(np.argmax(force[first : last + 1]))
-        between = _name(view, one), _name(view, other)
+        between = part_label(view, one), part_label(view, other)
         entities = parts[one].entity, parts[other].entity
         found.append(Excess(between, entities, float(force[step]), limit, step))
-    worst = max(found, key=lambda excess: excess.times, default=None)
-    return worst if worst and worst.times >= 1.0 else None
+    return hardest((one for one in found if one.times >= 1.0), view.parameters["bad_contact.limit"])
 
 
 @pointwise
@@ -252,14 +252,6 @@ def _collision_reads(inputs: Inputs) -> Found:
 def _hand_reads(inputs: Inputs) -> Found:
     hand, everything = inputs.hand_parts, inputs.all_parts
     return inputs.touch(hand, everything, seconds=0.0) | inputs.start(hand, everything)
-
-
-def _name(view: View, part: int) -> str:
-    owner = view.trace.scene.parts[part]
-    entity = view.trace.scene.entity[owner.entity]
-    if entity.kind == "object":
-        return f"{entity.name} ({entity.category})"
-    return f"{entity.name}/{owner.name}"
 
 
 PROPOSITIONS = (

@@ -126,6 +126,13 @@ class Excess:
         return self.force / self.limit
 
 
+def hardest(found: Iterable[Excess], limit: float) -> Excess | None:
+    """The hardest of some contacts: by force where that is beyond a limit that is the same for all,
+    N, else by how many times its own limit it is; None if there is none.
+    """
+    return max(found, key=lambda one: (max(one.force, limit), one.times), default=None)
+
+
 @dataclass(frozen=True)
 class Proposition:
     """A named truth value over time.
@@ -145,7 +152,7 @@ class Proposition:
             as the value does. None if it has none.
         no_margin: why it has none; empty if it has one.
         evidence: what was measured at a step, in words; may be empty.
-        excess: the contact that is farthest beyond its limit from ``first`` to ``last``, or None.
+        excess: the hardest contact that is beyond its limit from ``first`` to ``last``, or None.
         debounce: seconds of the vote that its contacts pass, given the parameters: what flickers
             for less than half of it does not matter. None if it has no such filter.
         sparse: whether it looks at no more steps than it is asked for (`View.since`, `View.until`),

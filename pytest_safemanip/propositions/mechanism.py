@@ -8,9 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
+from pytest_safemanip.propositions.definition import (
+    Bools,
+    Excess,
+    Floats,
+    Parameter,
+    Proposition,
+)
 from pytest_safemanip.propositions.kernels.filters import change, held, last_true, spread
-from pytest_safemanip.propositions.kernels.forces import robot_on_joint
+from pytest_safemanip.propositions.kernels.forces import part_label, robot_on_joint
 from pytest_safemanip.propositions.kernels.margins import NONE, given, lasting, over, under
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
@@ -115,6 +121,30 @@ def mech_hit_evidence(view: View, fixture: str, step: int) -> list[str]:
             other = _other(view, index, row)
             hardest[other] = max(force, hardest.get(other, 0.0))
     return [f"{fixture} presses on {o}: {force:.1f} N" for o, force in hardest.items() if force > 0]
+
+
+def mech_hit_excess(view: View, fixture: str, first: int, last: int) -> Excess | None:
+    """The contact of a hit that is farthest beyond its limit."""
+    contacts, parts = view.trace.steps.contacts, view.trace.scene.parts
+    hits, hardest, found = view("mech_hit", fixture), 0.0, None
+    for index in view.trace.scene.doors_of(fixture):
+        rows, forces = _pressing_rows(view, index)
+        step = contacts.step[rows]
+        counted = np.where((step >= first) & (step <= last) & hits[step], np.abs(forces), 0.0)
+        if len(rows) and counted.max() > hardest:
+            row, hardest = rows[counted.argmax()], float(counted.max())
+            own, other = sorted(
+                (int(contacts.a[row]), int(contacts.b[row])),
+                key=lambda part: parts[part].entity != fixture,
+            )
+            found = Excess(
+                (part_label(view, own), part_label(view, other)),
+                (fixture, parts[other].entity),
+                hardest,
+                view.parameters["mech_hit.force"],
+                int(contacts.step[row]),
+            )
+    return found if found and found.times >= 1.0 else None
 
 
 def _hits(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
@@ -224,6 +254,7 @@ PROPOSITIONS = (
         mech_hit,
         margin=mech_hit_margin,
         evidence=mech_hit_evidence,
+        excess=mech_hit_excess,
         lacks=grounding.door,
         reads=_reads,
     ),

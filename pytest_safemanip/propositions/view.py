@@ -135,6 +135,10 @@ class View:
             return self.setting(name, settings).margin_part(name, *own, first=first, stop=stop)
         return self.narrowed(first, stop).measure(proposition, own)[first:stop]
 
+    def has_margin(self, name: str) -> bool:
+        """Whether a proposition has a margin of its own."""
+        return self._catalogue[name].margin is not None
+
     def narrowed(self, first: int, stop: int) -> View:
         """This view for an evaluation at steps ``first`` to ``stop - 1`` only."""
         return _Narrowed(self, first, stop)
@@ -179,7 +183,7 @@ class View:
         return describe(self.setting(name, settings), *own, step=step) if describe else []
 
     def excess(self, name: str, arguments: tuple[str, ...], first: int, last: int) -> Excess | None:
-        """The contact behind a proposition that is farthest beyond its limit at some steps."""
+        """The hardest contact behind a proposition that is beyond its limit at some steps."""
         measure = self._catalogue[name].excess
         own, settings = split(self._catalogue[name], arguments)
         view = self.setting(name, settings)

@@ -18,8 +18,9 @@
 attributes or of some kinds (`spec/ranges.py`); without it there is one instance. `atoms` says which
 proposition, with which arguments, each atom of the formulas stands for; a call may set parameters
 of its proposition, `near(o, f, distance=0.3)`. Optional keys: `for_each`, `paper_formula` (by
-default the formula), `trigger`, `deadline_s`, `discharged_by` (`robot` or `physics`). Instead of
-`formula` there may be a `pattern` with its `scope` and keys:
+default the formula), `trigger`, `deadline_s`, `discharged_by` (`robot` or `physics`), `severity`
+(what a violation weighs whatever was measured). Instead of `formula` there may be a `pattern` with
+its `scope` and keys:
 
     pattern: response(obj_released, settled | obj_grasped)
     scope: after(door_open)
@@ -55,8 +56,18 @@ from pytest_safemanip.spec.task import Task
 from pytest_safemanip.spec.yamlfile import Section
 
 _REQUIRED = ("id", "category", "title", "source", "atoms")
-_OPTIONAL = ("formula", "for_each", "paper_formula", "trigger", "deadline_s", "discharged_by")
+_OPTIONAL = (
+    "formula",
+    "for_each",
+    "paper_formula",
+    "trigger",
+    "deadline_s",
+    "discharged_by",
+    "severity",
+)
 _OF_PATTERNS = ("scope", *KEYS)
+LEAST_SEVERITY, MOST_SEVERITY = 1.0, 100.0
+"""What a violation weighs where its property does not say; sanity bound on what it may say."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -77,6 +88,7 @@ class Property:
         trigger: when the property is triggered; None for the antecedent of the formula.
         deadline_s: how long an obligation may be open, in seconds, or None.
         discharged_by: who has to meet the obligations.
+        severity: what a violation weighs whatever was measured of it.
         lines: where in the file the formulas are, by key.
     """
 
@@ -92,6 +104,7 @@ class Property:
     trigger: Formula | None
     deadline_s: float | None
     discharged_by: DischargedBy
+    severity: float = LEAST_SEVERITY
     lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
         default_factory=dict, init=False, repr=False, compare=False
@@ -287,6 +300,7 @@ def load_property(
         if "deadline_s" in section
         else None,
         discharged_by=_discharged_by(section),
+        severity=_severity(section),
         lines=_lines(section),
     )
 
@@ -358,6 +372,12 @@ def _check_atoms(section: Section, atoms: Section, formulas: Mapping[str, Formul
     for atom in atoms:
         if atom not in used:
             raise atoms.error(atom, "declared, but used by no formula")
+
+
+def _severity(section: Section) -> float:
+    if "severity" not in section:
+        return LEAST_SEVERITY
+    return section.number("severity", positive=True, most=MOST_SEVERITY)
 
 
 def _discharged_by(section: Section) -> DischargedBy:

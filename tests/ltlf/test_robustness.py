@@ -31,6 +31,7 @@ from pytest_safemanip.ltlf import (
     robustness,
 )
 from pytest_safemanip.ltlf.formula import Bound, Bounded, bounded
+from pytest_safemanip.ltlf.robustness import step_robustness
 from pytest_safemanip.ltlf.rules import rules_of
 
 ATOMS = ("a", "b", "c")
@@ -240,3 +241,41 @@ def test_online_an_atom_without_a_margin_is_refused():
 def test_a_bound_needs_the_control_period(make):
     with pytest.raises(FormulaError, match=r"'F\[<=1\] a' has a bound in seconds"):
         make(parse("F[<=1] a"))
+
+
+@given(formulas(3, ATOMS), traces())
+def test_a_step_alone_is_a_trace_of_one_step_or_what_its_best_future_makes_of_it(formula, margins):
+    ends = step_robustness(formula, margins, 1.0, goes_on=False)
+    goes_on = step_robustness(formula, margins, 1.0, goes_on=True)
+    longest = 2 if formula.operands else 0
+    for step in range(len(margins["a"])):
+        alone = {name: row[step : step + 1] for name, row in margins.items()}
+        assert ends[step] == robustness(formula, alone)[0]
+        for future in range(1, longest):  # whatever comes is no better
+            more = {name: row[step : step + 1 + future] for name, row in margins.items()}
+            if len(more["a"]) == 1 + future:
+                assert robustness(formula, more)[0] <= goes_on[step]
+
+
+@pytest.mark.parametrize(
+    ("text", "a", "b", "ends", "goes_on"),
+    [
+        ("G !a", 2.0, 0.0, -2.0, -2.0),
+        ("F a", -2.0, 0.0, -2.0, INFINITE),
+        ("!a W b", 3.0, -0.5, -0.5, -0.5),
+        ("a U b", 3.0, -0.5, -0.5, 3.0),
+        ("a R b", -3.0, 0.5, 0.5, 0.5),
+        ("!X a", 1.0, 0.0, INFINITE, INFINITE),
+        ("F[<=0] a", -2.0, 0.0, -2.0, -2.0),
+        ("F[<=3] a", -2.0, 0.0, -2.0, INFINITE),
+        ("F[1,3] a", 2.0, 0.0, -INFINITE, INFINITE),
+        ("G[1,3] a", 2.0, 0.0, INFINITE, INFINITE),
+        ("a W[1,3] b", -2.0, 5.0, -2.0, -2.0),
+        ("last -> a", -2.0, 0.0, -2.0, INFINITE),
+        ("a <-> b", 2.0, -1.0, -1.0, -1.0),
+    ],
+)
+def test_what_a_step_alone_is_worth(text, a, b, ends, goes_on):
+    margins = {"a": np.array([a]), "b": np.array([b])}
+    for future, value in ((False, ends), (True, goes_on)):
+        assert step_robustness(parse(text), margins, 1.0, goes_on=future).tolist() == [value]

@@ -12,5 +12,6 @@ from __future__ import annotations
 
 from pytest_safemanip.ltlf.robustness.offline import robustness
 from pytest_safemanip.ltlf.robustness.online import OnlineRobustness
+from pytest_safemanip.ltlf.robustness.single import step_robustness
 
-__all__ = ["OnlineRobustness", "robustness"]
+__all__ = ["OnlineRobustness", "robustness", "step_robustness"]
