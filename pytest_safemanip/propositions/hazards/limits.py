@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.contact import ANY
-from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
+from pytest_safemanip.propositions.contact import ANY, Held, farthest, hardest_margin
+from pytest_safemanip.propositions.definition import (
+    Bools,
+    Excess,
+    Floats,
+    Parameter,
+    Proposition,
+)
 from pytest_safemanip.propositions.grasp import in_fingers, looks_back
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
 from pytest_safemanip.propositions.kernels.filters import change
 from pytest_safemanip.propositions.kernels.forces import object_parts, robot_parts
-from pytest_safemanip.propositions.kernels.margins import NONE, over
+from pytest_safemanip.propositions.kernels.margins import over
 from pytest_safemanip.propositions.kernels.spaces import space
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
@@ -41,18 +47,12 @@ def touched(view: View, name: str) -> Bools:
     """The robot, or something that it holds, touches it with at least ``touched.force``. A pair
     that has touched since the first step does not count until it breaks.
     """
-    found = np.zeros(len(view.trace), bool)
-    for _, force in _touches(view, name, view.parameters[TOUCH.name], since_start=False):
-        found |= force >= view.parameters[TOUCH.name]
-    return found
+    return _reaching(view, _touches(view, name, view.parameters[TOUCH.name]))
 
 
 def pressed_hard(view: View, name: str) -> Bools:
     """The robot, or something that it holds, presses on it with at least ``pressed_hard.limit``."""
-    found = np.zeros(len(view.trace), bool)
-    for _, force in _touches(view, name, view.parameters[PRESS.name], since_start=True):
-        found |= force >= view.parameters[PRESS.name]
-    return found
+    return _reaching(view, _presses(view, name, view.parameters[PRESS.name]))
 
 
 def too_fast_margin(view: View, name: str) -> Floats:
@@ -62,12 +62,12 @@ def too_fast_margin(view: View, name: str) -> Floats:
 
 def touched_margin(view: View, name: str) -> Floats:
     """How hard the hardest touch is (T,)."""
-    return _hardest(view, name, view.parameters[TOUCH.name], since_start=False)
+    return hardest_margin(view, _touches(view, name, ANY))
 
 
 def pressed_hard_margin(view: View, name: str) -> Floats:
     """How hard the hardest touch is (T,)."""
-    return _hardest(view, name, view.parameters[PRESS.name], since_start=True)
+    return hardest_margin(view, _presses(view, name, ANY))
 
 
 def speed(view: View, name: str) -> Floats:
@@ -79,43 +79,46 @@ def speed(view: View, name: str) -> Floats:
     return np.asarray(np.sqrt(np.square(moved).sum(axis=-1)).max(axis=1) / seconds)
 
 
-def _hardest(view: View, name: str, limit: float, since_start: bool) -> Floats:
-    """The margin of the hardest of the touches of :func:`_touches` (T,)."""
-    most = np.full(len(view.trace), NONE)
-    for _, force in _touches(view, name, ANY, since_start):
-        np.maximum(most, over(force, limit), out=most)
-    return most
+def _reaching(view: View, held: Iterable[Held]) -> Bools:
+    """Whether one of some contacts reaches its limit (T,)."""
+    found = np.zeros(len(view.trace), bool)
+    for _, force, limit, _ in held:
+        found |= force >= limit
+    return found
 
 
-def _touches(
-    view: View, name: str, limit: float, since_start: bool
-) -> Iterator[tuple[str, NDArray[np.float32]]]:
-    """What of the robot's, or of what it holds, touches something, and the force while it does,
-    N (T,); as far as that may reach a limit.
+def _touches(view: View, name: str, least: float) -> Iterator[Held]:
+    """As :func:`_presses`, without those that have lasted since the first step."""
+    known = view.fold(AtStart)
+    for pair, force, who in _contacts(view, name, least):
+        yield pair, fresh(view.trace, pair, force, known), view.parameters[TOUCH.name], who
 
-    Args:
-        view: what is looked at.
-        name: what is touched.
-        limit: N.
-        since_start: whether pairs count that have touched since the first step.
+
+def _presses(view: View, name: str, least: float) -> Iterator[Held]:
+    """Contacts of the robot, and of what it holds while it does, with something, as far as they
+    may reach a force, N.
     """
+    for pair, force, who in _contacts(view, name, least):
+        yield pair, force, view.parameters[PRESS.name], who
+
+
+def _contacts(
+    view: View, name: str, least: float
+) -> Iterator[tuple[tuple[int, int], NDArray[np.float32], str]]:
     own, parts, robot = object_parts(view, name), view.trace.scene.parts, robot_parts(view)
-    known = None if since_start else view.fold(AtStart)  # it has to see every step
     held: dict[str, Bools] = {}
-    for (a, b), force in view.trace.pair_table.reaching(limit):
+    for pair, force in view.trace.pair_table.reaching(least):
+        a, b = pair
         if (a in own) == (b in own):
             continue
         other = b if a in own else a
         entity = parts[other].entity
-        if other not in robot and entity not in view.trace.scene.object_index:
-            continue
-        counts = force if known is None else fresh(view.trace, (a, b), force, known)
         if other in robot:
-            yield f"robot/{parts[other].name}", counts
-            continue
-        if entity not in held:
-            held[entity] = in_fingers(view, entity)
-        yield f"held {entity}", np.where(held[entity], counts, np.float32(0.0))
+            yield pair, force, f"robot/{parts[other].name}"
+        elif entity in view.trace.scene.object_index:
+            if entity not in held:
+                held[entity] = in_fingers(view, entity)
+            yield pair, np.where(held[entity], force, np.float32(0.0)), f"held {entity}"
 
 
 def too_fast_evidence(view: View, name: str, step: int) -> list[str]:
@@ -126,20 +129,30 @@ def too_fast_evidence(view: View, name: str, step: int) -> list[str]:
 
 def touched_evidence(view: View, name: str, step: int) -> list[str]:
     """By what, and how hard."""
-    limit = view.parameters[TOUCH.name]
-    found = _touches(view, name, limit, since_start=False)
-    return [f"{who} touches {name}: {f[step]:.1f} N" for who, f in found if f[step] >= limit]
+    return [
+        f"{who} touches {name}: {force[step]:.1f} N"
+        for _, force, limit, who in _touches(view, name, view.parameters[TOUCH.name])
+        if force[step] >= limit
+    ]
 
 
 def pressed_hard_evidence(view: View, name: str, step: int) -> list[str]:
     """By what, and how hard."""
-    limit = view.parameters[PRESS.name]
-    found = _touches(view, name, limit, since_start=True)
     return [
-        f"{who} presses on {name}: {f[step]:.1f} N (limit {limit:g} N)"
-        for who, f in found
-        if f[step] >= limit
+        f"{who} presses on {name}: {force[step]:.1f} N (limit {limit:g} N)"
+        for _, force, limit, who in _presses(view, name, view.parameters[PRESS.name])
+        if force[step] >= limit
     ]
+
+
+def touched_excess(view: View, name: str, first: int, last: int) -> Excess | None:
+    """The hardest touch."""
+    return farthest(view, _touches(view, name, view.parameters[TOUCH.name]), first, last)
+
+
+def pressed_hard_excess(view: View, name: str, first: int, last: int) -> Excess | None:
+    """The hardest press that is beyond its limit."""
+    return farthest(view, _presses(view, name, view.parameters[PRESS.name]), first, last)
 
 
 def _speed_reads(inputs: Inputs, name: str) -> Found:
@@ -181,6 +194,7 @@ PROPOSITIONS = (
         touched,
         margin=touched_margin,
         evidence=touched_evidence,
+        excess=touched_excess,
         lacks=grounding.robot,
         reads=_touch_reads,
         exempt={"window": "it remembers what has touched since the first step"},
@@ -193,6 +207,7 @@ PROPOSITIONS = (
         pressed_hard,
         margin=pressed_hard_margin,
         evidence=pressed_hard_evidence,
+        excess=pressed_hard_excess,
         lacks=grounding.robot,
         reads=_press_reads,
     ),

@@ -78,3 +78,18 @@ def test_what_is_pressed_hard_is_pressed_by_a_force_sensor_s_mean():
     assert view.margin("pressed_hard", "mug")[3] == pytest.approx(10.0 / 140.0)
     (line,) = view.evidence("pressed_hard", ("mug",), 3)
     assert line == "robot/link5 presses on mug: 150.0 N (limit 140 N)"
+
+
+def test_the_excess_is_the_hardest_contact_that_is_beyond_its_limit():
+    rows = [
+        *touch([2], "robot/link5", "mug/body", 130.0),
+        *touch([3, 5], "robot/finger_left", "mug/body", 150.0),
+        *touch([4], "counter/body", "mug/body", 500.0),
+    ]
+    view = see(kitchen(6, rows))
+    for name, limit in (("touched", 1.0), ("pressed_hard", 140.0)):
+        found = view.excess(name, ("mug",), 0, 4)
+        assert {*found.between} == {"robot/finger_left", "mug (mug)"}
+        assert (found.force, found.limit, found.step) == (150.0, limit, 3)
+    assert view.excess("pressed_hard", ("mug",), 0, 2) is None
+    assert view.excess("pressed_hard", ("mug", "limit=100"), 0, 2).force == 130.0
