@@ -24,9 +24,12 @@ _NAME = re.compile(r"liquid/(\w+)/(\d+)")
 """Names of the bodies."""
 DENSITY = 1000.0
 """Of water, kg/m3."""
-_FRICTION = "0.05 0.0005 0.0005"
-"""Sliding, spinning and rolling: that of glass would let them heap up, and without that of rolling
-they never come to rest, and what moves is computed."""
+_FRICTION = "0.3 0.0005 0.0005"
+"""Sliding, spinning and rolling: with less of any they take long to come to rest, and what moves is
+computed; with more they heap up."""
+_SOLREF = "0.004 1"
+"""As stiff as RoboCasa's time step allows: what falls from 10 cm must not get through a thin floor.
+"""
 _WAITING = (60.0, 60.0, 1.0)
 """Where they are until the vessel stands, m: far from everything."""
 _SPACING = 2.1
@@ -85,6 +88,8 @@ def with_particles(model: str, fills: Sequence[Fill]) -> str:
                 size=f"{fill.radius}",
                 friction=_FRICTION,
                 condim="6",
+                priority="1",
+                solref=_SOLREF,
                 group="1",
                 rgba="0.35 0.55 0.9 0.8",
             )
