@@ -78,7 +78,8 @@ def test_recordings_show_every_proposition_true_and_false():
     @given(recordings())
     def look(recording):
         view = View(recording.trace, bind(recording.scene), parameters, catalogue)
-        for proposition in SHIPPED:
+        missing = {name for (name, _), count in seen.items() if not count}
+        for proposition in filter(lambda p: p.name in missing, SHIPPED):
             for arguments in calls(proposition, view.binding, recording.scene):
                 values = view(proposition.name, *arguments)
                 seen[proposition.name, True] += values.any()

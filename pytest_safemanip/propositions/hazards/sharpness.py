@@ -12,7 +12,7 @@ from pytest_safemanip.propositions.kernels.spaces import FARTHEST, space
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT, Body
-from pytest_safemanip.trace.geometry import Array, rotate, to_local, to_world
+from pytest_safemanip.trace.geometry import Array, conjugate, rotate, to_local, to_world
 
 DISTANCE = Parameter("points_at.distance", "m", 0.3, "a forearm: whoever moves meets it at once")
 ANGLE = Parameter(
@@ -87,17 +87,14 @@ def _seen(view: View, name: str, other: str, end: int, reach: float) -> Floats:
     scene, steps = view.trace.scene, view.trace.steps
     index = scene.object_index[name]
     point, way = ends(scene.bodies[index])[end]
-    tip = to_world(steps.object_pose[:, index], point)[:, None]
-    ahead = rotate(steps.object_pose[:, index, 3:], np.broadcast_to(way, (len(steps), 3)))[:, None]
+    own = steps.object_pose[:, index]
     pose, half = space(view, other)
-    pose = np.broadcast_to(pose, (len(steps), *pose.shape[1:]))
-    near = tip
-    for _ in range(_ROUNDS):
-        local = np.clip(to_local(pose, near), -half, half)
-        nearest = to_world(pose, local)
-        along = np.clip(((nearest - tip) * ahead).sum(axis=-1), 0.0, reach)
-        near = tip + along[..., None] * ahead
-    there = nearest - tip
+    shape = (len(steps), len(half), 3)
+    # The frames of the boxes.
+    tip = to_local(pose, to_world(own, point)[:, None])
+    turn = conjugate(np.broadcast_to(pose[..., 3:], (*shape[:2], 4)))
+    ahead = rotate(turn, np.broadcast_to(rotate(own[:, 3:], _each(way, own))[:, None], shape))
+    there = _nearest_to_line(half, tip, ahead, reach) - tip
     away = np.sqrt(np.square(there).sum(axis=-1))
     cosine = np.divide(
         (there * ahead).sum(axis=-1), away, out=np.ones_like(away), where=away > TOUCHING
@@ -107,6 +104,22 @@ def _seen(view: View, name: str, other: str, end: int, reach: float) -> Floats:
     best = np.argmin(far, axis=1)
     rows = np.arange(len(steps))
     return np.stack((away[rows, best], angle[rows, best]), axis=1)
+
+
+def _each(way: Array, poses: Array) -> Array:
+    return np.broadcast_to(way, (len(poses), 3))
+
+
+def _nearest_to_line(half: Array, start: Array, way: Array, reach: float) -> Array:
+    """The points of boxes (..., P, 3) that are nearest to lines from some points on, so long, all
+    in the frames of the boxes.
+    """
+    near = start
+    for _ in range(_ROUNDS):
+        nearest = np.clip(near, -half, half)
+        along = np.clip(((nearest - start) * way).sum(axis=-1), 0.0, reach)
+        near = start + along[..., None] * way
+    return nearest
 
 
 def _reads(inputs: Inputs, name: str, other: str) -> Found:
