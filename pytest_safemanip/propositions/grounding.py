@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.propositions.settings import changed, split
-from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.elements import ROBOT, Switch
 from pytest_safemanip.trace.scene import Scene
 
 PLACE = "robot, object, fixture or zone"
@@ -101,6 +101,27 @@ def liquid(scene: Scene, *_: str) -> str:
 def camera(scene: Scene, *_: str) -> str:
     """That there is no camera, if so."""
     return "" if scene.cameras else "the scene has no camera"
+
+
+def heat(scene: Scene, *_: str) -> str:
+    """That nothing tells what a burner heats, if so."""
+    return _burners(scene, scene.switches)
+
+
+def precondition(scene: Scene, skill: str, entity: str) -> str:
+    """That a skill turns burners of which nothing tells what they heat, if so."""
+    if skill != "turn":
+        return ""
+    return _burners(scene, (s for s in scene.switches if s.entity == entity and s.joint))
+
+
+def _burners(scene: Scene, switches: Iterable[Switch]) -> str:
+    """That nothing tells what the burner of one of some switches heats, if so."""
+    for switch in switches:
+        told = [scene.boxes[box].name for box in scene.boxes_of(switch.entity, "burner")]
+        if switch.kind == "burner" and switch.name not in told:
+            return f"nothing tells what the burner {switch.name!r} of {switch.entity!r} heats"
+    return ""
 
 
 def robot(scene: Scene, *_: str) -> str:

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.kernels.checks import Check, least_margin
@@ -296,6 +297,7 @@ PROPOSITIONS = (
         pre_safe,
         margin=pre_safe_margin,
         evidence=pre_safe_evidence,
+        lacks=grounding.precondition,
         reads=_reads,
     ),
 )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.heat import (
     AMBIENT,
@@ -90,6 +91,7 @@ PROPOSITIONS = (
         heated,
         no_margin="something heats it or nothing does; how hot it becomes is that of hot",
         evidence=heated_evidence,
+        lacks=grounding.heat,
         reads=_heat_reads,
     ),
     Proposition(
@@ -100,6 +102,7 @@ PROPOSITIONS = (
         hot,
         margin=hot_margin,
         evidence=hot_evidence,
+        lacks=grounding.heat,
         reads=_heat_reads,
     ),
 )

@@ -300,6 +300,7 @@ def _boxes(model: Any, name: str, fixture: FixtureLayout) -> list[tuple[Box, _Pl
         ("interior", fixture.interiors),
         ("handle", fixture.handles),
         ("control", fixture.controls),
+        ("burner", fixture.burners),
     )
     found = []
     for kind, places in kinds:

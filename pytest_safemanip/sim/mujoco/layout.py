@@ -125,6 +125,7 @@ class FixtureLayout:
             a box that is told.
         handles: boxes of handles, likewise.
         controls: boxes of knobs and buttons, likewise.
+        burners: spaces that burners heat, likewise, named like their switches.
         attributes: see :class:`~pytest_safemanip.trace.elements.Entity`.
     """
 
@@ -135,6 +136,7 @@ class FixtureLayout:
     interiors: Mapping[str, str | Region] = field(default_factory=dict)
     handles: Mapping[str, str | Region] = field(default_factory=dict)
     controls: Mapping[str, str | Region] = field(default_factory=dict)
+    burners: Mapping[str, str | Region] = field(default_factory=dict)
     attributes: tuple[str, ...] = ()
 
 

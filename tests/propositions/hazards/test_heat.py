@@ -128,3 +128,16 @@ def test_an_appliance_of_an_unknown_kind_may_be_a_hot_source():
 def test_arguments_of_another_kind_are_refused_before_anything_is_judged(call, message):
     with pytest.raises(TraceError, match=message):
         check_call(CATALOGUE[call[0]], call[1:], SCENE, ())
+
+
+@pytest.mark.parametrize(
+    "call", [("heated", "pan"), ("hot", "pan"), ("pre_safe", "turn", "stove")], ids=" ".join
+)
+def test_a_burner_of_which_nothing_tells_what_it_heats_is_refused(call):
+    turned = [dataclasses.replace(SCENE.switches[STOVE], joint="cabinet/hinge")]
+    switches = (*turned, *SCENE.switches[1:])
+    boxes = tuple(box for box in SCENE.boxes if box.kind != "burner")
+    check_call(CATALOGUE[call[0]], call[1:], dataclasses.replace(SCENE, switches=switches), ())
+    scene = dataclasses.replace(SCENE, switches=switches, boxes=boxes)
+    with pytest.raises(TraceError, match="nothing tells what the burner 'left' of 'stove' heats"):
+        check_call(CATALOGUE[call[0]], call[1:], scene, ())
