@@ -93,6 +93,8 @@ class Base(Posture):
         Raises:
             SkillFailed: if the base does not arrive in time.
         """
+        speed = max(speed * self.variation.pace, BASE_DEAD_BAND)
+        steps = round(steps / self.variation.pace)
         rise = SWING / self.scene.control_period if gentle or speed <= CAREFUL else 1.0
         for step in range(steps):
             most = BASE_DEAD_BAND + (speed - BASE_DEAD_BAND) * min(1.0, (step + 1) / rise)

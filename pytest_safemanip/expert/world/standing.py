@@ -63,7 +63,9 @@ def stand_before(
     Raises:
         SkillFailed: if the base does not arrive.
     """
-    ahead, middle = arm.ahead(point) - distance, arm.aside(point) + shift
+    varied = arm.variation
+    ahead = arm.ahead(point) - distance + varied.ahead
+    middle = arm.aside(point) + shift + varied.aside
     yield from stand(arm, ahead, middle + closest(arm, ahead, middle, offsets), speed)
 
 
