@@ -402,9 +402,7 @@ class SafetySession:
         watched = watch.digest() if watch else ""
         source = backend.provenance
         allowed = Permissions(task.touch, task.supports) if policy.reads_permissions else None
-        key = recording_key(
-            request, source, settings, case.policy, fingerprint, watched, allowed
-        )
+        key = recording_key(request, source, settings, case.policy, fingerprint, watched, allowed)
         hashes = {"policy": told or "", "key": key}
         prompt, derived = settings.prompt, task.derived
         return key, loop.Job(

@@ -13,7 +13,6 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.trace.steps import Step
 
 Action = NDArray[np.float64]
@@ -176,5 +175,3 @@ class Trials:
         if len(self._open) < 2:
             raise RuntimeError("no trial has begun")
         return self._open.pop()
-
-

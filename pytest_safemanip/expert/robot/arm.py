@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.base import LAG, NOTCH, NOTCHES, Base, Motion, SkillFailed
+from pytest_safemanip.expert.robot.base import LAG, NOTCH, NOTCHES, PACES, Base, Motion, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array, limited, rotation_vector
 from pytest_safemanip.expert.truth import Truth
 from pytest_safemanip.policies.base import Permissions
@@ -137,7 +137,7 @@ class Arm(Base):
             SkillFailed: if the hand does not arrive in time.
         """
         keep = self.rotation if rotation is None else rotation
-        pace = self.variation.pace
+        pace = self.choices.choose("pace", PACES)
         for _ in range(round(steps / pace)):
             error = (target() if callable(target) else target) - self.position
             turn = rotation_vector(keep @ self.rotation.T)

@@ -6,19 +6,22 @@ is done in another way. What is found is then done, with the same bits.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm
+from pytest_safemanip.expert.robot.choices import Alternatives, Choices
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.robot.variation import USUAL, VARIATIONS, Variation
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.world.knocks import Watch
 from pytest_safemanip.sim.rehearsal import Rehearsal
 
-BUDGET = 20_000
+BUDGET = 8_000
 """Control steps that are rehearsed for one plan at most."""
+MOST_TRIES, MOST_AGAIN = 24, 6
+"""Ways to do a skill that are tried, and of one that has been done before, in another state."""
 PATIENCE = 20
 """Control steps of holding still after the plan, in which the task's success may still show."""
 State = dict[str, Any]
@@ -57,6 +60,7 @@ class Search:
         self._tape, self._best = _Tape(), _Tape()
         self._left = BUDGET
         self._done, self._reason = -1, ""
+        self._visited: set[int] = set()
         self.log: list[str] = []
 
     def plan(self, entries: Sequence[Any]) -> Motion:
@@ -88,13 +92,15 @@ class Search:
             entries = (*self._calls(entries[0]), *entries[1:])
             return self._solve(entries, number)
         call, rest = entries[0], entries[1:]
-        for variation in VARIATIONS:
+        most = MOST_AGAIN if number in self._visited else MOST_TRIES
+        self._visited.add(number)
+        for choices in itertools.islice(Alternatives(), most):
             if self._left <= 0:
                 return False
             length, state = len(self._tape.actions), self._arm.save()
             self._rehearsal.begin()
-            reason, success = self._try(call, variation)
-            self.log.append(f"{number} {call.text} [{variation}]: {reason or 'ok'}")
+            reason, success = self._try(call, choices)
+            self.log.append(f"{number} {call.text} [{choices}]: {reason or 'ok'}")
             if not reason:
                 if not success and number > self._done:
                     self._done = number
@@ -102,24 +108,24 @@ class Search:
                 if success or self._solve(rest, number + 1):
                     self._rehearsal.keep()
                     return True
-            elif number > self._done and (variation is USUAL or not self._reason):
+            elif number > self._done and not choices.decided:
                 self._reason = f"{call.text}: {reason}"
             self._rehearsal.undo()
             self._tape.cut(length)
             self._arm.restore(state)
         return False
 
-    def _try(self, call: Call, variation: Variation) -> tuple[str, bool]:
+    def _try(self, call: Call, choices: Choices) -> tuple[str, bool]:
         """Rehearse a skill.
 
         Returns:
             What is wrong with it, empty if nothing is; whether the task succeeded.
         """
         arm = self._arm
-        arm.variation = variation
+        arm.choices = choices
         watch = Watch(arm, call.roles)
         try:
-            for action in self._motion(call, variation):
+            for action in self._motion(call):
                 if not self._step(action):
                     return "there is no time left", False
                 if arm.step.success and not self._rehearsal.patient:
@@ -130,8 +136,8 @@ class Search:
             return str(error), False
         return watch.left(arm.step), False
 
-    def _motion(self, call: Call, variation: Variation) -> Motion:
-        if variation.folds:
+    def _motion(self, call: Call) -> Motion:
+        if self._arm.choices.choose("arm folded first", (False, True)):
             yield from fold_arm(self._arm, required=False)
         yield from self._perform(call)
 

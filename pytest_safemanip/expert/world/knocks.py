@@ -5,7 +5,7 @@ Plain physics, with limits of the script's own. No monitor is asked.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,9 @@ class Watch:
         self._touchable = self._flags(lambda n: parts[n].entity in self._meant)
         self._supports: dict[str, set[str]] = {}
         if allowed is not None:
-            touch = {(roles_of.get(r, r), name) for r, names in allowed.touch.items() for name in names}
+            touch = {
+                (roles_of.get(r, r), name) for r, names in allowed.touch.items() for name in names
+            }
             self._touchable = self._flags(lambda n: (parts[n].entity, parts[n].name) in touch)
             for role, below in allowed.supports.items():
                 entities = {roles_of.get(name, name) for name in below}
@@ -79,7 +81,11 @@ class Watch:
             moved = float(
                 np.linalg.norm(step.object_pose[index, :3] - self._first.object_pose[index, :3])
             )
-            if moved > SHOVED and body not in carried and not self._supports.get(body, set()) & carried:
+            if (
+                moved > SHOVED
+                and body not in carried
+                and not self._supports.get(body, set()) & carried
+            ):
                 return f"{body} was moved by {100 * moved:.0f} cm"
         return ""
 
@@ -112,5 +118,5 @@ class Watch:
             yield (a, b), force
             yield (b, a), force
 
-    def _flags(self, is_one) -> Flags:
+    def _flags(self, is_one: Callable[[int], bool]) -> Flags:
         return np.array([is_one(n) for n in range(len(self._parts))])
