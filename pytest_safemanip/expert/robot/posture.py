@@ -12,7 +12,7 @@ from pytest_safemanip.trace.geometry import matrix
 from pytest_safemanip.trace.steps import Step
 
 TIPPED, TURNED = (0.0, 15.0, -15.0, 30.0), (0.0, 20.0, -20.0)
-"""By how much the hand may be tipped forward and turned to the left otherwise than usual, degrees."""
+"""By how much the hand may be tipped forward and turned left otherwise than usual, degrees."""
 
 
 class Posture:
