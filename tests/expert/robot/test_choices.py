@@ -7,10 +7,10 @@ from pytest_safemanip.expert.robot.choices import Alternatives, Choices
 
 def tried(most=50, **options):
     """The decisions that come, where each of these is asked for every time."""
-    found = []
-    for choices in islice(Alternatives(), most):
-        found.append({what: choices.choose(what, range(count)) for what, count in options.items()})
-    return found
+    return [
+        {what: choices.choose(what, range(count)) for what, count in options.items()}
+        for choices in islice(Alternatives(), most)
+    ]
 
 
 def test_the_usual_way_comes_first_and_then_one_choice_is_changed_at_a_time():

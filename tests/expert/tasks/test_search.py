@@ -1,4 +1,4 @@
-"""A plan is searched for in a world of one hand, a wall with a gap and a mug that can be dropped."""
+"""A plan is searched for in a world of one hand and a wall with a gap."""
 
 from __future__ import annotations
 
