@@ -70,3 +70,9 @@ def test_what_the_skill_is_not_about_stays_where_it_is():
     assert not watch(roles=("obj", "apple")).left(step(object_pose=moved))
     # What may rest on what is carried came along.
     assert not watch(Permissions({}, {"apple": ("obj",)})).left(step(object_pose=moved))
+
+
+def test_what_lay_in_it_before_comes_along():
+    moved = ((0.0, 0.3, 0.95, *toy.UPRIGHT), (0.4, 0.04, 0.94, *toy.UPRIGHT))
+    lies_in = touch("apple/body", "mug/body", 0.3)
+    assert not watch(before=(lies_in,)).left(step(object_pose=moved))
