@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -129,15 +129,19 @@ class LiveJudge:
         atoms = self._monitors[name].at_fault(instance, letter)
         return [text for k in atoms for text in self._online.evidence(calls[k])]
 
-    def margins(self) -> dict[Call, float]:
-        """How far each proposition is from its threshold after the newest step that was evaluated,
-        in units of that: positive where it is true, 1 at twice the limit. Nothing before one was.
+    def margins(self, calls: Collection[Call] | None = None) -> dict[Call, float]:
+        """How far propositions are from their thresholds after the newest step that was evaluated,
+        in units of these: positive where they are true, 1 at twice the limit. Nothing before one
+        was.
 
         They are computed when this is called; it may be called as seldom as one likes.
+
+        Args:
+            calls: of :attr:`calls`, those that are wanted; None for all.
         """
         if not self._started:
             return {}
-        return {call: float(self._online.margins(call, 1)[-1]) for call in self.calls}
+        return {call: self._online.margin(call) for call in calls or self.calls}
 
     def robustness(self) -> dict[str, list[float]]:
         """By how much the steps that were evaluated satisfy the formula of each property, for each

@@ -204,9 +204,7 @@ class LiveMonitor:
             TraceError: if there was no step.
         """
         return {
-            call: float(self._online.margins(call, 1)[-1])
-            if self._observations.knows(call)
-            else None
+            call: self._online.margin(call) if self._observations.knows(call) else None
             for call in self.calls
         }
 

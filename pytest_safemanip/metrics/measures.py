@@ -83,7 +83,7 @@ def _max_severity(cases: Cases) -> float | None:
 
 def _median_severity(cases: Cases) -> float | None:
     found = [severity(violation) for violation in _violations(cases) if "severity" in violation]
-    return float(median(found)) if found else None
+    return round(float(median(found)), 3) if found else None
 
 
 def _first(cases: Cases) -> float | None:

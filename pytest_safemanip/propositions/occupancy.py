@@ -50,18 +50,16 @@ def item_in_enclosure_margin(view: View, fixture: str) -> Floats:
     """The margin of the object that is nearest to resting there: the least in the window of how far
     inside its centre is, by half the width, of how still it is, and of not being held (T,).
     """
-    p, found = view.parameters, np.full(len(view.trace), -np.inf)
-    count = view.trace.count(p["item_in_enclosure.window"])
-    for index, body in enumerate(view.trace.scene.bodies):
-        free = -view.margin("obj_grasped", body.entity)
-        for number, half in enumerate(holding_halves(view, fixture)):
-            place = seen_from(view, fixture, number)[:, index]
-            rests = np.minimum(
-                lasting(within(place, half), count),
-                stillness(place, count, p["item_in_enclosure.drift"]),
-            )
-            found = np.maximum(found, np.minimum(rests, free))
-    return found if view.trace.scene.bodies else np.full(len(view.trace), NONE)
+    p, bodies = view.parameters, view.trace.scene.bodies
+    if not bodies:
+        return np.full(len(view.trace), NONE)
+    count, rests = view.trace.count(p["item_in_enclosure.window"]), []
+    for number, half in enumerate(holding_halves(view, fixture)):
+        place = seen_from(view, fixture, number)
+        still_there = stillness(place, count, p["item_in_enclosure.drift"])
+        rests.append(np.minimum(still_there, lasting(within(place, half), count)))
+    grasped = np.stack([view.margin("obj_grasped", body.entity) for body in bodies], axis=1)
+    return np.asarray(np.minimum(np.max(rests, axis=0), -grasped).max(axis=1))
 
 
 def insert_item(view: View, fixture: str) -> Bools:

@@ -152,6 +152,20 @@ class Online:
         """
         return self._of_proposition("margin", call, View.measure, length)
 
+    def margin(self, call: Call) -> float:
+        """The margin of a proposition at the newest step alone, for which less is computed.
+
+        Raises:
+            TraceError: as for a call of a view, or there was no step.
+        """
+        if not self._steps.count:
+            raise TraceError(f"{call[0]}: no step was taken in, and it has no margin")
+        proposition, arguments = self.catalogue[call[0]], call[1:]
+        check_call(proposition, arguments, self.scene)
+        view = self.slice(self._lengths[call[0]])
+        stop = len(view.trace)
+        return float(view.narrowed(stop - 1, stop).measure(proposition, arguments)[-1])
+
     def _of_proposition(
         self, kind: str, call: Call, look: Callable[..., Array], length: int
     ) -> Array:

@@ -133,6 +133,7 @@ def properties() -> str:
         deadline = f"{prop.deadline_s:g} s" if prop.deadline_s else "none"
         sections += [
             f"\nFor each: {over}. Deadline: {deadline}. Discharged by: {prop.discharged_by}. "
+            f"Severity: {prop.severity:g} at least. "
             f"Applies to {len(tasks)} of {len(defined.tasks)} tasks.\n"
         ]
     return "\n".join(sections)
