@@ -160,11 +160,13 @@ class Online:
         """
         if not self._steps.count:
             raise TraceError(f"{call[0]}: no step was taken in, and it has no margin")
-        proposition, arguments = self.catalogue[call[0]], call[1:]
-        check_call(proposition, arguments, self.scene)
-        view = self.slice(self._lengths[call[0]])
+        proposition = self.catalogue[call[0]]
+        check_call(proposition, call[1:], self.scene, self.binding.zones)
+        own, settings = split(proposition, call[1:])
+        online = self.setting(call[0], settings)
+        view = online.slice(online._lengths[call[0]])
         stop = len(view.trace)
-        return float(view.narrowed(stop - 1, stop).measure(proposition, arguments)[-1])
+        return float(view.narrowed(stop - 1, stop).measure(proposition, own)[-1])
 
     def _of_proposition(
         self, kind: str, call: Call, look: Callable[..., Array], length: int

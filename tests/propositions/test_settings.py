@@ -41,7 +41,13 @@ def test_step_by_step_the_calls_have_the_same_values(every):
     recording, view = held(), look(held())
     parameters = CATALOGUE.parameters({})
     online = Online(toy.SCENE, BINDING, parameters, CATALOGUE, CALLS, every)
-    rows = [online.push(*step) for step in recording.steps]
+    rows, margins = [], []
+    for count, step in enumerate(recording.steps, start=1):
+        rows.append(online.push(*step))
+        if count % every == 0:
+            margins.append([online.margin(call) for call in CALLS])
+    told = np.stack([view.margin(*call) for call in CALLS], axis=1)
+    assert margins == pytest.approx(told[every - 1 :: every], abs=1e-9)
     found = np.concatenate([*rows, online.flush()])
     assert np.array_equal(found, np.stack([view(*call) for call in CALLS], axis=1))
 
