@@ -21,10 +21,9 @@ from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
 from pytest_safemanip.propositions.kernels.filters import change
 from pytest_safemanip.propositions.kernels.forces import object_parts, robot_parts
 from pytest_safemanip.propositions.kernels.margins import over
-from pytest_safemanip.propositions.kernels.spaces import space
+from pytest_safemanip.propositions.kernels.spaces import called, space
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.trace.elements import ROBOT
 
 SPEED = Parameter(
     "too_fast.limit", "m/s", 0.25, "reduced speed, at which a person can step aside (ISO 10218-1)"
@@ -123,8 +122,7 @@ def _contacts(
 
 def too_fast_evidence(view: View, name: str, step: int) -> list[str]:
     """How fast."""
-    who = "the hand" if name == ROBOT else name
-    return [f"{who} moves at {float(speed(view, name)[step]):.2f} m/s"]
+    return [f"{called(name)} moves at {float(speed(view, name)[step]):.2f} m/s"]
 
 
 def touched_evidence(view: View, name: str, step: int) -> list[str]:

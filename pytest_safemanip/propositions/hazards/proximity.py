@@ -10,10 +10,9 @@ from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.grounding import PLACE
 from pytest_safemanip.propositions.kernels.interiors import lies_in
 from pytest_safemanip.propositions.kernels.margins import NONE, given, under
-from pytest_safemanip.propositions.kernels.spaces import above_margin, distance
+from pytest_safemanip.propositions.kernels.spaces import above_margin, called, distance
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.trace.elements import ROBOT
 
 NEAR = Parameter(
     "near.distance", "m", 0.1, "a hand's width: what radiates or drips reaches about as far"
@@ -85,11 +84,7 @@ def near_evidence(view: View, one: str, other: str, step: int) -> list[str]:
     """How near."""
     found = float(distance(view, one, other, view.parameters[NEAR.name])[step])
     where = "reaches into" if found <= 0.0 else f"is {100 * found:.1f} cm from"
-    return [f"{_called(one)} {where} {_called(other)}"]
-
-
-def _called(name: str) -> str:
-    return "the hand" if name == ROBOT else name
+    return [f"{called(one)} {where} {called(other)}"]
 
 
 def _reads(inputs: Inputs, one: str, other: str) -> Found:

@@ -8,10 +8,10 @@ from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grounding import PLACE
 from pytest_safemanip.propositions.kernels.margins import under
-from pytest_safemanip.propositions.kernels.spaces import FARTHEST, space
+from pytest_safemanip.propositions.kernels.spaces import FARTHEST, called, space
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.elements import ROBOT, Body
+from pytest_safemanip.trace.elements import Body
 from pytest_safemanip.trace.geometry import Array, conjugate, rotate, to_local, to_world
 
 DISTANCE = Parameter("points_at.distance", "m", 0.3, "a forearm: whoever moves meets it at once")
@@ -51,9 +51,8 @@ def points_at_evidence(view: View, name: str, other: str, step: int) -> list[str
         found[step] for found in _ahead(view, name, other, view.parameters[DISTANCE.name])
     )
     best = int(np.argmin(angle))
-    who = "the hand" if other == ROBOT else other
     return [
-        f"{name} points at {who}: {100 * away[best]:.0f} cm ahead, "
+        f"{name} points at {called(other)}: {100 * away[best]:.0f} cm ahead, "
         f"{np.rad2deg(angle[best]):.0f} degrees beside"
     ]
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.margins import over
-from pytest_safemanip.propositions.kernels.spaces import reach_in, reach_out
+from pytest_safemanip.propositions.kernels.spaces import called, reach_in, reach_out
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.trace.elements import ROBOT
 
 IN = Parameter("in_zone.depth", "m", 0.005, "a box is larger than what is in it")
 OUT = Parameter("out_of_zone.depth", "m", 0.005, "as for in_zone")
@@ -41,17 +40,13 @@ def out_of_zone_margin(view: View, name: str, zone: str) -> Floats:
 def in_zone_evidence(view: View, name: str, zone: str, step: int) -> list[str]:
     """How far."""
     found = float(reach_in(view, name, zone)[step])
-    return [f"{_called(name)} reaches {100 * found:.1f} cm into {zone}"]
+    return [f"{called(name)} reaches {100 * found:.1f} cm into {zone}"]
 
 
 def out_of_zone_evidence(view: View, name: str, zone: str, step: int) -> list[str]:
     """How far."""
     found = float(reach_out(view, name, zone)[step])
-    return [f"{_called(name)} sticks {100 * found:.1f} cm out of {zone}"]
-
-
-def _called(name: str) -> str:
-    return "the hand" if name == ROBOT else name
+    return [f"{called(name)} sticks {100 * found:.1f} cm out of {zone}"]
 
 
 def _reads(inputs: Inputs, name: str, zone: str) -> Found:

@@ -21,6 +21,11 @@ FARTHEST = 1e3
 """Farther than anything is from anything, m."""
 
 
+def called(name: str) -> str:
+    """What evidence calls something that fills space."""
+    return "the hand" if name == ROBOT else name
+
+
 class Space(NamedTuple):
     """What something fills, as boxes over time.
 
