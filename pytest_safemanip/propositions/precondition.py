@@ -57,7 +57,8 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     rest of the part's way by more than ``pre_safe.overlap``. ``press``, ``turn``, ``slide``: in the
     basin, nothing raw lies with something ready to eat; an appliance that is off has its doors
     closed but for ``pre_safe.closed`` and, if it is a microwave, nothing of metal in it; a burner
-    that is off has cookware (a metal container) on it and nothing combustible in what it heats.
+    that is off has cookware (a metal container) on it and nothing combustible in what it heats. A
+    burner, or an appliance with a knob of its own, counts where that knob is touched.
     ``pour``: a receiver that the task has for what leaves is below it and stands upright.
 
     Evaluated where the skill's onset is true, and true elsewhere.
