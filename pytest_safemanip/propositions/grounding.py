@@ -10,8 +10,9 @@ from pytest_safemanip.propositions.settings import changed, split
 from pytest_safemanip.trace.elements import ROBOT, Switch
 from pytest_safemanip.trace.scene import Scene
 
-PLACE = "robot, object, fixture or zone"
-"""Kind of an argument that fills space."""
+PLACE = "place"
+"""Kind of an argument that fills space: the robot, an object, a fixture or a zone."""
+_PLACES = ("robot", "object", "fixture", "zone")
 
 
 def check_call(
@@ -42,7 +43,8 @@ def check_call(
             continue
         if kind == "object":
             raise TraceError(f"{proposition.name}: {value!r} is no movable object of the scene")
-        raise TraceError(f"{proposition.name}: {value!r} is no {kind}")
+        said = kind.replace(PLACE, f"{', '.join(_PLACES[:-1])} or {_PLACES[-1]}")
+        raise TraceError(f"{proposition.name}: {value!r} is no {said}")
     if lacking := proposition.lacks(scene, *arguments):
         raise TraceError(
             f"{proposition.name}({', '.join(arguments)}) cannot be told: {lacking}; take the "
@@ -58,7 +60,7 @@ _UNCHECKED = ("skill", "entity", "fixture", "tool")
 
 def alternatives(kind: str) -> tuple[str, ...]:
     """The kinds that an argument of a kind may be of: ``object or fixture``."""
-    return tuple(one.strip() for one in kind.replace(" or ", ",").split(","))
+    return _PLACES if kind == PLACE else tuple(kind.split(" or "))
 
 
 def _is(kind: str, value: str, scene: Scene, zones: Collection[str]) -> bool:
