@@ -20,8 +20,8 @@ from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck, LastCorners
 
 def quicken(env: Any) -> None:
     """Let fixtures and tasks have the same answers sooner: at every step, and some several times,
-    they ask for joints' addresses, buttons' contacts, fixtures' states and interiors and objects'
-    corners.
+    they ask for joints' addresses, geoms' bodies, buttons' contacts, fixtures' states and interiors
+    and objects' corners.
     """
     from robocasa.models import fixtures
 
@@ -32,6 +32,7 @@ def quicken(env: Any) -> None:
         fixtures.Dishwasher: ("update_state",),
     }
     env.sim.model.get_joint_qpos_addr = functools.cache(env.sim.model.get_joint_qpos_addr)
+    _keep_geoms(env.sim.model)
     env.check_contact = ContactCheck(env.sim)
     for fixture in env.fixtures.values():
         for kind, methods in joints.items():
@@ -43,6 +44,15 @@ def quicken(env: Any) -> None:
             _remember(fixture, ("get_int_sites",), _regions(fixture))
     for thing in env.objects.values():
         thing.get_bbox_points = LastCorners(thing.get_bbox_points)
+
+
+def _keep_geoms(model: Any) -> None:
+    """Let robosuite's model have these arrays as attributes: it asks MuJoCo each time, and racks of
+    ovens and dishwashers ask for every geom of the kitchen.
+    """
+    kind = type(model)
+    kept = {name: getattr(model, name) for name in ("ngeom", "geom_bodyid")}
+    model.__class__ = type(kind)(kind.__name__, (kind,), kept)
 
 
 def _remember(fixture: Any, methods: Sequence[str], seen: Callable[[], Any]) -> None:
@@ -132,6 +142,54 @@ def choose_objects(env: Any, groups: Mapping[str, Sequence[str]]) -> None:
         return configs
 
     env._get_obj_cfgs = get_obj_cfgs
+
+
+@contextlib.contextmanager
+def stored_scene(env: Any, model: Any, begins: Any) -> Iterator[None]:
+    """Let a reset take a model as it was stored, with fixtures and objects where they are in it.
+
+    RoboCasa's playback draws places of its own: fixtures, and checks that ask where they are, are
+    then not where the model has them. To find free places takes seconds where it is narrow.
+
+    Args:
+        env: a RoboCasa environment before its reset.
+        model: a ``mujoco.MjModel``.
+        begins: its ``MjData`` when the episode begins, with the poses of bodies.
+    """
+    from robocasa.utils import env_utils
+    from robosuite.utils.binding_utils import MjSim
+
+    original = env_utils._get_placement_initializer
+
+    def initializer(*args: Any, **named: Any) -> Any:
+        found = original(*args, **named)
+        things = [thing for own in found.samplers.values() for thing in own.mujoco_objects]
+        places = {thing.name: (*_place(thing, model, begins), thing) for thing in things}
+        found.sample = lambda placed_objects: places
+        return found
+
+    def initialize_sim() -> None:
+        env.sim = MjSim(model)
+        env.sim.forward()
+        env.initialize_time(env.control_freq)
+
+    env_utils._get_placement_initializer, env._initialize_sim = initializer, initialize_sim
+    try:
+        yield
+    finally:
+        env_utils._get_placement_initializer = original
+        del env._initialize_sim
+
+
+def _place(thing: Any, model: Any, begins: Any) -> tuple[Any, Any]:
+    """Position and quaternion of a fixture in the model, or of an object when its episode begins."""
+    from robocasa.models.fixtures import Fixture
+
+    if isinstance(thing, Fixture):  # some, as lids, fall from there
+        body = model.body(thing.root_body)
+        return body.pos, body.quat
+    body = begins.body(thing.root_body)
+    return body.xpos, body.xquat
 
 
 def keep_layout_fresh(env: Any) -> None:

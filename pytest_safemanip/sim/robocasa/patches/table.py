@@ -165,6 +165,16 @@ PATCHES = (
         _lacks(f"{_UTILS}.binding_utils", "cache"),
     ),
     Patch(
+        "known_geoms",
+        ", ".join(
+            f"{_FIXTURES}.{name}.check_rack_contact"
+            for name in ("dishwasher:Dishwasher", "oven:Oven", "toaster_oven:ToasterOven")
+        ),
+        "racks look for their geoms among all of the kitchen's: in some tasks half of a step",
+        "environments",
+        _has(f"{_FIXTURES}.dishwasher", "range(env.sim.model.ngeom)"),
+    ),
+    Patch(
         "known_fixtures",
         ", ".join(
             f"{_FIXTURES}.{name}"
@@ -198,6 +208,15 @@ PATCHES = (
         "RoboCasa parses the same files for every fixture: half of a reset of its own kitchens",
         "registry",
         _has(f"{_SCENES}.scene_utils", "yaml.safe_load"),
+    ),
+    Patch(
+        "stored_scene",
+        "robocasa.utils.env_utils:_get_placement_initializer, "
+        "robosuite.environments.base:MujocoEnv._initialize_sim",
+        "RoboCasa's playback draws other places for fixtures than the stored model has: its checks "
+        "ask where they are not; to find places takes seconds where it is narrow",
+        "environments",
+        _has("robocasa.environments.kitchen.kitchen", "EnvUtils._get_placement_initializer("),
     ),
     Patch(
         "fresh_layout",

@@ -7,9 +7,9 @@ that was taken there, by RoboCasa's own controllers; then the next state is put 
 
 from __future__ import annotations
 
+import functools
 import gc
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +84,9 @@ class Replay:
         self._objects = self._reader.description.object_body
         self._sampler = ContactSampler(self._model, self._reader.description.table)
         self._stepper = Stepper(env, self._sampler.sample)
+        # Where the elbow is pulled to: the posture that the episode began in, not one drawn now.
+        arm = env.robots[0].composite_controller.part_controllers["right"]
+        arm.initial_joint = self._data.qpos[arm.qpos_index].copy()
         self._at, self.drift = 0, 0.0
         self._sampler.sample(self._data)
         self.start = Start(
@@ -148,11 +151,16 @@ def _rebuilt(episode: StoredEpisode, meta: dict[str, Any], kitchen: str, assets_
     env = environment.unset(episode.task, SEED, **arguments)
     env.set_ep_meta(meta)
     try:
-        with environments.quick_settling(env, Controls):
-            # RoboCasa's playback compiles a model of its own first, and drops it.
-            env._initialize_sim = partial(env._initialize_sim, xml_string=episode.model)
+        xml = functools.reduce(lambda text, edit: edit(text), env._xml_processors, episode.model)
+        model = mujoco.MjModel.from_xml_string(xml)
+        begins = mujoco.MjData(model)
+        begins.qpos[:] = _checked(episode.states, model)[0, 1 : 1 + model.nq]
+        mujoco.mj_kinematics(model, begins)
+        with (
+            environments.quick_settling(env, Controls),
+            environments.stored_scene(env, model, begins),
+        ):
             env.reset()
-            del env._initialize_sim
         env.sim.reset()
         task_choices.restore(env, meta.get(task_choices.KEY, {}))
     except (ConfigError, TraceError):
