@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -99,6 +102,22 @@ def test_an_interrupt_keeps_what_there_is(
     assert found.status == 2
     assert "1 of 2 episodes imported, 1 not reached" in found.out
     assert [path.name for path in Path("out").glob("*.rollout")] == ["Lift-human-seed1.rollout"]
+
+
+def test_a_graphics_library_that_is_not_there_is_not_needed(
+    played: world.Played, tmp_path: Path
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played)
+    command = [sys.executable, "-m", "pytest_safemanip", "import", source, "-o", "out", "--no-tail"]
+    done = subprocess.run(
+        command,
+        cwd=tmp_path,
+        env={**os.environ, "MUJOCO_GL": "not there"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "1 of 1 episode imported" in done.stdout, done.stdout + done.stderr
 
 
 def test_a_source_that_nobody_knows_is_refused_in_one_line(

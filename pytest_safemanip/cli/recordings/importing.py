@@ -25,6 +25,7 @@ from pytest_safemanip.importers.source import Source
 from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.rollouts.store import file_name
 from pytest_safemanip.run.definitions import Definitions
+from pytest_safemanip.sim.mujoco.graphics import never_drawn
 from pytest_safemanip.spec.tasks import TASK_NAME
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.episode import POLICY_NAME
@@ -101,6 +102,11 @@ def run(options: argparse.Namespace) -> int:
     if not 0.0 <= options.drift_limit < math.inf:
         raise ConfigError(f"--drift-limit: expected metres from 0 up, found {options.drift_limit}")
     defined = read_folder().definitions  # refused before anything is simulated
+    with never_drawn():
+        return _import(options, defined)
+
+
+def _import(options: argparse.Namespace, defined: Definitions) -> int:
     source = Source(options.source)
     importer = find_importer(source, options.format or "")
     chosen = ImportOptions(

@@ -20,7 +20,7 @@ from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck, LastCorners
 
 def quicken(env: Any) -> None:
     """Let fixtures and tasks have the same answers sooner: at every step, and some several times,
-    they ask for joints' addresses, geoms' bodies, buttons' contacts, fixtures' states and interiors
+    they ask for joints' addresses, contacts of buttons and racks, fixtures' states and interiors
     and objects' corners.
     """
     from robocasa.models import fixtures
@@ -31,13 +31,21 @@ def quicken(env: Any) -> None:
         fixtures.Oven: ("update_state",),
         fixtures.Dishwasher: ("update_state",),
     }
+    touched = {
+        fixtures.Dishwasher: "check_rack_contact",
+        fixtures.Oven: "check_rack_contact",
+        fixtures.ToasterOven: "check_rack_contact",
+        fixtures.Toaster: "check_slot_contact",
+    }
     env.sim.model.get_joint_qpos_addr = functools.cache(env.sim.model.get_joint_qpos_addr)
-    _keep_geoms(env.sim.model)
     env.check_contact = ContactCheck(env.sim)
     for fixture in env.fixtures.values():
         for kind, methods in joints.items():
             if isinstance(fixture, kind):
                 _remember(fixture, methods, _positions(env, fixture))
+        for kind, method in touched.items():
+            if isinstance(fixture, kind):
+                _remember(fixture, (method,), _touching(env))
         if isinstance(fixture, (fixtures.Drawer, fixtures.Fridge)):
             _remember(fixture, ("update_state",), _interiors(env, fixture))
         if isinstance(fixture, fixtures.Fixture):
@@ -46,18 +54,18 @@ def quicken(env: Any) -> None:
         thing.get_bbox_points = LastCorners(thing.get_bbox_points)
 
 
-def _keep_geoms(model: Any) -> None:
-    """Let robosuite's model have these arrays as attributes: it asks MuJoCo each time, and racks of
-    ovens and dishwashers ask for every geom of the kitchen.
-    """
-    kind = type(model)
-    kept = {name: getattr(model, name) for name in ("ngeom", "geom_bodyid")}
-    model.__class__ = type(kind)(kind.__name__, (kind,), kept)
-
-
 def _remember(fixture: Any, methods: Sequence[str], seen: Callable[[], Any]) -> None:
     for name in methods:
         setattr(fixture, name, Unchanged(getattr(type(fixture), name).__get__(fixture), seen))
+
+
+def _touching(env: Any) -> Callable[[], Any]:
+    """Reads what touches what; fast stepping has another check than this one."""
+
+    def read() -> Any:
+        return env.check_contact.touching()
+
+    return read
 
 
 def _positions(env: Any, fixture: Any) -> Callable[[], bytes]:
@@ -182,7 +190,7 @@ def stored_scene(env: Any, model: Any, begins: Any) -> Iterator[None]:
 
 
 def _place(thing: Any, model: Any, begins: Any) -> tuple[Any, Any]:
-    """Position and quaternion of a fixture in the model, or of an object when its episode begins."""
+    """Position and quaternion of a fixture in a model, or of an object when its episode begins."""
     from robocasa.models.fixtures import Fixture
 
     if isinstance(thing, Fixture):  # some, as lids, fall from there

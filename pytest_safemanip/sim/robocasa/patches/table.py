@@ -108,6 +108,13 @@ PATCHES = (
         _has("robosuite.renderers.viewer.opencv_renderer", "import cv2"),
     ),
     Patch(
+        "no_viewer",
+        "sys.modules:mujoco.viewer",
+        "robosuite imports MuJoCo's viewer, which starts a process to look for windows",
+        "importing",
+        _has("robosuite.renderers.viewer.mjviewer_renderer", "from mujoco import viewer"),
+    ),
+    Patch(
         "assets_root",
         "robocasa.models:assets_root",
         "the assets are read from a folder of ours; RoboCasa's own releases have no setting for it",
@@ -165,12 +172,17 @@ PATCHES = (
         _lacks(f"{_UTILS}.binding_utils", "cache"),
     ),
     Patch(
-        "known_geoms",
+        "known_racks",
         ", ".join(
-            f"{_FIXTURES}.{name}.check_rack_contact"
-            for name in ("dishwasher:Dishwasher", "oven:Oven", "toaster_oven:ToasterOven")
+            f"{_FIXTURES}.{name}"
+            for name in (
+                "dishwasher:Dishwasher.check_rack_contact",
+                "oven:Oven.check_rack_contact",
+                "toaster_oven:ToasterOven.check_rack_contact",
+                "toaster:Toaster.check_slot_contact",
+            )
         ),
-        "racks look for their geoms among all of the kitchen's: in some tasks half of a step",
+        "what lies on a rack is looked for among all of the kitchen's geoms, several times a step",
         "environments",
         _has(f"{_FIXTURES}.dishwasher", "range(env.sim.model.ngeom)"),
     ),

@@ -25,7 +25,8 @@ from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.patches import environments
 from pytest_safemanip.sim.robocasa.playback import episode_meta, task_choices
 from pytest_safemanip.sim.robocasa.robot import SPEC
-from pytest_safemanip.sim.robocasa.stepping.exact import Controls, Stepper
+from pytest_safemanip.sim.robocasa.stepping.exact import Controls
+from pytest_safemanip.sim.robocasa.stepping.fast import LawStepper
 from pytest_safemanip.trace.steps import Step
 
 SEED = 0
@@ -69,8 +70,8 @@ class Replay:
     """
 
     def __init__(self, episode: StoredEpisode, assets_root: Path) -> None:
-        gc.collect()  # the environment before refers to itself
         patches = loading.load(assets_root)
+        gc.collect()  # the environment before refers to itself
         mujoco.set_mju_user_warning(_ignore)
         meta = episode_meta.checked(episode.meta, assets_root)
         kitchen = episode_meta.kitchen_of(dict(episode.meta))  # type: ignore[call-overload]
@@ -83,7 +84,7 @@ class Replay:
         self._reader = open_reader(env)
         self._objects = self._reader.description.object_body
         self._sampler = ContactSampler(self._model, self._reader.description.table)
-        self._stepper = Stepper(env, self._sampler.sample)
+        self._stepper = LawStepper(env, self._sampler.sample)
         # Where the elbow is pulled to: the posture that the episode began in, not one drawn now.
         arm = env.robots[0].composite_controller.part_controllers["right"]
         arm.initial_joint = self._data.qpos[arm.qpos_index].copy()
