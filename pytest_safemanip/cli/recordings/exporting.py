@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.cli.drawing import add_assets
 from pytest_safemanip.cli.evaluation import evaluate
 from pytest_safemanip.cli.folder import Folder, read_folder
+from pytest_safemanip.cli.recordings.output import check_folder
 from pytest_safemanip.errors import ConfigError, SafemanipError, did_you_mean, placed
 from pytest_safemanip.lerobot.conventions import IMAGES, STATE_PARTS
 from pytest_safemanip.lerobot.extras import Extras
@@ -86,6 +87,7 @@ def run(options: argparse.Namespace) -> int:
         1 if a recording was refused.
     """
     wanted = _parse_only(options.only)
+    check_folder(options.out)
     pyarrow()
     if options.images:
         check_encoder(Path("video.mp4"))

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -161,6 +162,7 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
         convention = _convention(data, facts, actions)
         success = _success(episode)
         xml, folder = _model_of(file, episode)
+    mujoco.set_mju_user_warning(_ignore)
     model = compile_model(xml, file.assets, folder).compiled
     width = 1 + model.nq + model.nv
     if states.ndim != 2 or len(states) < 2 or states.shape[1] not in (width, width + model.na):
@@ -193,6 +195,10 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
         categories={thing.category for thing in layout.objects.values()},  # drafted if unknown
     )
     return builder.build(given, about, progress)
+
+
+def _ignore(_message: str) -> None:
+    """MuJoCo would write it to a file where the user happens to be; what matters is refused."""
 
 
 def _period(times: NDArray[np.float64]) -> float:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import ConfigError, RolloutError, TraceError, first_line
 from pytest_safemanip.sim.backend import Start
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.strangers import check_stable
 from pytest_safemanip.sim.robocasa import environment, loading, scenes
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.patches import environments
@@ -108,6 +109,7 @@ class Replay:
 
         Raises:
             RolloutError: if RoboCasa fails.
+            TraceError: if physics comes to numbers that are not finite.
         """
         try:
             self._stepper.step(action)
@@ -116,6 +118,7 @@ class Replay:
             raise RolloutError(
                 f"RoboCasa fails in step {self._at + 1}: {first_line(error)}"
             ) from error
+        check_stable(self._data)
         self._at += 1
         if self._at < len(self._states):
             reached = self._places()
