@@ -176,7 +176,8 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
     times = states[keep, 0]
     if len(times) < 2:
         raise TraceError(f"states: all {len(states)} have the same time, {times[0]:g} s")
-    layout = derive_layout(model, _period(times), convention, file.bindings)
+    period = _period(times, model.opt.timestep)
+    layout = derive_layout(model, period, convention, file.bindings)
     given = States(
         times=times,
         qpos=states[keep, 1 : 1 + model.nq],
@@ -201,10 +202,12 @@ def _ignore(_message: str) -> None:
     """MuJoCo would write it to a file where the user happens to be; what matters is refused."""
 
 
-def _period(times: NDArray[np.float64]) -> float:
-    """Control period, s: the usual time between states, or a longer one where they are many."""
-    usual = float(np.median(np.diff(times)))
-    return round(max(usual, PERIOD), 4)
+def _period(times: NDArray[np.float64], step: float) -> float:
+    """Control period, s: the usual time between states, or a longer one where they are many; in
+    whole physics steps.
+    """
+    usual = round(max(float(np.median(np.diff(times))), PERIOD), 4)
+    return round(max(1, round(usual / step)) * step, 9) if step > 0 else usual
 
 
 def _actions(episode: Group) -> NDArray[np.float64] | None:

@@ -6,6 +6,7 @@ robosuite has always said ``gripper``, of fingers ``left`` and ``right``, or ``l
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import re
 from collections import Counter
@@ -130,7 +131,19 @@ def derive_layout(
             if _is_solid(model, body)
         },
     )
-    return told.apply(derived)
+    return _without_entries(told.apply(derived))
+
+
+def _without_entries(layout: Layout) -> Layout:
+    """A layout whose hands name no entries that the actions lack: how they move tells then."""
+    names = {entry.name for entry in layout.actions}
+    hands = tuple(
+        hand
+        if hand.spec.entry in names
+        else dataclasses.replace(hand, spec=dataclasses.replace(hand.spec, entry=""))
+        for hand in layout.robot.hands
+    )
+    return dataclasses.replace(layout, robot=dataclasses.replace(layout.robot, hands=hands))
 
 
 def action_entries(
