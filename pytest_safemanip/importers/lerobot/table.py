@@ -123,7 +123,7 @@ def numbers_of(table: Any, column: str, name: str) -> NDArray[Any]:
     types, values = pyarrow(".types"), table.column(column).combine_chunks()
     if types.is_fixed_size_list(values.type) or types.is_list(values.type):
         flat = values.flatten()
-        if values.null_count or not len(values) or len(flat) % len(values):
+        if values.null_count or not len(flat) or len(flat) % len(values):
             raise TraceError(f"{name}: {column} must be lists of the same length")
         if types.is_list(values.type) and len(set(np.diff(values.offsets))) != 1:
             raise TraceError(f"{name}: {column} must be lists of the same length")
