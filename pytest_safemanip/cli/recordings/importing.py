@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from pytest_safemanip.cli.folder import read_folder
-from pytest_safemanip.cli.recordings.output import check_folder
+from pytest_safemanip.cli.recordings.output import check_folder, given_path
 from pytest_safemanip.errors import (
     ConfigError,
     SafemanipError,
@@ -46,10 +46,18 @@ TASKS = "tasks"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "source", type=Path, metavar="SOURCE", help="a file, a folder, or a wheel that has them"
+        "source",
+        type=given_path,
+        metavar="SOURCE",
+        help="a file, a folder, or a wheel that has them",
     )
     parser.add_argument(
-        "-o", "--out", type=Path, metavar="DIR", required=True, help="where recordings are written"
+        "-o",
+        "--out",
+        type=given_path,
+        metavar="DIR",
+        required=True,
+        help="where recordings are written",
     )
     parser.add_argument("--task", default="", metavar="NAME", help="the task, if not the source's")
     parser.add_argument(
@@ -160,19 +168,19 @@ class _Found:
                     raise TraceError(f"{printable(repr(episode.task))} is no name of a task")
                 if not POLICY_NAME.fullmatch(episode.policy):
                     raise TraceError(f"{printable(repr(episode.policy))} is no name of a policy")
-                path = self.out / file_name(episode.task, episode.policy, episode.seed)
-                if self._has(path, episode.name):
+                target = self.out / file_name(episode.task, episode.policy, episode.seed)
+                if self._has(target, episode.name):
                     self.known += 1
                     if self.drafts.lack(episode.task):  # whoever was killed has written none
-                        self.drafts.note(files.load(path))
+                        self.drafts.note(files.load(target))
                     continue
                 with raised_as(TraceError, "cannot be imported"):  # a stranger's file
                     recording = episode.record(partial(bar.show, what))
                 if self.images:
-                    self._cut(episode, path)
-                files.save(recording, path)
+                    self._cut(episode, target)
+                files.save(recording, target)
                 self.drafts.note(recording)
-                self.imported.append(_said(name, path, recording))
+                self.imported.append(_said(name, target, recording))
             except SafemanipError as error:
                 self.refused.append((name, str(error)))
 
@@ -215,8 +223,8 @@ class _Found:
         if not self.imported and not self.known:
             return
         folder = self.out / TASKS
-        for path in self.drafts.write(folder):
-            print(f"drafted  {path}: look through it before you trust a verdict")
+        for draft in self.drafts.write(folder):
+            print(f"drafted  {draft}: look through it before you trust a verdict")
         named = f" -o safemanip_task_paths={shlex.quote(str(folder))}" if folder.is_dir() else ""
         print(f"judge them  pytest --safemanip-recordings={shlex.quote(str(self.out))}{named}")
 

@@ -1,11 +1,24 @@
-"""The folder that a command writes into."""
+"""The paths that a command is given, and the folder that it writes into."""
 
 from __future__ import annotations
 
+import argparse
 import os
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError
+
+
+def given_path(text: str) -> Path:
+    """A path on the command line.
+
+    Raises:
+        argparse.ArgumentTypeError: if it is empty, as a variable that is not set: it would stand
+            for the working folder.
+    """
+    if not text:
+        raise argparse.ArgumentTypeError("expected a path, found an empty text")
+    return Path(text)
 
 
 def check_folder(folder: Path) -> None:
