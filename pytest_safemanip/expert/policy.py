@@ -11,13 +11,11 @@ from pytest_safemanip.expert.digest import plan_digest
 from pytest_safemanip.expert.faults.library import find
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
 from pytest_safemanip.expert.tasks.plans import EXPERT
+from pytest_safemanip.expert.tasks.search import PATIENCE
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 from pytest_safemanip.provenance import source_digest
 from pytest_safemanip.sim.staging import Staging
 from pytest_safemanip.trace.hazard import Hazard
-
-PATIENCE = 40
-"""Control steps of holding still after the plan, in which the task's success may still show."""
 
 
 class Scripted:
@@ -70,6 +68,11 @@ class Scripted:
         """What it did wrong so far, in this episode."""
         return tuple(self._arm.truth.hazards) if self._arm else ()
 
+    @property
+    def reads_permissions(self) -> bool:
+        """That it knows what a task lets it touch."""
+        return True
+
     def staging(self, task: str) -> Staging:
         """What its fault wants otherwise in the episodes of a task."""
         return self._fault.staging.get(task, Staging()) if self._fault else Staging()
@@ -87,6 +90,7 @@ class Scripted:
             )
         self._plan: Plan = self._plans[episode.task]
         self._scene, self._instruction = episode.scene, episode.instruction
+        self._permissions = episode.permissions
         self._arm = self._motion = None
         self._idle = 0
         self.failure = ""
@@ -95,6 +99,7 @@ class Scripted:
         """The next action of the plan; holds still when it is done or has failed."""
         if self._arm is None:
             self._arm = Arm(self._scene, observation.step, self._instruction, observation.clearance)
+            self._arm.rehearsal, self._arm.permissions = observation.rehearsal, self._permissions
             self._motion = self._plan(self._arm)
         else:
             self._arm.see(observation.step)

@@ -35,9 +35,16 @@ class Truth:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._index = 0
+        self.index = 0
         self._expected: list[_Expected] = []
         self.hazards: list[Hazard] = []
+
+    def copy(self) -> Truth:
+        """What is known so far."""
+        other = Truth(self._scene)
+        other.index = self.index
+        other._expected, other.hazards = self._expected[:], self.hazards[:]
+        return other
 
     def begins(self, property_id: str, *names: str, when: Condition | None = None) -> None:
         """From this step on, a hazard may begin.
@@ -49,19 +56,19 @@ class Truth:
                 certain did not happen.
         """
         entities = tuple(self._scene.roles.get(name, name) for name in names)
-        expected = _Expected(property_id, entities, when or _now, self._index)
+        expected = _Expected(property_id, entities, when or _now, self.index)
         self._expected.append(expected)
         self._look()
 
     def at(self, index: int) -> None:
         """The script sees the state after this many control steps."""
-        self._index = index
+        self.index = index
         self._look()
 
     def _look(self) -> None:
         begun = [e for e in self._expected if e.certain()]
         self._expected = [e for e in self._expected if e not in begun]
-        self.hazards += [Hazard(e.property_id, e.entities, e.first, self._index) for e in begun]
+        self.hazards += [Hazard(e.property_id, e.entities, e.first, self.index) for e in begun]
 
 
 def _now() -> bool:

@@ -10,8 +10,22 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import RobotSpec
 from pytest_safemanip.sim.clearance import Clearance, Path, blind
+from pytest_safemanip.sim.rehearsal import Rehearsal
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
+
+
+@dataclass(frozen=True)
+class Permissions:
+    """What a task gives its robot a reason to touch.
+
+    Attributes:
+        touch: the parts that the hand may touch, by role.
+        supports: roles that an object may rest on, and touch while it is held, by its role.
+    """
+
+    touch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    supports: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -26,6 +40,7 @@ class EpisodeInfo:
         scene: the static part of the scene: privileged knowledge, for scripts.
         robot: what the actions consist of, and the grippers that they command.
         sets: the sets that the task belongs to.
+        permissions: what the task lets the robot touch: for a policy that ``reads_permissions``.
     """
 
     task: str
@@ -35,6 +50,7 @@ class EpisodeInfo:
     scene: Scene
     robot: RobotSpec
     sets: tuple[str, ...] = ()
+    permissions: Permissions | None = None
 
 
 @dataclass(frozen=True)
@@ -49,6 +65,8 @@ class Observation:
         instruction_key: where the instruction is in :meth:`gym`.
         clearance: says what would be touched on some ways from here, see
             :class:`~pytest_safemanip.sim.clearance.Foresees`: privileged knowledge, for scripts.
+        rehearsal: tries control steps before they are taken, likewise; None where the simulator
+            has no such service.
     """
 
     index: int
@@ -59,6 +77,7 @@ class Observation:
     clearance: Callable[[Sequence[Path]], list[Clearance]] = field(
         default=blind, repr=False, compare=False
     )
+    rehearsal: Rehearsal | None = field(default=None, repr=False, compare=False)
 
     def gym(self) -> dict[str, Any]:
         """Images, state and instruction under the backend's names; the images are rendered now.
@@ -107,6 +126,9 @@ class Policy(Protocol):
     ``scenes``, ``stepping``
         what it is run in and how it is simulated unless an option says otherwise: a family of
         scenes of the backend; ``exact`` or ``fast``.
+    ``reads_permissions``
+        whether it is told what the task lets it touch. Its recordings then belong to a task's
+        permissions, too.
     ``staging(task)``
         what it wants otherwise in the episodes of a task, as
         :class:`~pytest_safemanip.sim.staging.Staging`.

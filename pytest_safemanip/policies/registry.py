@@ -71,6 +71,7 @@ class PolicySpec:
         ready: called with a task and its sets before an episode of it is set up: what cannot be
             used need not be waited for.
         staging: what it wants otherwise in the episodes of a task.
+        reads_permissions: whether it is told what a task lets it touch.
         close: frees what it holds.
     """
 
@@ -89,6 +90,7 @@ class PolicySpec:
     slots: int = 0
     ready: Callable[[str, tuple[str, ...]], object] = lambda task, sets: None
     staging: Callable[[str], Staging] = lambda task: Staging()
+    reads_permissions: bool = False
     close: Callable[[], None] = lambda: None
 
     def fingerprint_in(self, task: str, sets: tuple[str, ...] = ()) -> str | None:
@@ -244,9 +246,16 @@ def _local(
         scenes=_scenes(name, say("scenes")),
         stepping=_one_of(name, "stepping", say("stepping"), get_args(Stepping)),
         staging=policy.staging,
+        reads_permissions=_flag(name, "reads_permissions", say("reads_permissions")),
         shared=supply.shared,
         close=supply.close,
     )
+
+
+def _flag(name: str, attribute: str, said: Any) -> bool:
+    if said is None or isinstance(said, bool):
+        return bool(said)
+    raise ConfigError(f"policy {name!r}: its {attribute!r} is {said!r}, expected True or False")
 
 
 def _read(name: str, attribute: str, read: Callable[[], Any]) -> Any:

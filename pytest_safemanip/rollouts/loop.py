@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.policies.adapter import AdaptedPolicy
-from pytest_safemanip.policies.base import EpisodeInfo, Observation, Policy
+from pytest_safemanip.policies.base import EpisodeInfo, Observation, Permissions, Policy
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
 from pytest_safemanip.sim.backend import ActionSpec, Backend, Request
 from pytest_safemanip.sim.clearance import Foresees, blind
 from pytest_safemanip.sim.codec import encode_request
+from pytest_safemanip.sim.rehearsal import Rehearsal, Rehearses
 from pytest_safemanip.trace.episode import Ended, Episode
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
@@ -73,6 +74,7 @@ class Job:
         prompt: the prompt template, with ``{instruction}`` where the task's own goes.
         watch: says where the rollout is to end early; None if nothing does.
         binding: what the backend derived of the task; recorded with the rollout.
+        permissions: what the task lets the robot touch, for a policy that reads it.
     """
 
     task: str
@@ -84,6 +86,7 @@ class Job:
     prompt: str = PLACEHOLDER
     watch: Watch | None = None
     binding: str = ""
+    permissions: Permissions | None = None
 
 
 def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = None) -> Recording:
@@ -99,7 +102,14 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     actor = policy if isinstance(policy, AdaptedPolicy) else AdaptedPolicy(policy)
     robot = backend.spec.in_task(job.request.task).robot
     info = EpisodeInfo(
-        job.task, job.request.seed, instruction, horizon, start.scene, robot, job.sets
+        job.task,
+        job.request.seed,
+        instruction,
+        horizon,
+        start.scene,
+        robot,
+        job.sets,
+        job.permissions,
     )
     steps, actions, clipped = [start.step], [np.zeros(robot.actions.size)], 0
     if progress:
@@ -171,12 +181,20 @@ def _actions(
     """
     policy.reset(info)
     foresee = backend.clearance if isinstance(backend, Foresees) else blind
+    actions = info.robot.actions
+    rehearsal = (
+        Rehearsal(backend, actions.low, actions.high, info.horizon, patient)
+        if isinstance(backend, Rehearses)
+        else None
+    )
     while patient or not policy.done:
         index = len(steps) - 1
         key = backend.spec.instruction
-        seen = Observation(index, info.instruction, steps[-1], backend.observe, key, foresee)
+        seen = Observation(
+            index, info.instruction, steps[-1], backend.observe, key, foresee, rehearsal
+        )
         where = f"policy {name!r}, step {index}"
-        yield from _checked(policy.act(seen), where, info.robot.actions)
+        yield from _checked(policy.act(seen), where, actions)
 
 
 def _checked(chunk: Any, where: str, spec: ActionSpec) -> NDArray[np.float64]:

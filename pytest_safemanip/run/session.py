@@ -23,6 +23,7 @@ from pytest_safemanip.errors import (
     raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
+from pytest_safemanip.policies.base import Permissions
 from pytest_safemanip.policies.registry import PolicySpec
 from pytest_safemanip.rollouts import loop, retry
 from pytest_safemanip.rollouts.store import Store, key_of
@@ -104,6 +105,7 @@ def recording_key(
     policy: str,
     fingerprint: str,
     watched: str = "",
+    allowed: Permissions | None = None,
 ) -> str:
     """Digest of everything that decides the content of a recording.
 
@@ -114,6 +116,7 @@ def recording_key(
         policy: its name.
         fingerprint: of what decides the policy's actions.
         watched: digest of what ends rollouts early; empty if nothing does.
+        allowed: what the policy is told that it may touch; None if nothing.
     """
     parts: Mapping[str, Any] = {
         "task": request.task,
@@ -134,6 +137,12 @@ def recording_key(
         "versions": dict(source.versions),
         "hashes": dict(source.hashes),
     }
+    if allowed is not None:
+        permissions = {
+            kind: {role: sorted(names) for role, names in of_role.items()}
+            for kind, of_role in vars(allowed).items()
+        }
+        parts = {**parts, "permissions": permissions}
     return key_of(parts)
 
 
@@ -392,9 +401,19 @@ class SafetySession:
         watch = Watch.of(self._plan, case) if settings.stop == "violation" else None
         watched = watch.digest() if watch else ""
         source = backend.provenance
-        key = recording_key(request, source, settings, case.policy, fingerprint, watched)
+        allowed = Permissions(task.touch, task.supports) if policy.reads_permissions else None
+        key = recording_key(request, source, settings, case.policy, fingerprint, watched, allowed)
         hashes = {"policy": told or "", "key": key}
         prompt, derived = settings.prompt, task.derived
         return key, loop.Job(
-            case.task, case.policy, request, protocol, hashes, task.sets, prompt, watch, derived
+            case.task,
+            case.policy,
+            request,
+            protocol,
+            hashes,
+            task.sets,
+            prompt,
+            watch,
+            derived,
+            allowed,
         )

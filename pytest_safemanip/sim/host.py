@@ -20,7 +20,7 @@ from typing import IO, Any
 import numpy as np
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.sim import clearance, codec, wire
+from pytest_safemanip.sim import aside, clearance, codec, wire
 from pytest_safemanip.sim.backend import Backend
 
 GRACE = 4.0
@@ -47,13 +47,32 @@ def main(factory: str, arguments: Mapping[str, Any]) -> None:
         return
     wire.send(replies, wire.Message({"ready": True}))
     try:
-        while True:
-            request = wire.receive(requests)
-            wire.send(replies, _answer(backend, request))
+        _serve(backend, requests, replies)
     except wire.WireError:
         return  # the parent closed the connection or is gone
     finally:
         backend.close()
+
+
+def _serve(backend: Backend, requests: IO[bytes], replies: IO[bytes]) -> None:
+    while True:
+        request = wire.receive(requests)
+        if request.values["op"] == "go back":
+            aside.go_back(int(request.values["levels"]))
+        if request.values["op"] == "put aside":
+            wire.send(replies, _put_aside(backend))
+        else:
+            wire.send(replies, _answer(backend, request))
+
+
+def _put_aside(backend: Backend) -> wire.Message:
+    """The answer that the state is put aside, and later, that it is the present one again."""
+    try:
+        if isinstance(backend, aside.Draws):
+            backend.stop_drawing()
+        return wire.Message({"present": aside.put_aside()})
+    except Exception as error:  # the parent raises it again
+        return _failure(error)
 
 
 def _answer(backend: Backend, request: wire.Message) -> wire.Message:

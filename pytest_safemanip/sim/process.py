@@ -25,6 +25,7 @@ from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed
 from pytest_safemanip.sim import clearance, codec, wire
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.sim.interpreter import IMPORTABLE, clean_environment
+from pytest_safemanip.sim.rehearsal import Trials
 from pytest_safemanip.trace.steps import Step
 
 OWN_CODE = ("sim", "trace", "rollouts/loop.py", "policies/adapter.py")
@@ -90,6 +91,8 @@ class ProcessBackend:
         self._log: Path | None = None
         self._steps = 0
         self._asked = self._unwanted = False
+        self._aside: list[int] = []
+        self._trials = Trials(self._simulate, self._put_aside, self._go_back)
 
     @property
     def spec(self) -> BackendSpec:
@@ -117,6 +120,7 @@ class ProcessBackend:
             self.close()  # it died between two rollouts and harmed none
         if self._process is None:
             self._start()
+        self._trials.forget()
         self._steps = 0
         message = wire.Message({"op": "reset", "request": codec.encode_request(request)})
         return codec.decode_start(self._call(message, RESET_DEADLINE, "reset"))
@@ -125,14 +129,27 @@ class ProcessBackend:
         """See :class:`~pytest_safemanip.sim.backend.Backend`."""
         if self._process is None:
             raise RolloutError("step before reset")
-        self._steps += 1
-        message = wire.Message({"op": "step"}, {"action": np.asarray(action, np.float64)})
-        return codec.decode_step(self._call(message, STEP_DEADLINE, f"step {self._steps}"))
+        return self._trials.step(np.asarray(action, np.float64))
+
+    def begin_trial(self) -> None:
+        """See :class:`~pytest_safemanip.sim.rehearsal.Rehearses`."""
+        if self._process is None:
+            raise RolloutError("a trial before reset")
+        self._trials.begin()
+
+    def undo_trial(self) -> None:
+        """See :class:`~pytest_safemanip.sim.rehearsal.Rehearses`."""
+        self._trials.undo()
+
+    def keep_trial(self) -> None:
+        """See :class:`~pytest_safemanip.sim.rehearsal.Rehearses`."""
+        self._trials.keep()
 
     def observe(self) -> dict[str, NDArray[Any]]:
         """See :class:`~pytest_safemanip.sim.backend.Backend`."""
         if self._process is None:
             raise RolloutError("observe before reset")
+        self._trials.catch_up()
         doing = f"the observation of step {self._steps}"
         message = wire.Message({"op": "observe"})
         return codec.decode_observation(self._call(message, OBSERVE_DEADLINE, doing))
@@ -141,6 +158,7 @@ class ProcessBackend:
         """See :class:`~pytest_safemanip.sim.clearance.Foresees`."""
         if self._process is None:
             raise RolloutError("clearance before reset")
+        self._trials.catch_up()
         plain, arrays = clearance.encode_paths(paths)
         message = wire.Message({"op": "clearance", "paths": plain}, arrays)
         doing = f"the clearance of step {self._steps}"
@@ -175,7 +193,25 @@ class ProcessBackend:
             self._asked = self._unwanted = True
             process.kill()
 
+    def _simulate(self, action: NDArray[np.float64]) -> Step:
+        self._steps += 1
+        message = wire.Message({"op": "step"}, {"action": action})
+        return codec.decode_step(self._call(message, STEP_DEADLINE, f"step {self._steps}"))
+
+    def _put_aside(self) -> None:
+        message = wire.Message({"op": "put aside"})
+        self._call(message, STEP_DEADLINE, f"a trial after step {self._steps}")
+        self._aside.append(self._steps)
+
+    def _go_back(self, depth: int) -> None:
+        message = wire.Message({"op": "go back", "levels": len(self._aside) - depth})
+        self._call(message, STEP_DEADLINE, f"the end of a trial after step {self._steps}")
+        self._steps = self._aside[depth]
+        del self._aside[depth:]
+
     def _start(self) -> None:
+        self._aside = []
+        self._trials = Trials(self._simulate, self._put_aside, self._go_back)
         self._logs.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix="simulator-", suffix=".log", dir=self._logs)
         self._log = Path(name)

@@ -7,14 +7,17 @@ the state that the action led to. Targets are points of the world, metres.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.base import LAG, NOTCH, NOTCHES, Base, Motion, SkillFailed
+from pytest_safemanip.expert.robot.base import LAG, NOTCH, NOTCHES, PACES, Base, Motion, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array, limited, rotation_vector
 from pytest_safemanip.expert.truth import Truth
+from pytest_safemanip.policies.base import Permissions
 from pytest_safemanip.sim.clearance import Clearance, Path, blind
+from pytest_safemanip.sim.rehearsal import Rehearsal
 from pytest_safemanip.trace.geometry import matrix
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
@@ -93,6 +96,16 @@ class Arm(Base):
         self.foresee = foresee
         self.instruction = instruction
         self.truth = Truth(scene)
+        self.rehearsal: Rehearsal | None = None
+        self.permissions: Permissions | None = None
+
+    def save(self) -> dict[str, Any]:
+        """All that it knows."""
+        return {**vars(self), "truth": self.truth.copy()}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Know what was saved, and nothing else."""
+        vars(self).update({**saved, "truth": saved["truth"].copy()})
 
     def move(
         self,
@@ -124,7 +137,8 @@ class Arm(Base):
             SkillFailed: if the hand does not arrive in time.
         """
         keep = self.rotation if rotation is None else rotation
-        for _ in range(steps):
+        pace = self.choices.choose("pace", PACES)
+        for _ in range(round(steps / pace)):
             error = (target() if callable(target) else target) - self.position
             turn = rotation_vector(keep @ self.rotation.T)
             near = np.linalg.norm(error) < tolerance and np.linalg.norm(turn) < turn_tolerance
@@ -133,7 +147,7 @@ class Arm(Base):
             if until() if until else near:
                 return
             gain = EXACT_GAIN if exact else 1.0
-            yield self._arm_action(gain * error, gain * turn, speed)
+            yield self._arm_action(gain * error, gain * turn, speed * pace)
         if required:
             off = f"{100 * np.linalg.norm(error):.1f} cm"
             if np.linalg.norm(turn) >= turn_tolerance:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
+T = TypeVar("T")
 Motion = Generator[Array, None, None]
 """Actions (12,), one for each control step."""
 
@@ -43,6 +45,10 @@ NOTCH, LAG = 1.0 / NOTCHES, 0.02
 """Share of their full opening, and by how much of it they stay behind."""
 
 
+PACES = 1.0, 0.5
+"""Factors on all speeds."""
+
+
 class SkillFailed(SafemanipError):
     """A motion did not arrive; going on would only do damage."""
 
@@ -63,7 +69,15 @@ class Base(Posture):
         super().__init__(step)
         self.scene = scene
         self._grip = -1.0
+        self._memory: dict[str, Any] = {}
         self.notch = round(NOTCHES * float(step.gripper[0]))
+
+    def memory(self, what: str, find: Callable[[], T]) -> T:
+        """What has been found out about the scene, which stays as it is."""
+        if what not in self._memory:
+            self._memory[what] = find()
+        found: T = self._memory[what]
+        return found
 
     def see(self, step: Step) -> None:
         """Take the state that the last action led to."""
@@ -93,6 +107,8 @@ class Base(Posture):
         Raises:
             SkillFailed: if the base does not arrive in time.
         """
+        pace = self.choices.choose("pace", PACES)
+        speed, steps = max(speed * pace, BASE_DEAD_BAND), round(steps / pace)
         rise = SWING / self.scene.control_period if gentle or speed <= CAREFUL else 1.0
         for step in range(steps):
             most = BASE_DEAD_BAND + (speed - BASE_DEAD_BAND) * min(1.0, (step + 1) / rise)

@@ -6,9 +6,13 @@ import math
 
 import numpy as np
 
+from pytest_safemanip.expert.robot.choices import Choices
 from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z
 from pytest_safemanip.trace.geometry import matrix
 from pytest_safemanip.trace.steps import Step
+
+TIPPED, TURNED = (0.0, 15.0, -15.0, 30.0), (0.0, 20.0, -20.0)
+"""By how much the hand may be tipped forward and turned left otherwise than usual, degrees."""
 
 
 class Posture:
@@ -23,6 +27,7 @@ class Posture:
 
     def __init__(self, step: Step) -> None:
         self.step = step
+        self.choices = Choices()
         axis = self.rotation[:, 0].copy()
         axis[2] = 0.0
         axis /= np.linalg.norm(axis)
@@ -102,6 +107,8 @@ class Posture:
             roll: degrees about the approach direction, before pitching.
             yaw: degrees about the vertical, applied last.
         """
+        pitch += self.choices.choose("hand tipped farther", TIPPED)
+        yaw += self.choices.choose("hand turned farther", TURNED)
         heading = about_z(math.degrees(math.atan2(self.forward[1], self.forward[0])))
         tipped = heading @ about_y(-pitch) @ heading.T @ about_z(roll) @ self._down
         turned: Array = about_z(yaw) @ tipped

@@ -9,6 +9,7 @@ import yaml
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
 from pytest_safemanip.expert.tasks.calls import Call
+from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.expert.world.things import Thing
 
@@ -36,6 +37,14 @@ def _calls(entry: Entry) -> list[Call]:
 
 def _plan(entries: tuple[Entry, ...]) -> Plan:
     def plan(arm: Arm) -> Motion:
+        if arm.rehearsal is not None:
+            yield from Search(
+                arm,
+                arm.rehearsal,
+                lambda errands: nearest_first(arm, errands),
+                lambda call: SKILLS[call.skill](arm, *call.roles),
+            ).plan(entries)
+            return
         for entry in entries:
             for call in (entry,) if isinstance(entry, Call) else nearest_first(arm, entry):
                 try:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.hand import reach_at
@@ -15,6 +16,7 @@ from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing, other_things
 from pytest_safemanip.trace.geometry import corners
 from pytest_safemanip.trace.kinematics import carried
+from pytest_safemanip.trace.scene import Scene
 
 BODY_FRONT = (
     (0.002, 0.39, 0.15, 0.25),
@@ -41,6 +43,10 @@ DUCKED = (0.42, 1.12)
 wall cabinet (1.45 m)."""
 
 
+AHEAD, ASIDE = (0.0, -0.06, 0.05), (0.0, 0.1, -0.1, 0.2, -0.2)
+"""How much farther ahead and to the left of its usual place the base may stand, m."""
+
+
 def stand_before(
     arm: Arm,
     point: Array,
@@ -63,7 +69,8 @@ def stand_before(
     Raises:
         SkillFailed: if the base does not arrive.
     """
-    ahead, middle = arm.ahead(point) - distance, arm.aside(point) + shift
+    ahead = arm.ahead(point) - distance + arm.choices.choose("base farther ahead", AHEAD)
+    middle = arm.aside(point) + shift + arm.choices.choose("base farther left", ASIDE)
     yield from stand(arm, ahead, middle + closest(arm, ahead, middle, offsets), speed)
 
 
@@ -143,52 +150,76 @@ def ducked(arm: Arm) -> Motion:
 
 def nearest(arm: Arm, right: float, left: float) -> float:
     """How far ahead the base may be anywhere between two places sideways, m."""
+    along, across, height = _extents(arm)
+    ahead = along[:, 1] > arm.ahead(arm.base)
     limit = math.inf
-    for points in solids(arm):
-        low, high = points[:, 2].min(), points[:, 2].max()
-        along = points[:, :2] @ arm.forward
-        across = points[:, :2] @ arm.left
-        for bottom, top, front, half in BODY_FRONT:
-            beside = (
-                across.max() < right - half - BASE_ROOM or across.min() > left + half + BASE_ROOM
-            )
-            if low < top and high > bottom and not beside and along.max() > arm.ahead(arm.base):
-                limit = min(limit, float(along.min()) - front - BASE_ROOM)
+    for bottom, top, front, half in BODY_FRONT:
+        within = (height[:, 0] < top) & (height[:, 1] > bottom) & ahead
+        within &= _crosses(across, right - half, left + half)
+        limit = min(limit, float(along[within, 0].min(initial=math.inf)) - front - BASE_ROOM)
     return limit
 
 
 def rearmost(arm: Arm, right: float, left: float) -> float:
     """How far back the base may be anywhere between two places sideways, ahead, m."""
-    limit, (height, rear, half) = -math.inf, BODY_REAR
-    for points in solids(arm):
-        along = points[:, :2] @ arm.forward
-        across = points[:, :2] @ arm.left
-        beside = across.max() < right - half - BASE_ROOM or across.min() > left + half + BASE_ROOM
-        if points[:, 2].min() < height and not beside and along.max() < arm.ahead(arm.base):
-            limit = max(limit, float(along.max()) + rear + BASE_ROOM)
-    return limit
+    top, rear, half = BODY_REAR
+    along, across, height = _extents(arm)
+    behind = (height[:, 0] < top) & (along[:, 1] < arm.ahead(arm.base))
+    behind &= _crosses(across, right - half, left + half)
+    return float(along[behind, 1].max(initial=-math.inf)) + rear + BASE_ROOM
 
 
-def solids(arm: Arm, opened: bool = False) -> list[Array]:
-    """Corners of every piece of furniture as it is now, each (8, 3).
+def _crosses(across: Array, right: float, left: float) -> NDArray[np.bool_]:
+    """Which extents (N, 2) along the base's left direction come near a range, m (N,)."""
+    crossing: NDArray[np.bool_] = (across[:, 1] >= right - BASE_ROOM) & (
+        across[:, 0] <= left + BASE_ROOM
+    )
+    return crossing
+
+
+def _extents(arm: Arm) -> tuple[Array, Array, Array]:
+    """Of every piece of furniture, from where to where it is along the base's forward and left
+    directions and in height, m (N, 2) each.
+    """
+    points = solids(arm)
+    seen = points[..., :2] @ arm.forward, points[..., :2] @ arm.left, points[..., 2]
+    along, across, height = (np.stack((x.min(axis=1), x.max(axis=1)), axis=1) for x in seen)
+    return along, across, height
+
+
+def solids(arm: Arm, opened: bool = False) -> Array:
+    """Corners of every piece of furniture as it is now (N, 8, 3).
 
     Args:
         arm: the arm.
         opened: only doors and drawers that are open.
     """
-    found = []
-    for surface in arm.scene.surfaces:
-        if arm.scene.entity[surface.entity].kind != "fixture":
+    fixed, moving = arm.memory("furniture", lambda: _furniture(arm.scene))
+    found = [] if opened else [fixed]
+    for pose, half, index in moving:
+        openness = np.asarray(arm.step.joint[index, 0], np.float64)
+        if not opened or openness >= STANDS_OUT:
+            found.append(corners(carried(arm.scene.joints[index], pose, openness), half)[None])
+    return np.concatenate(found) if found else np.zeros((0, 8, 3))
+
+
+_Moving = tuple[Array, Array, int]
+
+
+def _furniture(scene: Scene) -> tuple[Array, list[_Moving]]:
+    """Corners of what stands fixed (N, 8, 3); pose at openness 0, half extents and joint of what
+    moves.
+    """
+    fixed, moving = [np.zeros((0, 8, 3))], list[_Moving]()
+    for surface in scene.surfaces:
+        if scene.entity[surface.entity].kind != "fixture":
             continue
-        pose, openness = np.asarray(surface.pose, np.float64), np.zeros(())
+        pose, half = np.asarray(surface.pose, np.float64), np.asarray(surface.half)
         if surface.joint:
-            index = arm.scene.joint_index[surface.joint]
-            openness = np.asarray(arm.step.joint[index, 0], np.float64)
-            pose = carried(arm.scene.joints[index], pose, openness)
-        if opened and openness < STANDS_OUT:
-            continue
-        found.append(np.asarray(corners(pose, surface.half), np.float64))
-    return found
+            moving.append((pose, half, scene.joint_index[surface.joint]))
+        else:
+            fixed.append(corners(pose, half)[None])
+    return np.concatenate(fixed), moving
 
 
 FOREARM = (0.15, 0.30)

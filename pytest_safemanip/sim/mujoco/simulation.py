@@ -59,11 +59,15 @@ class Simulation(ABC):
 
     def close(self) -> None:
         """Drop the environment, and what draws it."""
+        self.stop_drawing()
+        self._env = None
+
+    def stop_drawing(self) -> None:
+        """See :class:`~pytest_safemanip.sim.aside.Draws`."""
         self._drop_observer()
         context, self._context = self._context, None
         if context is not None:
             context.free()
-        self._env = None
 
     @abstractmethod
     def _make_observer(self, env: Any, context: Any) -> Observer:

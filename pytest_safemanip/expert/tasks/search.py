@@ -1,0 +1,175 @@
+"""Searches for a way to do a plan: skills are rehearsed in the simulator, in one way after another.
+
+Depth first: where a skill fails, or knocks against something, in all of its ways, the one before it
+is done in another way. What is found is then done, with the same bits.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm
+from pytest_safemanip.expert.robot.choices import Alternatives, Choices
+from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.tasks.calls import Call
+from pytest_safemanip.expert.world.knocks import Watch
+from pytest_safemanip.sim.rehearsal import Rehearsal
+
+BUDGET = 8_000
+"""Control steps that are rehearsed for one plan at most."""
+MOST_TRIES, MOST_AGAIN = 24, 6
+"""Ways to do a skill that are tried, and of one that has been done before, in another state."""
+MOST_DONE = 4
+"""Ways that were done before it is given up that another one helps with what comes after it."""
+PATIENCE = 40
+"""Control steps of holding still after the plan, in which the task's success may still show."""
+State = dict[str, Any]
+
+
+@dataclass
+class _Tape:
+    """Actions that have been rehearsed, and the arm after each."""
+
+    actions: list[Array] = field(default_factory=list)
+    states: list[State] = field(default_factory=list)
+
+    def cut(self, length: int) -> None:
+        del self.actions[length:], self.states[length:]
+
+
+class Search:
+    """A search for one plan.
+
+    Args:
+        arm: the arm.
+        rehearsal: tries steps.
+        expand: the first calls of what is left of a plan, in the present state, and the rest.
+        perform: the motion of a call.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        rehearsal: Rehearsal,
+        calls: Callable[[Any], Sequence[Call]],
+        perform: Callable[[Call], Motion],
+    ) -> None:
+        self._arm, self._rehearsal = arm, rehearsal
+        self._calls, self._perform = calls, perform
+        self._tape, self._best = _Tape(), _Tape()
+        self._left = BUDGET
+        self._done, self._reason = -1, ""
+        self._visited: set[int] = set()
+        self.log: list[str] = []
+
+    def plan(self, entries: Sequence[Any]) -> Motion:
+        """Do a plan.
+
+        Raises:
+            SkillFailed: where no way was found, after what was found.
+        """
+        arm, saved = self._arm, self._arm.save()
+        self._rehearsal.begin()
+        found = self._solve(tuple(entries), 0)
+        if found:
+            self._rehearsal.keep()
+            tape = self._tape
+        else:
+            self._rehearsal.undo()
+            tape = self._best
+        arm.restore(saved)
+        for action, state in zip(tape.actions, tape.states, strict=True):
+            yield action
+            arm.restore(state)
+        if not found:
+            raise SkillFailed(self._reason)
+
+    def _solve(self, entries: tuple[Any, ...], number: int) -> bool:
+        if not entries:
+            return self._hold()
+        if not isinstance(entries[0], Call):
+            entries = (*self._calls(entries[0]), *entries[1:])
+            return self._solve(entries, number)
+        call, rest = entries[0], entries[1:]
+        most = MOST_AGAIN if number in self._visited else MOST_TRIES
+        self._visited.add(number)
+        done = 0
+        for choices in itertools.islice(Alternatives(), most):
+            if self._left <= 0:
+                return False
+            length, state = len(self._tape.actions), self._arm.save()
+            self._rehearsal.begin()
+            reason, success = self._try(call, choices)
+            self.log.append(f"{number} {call.text} [{choices}]: {reason or 'ok'}")
+            if not reason:
+                done += 1
+                if not success and number > self._done:
+                    self._done = number
+                    self._best = _Tape(self._tape.actions[:], self._tape.states[:])
+                if success or self._solve(rest, number + 1):
+                    self._rehearsal.keep()
+                    return True
+            elif number > self._done and not choices.decided:
+                self._reason = f"{call.text}: {reason}"
+            self._rehearsal.undo()
+            self._tape.cut(length)
+            self._arm.restore(state)
+            if done == MOST_DONE:
+                break
+        return False
+
+    def _try(self, call: Call, choices: Choices) -> tuple[str, bool]:
+        """Rehearse a skill.
+
+        Returns:
+            What is wrong with it, empty if nothing is; whether the task succeeded.
+        """
+        arm = self._arm
+        arm.choices = choices
+        watch = Watch(arm, call.roles)
+        try:
+            for action in self._motion(call):
+                if not self._step(action):
+                    return "there is no time left", False
+                if arm.step.success and not self._rehearsal.patient:
+                    return watch.wrong(arm.step), True
+                if wrong := watch.wrong(arm.step):
+                    return wrong, False
+        except SkillFailed as error:
+            return str(error), False
+        return watch.left(arm.step), False
+
+    def _motion(self, call: Call) -> Motion:
+        if self._arm.choices.choose("arm folded first", (False, True)):
+            yield from fold_arm(self._arm, required=False)
+        yield from self._perform(call)
+
+    def _step(self, action: Array) -> bool:
+        arm = self._arm
+        if len(self._tape.actions) >= self._rehearsal.horizon:
+            return False
+        self._left -= 1
+        arm.see(self._rehearsal.step(action))
+        self._tape.actions.append(action)
+        arm.truth.at(arm.truth.index + 1)
+        self._tape.states.append(arm.save())
+        return True
+
+    def _hold(self) -> bool:
+        """Hold still until the task succeeds."""
+        self._rehearsal.begin()
+        length, state = len(self._tape.actions), self._arm.save()
+        for _ in range(PATIENCE):
+            if self._rehearsal.patient or not self._step(self._arm.hold()):
+                break
+            if self._arm.step.success:
+                self._rehearsal.keep()
+                return True
+        self._reason = "the task did not succeed"
+        self._rehearsal.undo()
+        self._tape.cut(length)
+        self._arm.restore(state)
+        return self._rehearsal.patient

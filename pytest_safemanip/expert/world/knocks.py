@@ -1,0 +1,130 @@
+"""What a motion does wrong while it is rehearsed, from contacts and poses: it knocks, it drops.
+
+Plain physics, with limits of the script's own. No monitor is asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.steps import Step
+
+LIMB = 3.0
+"""Force on any part of the robot but its hand that is a knock, N."""
+HAND = 60.0
+"""Force of the hand on anything that is one, N."""
+STRAY = 1.5
+"""Force of the hand on what it has no reason to touch, N."""
+LOAD = 3.5
+"""Force of what is held on what it has no reason to touch, N."""
+SHOVED = 0.03
+"""How far what the skill is not about may be moved, m."""
+HELD = 0.2
+"""Force of each finger on what it holds, N."""
+
+Flags = NDArray[np.bool_]
+Pair = tuple[int, int]
+
+
+class Watch:
+    """Looks at each step of a rehearsed skill.
+
+    Args:
+        arm: the arm, before the skill.
+        roles: what the skill is about.
+    """
+
+    def __init__(self, arm: Arm, roles: Iterable[str]) -> None:
+        scene, allowed = arm.scene, arm.permissions
+        self._scene, self._first, self._parts = scene, arm.step, scene.parts
+        roles_of = scene.roles
+        self._meant = {roles_of.get(role, role) for role in roles}
+        hand, parts = scene.grippers[0], scene.parts
+        self._fingers = {finger for group in hand.fingers for finger in group}
+        self._robot = self._flags(lambda n: parts[n].entity == ROBOT)
+        self._hand = self._robot & self._flags(lambda n: parts[n].name in hand.parts)
+        self._object = self._flags(lambda n: parts[n].entity in scene.object_index)
+        self._touchable = self._flags(lambda n: parts[n].entity in self._meant)
+        self._supports: dict[str, set[str]] = {}
+        if allowed is not None:
+            touch = {
+                (roles_of.get(r, r), name) for r, names in allowed.touch.items() for name in names
+            }
+            self._touchable = self._flags(lambda n: (parts[n].entity, parts[n].name) in touch)
+            for role, below in allowed.supports.items():
+                entities = {roles_of.get(name, name) for name in below}
+                self._supports.setdefault(roles_of.get(role, role), set()).update(entities)
+        self._before = {pair for pair, _ in self._rows(arm.step, 0.0)}
+
+    def wrong(self, step: Step) -> str:
+        """What is wrong with a step, in a few words; empty if nothing is."""
+        touches = dict(self._rows(step, STRAY))
+        if not touches:
+            return ""
+        held = self._held(step)
+        for (one, other), force in touches.items():
+            if (one, other) not in self._before and self._bad(one, other, force, held):
+                mine, its = self._parts[one], self._parts[other]
+                who = mine.name if mine.entity == ROBOT else mine.entity
+                return f"{who} presses on {its.entity}'s {its.name} with {force:.0f} N"
+        return ""
+
+    def left(self, step: Step) -> str:
+        """What is wrong with how a skill leaves the world; empty if nothing is."""
+        carried = self._with_loads(self._held(step) | self._meant)
+        for body, index in self._scene.object_index.items():
+            way = step.object_pose[index, :3] - self._first.object_pose[index, :3]
+            moved = float(np.linalg.norm(way))
+            if moved > SHOVED and body not in carried:
+                return f"{body} was moved by {100 * moved:.0f} cm"
+        return ""
+
+    def _with_loads(self, entities: set[str]) -> set[str]:
+        """These, and the objects that touched them before the skill, or are allowed to."""
+        found, parts = set(entities), self._parts
+        found |= {body for body, below in self._supports.items() if below & entities}
+        pairs = [
+            (parts[a].entity, parts[b].entity)
+            for a, b in self._before
+            if self._object[[a, b]].all()
+        ]
+        while loads := {other for one, other in pairs if one in found} - found:
+            found |= loads
+        return found
+
+    def _bad(self, one: int, other: int, force: float, held: set[str]) -> bool:
+        if self._robot[one]:
+            if self._robot[other]:
+                return False
+            if not self._hand[one]:
+                return force >= LIMB
+            return force >= HAND or not self._touchable[other]
+        mine, its = self._parts[one].entity, self._parts[other].entity
+        if mine not in held or self._robot[other] or its in held:
+            return False
+        return force >= LOAD and its not in self._supports.get(mine, self._meant)
+
+    def _held(self, step: Step) -> set[str]:
+        """The objects that all fingers press on."""
+        by: dict[str, set[str]] = {}
+        for (one, other), _ in self._rows(step, HELD):
+            if self._hand[one] and self._object[other]:
+                by.setdefault(self._parts[other].entity, set()).add(self._parts[one].name)
+        return {entity for entity, names in by.items() if self._fingers <= names}
+
+    def _rows(self, step: Step, least: float) -> Iterator[tuple[Pair, float]]:
+        """Pairs of parts that press on each other, both ways, and how hard, N."""
+        contacts = step.contacts
+        for row in np.flatnonzero(contacts.sustained >= least).tolist():
+            a, b = int(contacts.a[row]), int(contacts.b[row])
+            force = float(contacts.sustained[row])
+            yield (a, b), force
+            yield (b, a), force
+
+    def _flags(self, is_one: Callable[[int], bool]) -> Flags:
+        return np.array([is_one(n) for n in range(len(self._parts))])

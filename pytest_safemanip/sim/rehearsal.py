@@ -1,0 +1,177 @@
+"""Rehearsing: a script tries control steps in the simulator, and takes them back or keeps them.
+
+Privileged knowledge, for scripts. What is kept is what the rollout gets when the same actions are
+asked for next, step by step: it is not simulated again, and has the same bits as if it were.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.trace.steps import Step
+
+Action = NDArray[np.float64]
+
+
+@runtime_checkable
+class Rehearses(Protocol):
+    """A backend whose steps can be tried. Trials may be nested."""
+
+    def begin_trial(self) -> None:
+        """From here on, steps are tried.
+
+        Raises:
+            ConfigError: if the simulator has no such service.
+            RolloutError: if the simulator fails.
+        """
+
+    def undo_trial(self) -> None:
+        """End the newest trial: the state is what it was at its beginning."""
+
+    def keep_trial(self) -> None:
+        """End the newest trial: its actions are expected next, by the trial around it or by the
+        rollout. Other ones are simulated from where they differ.
+        """
+
+    def step(self, action: Action) -> Step:
+        """See :class:`~pytest_safemanip.sim.backend.Backend`."""
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """What a policy is given of a backend that rehearses.
+
+    Attributes:
+        backend: the backend.
+        low: least values of an action (A,); what is outside is clipped, as in the rollout.
+        high: largest values (A,).
+        horizon: control steps of the episode.
+        patient: whether the rollout goes on after success.
+    """
+
+    backend: Rehearses
+    low: Action
+    high: Action
+    horizon: int
+    patient: bool
+
+    def begin(self) -> None:
+        """See :meth:`Rehearses.begin_trial`."""
+        self.backend.begin_trial()
+
+    def step(self, action: Action) -> Step:
+        """The state that an action leads to."""
+        return self.backend.step(np.clip(action, self.low, self.high))
+
+    def undo(self) -> None:
+        """See :meth:`Rehearses.undo_trial`."""
+        self.backend.undo_trial()
+
+    def keep(self) -> None:
+        """See :meth:`Rehearses.keep_trial`."""
+        self.backend.keep_trial()
+
+
+@dataclass
+class _Trial:
+    """Steps since a trial began.
+
+    Attributes:
+        depth: how many states the simulator had put aside before it.
+        done: what was asked for and answered.
+        ahead: what the simulator has done already, since an inner trial was kept.
+        since: of ``done``, how many had been when that inner trial began, ...
+        aside: ... and how many states the simulator had put aside before it.
+    """
+
+    depth: int
+    done: list[tuple[Action, Step]] = field(default_factory=list)
+    ahead: list[tuple[Action, Step]] = field(default_factory=list)
+    since: int = 0
+    aside: int = 0
+
+
+class Trials:
+    """Book-keeping of trials for a simulator that can put its state aside and go back to it.
+
+    Args:
+        simulate: runs one control period.
+        put_aside: keeps the present state.
+        go_back: to the state that was put aside as this one, counted from 0; forgets it and those
+            after it.
+    """
+
+    def __init__(
+        self,
+        simulate: Callable[[Action], Step],
+        put_aside: Callable[[], None],
+        go_back: Callable[[int], None],
+    ) -> None:
+        self._simulate, self._put_aside, self._go_back = simulate, put_aside, go_back
+        self._depth, self._open = 0, [_Trial(0)]
+
+    def forget(self) -> None:
+        """Go back to before the first trial: an episode is over."""
+        if self._depth:
+            self._go_back(0)
+        self._depth, self._open = 0, [_Trial(0)]
+
+    def begin(self) -> None:
+        """See :meth:`Rehearses.begin_trial`."""
+        self.catch_up()
+        self._put_aside()
+        self._open.append(_Trial(self._depth))
+        self._depth += 1
+
+    def undo(self) -> None:
+        """See :meth:`Rehearses.undo_trial`.
+
+        Raises:
+            RuntimeError: if there is no trial; likewise :meth:`keep`.
+        """
+        trial = self._newest()
+        self._go_back(trial.depth)
+        self._depth = trial.depth
+
+    def keep(self) -> None:
+        """See :meth:`Rehearses.keep_trial`."""
+        trial = self._newest()
+        around = self._open[-1]
+        around.since, around.aside = len(around.done), trial.depth
+        around.ahead = trial.done + trial.ahead
+
+    def step(self, action: Action) -> Step:
+        """What an action leads to, which is simulated if it was not yet."""
+        trial = self._open[-1]
+        if trial.ahead:
+            known, step = trial.ahead[0]
+            if known.tobytes() == action.tobytes():
+                del trial.ahead[0]
+                trial.done.append((known, step))
+                return step
+            self.catch_up()
+        step = self._simulate(action)
+        if len(self._open) > 1 or self._depth:
+            trial.done.append((action.copy(), step))
+        return step
+
+    def catch_up(self) -> None:
+        """Have the simulator where the rollout is, if it is ahead."""
+        trial = self._open[-1]
+        if not trial.ahead:
+            return
+        self._go_back(trial.aside)
+        self._depth = trial.aside
+        trial.ahead.clear()
+        for action, _ in trial.done[trial.since :]:
+            self._simulate(action)
+
+    def _newest(self) -> _Trial:
+        if len(self._open) < 2:
+            raise RuntimeError("no trial has begun")
+        return self._open.pop()
