@@ -78,7 +78,7 @@ def check_stable(data: Any) -> None:
     """
     kinds = mujoco.mjtWarning
     for kind in (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC):
-        if data.warning[kind].number:
+        if data.warning[int(kind)].number:
             raise TraceError(
                 "the physics of the model is unstable: from a recorded state it comes to numbers "
                 "that are not finite"
