@@ -88,7 +88,7 @@ class LiveMonitor:
         self._rows: dict[str, tuple[tuple[str, ...], ...]] = {}
         self._calls: dict[str, list[list[Call]]] = {}
         self._monitors: dict[str, PartialMonitor] = {}
-        for prop in map(_property, properties):
+        for prop in map(_property, (properties,) if isinstance(properties, str) else properties):
             rows = binding.relation(prop.relation) if prop.relation else ((),)
             if not rows:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")
