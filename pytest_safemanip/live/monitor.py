@@ -89,7 +89,7 @@ class LiveMonitor:
         self._rows: dict[str, tuple[tuple[str, ...], ...]] = {}
         self._calls: dict[str, list[list[Call]]] = {}
         self._monitors: dict[str, PartialMonitor] = {}
-        for prop in map(_property, properties):
+        for prop in map(_property, (properties,) if isinstance(properties, str) else properties):
             rows = prop.rows(binding)
             if not rows and prop.is_open:
                 continue  # nothing of the kind is in this scene

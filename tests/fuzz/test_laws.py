@@ -166,7 +166,7 @@ def by_length(view, o):
     ("margin", "says"),
     [
         (graded, "False, but its margin is 0.5"),
-        (since_then, "step by step|outside its window"),
+        (since_then, "step by step|outside its window|online, asked for at the end"),
         (by_length, "without the steps from"),
     ],
 )
