@@ -123,7 +123,6 @@ def load_definitions(
     packs = load_packs(
         resources.folder("properties"),
         propositions=known,
-        constants=(ROBOT,),
         categories=attributes,
         parameters=parameters,
     )
