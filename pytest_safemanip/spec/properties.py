@@ -89,6 +89,7 @@ class Property:
         deadline_s: how long an obligation may be open, in seconds, or None.
         discharged_by: who has to meet the obligations.
         severity: what a violation weighs whatever was measured of it.
+        pack: name of the pack that it is a rule of; empty for all others.
         lines: where in the file the formulas are, by key.
     """
 
@@ -105,6 +106,7 @@ class Property:
     deadline_s: float | None
     discharged_by: DischargedBy
     severity: float = LEAST_SEVERITY
+    pack: str = ""
     lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
         default_factory=dict, init=False, repr=False, compare=False
@@ -212,6 +214,7 @@ def load_properties(
     constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
+    besides: Collection[str] = (),
 ) -> dict[str, Property]:
     """Read all properties of some folders, every `*.yaml` in them.
 
@@ -224,6 +227,7 @@ def load_properties(
             `for_each` unchecked.
         parameters: names of the parameters of all propositions; None leaves those that calls set
             unchecked.
+        besides: names of files there that are no properties.
 
     Returns:
         The properties by id, in the order of folders and file names.
@@ -236,6 +240,8 @@ def load_properties(
         if not folder.is_dir():
             raise ConfigError(f"{folder}: no such folder of properties")
         for path in sorted(folder.glob("*.yaml")):
+            if path.name in besides:
+                continue
             loaded = load_property(
                 path,
                 propositions=propositions,
