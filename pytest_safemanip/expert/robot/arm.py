@@ -87,6 +87,7 @@ class Arm(Base):
         instruction: what the robot was told.
         truth: what a fault does wrong.
         foresee: says what would be touched on some paths from here.
+        upcoming: calls of skills that follow the present one.
     """
 
     def __init__(
@@ -98,6 +99,7 @@ class Arm(Base):
         self.truth = Truth(scene)
         self.rehearsal: Rehearsal | None = None
         self.permissions: Permissions | None = None
+        self.upcoming: Sequence[Any] = ()
 
     def save(self) -> dict[str, Any]:
         """All that it knows."""

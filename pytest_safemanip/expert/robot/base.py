@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Hashable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -63,6 +63,7 @@ class Base(Posture):
     Attributes:
         scene: the static part of the episode.
         notch: to which the fingers are told to be open.
+        torso: how far it is raised, m.
     """
 
     def __init__(self, scene: Scene, step: Step) -> None:
@@ -71,12 +72,21 @@ class Base(Posture):
         self._grip = -1.0
         self._memory: dict[str, Any] = {}
         self.notch = round(NOTCHES * float(step.gripper[0]))
+        self.torso = 0.0
 
     def memory(self, what: str, find: Callable[[], T]) -> T:
         """What has been found out about the scene, which stays as it is."""
         if what not in self._memory:
             self._memory[what] = find()
         found: T = self._memory[what]
+        return found
+
+    def latest(self, what: str, state: Hashable, find: Callable[[], T]) -> T:
+        """What has been found out in a state; forgotten in another one."""
+        known = self._memory.get(what)
+        if known is None or known[0] != state:
+            known = self._memory[what] = state, find()
+        found: T = known[1]
         return found
 
     def see(self, step: Step) -> None:

@@ -52,6 +52,11 @@ class Posture:
         return self.pitch_of(self.rotation)
 
     @property
+    def straight_down(self) -> Array:
+        """The hand (3, 3) that points straight down, its wrist turned as an episode begins."""
+        return self._down
+
+    @property
     def base(self) -> Array:
         """Base position on the floor (2,)."""
         return np.asarray(self.step.base_pose[:2], np.float64)

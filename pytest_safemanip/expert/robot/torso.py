@@ -34,3 +34,4 @@ def lift_torso(arm: Arm, by: float) -> Motion:
         action[10] = np.clip(GAIN * left, -1.0, 1.0)
         yield action
     yield from arm.wait(0.2)
+    arm.torso += by - (goal - float(arm.position[2]))

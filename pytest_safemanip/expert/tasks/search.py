@@ -99,6 +99,7 @@ class Search:
                 return False
             length, state = len(self._tape.actions), self._arm.save()
             self._rehearsal.begin()
+            self._arm.upcoming = [c for entry in rest for c in self._named(entry)]
             reason, success = self._try(call, choices)
             self.log.append(f"{number} {call.text} [{choices}]: {reason or 'ok'}")
             if not reason:
@@ -135,6 +136,10 @@ class Search:
         except SkillFailed as error:
             return str(error), False
         return watch.left(arm.step), False
+
+    def _named(self, entry: Any) -> Sequence[Call]:
+        """The calls of a part of a plan."""
+        return [entry] if isinstance(entry, Call) else self._calls(entry)
 
     def _motion(self, call: Call) -> Motion:
         if self._arm.choices.choose("arm folded first", (False, True)):

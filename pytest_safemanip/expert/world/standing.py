@@ -194,6 +194,11 @@ def solids(arm: Arm, opened: bool = False) -> Array:
         arm: the arm.
         opened: only doors and drawers that are open.
     """
+    state = arm.step.joint[:, 0].tobytes()
+    return arm.latest(f"furniture, open: {opened}", state, lambda: _solids(arm, opened))
+
+
+def _solids(arm: Arm, opened: bool) -> Array:
     fixed, moving = arm.memory("furniture", lambda: _furniture(arm.scene))
     found = [] if opened else [fixed]
     for pose, half, index in moving:

@@ -1,0 +1,125 @@
+"""Grasping: the hand closes on what of a thing fits between its fingers, from wherever it has room."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pytest_safemanip.expert.motions.handholds import handholds, poses
+from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
+from pytest_safemanip.expert.motions.reaching import (
+    Pose,
+    Reach,
+    Reaching,
+    Ways,
+    draw_back,
+    go_before,
+)
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.expert.robot.hand import OPENING
+from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.room import Room
+from pytest_safemanip.expert.world.things import Thing
+
+Goal = Callable[[], Sequence[Spot]]
+
+GOOD, FEW = 6, 100
+"""Ways to grasp something with which there is a way to put it down that are enough, and how many
+poses are looked at for that way."""
+LIFTED = 0.02
+"""Rise that shows that an object is held, m."""
+STOPS = ((0.03, 0.006, 0.6), (0.0, 0.004, 0.3))
+"""On the straight way in: before the grip point, m, with tolerance, m, and speed."""
+CARRIED = 0.6
+"""Share of the usual speeds with something in the fingers."""
+
+
+def grasp(arm: Arm, role: str, part: str = "", goal: Goal | None = None) -> Motion:
+    """Take hold of an object, lift it, and draw back with it.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        part: by what; empty for what fits between the fingers.
+        goal: finds where it is to be put.
+
+    Raises:
+        SkillFailed: if nothing of it fits, if the hand has no room, or if it was not lifted.
+    """
+    thing = Thing(arm, role)
+    state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
+    ways = arm.latest(
+        f"ways to grasp {role} {part}", state, lambda: ways_to_grasp(arm, thing, part, goal)
+    )
+    if not ways:
+        raise SkillFailed(f"the hand has no room at {role}")
+    reach = arm.choices.choose("way to grasp", ways)
+    yield from go_before(arm, reach)
+    yield from come_in(arm, reach)
+    yield from lift(arm, thing, reach)
+    yield from draw_back(arm, reach, thing, CARRIED)
+
+
+def ways_to_grasp(
+    arm: Arm, thing: Thing, part: str = "", goal: Goal | None = None
+) -> list[Reach]:
+    """Ways to take hold of a thing, the easiest first; last those with which there is no way to
+    where it is to be put.
+    """
+    room = Room.around(arm, [thing.centre], [thing.entity])
+    reaching = Reaching(arm, room, Ways())
+    found = [
+        pose for hold in handholds(thing, part) for pose in poses(arm, thing, hold, thing.bottom)
+    ]
+    if goal is None:
+        return reaching.find(found)
+    placing = Placing(arm, thing, goal())
+    opening = thing.sides()[0][1] / OPENING
+
+    def suits(pose: Pose) -> bool:
+        return bool(placing.ways(Grip(pose.point, pose.hand, opening), 1, FEW))
+
+    return reaching.find(found, GOOD, suits)
+
+
+def come_in(arm: Arm, reach: Reach) -> Motion:
+    """Go straight to a grip point, as near as the hand gets."""
+    far = float(np.linalg.norm(reach.entry))
+    for before, tolerance, speed in STOPS:
+        yield from arm.move(
+            reach.pose.point + before / far * reach.entry,
+            reach.pose.hand,
+            tolerance=tolerance,
+            turn_tolerance=0.06,
+            speed=speed,
+            steps=60,
+            required=False,
+            exact=True,
+        )
+
+
+def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
+    """Close the fingers and rise.
+
+    Raises:
+        SkillFailed: if the object did not come along.
+    """
+    before = thing.underside
+    yield from arm.grip(True, 14)
+    rise = max(0.03, float(reach.leave[2]))
+    yield from arm.move(
+        raised(arm.position, rise),
+        reach.pose.hand,
+        tolerance=0.008,
+        speed=0.35,
+        steps=50,
+        required=False,
+    )
+    if thing.underside - before < LIFTED:
+        raise SkillFailed("the object was not lifted")
+
+
+def held_points(arm: Arm, thing: Thing) -> Array:
+    """Points (P, 3) on a held thing, in the hand's frame."""
+    return np.asarray((thing.corners - arm.position) @ arm.rotation)
