@@ -31,8 +31,6 @@ LIFTED = 0.02
 """Rise that shows that an object is held, m."""
 STOPS = ((0.03, 0.006, 0.6), (0.0, 0.004, 0.3))
 """On the straight way in: before the grip point, m, with tolerance, m, and speed."""
-CARRIED = 0.6
-"""Share of the usual speeds with something in the fingers."""
 
 
 def grasp(arm: Arm, role: str, part: str = "", goal: Goal | None = None) -> Motion:
@@ -58,7 +56,7 @@ def grasp(arm: Arm, role: str, part: str = "", goal: Goal | None = None) -> Moti
     yield from go_before(arm, reach)
     yield from come_in(arm, reach)
     yield from lift(arm, thing, reach)
-    yield from draw_back(arm, reach, thing, CARRIED)
+    yield from draw_back(arm, reach, thing)
 
 
 def ways_to_grasp(

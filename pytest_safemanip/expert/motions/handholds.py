@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -23,20 +24,30 @@ from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.geometry import about, matrix
 
 UP = np.array((0.0, 0.0, 1.0))
+_GRID = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 3), axis=-1).reshape(-1, 3)
+SIDES = _GRID[np.abs(_GRID).max(axis=1) == 1.0]
+ROUNDNESS = np.sum(SIDES**4, axis=1) ** 0.25
+"""Points on the sides of a cube, and how far outside a rounded one they are."""
 TILTS = (35.0, 20.0, 0.0, 48.0, 60.0, 72.0, -20.0)
 """Degrees from straight down to the hand's approach, about the line of its fingers."""
+LEANS, MOST_LEANT = (0.0, 12.0, -12.0, 20.0, -20.0), 30.0
+"""Degrees by which the fingers are not level, and the tilt up to which they may be so."""
 TURNS = (0.0, 45.0, -45.0, 90.0, 30.0, -30.0, 60.0, -60.0, 15.0, -15.0, 75.0, -75.0)
 """Degrees about the vertical to which a hand may be turned around something round."""
+LEAST_BESIDE = 0.004
+"""Free space beside a finger at least, m."""
 SHARES = (0.0, 0.2, -0.2, 0.4, -0.4)
 """Where along it something long is pinched, shares of its length from its middle."""
 DEEP, SHALLOW = 0.022, 0.010
 """From the top of a thing down to the grip point, m."""
 PALM_OFF, TIPS_OFF = 0.003, 0.002
 """Free space between palm and thing, and between fingertips and what it stands on, m."""
-BESIDE = (0.014, 0.007)
+BESIDE = (0.040, 0.014, 0.007)
 """Free space beside each finger that comes in, m."""
-OFF_AXIS = 0.009
-"""How far before the middle of something round it is pinched at most, m: pads are 16 mm wide."""
+PADS, HOLDS = 0.004, 0.9
+"""From the grip point on to the middle of the pads, m, and how far off its middle they may be on
+what they pinch, as a share of the way to its surface.
+"""
 ROUND_WITHIN = 0.004
 """By how much the sides of what may be round differ at most, m."""
 HANDLE_SHARE = 0.05
@@ -78,9 +89,11 @@ class Handhold:
 
     def surface(self) -> Array:
         """Points (P, 3) on its sides."""
-        grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 3), axis=-1).reshape(-1, 3)
-        sides = grid[np.abs(grid).max(axis=1) == 1.0]
-        return np.asarray(self.middle + sides @ self.axes.T)
+        return np.asarray(self.middle + SIDES @ self.axes.T)
+
+    def rounded(self) -> Array:
+        """Likewise, as if its edges were round: few things are as square as their boxes."""
+        return np.asarray(self.middle + SIDES / ROUNDNESS[:, None] @ self.axes.T)
 
 
 def handle_way(thing: Thing) -> Array | None:
@@ -197,32 +210,52 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
         hold: the part.
         floor: height of what the fingertips stay above, m.
     """
-    straight, load = np.append(arm.forward, 0.0), outline(thing)
-    own = body(thing).surface() if hold.name in ("body", "end", "bow") else load
+    load = outline(thing)
+    whole = body(thing)
+    own = whole.rounded() if hold.name in ("body", "end") else load
+    along = hold.axes[:, 1] / np.linalg.norm(hold.axes[:, 1])
     for number, (line, width, odd) in enumerate(_lines(arm, thing, hold)):
-        down = -UP + (UP @ line) * line
-        down /= np.linalg.norm(down)
-        for tilt in TILTS:
-            for approach in _tilted(line, down, tilt, straight):
-                hand = _hand(arm, line, approach)
-                for place in hold.places:
-                    along = hold.axes[:, 1] / np.linalg.norm(hold.axes[:, 1])
-                    for depth in (DEEP, SHALLOW):
-                        for beside in BESIDE:
-                            opening = min(1.0, (width + 2.0 * beside) / OPENING)
-                            at = hold.middle + place * along
-                            point = _grip(own, hold, at, hand, opening, depth, floor)
-                            if point is None:
-                                continue
-                            off = at - point
-                            level = off - (off @ line) * line
-                            axis = abs(float(level @ np.cross(line, UP)))
-                            cost = odd + _odd(tilt) + abs(place) * 2.0 + 8.0 * max(0.0, axis - 0.003)
-                            cost += 0.1 * (depth is SHALLOW) + 0.1 * (beside is not BESIDE[0])
-                            cost += 0.3 * (width / GAP) ** 2
-                            family = hold.name, number, tilt
-                            kind = family, round(place, 3)
-                            yield Pose(point, hand, opening, cost, load, family, kind)
+        for tilt, lean, hand in _hands(arm, line):
+            for place in hold.places:
+                for depth, (opening, shift, rare) in itertools.product(
+                    (DEEP, SHALLOW), _openings(width)
+                ):
+                    at = hold.middle + place * along
+                    point = _grip(own, hold, at, hand, opening, depth, floor)
+                    if point is None:
+                        continue
+                    level = abs(float((point - at) @ np.cross(line, UP)))
+                    cost = odd + rare + 0.1 * TILTS.index(tilt) + 0.02 * abs(lean)
+                    cost += 2.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
+                    cost += 0.3 * (width / GAP) ** 2 + 0.1 * (depth is SHALLOW)
+                    family = hold.name, number, tilt, lean, np.sign(shift)
+                    kind = family, round(place, 3)
+                    yield Pose(point + shift * line, hand, opening, cost, load, family, kind)
+
+
+def _openings(width: float) -> Iterator[tuple[float, float, float]]:
+    """Openings of the fingers around something so wide, m, how far the hand may be off its middle
+    along their line, m, and what speaks against it.
+    """
+    for rare, beside in enumerate(BESIDE):
+        yield min(1.0, (width + 2.0 * beside) / OPENING), 0.0, 0.1 * rare
+    most = (OPENING - width) / 2.0 - LEAST_BESIDE
+    if most > LEAST_BESIDE:
+        yield 1.0, most, 0.35
+        yield 1.0, -most, 0.35
+
+
+def _hands(arm: Arm, line: Array) -> Iterator[tuple[float, float, Array]]:
+    """Tilt and lean, degrees, and orientation (3, 3) of hands whose fingers close along a line."""
+    straight = np.append(arm.forward, 0.0)
+    down = -UP + (UP @ line) * line
+    down /= np.linalg.norm(down)
+    for tilt in TILTS:
+        for approach in _tilted(line, down, tilt, straight):
+            level = _hand(arm, line, approach)
+            for lean in LEANS if abs(tilt) < MOST_LEANT else (0.0,):
+                turn = np.asarray(matrix(about(level[:, 1], math.radians(lean))))
+                yield tilt, lean, turn @ level
 
 
 def _lines(arm: Arm, thing: Thing, hold: Handhold) -> Iterator[tuple[Array, float, float]]:
@@ -282,15 +315,6 @@ def _grip(
     under = (np.abs(local[:, 0]) < HAND[0]) & (np.abs(local[:, 1]) < HAND[1] + 0.002)
     back = float(np.max(PALM_OFF - PALM - local[under, 2], initial=0.0))
     point = point - back * hand[:, 2]
-    inside = np.abs(np.linalg.solve(hold.axes, point - hold.middle))
-    lengths = np.linalg.norm(hold.axes, axis=0)
-    beyond = (inside - 1.0) * lengths
-    off = point - at
-    if beyond[1:].max() > -0.003 or abs(float(off @ np.cross(hand[:, 0], UP))) > OFF_AXIS + 0.02:
-        return None
-    return np.asarray(point)
-
-
-def _odd(tilt: float) -> float:
-    """What speaks against a tilt."""
-    return 0.1 * TILTS.index(tilt)
+    pads = np.abs(np.linalg.solve(hold.axes, point + PADS * hand[:, 2] - hold.middle))
+    fine = pads[1] < 1.0 and pads[2] < 1.0 if hold.name == "handle" else np.hypot(*pads[1:]) < HOLDS
+    return np.asarray(point) if fine else None

@@ -41,6 +41,8 @@ SPEED, SOFTLY = 0.12, 0.05
 """Share of the hand's top speed at which a load is lowered: usually, and what may break."""
 CARRIED = 0.6
 """Share of the usual speeds on the way."""
+OFF = 0.25
+"""How far the base draws back at least from what is let go, m."""
 STANDS, TIPPED = 0.06, math.radians(25.0)
 """How far from its spot something may come to rest, m, and turned by how much from upright, rad."""
 
@@ -193,7 +195,7 @@ def withdraw(arm: Arm, reach: Reach) -> Motion:
     yield from arm.move(
         arm.position + reach.leave, tolerance=0.02, speed=0.5, steps=50, required=False
     )
-    yield from draw_back(arm, reach)
+    yield from draw_back(arm, reach, least=OFF)
 
 
 def check(arm: Arm, thing: Thing, reach: Reach) -> None:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.travelling import drive, swing_back, travel, tuck, tucked
+from pytest_safemanip.expert.motions.travelling import drive, swing_back, travel
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.hand import finger_points, palm_points
 from pytest_safemanip.expert.robot.kinematics import bodies, solve, strain
@@ -25,8 +25,9 @@ from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.standing import nearest
 from pytest_safemanip.expert.world.things import Thing
 
-FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, 0.004
-"""Room around fingers and palm at a goal, and around the rest of the arm, m."""
+FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, -0.004
+"""Room around fingers and palm at a goal, and around the balls that the rest of the arm fits into,
+m."""
 TIGHT, ON_WAY = 0.001, 0.01
 """Room around the hand and what it holds on the way: at least, and that is as good as more, m."""
 ENOUGH = 0.03
@@ -116,8 +117,10 @@ class Ways:
         brings: whether it brings something, and does not take it.
     """
 
-    entries: Steps = ((0.06, 0.0), (0.12, 0.0), (0.0, 0.12), (0.0, 0.2))
-    leaves: Steps = ((0.0, 0.04), (0.0, 0.08), (0.0, 0.14), (0.0, 0.2))
+    entries: Steps = tuple((back, 0.0) for back in (0.06, 0.12)) + tuple(
+        (0.0, up) for up in (0.12, 0.16, 0.2, 0.25, 0.3)
+    )
+    leaves: Steps = tuple((0.0, up) for up in (0.04, 0.08, 0.12, 0.16, 0.2, 0.24, 0.28))
     brings: bool = False
 
 
@@ -221,10 +224,10 @@ class Reaching:
         for back, up in steps:
             offset = np.append(-back * pose.hand[:2, 2], up - back * pose.hand[2, 2])
             away = self._hand_room(pose, offset, loaded)
-            clear = away >= CLEAR
-            if not clear.any():
+            shut = np.flatnonzero(away < CLEAR)
+            first = int(shut[-1]) + 1 if len(shut) else 0
+            if first == len(away):
                 continue
-            first = int(np.argmax(clear))
             room = min(float(away[: max(first, 1)].min()), ON_WAY)
             if room > TIGHT and (best is None or room > best[2]):
                 best = offset, BACKS[first], room
@@ -269,8 +272,8 @@ class Reaching:
             there &= tired < TIRED
             away = self._room.away(spheres + base[:, None], radii).min(axis=1)
             there &= away >= LINKS_FREE
-            if offset is not entry or back:
-                behind = spheres + base[:, None] - (back / 2.0, 0.0, 0.0)
+            for share in (0.3, 0.7) if offset.any() else ():
+                behind = spheres + base[:, None] - (share * back, 0.0, 0.0)
                 there &= self._room.away(behind, radii).min(axis=1) >= LINKS_FREE
             places, away, tired = places[there], away[there], tired[there]
         for place, free, bent in zip(places, away, tired, strict=True):
@@ -317,7 +320,10 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
     pose = reach.pose
     entry = pose.point + reach.entry
     if load is None:
-        yield from arm.open_to(pose.opening)
+        if pose.opening < 1.0:
+            yield from arm.open_to(pose.opening)
+        else:
+            arm.let_open()
     back = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.back, load)
     yield from travel(arm, reach.base - back * arm.forward, load)
     yield from lift_torso(arm, reach.torso)
@@ -331,14 +337,18 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
     )
 
 
-def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 1.0) -> Motion:
-    """Drive back from a goal that the hand has risen from, lower the torso, and draw the hand in.
+def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 0.0) -> Motion:
+    """Drive back from a goal that the hand has risen from, and lower the torso.
+
+    Args:
+        arm: the arm.
+        reach: the way.
+        load: what it holds.
+        least: how far it drives back at least, m.
 
     Raises:
         SkillFailed: if the base does not get there.
     """
-    spot, _ = tucked(arm, load)
-    back = swing_back(arm, spot, arm.rotation, arm.base, -reach.torso, reach.back, load)
+    back = max(reach.back, least)
     yield from drive(arm, reach.base - back * arm.forward, load)
     yield from lift_torso(arm, -reach.torso)
-    yield from tuck(arm, load, speed)

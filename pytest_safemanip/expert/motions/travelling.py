@@ -20,8 +20,12 @@ TUCKED_AHEAD, TUCKED_HEIGHT = (0.42, 0.36, 0.48, 0.54), (0.0, 0.1, 0.2, -0.1)
 """Base to a hand that is drawn in, m, and its height, from 1.2 m."""
 LOAD_LOW = 1.0
 """Least height of the underside of what is carried, m: over counters."""
+THERE = 0.02
+"""Distance along either axis of the base that counts as there, m."""
 STEP, APART = 0.05, 0.03
 """Between places that are looked at, m, and room around the robot on its way, m."""
+TUCKS = 0.2
+"""Where it would draw back by more, the hand is drawn in first, m."""
 MOST_BACK = 0.9
 """How far it draws back for that at most, m."""
 SWINGS = 5
@@ -42,11 +46,16 @@ def travel(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
     Raises:
         SkillFailed: if the base does not get there.
     """
-    here, aside = arm.ahead(arm.base), arm.aside(goal)
+    aside = arm.aside(goal)
     if abs(aside - arm.aside(arm.base)) > STEP / 2.0:
-        row = min(here, _row(arm, aside, load))
-        yield from drive(arm, arm.floor_point(row, arm.aside(arm.base)), load)
-        yield from drive(arm, arm.floor_point(row, aside), load)
+        row = _row(arm, aside, load)
+        if row < arm.ahead(arm.base) - TUCKS:
+            yield from tuck(arm, load)
+            row = _row(arm, aside, load)
+        if row < arm.ahead(arm.base):
+            yield from drive(arm, arm.floor_point(row, arm.aside(arm.base)), load)
+        along = min(arm.ahead(arm.base), max(row, arm.ahead(goal)))
+        yield from drive(arm, arm.floor_point(along, aside), load)
     yield from drive(arm, goal, load)
 
 
@@ -65,7 +74,10 @@ def drive(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
     if load is not None:
         hangs = float(arm.position[2] - load.com[2]) > HANGS
         speed = CAREFUL if hangs else LOADED
-    way = float(np.linalg.norm(goal - arm.base))
+    off = goal - arm.base
+    if max(abs(off @ arm.forward), abs(off @ arm.left)) < THERE:
+        return
+    way = float(np.linalg.norm(off))
     steps = 80 + round(way / ((speed - BASE_DEAD_BAND) * arm.scene.control_period))
     yield from arm.drive(goal, speed=speed, steps=steps, gentle=load is not None)
 
@@ -158,31 +170,39 @@ def swing_back(
     return best[0]
 
 
-def tucked(arm: Arm, load: Thing | None) -> tuple[Array, float]:
-    """Where the hand is drawn in to before the base, turned as it is (3,), and how near its limits
-    that brings a joint.
-    """
+def tucked(arm: Arm, load: Thing | None) -> Array:
+    """Where the hand is drawn in to before the base, turned as it is (3,)."""
     frame = heading(arm)
     low = LOAD_LOW + float(arm.position[2]) - load.bottom if load else 0.0
     spots = np.array(
         [(ahead, 0.0, max(1.2 + z, low)) for z in TUCKED_HEIGHT for ahead in TUCKED_AHEAD]
     )
     hands = np.tile(frame.T @ arm.rotation, (len(spots), 1, 1))
-    joints, there = solve(spots, hands)
+    joints, there = solve(spots - (0.0, 0.0, arm.torso), hands)
     tired = strain(joints) + 2.0 * ~there + 0.01 * np.arange(len(spots))
     best = int(np.argmin(tired))
-    return arm.before(float(spots[best, 0]), float(spots[best, 2])), float(tired[best])
+    return arm.before(float(spots[best, 0]), float(spots[best, 2]))
 
 
-def tuck(arm: Arm, load: Thing | None = None, speed: float = 1.0) -> Motion:
+def tuck(arm: Arm, load: Thing | None = None) -> Motion:
     """Draw the hand in before the base, turned as it is.
 
     Args:
         arm: the arm.
         load: what it holds.
-        speed: share of the top one.
+
+    Raises:
+        SkillFailed: if the base does not get to where there is room for that.
     """
-    spot, _ = tucked(arm, load)
+    spot = tucked(arm, load)
+    back = swing_back(arm, spot, arm.rotation, arm.base, 0.0, 0.0, load)
+    if back:
+        yield from drive(arm, arm.base - back * arm.forward, load)
     yield from arm.move(
-        spot, tolerance=0.04, turn_tolerance=0.2, speed=speed, steps=100, required=False
+        tucked(arm, load),
+        tolerance=0.04,
+        turn_tolerance=0.2,
+        speed=LOADED if load else 1.0,
+        steps=100,
+        required=False,
     )

@@ -160,6 +160,10 @@ class Arm(Base):
         """Close or open the fingers; the hand stays."""
         yield from self._fingers(1.0 if close else -1.0, steps)
 
+    def let_open(self) -> None:
+        """Have the fingers open on whatever comes next."""
+        self._grip = -1.0
+
     def open_to(self, opening: float) -> Motion:
         """Open or close the fingers part of the way, and keep them there.
 

@@ -16,6 +16,8 @@ from pytest_safemanip.expert.world.things import Thing, other_things
 
 FAR = 0.10
 """Farther off than this nobody asks how far, m."""
+OUT = 1.0
+"""Given for what is farther, m."""
 CELL = 0.015
 """Between the points at which distances are noted, m."""
 BEFORE, BEYOND = np.array((-1.3, -0.9, -0.35)), np.array((0.3, 0.9, 0.8))
@@ -101,7 +103,7 @@ class Room:
             weight = (x if i else 1.0 - x) * (y if j else 1.0 - y) * (z if k else 1.0 - z)
             found += weight * self._field[first + i * stride[0] + j * stride[1] + k]
         outside = (np.abs(at - np.clip(at, 0.0, self._size - 1.0)) > 0.0).any(axis=-1)
-        return np.asarray(np.where(outside, FAR, found) - radii)
+        return np.asarray(np.where(outside | (found > 0.99 * FAR), OUT, found - radii))
 
     def _off(self, number: int, points: Array) -> Array:
         """Distance from one box to some points (..., 3), below 0 inside, m."""
