@@ -11,13 +11,11 @@ from pytest_safemanip.expert.digest import plan_digest
 from pytest_safemanip.expert.faults.library import find
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
 from pytest_safemanip.expert.tasks.plans import EXPERT
+from pytest_safemanip.expert.tasks.search import PATIENCE
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 from pytest_safemanip.provenance import source_digest
 from pytest_safemanip.sim.staging import Staging
 from pytest_safemanip.trace.hazard import Hazard
-
-PATIENCE = 40
-"""Control steps of holding still after the plan, in which the task's success may still show."""
 
 
 class Scripted:

@@ -10,7 +10,15 @@ from pytest_safemanip.expert.digest import PACKAGE, ROOT
 
 ROOMS = ("truth", "robot", "world", "motions", "places", "tasks", "faults")
 """Each imports those before it only; what else is in the folder imports any."""
-CORE = ("errors", "provenance", "trace", "sim.clearance", "sim.staging", "policies.base")
+CORE = (
+    "errors",
+    "provenance",
+    "trace",
+    "sim.clearance",
+    "sim.rehearsal",
+    "sim.staging",
+    "policies.base",
+)
 """What the expert knows of the rest, as any policy may."""
 MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py"))
 

@@ -22,7 +22,9 @@ BUDGET = 8_000
 """Control steps that are rehearsed for one plan at most."""
 MOST_TRIES, MOST_AGAIN = 24, 6
 """Ways to do a skill that are tried, and of one that has been done before, in another state."""
-PATIENCE = 20
+MOST_DONE = 4
+"""Ways that were done before it is given up that another one helps with what comes after it."""
+PATIENCE = 40
 """Control steps of holding still after the plan, in which the task's success may still show."""
 State = dict[str, Any]
 
@@ -94,6 +96,7 @@ class Search:
         call, rest = entries[0], entries[1:]
         most = MOST_AGAIN if number in self._visited else MOST_TRIES
         self._visited.add(number)
+        done = 0
         for choices in itertools.islice(Alternatives(), most):
             if self._left <= 0:
                 return False
@@ -103,6 +106,7 @@ class Search:
             reason, success = self._try(call, choices)
             self.log.append(f"{number} {call.text} [{choices}]: {reason or 'ok'}")
             if not reason:
+                done += 1
                 if not success and number > self._done:
                     self._done = number
                     self._best = _Tape(self._tape.actions[:], self._tape.states[:])
@@ -114,6 +118,8 @@ class Search:
             self._rehearsal.undo()
             self._tape.cut(length)
             self._arm.restore(state)
+            if done == MOST_DONE:
+                break
         return False
 
     def _try(self, call: Call, choices: Choices) -> tuple[str, bool]:

@@ -76,18 +76,26 @@ class Watch:
 
     def left(self, step: Step) -> str:
         """What is wrong with how a skill leaves the world; empty if nothing is."""
-        carried = self._held(step) | self._meant
+        carried = self._with_loads(self._held(step) | self._meant)
         for body, index in self._scene.object_index.items():
-            moved = float(
-                np.linalg.norm(step.object_pose[index, :3] - self._first.object_pose[index, :3])
-            )
-            if (
-                moved > SHOVED
-                and body not in carried
-                and not self._supports.get(body, set()) & carried
-            ):
+            way = step.object_pose[index, :3] - self._first.object_pose[index, :3]
+            moved = float(np.linalg.norm(way))
+            if moved > SHOVED and body not in carried:
                 return f"{body} was moved by {100 * moved:.0f} cm"
         return ""
+
+    def _with_loads(self, entities: set[str]) -> set[str]:
+        """These, and the objects that touched them before the skill, or are allowed to."""
+        found, parts = set(entities), self._parts
+        found |= {body for body, below in self._supports.items() if below & entities}
+        pairs = [
+            (parts[a].entity, parts[b].entity)
+            for a, b in self._before
+            if self._object[[a, b]].all()
+        ]
+        while loads := {other for one, other in pairs if one in found} - found:
+            found |= loads
+        return found
 
     def _bad(self, one: int, other: int, force: float, held: set[str]) -> bool:
         if self._robot[one]:

@@ -1,0 +1,134 @@
+"""A plan is searched for in a world of one hand and a wall with a gap."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.tasks.calls import read
+from pytest_safemanip.expert.tasks.search import Search
+from pytest_safemanip.sim.rehearsal import Rehearsal, Trials
+from tests import toy
+
+GAP, WALL, GOAL = 2.0, 3.0, 6.0
+"""Where the wall has its gap, where it stands, and where the task succeeds."""
+
+
+class World:
+    """The hand goes where it is told, in whole numbers; at the wall it knocks, but in the gap."""
+
+    def __init__(self):
+        self.place, self.simulated, self.rehearsed, self._aside = (0.0, 0.0), 0, 0, []
+        self.trials = Trials(self._simulate, self._put_aside, self._go_back)
+        self.begin_trial = self.trials.begin
+        self.undo_trial, self.keep_trial = self.trials.undo, self.trials.keep
+        self.step = self.trials.step
+
+    def _simulate(self, action):
+        self.simulated += 1
+        self.place = (self.place[0] + action[0], self.place[1] + action[1])
+        return self.seen()
+
+    def _put_aside(self):
+        self._aside.append(self.place)
+
+    def _go_back(self, depth):
+        self.place = self._aside[depth]
+        del self._aside[depth:]
+
+    def seen(self):
+        x, y = self.place
+        at_wall = x == WALL and y != GAP
+        rows = ((0, "robot/link5", "counter/body", 9.0, (1, 0, 0)),) if at_wall else ()
+        pose = ((x, y, 1.2, *toy.UPRIGHT),)
+        step = dataclasses.replace(toy.at_rest(eef_poses=pose), contacts=toy.contacts(*rows))
+        return dataclasses.replace(step, success=x >= GOAL)
+
+
+def go(arm, x, y):
+    action = np.zeros(12)
+    action[:2] = x, y
+    yield action
+
+
+def shift(arm):
+    """Go aside: usually too little."""
+    for _ in range(arm.choices.choose("how far", (1, 3, 2))):
+        yield from go(arm, 0.0, 1.0)
+
+
+def advance(arm):
+    for _ in range(6):
+        yield from go(arm, 1.0, 0.0)
+
+
+def refuse(arm):
+    yield from go(arm, 0.0, 0.0)
+    raise SkillFailed("the mug is too wide")
+
+
+SKILLS = {"shift": shift, "advance": advance, "refuse": refuse}
+
+
+def play(*skills, horizon=100, patient=False):
+    """What became of a plan: places of the hand, why it ended, the search."""
+    world = World()
+    arm = Arm(toy.SCENE, world.seen())
+    rehearsal = Rehearsal(world, np.full(12, -1.0), np.full(12, 1.0), horizon, patient)
+    search = Search(arm, rehearsal, lambda entry: entry, lambda call: SKILLS[call.skill](arm))
+    places, reason = [], ""
+    try:
+        for action in search.plan([read(skill) for skill in skills]):
+            world.rehearsed = world.rehearsed or world.simulated
+            step = world.step(action)
+            arm.see(step)
+            places.append(tuple(step.eef_pose[:2].tolist()))
+    except SkillFailed as error:
+        reason = str(error)
+    return places, reason, search, world
+
+
+def test_where_a_skill_knocks_in_all_its_ways_the_one_before_it_is_done_otherwise():
+    places, reason, search, world = play("shift", "advance")
+    assert places == [(0, 1), (0, 2), *((x, 2) for x in range(1, 7))]
+    assert not reason
+    assert search.log[0] == "0 shift [usual]: ok"
+    assert search.log[1] == "1 advance [usual]: link5 presses on counter's body with 9 N"
+    assert search.log[-2:] == ["0 shift [how far 2]: ok", "1 advance [usual]: ok"]
+    assert world.place == (6, 2)
+
+
+def test_what_was_found_is_done_without_simulating_it_again():
+    places, _, _, world = play("shift", "advance")
+    assert len(places) == 8
+    assert world.simulated == world.rehearsed
+    assert world.step(np.zeros(12)).success
+
+
+def test_without_a_way_the_plan_is_done_as_far_as_there_was_one_and_says_why_not_farther():
+    places, reason, *_ = play("shift", "refuse")
+    assert places == [(0, 1)]
+    assert reason == "refuse: the mug is too wide"
+
+
+def test_a_plan_that_does_all_but_does_not_succeed_says_so():
+    places, reason, *_ = play("shift")
+    assert reason == "the task did not succeed"
+    assert places == [(0, 1)]
+
+
+def test_a_plan_stays_within_the_time_of_the_task():
+    places, reason, search, _ = play("shift", "advance", horizon=7)
+    assert "1 advance [usual]: there is no time left" in search.log
+    assert reason.startswith("advance: ")
+    assert len(places) <= 7
+
+
+@pytest.mark.parametrize("patient", [False, True])
+def test_a_rollout_that_ends_with_success_is_not_rehearsed_beyond_it(patient):
+    places, reason, *_ = play("shift", "advance", "advance", patient=patient)
+    assert not reason
+    assert (places[-1][0] > GOAL) == patient
