@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pytest_safemanip.expert.motions.handholds import handholds, poses
+from pytest_safemanip.expert.motions.opening import pull_out
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
 from pytest_safemanip.expert.motions.reaching import (
     Pose,
@@ -15,15 +16,19 @@ from pytest_safemanip.expert.motions.reaching import (
     Ways,
     draw_back,
     go_before,
+    holding,
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import OPENING
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.room import Room
-from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.trace.geometry import matrix
 
 Goal = Callable[[], Sequence[Spot]]
 
+PULLS, PULLED = 2, (0.1, 0.18)
+"""How often a drawer is pulled out farther for the hand to have room in it, and how far, m."""
 GOOD, FEW = 6, 100
 """Ways to grasp something with which there is a way to put it down that are enough, and how many
 poses are looked at for that way."""
@@ -46,17 +51,46 @@ def grasp(arm: Arm, role: str, part: str = "", goal: Goal | None = None) -> Moti
         SkillFailed: if nothing of it fits, if the hand has no room, or if it was not lifted.
     """
     thing = Thing(arm, role)
-    state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
-    ways = arm.latest(
-        f"ways to grasp {role} {part}", state, lambda: ways_to_grasp(arm, thing, part, goal)
-    )
+    ways = _known_ways(arm, thing, part, goal)
+    drawer = drawer_around(arm, thing)
+    for _ in range(PULLS):
+        if ways or drawer is None:
+            break
+        yield from _pull(arm, drawer)
+        ways = _known_ways(arm, thing, part, goal)
     if not ways:
         raise SkillFailed(f"the hand has no room at {role}")
     reach = arm.choices.choose("way to grasp", ways)
     yield from go_before(arm, reach)
     yield from come_in(arm, reach)
     yield from lift(arm, thing, reach)
-    yield from draw_back(arm, reach, thing)
+    yield from holding(arm, draw_back(arm, reach, thing), thing)
+
+
+def _known_ways(arm: Arm, thing: Thing, part: str, goal: Goal | None) -> list[Reach]:
+    state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
+    what = f"ways to grasp {thing.entity} {part}"
+    return arm.latest(what, state, lambda: ways_to_grasp(arm, thing, part, goal))
+
+
+def drawer_around(arm: Arm, thing: Thing) -> Furniture | None:
+    """The drawer that a thing lies in."""
+    boxes, poses = arm.scene.boxes, arm.step.box_pose
+    for number, box in enumerate(boxes):
+        pose = np.asarray(poses[number], np.float64)
+        own = (thing.centre - pose[:3]) @ matrix(pose[3:])
+        if box.kind == "interior" and (np.abs(own) < np.array(box.half) + LIFTED).all():
+            found = Furniture(arm, box.entity)
+            if [door.kind for door in found.doors()] == ["slide"]:
+                return found
+    return None
+
+
+def _pull(arm: Arm, drawer: Furniture) -> Motion:
+    """Pull a drawer farther out."""
+    (joint,) = drawer.doors()
+    goal = drawer.openness(joint) + arm.choices.choose("drawer pulled", PULLED) / joint.travel
+    yield from pull_out(arm, drawer, lambda: drawer.openness(joint) > goal)
 
 
 def ways_to_grasp(

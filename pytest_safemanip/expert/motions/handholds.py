@@ -30,8 +30,9 @@ ROUNDNESS = np.sum(SIDES**4, axis=1) ** 0.25
 """Points on the sides of a cube, and how far outside a rounded one they are."""
 TILTS = (35.0, 20.0, 0.0, 48.0, 60.0, 72.0, -20.0)
 """Degrees from straight down to the hand's approach, about the line of its fingers."""
-LEANS, MOST_LEANT = (0.0, 12.0, -12.0, 20.0, -20.0), 30.0
-"""Degrees by which the fingers are not level, and the tilt up to which they may be so."""
+LEANS, AHEAD = (0.0, 12.0, -12.0, 20.0, -20.0), 0.6
+"""Degrees by which the fingers are not level, where their line points so much ahead, as a cosine:
+the hand is not tilted about that."""
 TURNS = (0.0, 45.0, -45.0, 90.0, 30.0, -30.0, 60.0, -60.0, 15.0, -15.0, 75.0, -75.0)
 """Degrees about the vertical to which a hand may be turned around something round."""
 LEAST_BESIDE = 0.004
@@ -225,12 +226,17 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
                     if point is None:
                         continue
                     level = abs(float((point - at) @ np.cross(line, UP)))
-                    cost = odd + rare + 0.1 * TILTS.index(tilt) + 0.02 * abs(lean)
+                    cost = odd + rare + _odd(tilt, float(hand[:2, 2] @ arm.forward)) + 0.02 * abs(lean)
                     cost += 2.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
                     cost += 0.3 * (width / GAP) ** 2 + 0.1 * (depth is SHALLOW)
                     family = hold.name, number, tilt, lean, np.sign(shift)
                     kind = family, round(place, 3)
                     yield Pose(point + shift * line, hand, opening, cost, load, family, kind)
+
+
+def _odd(tilt: float, ahead: float) -> float:
+    """What speaks against a tilt that has the hand point so far ahead."""
+    return 0.1 * TILTS.index(tilt) if ahead > 0.1 else 0.2 + 0.005 * abs(tilt)
 
 
 def _openings(width: float) -> Iterator[tuple[float, float, float]]:
@@ -253,7 +259,7 @@ def _hands(arm: Arm, line: Array) -> Iterator[tuple[float, float, Array]]:
     for tilt in TILTS:
         for approach in _tilted(line, down, tilt, straight):
             level = _hand(arm, line, approach)
-            for lean in LEANS if abs(tilt) < MOST_LEANT else (0.0,):
+            for lean in LEANS if tilt == 0.0 and abs(line @ straight) > AHEAD else (0.0,):
                 turn = np.asarray(matrix(about(level[:, 1], math.radians(lean))))
                 yield tilt, lean, turn @ level
 

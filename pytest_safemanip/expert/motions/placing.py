@@ -19,6 +19,7 @@ from pytest_safemanip.expert.motions.reaching import (
     Ways,
     draw_back,
     go_before,
+    holding,
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector, upright
@@ -86,7 +87,7 @@ def place(arm: Arm, role: str, spots: Spots) -> Motion:
     if not ways:
         raise SkillFailed(f"there is no way to where {role} is to go")
     reach = arm.choices.choose("way to place", ways)
-    yield from go_before(arm, reach, thing, CARRIED)
+    yield from holding(arm, go_before(arm, reach, thing, CARRIED), thing)
     yield from set_down(arm, thing)
     yield from arm.grip(False)
     yield from withdraw(arm, reach)

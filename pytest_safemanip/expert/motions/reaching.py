@@ -8,7 +8,9 @@ the boxes around, is offered as a choice, the easiest first; a rehearsal tells w
 
 from __future__ import annotations
 
+import heapq
 import itertools
+import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -16,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.motions.travelling import drive, swing_back, travel
-from pytest_safemanip.expert.robot.arm import Arm, Motion
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm
 from pytest_safemanip.expert.robot.hand import finger_points, palm_points
 from pytest_safemanip.expert.robot.kinematics import bodies, solve, strain
-from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.robot.torso import lift_torso
 from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.standing import nearest
@@ -28,7 +30,7 @@ from pytest_safemanip.expert.world.things import Thing
 FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, -0.004
 """Room around fingers and palm at a goal, and around the balls that the rest of the arm fits into,
 m."""
-TIGHT, ON_WAY = 0.001, 0.01
+TIGHT, ON_WAY = 0.001, 0.012
 """Room around the hand and what it holds on the way: at least, and that is as good as more, m."""
 ENOUGH = 0.03
 """Room that is as good as more, m."""
@@ -46,13 +48,21 @@ WRIST = 0.21
 """From the grip point back to the wrist, m."""
 TIRED = 0.9
 """Share of its range to which a joint goes."""
-LOOKED, PATIENCE = 40, 400
-"""How many poses are looked at in full, and at all."""
+CHUNKS, PATIENCE = (12, 48), 240
+"""How many poses are looked at at a time, at first and at most, and in all."""
 PALM_POINTS, FINGER_ENDS = palm_points(), finger_points(0.0)
+TURNS_FAR = 1.8
+"""An empty hand that is to be turned by more is first brought before the base, rad: a joint might
+come to its limit.
+"""
+SLIPS = 0.04
+"""How far something moves in the fingers that is about to be lost, m."""
+STRIDE = 0.04
+"""Between places on a straight way that are looked at, m."""
 ROUGH = 0.006
 """By how much distances are wrong that are looked up, m."""
-FAILED = 0.05
-"""What speaks against poses for each of the same family that the arm does not get to."""
+LIKE = 0.03
+"""What speaks against another pose of a family."""
 MOST = 16
 """Ways that are offered."""
 
@@ -76,7 +86,7 @@ class Pose:
     opening: float
     cost: float
     load: Array
-    family: Hashable = ()
+    family: tuple[Hashable, ...] = ()
     kind: Hashable = ()
 
 
@@ -124,6 +134,23 @@ class Ways:
     brings: bool = False
 
 
+@dataclass(frozen=True)
+class Way:
+    """How a hand comes to a pose and leaves it.
+
+    Attributes:
+        entry: from the grip point to where it goes straight from (3,).
+        leave: from the grip point to where it is drawn back from (3,).
+        back: how far it is drawn back, m.
+        cost: what speaks against it.
+    """
+
+    entry: Array
+    leave: Array
+    back: float
+    cost: float
+
+
 class Reaching:
     """Looks for ways to poses.
 
@@ -155,40 +182,52 @@ class Reaching:
         """
         good, bad = list[Reach](), list[Reach]()
         kinds = set[Hashable]()
-        looked = 0
-        for pose in itertools.islice(self._in_turn(poses), patience):
-            if way := self._hand_way(pose):
-                looked += 1
-                ways = self._postures(pose, *way)
-                suited = bool(ways) and suits(pose)
-                (good if suited else bad).extend(ways)
-                self._fails[pose.family] += not ways or 3 * (not suited)
+        looked, size = 0, CHUNKS[0]
+        turn = self._in_turn(poses)
+        while looked < patience and len(kinds) < most:
+            ways = [
+                (pose, way)
+                for pose in itertools.islice(turn, size)
+                if (way := self._hand_way(pose)) is not None
+            ]
+            found = self._postures(ways) if ways else []
+            for pose, _ in ways:
+                reaches = [reach for reach in found if reach.pose is pose]
+                if not reaches:
+                    continue
+                suited = len(kinds) < most and suits(pose)
+                (good if suited else bad).extend(reaches)
                 kinds |= {pose.kind} if suited else set()
-            if looked >= LOOKED or len(kinds) >= most:
+            looked += size
+            size = min(2 * size, CHUNKS[1])
+            if not ways and looked > CHUNKS[1]:
                 break
         return _varied(good, most) + _varied(bad, most - len(kinds))
 
     def _in_turn(self, poses: Iterable[Pose]) -> Iterator[Pose]:
-        """Poses that the hand has room at, the cheapest first, of a family the fewer the more of it
-        have failed.
-        """
+        """Poses that the hand has room at: the cheapest one of each family, then the next ones."""
         some = list(poses)
-        families: dict[Hashable, list[Pose]] = {}
-        for pose, free in sorted(
-            zip(some, self._roughly(some), strict=True), key=lambda item: -item[0].cost
-        ):
+        families: dict[tuple[Hashable, ...], list[Pose]] = {}
+        for pose, free in zip(some, self._roughly(some), strict=True):
             if free:
                 families.setdefault(pose.family, []).append(pose)
-        self._fails = dict.fromkeys(families, 0.0)
-        while families:
-            family = min(families, key=lambda f: families[f][-1].cost + FAILED * self._fails[f])
-            pose = families[family].pop()
-            if not families[family]:
-                del families[family]
-            if self._grips(pose):
+        for family in families.values():
+            family.sort(key=lambda pose: pose.cost)
+        turns = {family: iter(some) for family, some in families.items()}
+        rank = 0
+        waiting: list[tuple[float, int, Pose, tuple[Hashable, ...]]] = []
+        for family, some in families.items():
+            heapq.heappush(waiting, (some[0].cost, rank := rank + 1, some[0], family))
+            next(turns[family])
+        while waiting:
+            cost, _, pose, family = heapq.heappop(waiting)
+            grips = self._grips(pose)
+            if (after := next(turns[family], None)) is not None:
+                worse = LIKE if grips else 0.0
+                rank += 1
+                heapq.heappush(waiting, (max(cost, after.cost) + worse, rank, after, family))
+            if grips:
                 yield pose
-            else:
-                self._fails[family] += 0.2
 
     def _roughly(self, poses: Sequence[Pose]) -> NDArray[np.bool_]:
         """Whether the hand may have room at some poses (K,)."""
@@ -203,21 +242,24 @@ class Reaching:
 
     def _grips(self, pose: Pose) -> bool:
         """Whether the hand has room at a pose."""
-        parts = (PALM_POINTS, PALM_FREE), (finger_points(pose.opening), FINGERS_FREE)
-        return all(
-            self._room.exactly((points @ pose.hand.T + pose.point) @ self._frame).min() >= free
-            for points, free in parts
+        return (
+            self._room_at(pose, PALM_POINTS) >= PALM_FREE
+            and self._room_at(pose, finger_points(pose.opening)) >= FINGERS_FREE
         )
 
-    def _hand_way(self, pose: Pose) -> tuple[Array, Array, float, float] | None:
-        """Where the hand comes from, where it leaves to, how far the base stands back, and the room
-        on these ways; None if there is none.
-        """
+    def _room_at(self, pose: Pose, points: Array) -> float:
+        """Room around points of a hand at a pose, m."""
+        return float(self._room.exactly((points @ pose.hand.T + pose.point) @ self._frame).min())
+
+    def _hand_way(self, pose: Pose) -> Way | None:
+        """How the hand comes and leaves; None if it has no room for that."""
         into = self._first_free(pose, self._ways.entries, self._ways.brings)
         out = self._first_free(pose, self._ways.leaves, not self._ways.brings) if into else None
         if not into or not out:
             return None
-        return into[0], out[0], max(into[1], out[1]), min(into[2], out[2])
+        room = min(into[2], out[2], self._room_at(pose, PALM_POINTS))
+        cost = 20.0 * max(0.0, ON_WAY - room)
+        return Way(into[0], out[0], max(into[1], out[1]), cost)
 
     def _first_free(self, pose: Pose, steps: Steps, loaded: bool) -> tuple[Array, float, float] | None:
         best: tuple[Array, float, float] | None = None
@@ -229,60 +271,81 @@ class Reaching:
             if first == len(away):
                 continue
             room = min(float(away[: max(first, 1)].min()), ON_WAY)
-            if room > TIGHT and (best is None or room > best[2]):
+            if room <= TIGHT or not self._straight(pose, offset, loaded):
+                continue
+            if best is None or room > best[2]:
                 best = offset, BACKS[first], room
                 if room >= ON_WAY:
                     break
         return best
 
-    def _hand_room(self, pose: Pose, offset: Array, loaded: bool) -> Array:
-        """Room around a hand so far off a pose, for each distance that it is drawn back, m."""
+    def _straight(self, pose: Pose, offset: Array, loaded: bool) -> bool:
+        """Whether there is room on the straight way to a goal."""
+        count = max(2, math.ceil(float(np.linalg.norm(offset)) / STRIDE))
+        points = self._hand_points(pose, loaded) @ self._frame
+        steps = np.linspace(0.0, 1.0, count + 1)[1:, None] * (offset @ self._frame)
+        return bool(self._room.away(points + steps[:, None]).min() > -ROUGH)
+
+    def _hand_points(self, pose: Pose, loaded: bool) -> Array:
         hand = np.concatenate((PALM_POINTS, finger_points(pose.opening))) @ pose.hand.T
         points = hand + pose.point
-        if loaded:
-            points = np.concatenate((points, pose.load))
-        backs = np.array([(-back, 0.0, 0.0) for back in BACKS])
-        return np.asarray(self._room.away((points + offset) @ self._frame + backs[:, None]).min(axis=1))
+        return np.concatenate((points, pose.load)) if loaded else points
 
-    def _postures(
-        self, pose: Pose, entry: Array, leave: Array, back: float, way: float
-    ) -> list[Reach]:
-        """The places of the base from which an arm gets to a pose that its hand has room at."""
+    def _hand_room(self, pose: Pose, offset: Array, loaded: bool) -> Array:
+        """Room around a hand so far off a pose, for each distance that it is drawn back, m."""
+        points = (self._hand_points(pose, loaded) + offset) @ self._frame
+        backs = np.array([(-back, 0.0, 0.0) for back in BACKS])
+        return np.asarray(self._room.away(points + backs[:, None]).min(axis=1))
+
+    def _postures(self, ways: Sequence[tuple[Pose, Way]]) -> list[Reach]:
+        """The places of the base from which the arm gets to poses that its hand has room at."""
+        rows = [row for number in range(len(ways)) for row in self._places(number, *ways[number])]
+        which = np.array([int(row[0]) for row in rows])
+        base = np.array([row[1:] for row in rows])
         frame = self._frame
-        point, hand = pose.point @ frame, frame.T @ pose.hand
-        wrist = point - WRIST * hand[:, 2]
-        raised = RAISED if wrist[2] > HIGH else RAISED[:1]
-        places = np.array(
-            [
-                (min(wrist[0] - ahead, self._limit(wrist[1] + aside)), wrist[1] + aside, torso)
-                for torso in raised
-                for ahead in BEFORE_WRIST
-                for aside in BESIDE_WRIST
-            ]
-        )
-        found: list[Reach] = []
-        for offset in (entry, leave, np.zeros(3)):
-            if not len(places):
+        points = np.array([pose.point @ frame for pose, _ in ways])
+        hands = np.array([frame.T @ pose.hand for pose, _ in ways])
+        stops = np.array([(way.entry @ frame, way.leave @ frame, np.zeros(3)) for _, way in ways])
+        backs = np.array([way.back for _, way in ways])
+        least, tired = np.full(len(rows), np.inf), np.zeros(len(rows))
+        left = np.arange(len(rows))
+        for stop in range(3):
+            if not len(left):
                 return []
-            base = np.column_stack((places[:, :2], places[:, 2]))
-            at = point + offset @ frame - base
-            joints, there = solve(at, np.tile(hand, (len(at), 1, 1)))
+            at = points[which[left]] + stops[which[left], stop] - base[left]
+            joints, there = solve(at, hands[which[left]])
             spheres, radii = bodies(joints)
-            tired = strain(joints)
-            there &= tired < TIRED
-            away = self._room.away(spheres + base[:, None], radii).min(axis=1)
-            there &= away >= LINKS_FREE
-            for share in (0.3, 0.7) if offset.any() else ():
-                behind = spheres + base[:, None] - (share * back, 0.0, 0.0)
-                there &= self._room.away(behind, radii).min(axis=1) >= LINKS_FREE
-            places, away, tired = places[there], away[there], tired[there]
-        for place, free, bent in zip(places, away, tired, strict=True):
-            cost = pose.cost + 0.5 * max(0.0, float(bent) - 0.5) + 20.0 * (ON_WAY - way)
-            cost += 0.3 * (1.0 - min(float(free), ENOUGH) / ENOUGH)
-            cost += 0.8 * abs(float(place[1] - wrist[1])) + float(place[2])
-            base2 = frame[:2, :2] @ place[:2]
-            found.append(Reach(pose, base2, float(place[2]), entry, leave, back, cost))
-        return sorted(found, key=lambda reach: reach.cost)[:3]
+            spheres += base[left, None]
+            for share in (0.0, 0.3, 0.7) if stop < 2 else (0.0,):
+                behind = (share * backs[which[left]])[:, None, None] * (1.0, 0.0, 0.0)
+                away = self._room.away(spheres - behind, radii).min(axis=1)
+                least[left] = np.minimum(least[left], away)
+            tired[left] = np.maximum(tired[left], strain(joints))
+            there &= (least[left] >= LINKS_FREE) & (tired[left] < TIRED)
+            left = left[there]
+        found = []
+        for row in left.tolist():
+            pose, way = ways[which[row]]
+            ahead, aside, torso = base[row].tolist()
+            cost = pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
+            cost += 0.3 * (1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH)
+            cost += 0.8 * abs(aside - self._wrist(pose)[1]) + torso
+            place = frame[:2, :2] @ (ahead, aside)
+            found.append(Reach(pose, place, torso, way.entry, way.leave, way.back, cost))
+        return found
+
+    def _places(self, number: int, pose: Pose, way: Way) -> list[tuple[float, ...]]:
+        """A number with places ahead and aside of the base, and how far the torso is raised, m."""
+        ahead, aside, height = self._wrist(pose)
+        return [
+            (number, min(ahead - before, self._limit(aside + beside)), aside + beside, torso)
+            for torso in (RAISED if height > HIGH else RAISED[:1])
+            for before in BEFORE_WRIST
+            for beside in BESIDE_WRIST
+        ]
+
+    def _wrist(self, pose: Pose) -> Array:
+        return np.asarray((pose.point - WRIST * pose.hand[:, 2]) @ self._frame)
 
     def _limit(self, aside: float) -> float:
         place = round(aside, 2)
@@ -305,6 +368,23 @@ def _varied(found: Iterable[Reach], most: int) -> list[Reach]:
     return [reach for _, reach in ordered[:most]]
 
 
+def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
+    """A motion that is given up when what is held slips in the fingers, or out of them.
+
+    Raises:
+        SkillFailed: if it does.
+    """
+    if load is None:
+        yield from motion
+        return
+    held = (load.centre - arm.position) @ arm.rotation
+    for action in motion:
+        slipped = float(np.linalg.norm((load.centre - arm.position) @ arm.rotation - held))
+        if slipped > SLIPS:
+            raise SkillFailed(f"{load.entity} slipped in the fingers")
+        yield action
+
+
 def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 1.0) -> Motion:
     """Bring base and hand to where the hand goes straight to its goal.
 
@@ -324,6 +404,8 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
             yield from arm.open_to(pose.opening)
         else:
             arm.let_open()
+        if float(np.linalg.norm(rotation_vector(pose.hand @ arm.rotation.T))) > TURNS_FAR:
+            yield from fold_arm(arm, required=False)
     back = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.back, load)
     yield from travel(arm, reach.base - back * arm.forward, load)
     yield from lift_torso(arm, reach.torso)

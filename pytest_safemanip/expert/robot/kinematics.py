@@ -65,7 +65,7 @@ SPHERES = (
     (7, (0.048, 0.056, 0.074), 0.043),
 )
 """What the links' shapes fit into: the link, where in its frame, m, and a radius, m."""
-ROUNDS, DAMPING, PULL, STEP = 40, 1e-3, 0.2, 0.5
+ROUNDS, DAMPING, PULL, STEP = 12, 1e-3, 0.2, 0.5
 """Of the iteration: how many, its damping, share of the way home in one, and most turn in one, rad.
 """
 NEAR, NEARLY = 0.004, 0.03

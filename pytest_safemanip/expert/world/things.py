@@ -135,12 +135,12 @@ class Furniture:
 
     Args:
         arm: gives the newest step.
-        role: the task's name for it.
+        role: the task's name for it, or the name of its entity.
     """
 
     def __init__(self, arm: Arm, role: str) -> None:
         self._arm = arm
-        self.entity = arm.scene.roles[role]
+        self.entity = arm.scene.roles.get(role, role)
 
     @property
     def top(self) -> float:
