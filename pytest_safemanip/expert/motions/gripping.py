@@ -14,6 +14,7 @@ from pytest_safemanip.expert.motions.reaching import (
     Reach,
     Reaching,
     Ways,
+    any_heading,
     draw_back,
     go_before,
     holding,
@@ -70,7 +71,9 @@ def grasp(arm: Arm, role: str, part: str = "", goal: Goal | None = None) -> Moti
 def _known_ways(arm: Arm, thing: Thing, part: str, goal: Goal | None) -> list[Reach]:
     state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
     what = f"ways to grasp {thing.entity} {part}"
-    return arm.latest(what, state, lambda: ways_to_grasp(arm, thing, part, goal))
+    return arm.latest(
+        what, state, lambda: any_heading(arm, lambda: ways_to_grasp(arm, thing, part, goal))
+    )
 
 
 def drawer_around(arm: Arm, thing: Thing) -> Furniture | None:

@@ -1,10 +1,12 @@
-"""Placing: what is held is brought to one of some spots, lowered until it stands, and let go."""
+"""Placing: what is held is brought to one of some spots, in one of some attitudes, lowered until it
+stands, and let go.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +19,7 @@ from pytest_safemanip.expert.motions.reaching import (
     Reach,
     Reaching,
     Ways,
+    any_heading,
     draw_back,
     go_before,
     holding,
@@ -26,26 +29,33 @@ from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vec
 from pytest_safemanip.expert.world.contacts import carried_by_something, palm_meets
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Thing
-from pytest_safemanip.trace.geometry import matrix
+from pytest_safemanip.trace.geometry import about, matrix
 
 OVER = 0.008
 """Free space below a load before it is lowered until it stands, m."""
 HIGHER = (0.0, 0.02, 0.04, 0.06)
 """How much higher something may be let go, m: where the palm would meet a rim."""
-TURNS = (0.0, 20.0, -20.0, 45.0, -45.0, 90.0, -90.0, 180.0)
+DIPPED, END = (0.08, 0.1), 0.01
+"""Likewise a stick, m, and how long its end is."""
+TURNS = (0.0, 20.0, -20.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 """How far a load may be turned about the vertical from how it is held, degrees."""
+TIPS = (75.0, 60.0, 50.0, 40.0)
+"""How far a slice is tipped over, away from the robot, degrees."""
+SLOPES = (70.0, 60.0, 80.0, 50.0)
+"""How steeply a stick is dipped, degrees."""
 ASKEW, LYING = math.radians(2.0), math.radians(35.0)
 """How askew something hangs that is set upright again, at least and at most, rad."""
-ENTRIES = ((0.0, 0.02), (0.0, 0.05), (0.0, 0.1), (0.0, 0.18))
-LEAVES = ((0.08, 0.01), (0.0, 0.1), (0.0, 0.18))
+ENTRIES = ((0.0, 0.02), (0.0, 0.006), (0.0, 0.05), (0.0, 0.1), (0.0, 0.15), (0.0, 0.2), (0.0, 0.25))
+LEAVES = ((0.08, 0.01), (0.0, 0.1), (0.0, 0.15), (0.0, 0.2), (0.0, 0.25))
+"""Ways in and out: back along the approach and up, m."""
 SPEED, SOFTLY = 0.12, 0.05
 """Share of the hand's top speed at which a load is lowered: usually, and what may break."""
 CARRIED = 0.6
 """Share of the usual speeds on the way."""
 OFF = 0.25
 """How far the base draws back at least from what is let go, m."""
-STANDS, TIPPED = 0.06, math.radians(25.0)
-"""How far from its spot something may come to rest, m, and turned by how much from upright, rad."""
+STANDS, TIPPED = 0.06, math.radians(30.0)
+"""How far from its spot something may come to rest, m, and how far from upright, rad."""
 
 
 @dataclass(frozen=True)
@@ -65,35 +75,6 @@ class Spot:
     hollow: str = ""
 
 
-Spots = Callable[[], Sequence[Spot]]
-
-
-def place(arm: Arm, role: str, spots: Spots) -> Motion:
-    """Put a held object down on one of some spots, and draw back.
-
-    Args:
-        arm: the arm.
-        role: the object.
-        spots: finds the spots.
-
-    Raises:
-        SkillFailed: if there is no way to any, or if it does not stay there.
-    """
-    thing = Thing(arm, role)
-    state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
-    ways = arm.latest(
-        f"ways to place {role}", state, lambda: Placing(arm, thing, spots()).ways(held(arm))
-    )
-    if not ways:
-        raise SkillFailed(f"there is no way to where {role} is to go")
-    reach = arm.choices.choose("way to place", ways)
-    yield from holding(arm, go_before(arm, reach, thing, CARRIED), thing)
-    yield from set_down(arm, thing)
-    yield from arm.grip(False)
-    yield from withdraw(arm, reach)
-    check(arm, thing, reach)
-
-
 @dataclass(frozen=True)
 class Grip:
     """How something is held.
@@ -109,6 +90,95 @@ class Grip:
     opening: float
 
 
+Spots = Callable[[], Sequence[Spot]]
+Attitudes = Callable[[Arm, Thing], Sequence[tuple[Array, float]]]
+"""Turns (3, 3) of a held thing from how it is now, and what speaks against each."""
+Bringing = Generator[Array, None, Reach]
+"""A motion that ends where the hand goes straight to its goal; gives how it got there."""
+
+
+def standing(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
+    """As it stood before it was grasped, turned about the vertical."""
+    right = righted(thing)
+    return [(about_z(turn) @ right, 0.1 * number) for number, turn in enumerate(TURNS)]
+
+
+def laid(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
+    """Tipped over, away from the robot."""
+    left = np.append(arm.left, 0.0)
+    return [
+        (about_z(turn) @ np.asarray(matrix(about(left, -math.radians(tip)))), 0.1 * number + other)
+        for number, tip in enumerate(TIPS)
+        for turn, other in ((0.0, 0.0), (20.0, 0.2), (-20.0, 0.2))
+    ]
+
+
+def dipped(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
+    """With its longest axis steep, one end down: that which is nearer to the robot first."""
+    axes = matrix(thing.pose[3:])
+    longest = axes[:, int(np.argmax([thing.reach(axes[:, k]) for k in range(3)]))]
+    near = longest * -math.copysign(1.0, arm.ahead(longest))
+    found = []
+    for way, other in ((near, 0.0), (-near, 0.3)):
+        level = way * (1.0, 1.0, 0.0) / np.linalg.norm(way[:2])
+        for number, slope in enumerate(SLOPES):
+            down = math.cos(math.radians(slope)) * level
+            down[2] = -math.sin(math.radians(slope))
+            axis = np.cross(way, down)
+            angle = math.atan2(float(np.linalg.norm(axis)), float(way @ down))
+            turn = np.asarray(matrix(about(axis / np.linalg.norm(axis), angle)))
+            found += [
+                (about_z(yaw) @ turn, other + 0.1 * number + 0.002 * abs(yaw))
+                for yaw in (0.0, 30.0, -30.0, 60.0, -60.0)
+            ]
+    return found
+
+
+def place(
+    arm: Arm, role: str, spots: Spots, attitudes: Attitudes = standing, speed: float = SPEED
+) -> Motion:
+    """Put a held object down on one of some spots, and draw back.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        spots: finds the spots.
+        attitudes: finds how it may be turned there.
+        speed: share of the hand's top speed at which it is lowered.
+
+    Raises:
+        SkillFailed: if there is no way to any, or if it does not stay there.
+    """
+    thing = Thing(arm, role)
+    reach = yield from bring(arm, thing, spots, attitudes)
+    yield from set_down(arm, thing, speed=speed)
+    yield from arm.grip(False)
+    yield from withdraw(arm, reach)
+    if attitudes is standing:
+        check(thing, reach)
+
+
+def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing) -> Bringing:
+    """Bring a held thing to where it goes straight to one of some spots.
+
+    Raises:
+        SkillFailed: if there is no way to any, or if it slips in the fingers.
+    """
+    state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
+    ways = arm.latest(
+        f"ways to bring {thing.entity}",
+        state,
+        lambda: any_heading(
+            arm, lambda: Placing(arm, thing, spots(), attitudes).ways(held(arm))
+        ),
+    )
+    if not ways:
+        raise SkillFailed(f"there is no way to where {thing.entity} is to go")
+    reach = arm.choices.choose("way to bring it", ways)
+    yield from holding(arm, go_before(arm, reach, thing, CARRIED), thing)
+    return reach
+
+
 def held(arm: Arm) -> Grip:
     """How the hand is now."""
     return Grip(arm.position, arm.rotation, float(arm.step.gripper[0]))
@@ -121,10 +191,14 @@ class Placing:
         arm: the arm.
         thing: the thing.
         spots: where it may go.
+        attitudes: finds how it may be turned there.
     """
 
-    def __init__(self, arm: Arm, thing: Thing, spots: Iterable[Spot]) -> None:
-        self._thing = thing
+    def __init__(
+        self, arm: Arm, thing: Thing, spots: Iterable[Spot], attitudes: Attitudes = standing
+    ) -> None:
+        self._thing, self._turns = thing, attitudes(arm, thing)
+        self._dipped = attitudes is dipped
         self._groups: list[tuple[list[Spot], Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
         ordered = sorted(spots, key=lambda spot: spot.hollow)
@@ -146,37 +220,50 @@ class Placing:
         """
         found: list[Reach] = []
         for group, reaching in self._groups:
-            poses = [pose for spot in group for pose in poses_at(self._thing, spot, grip)]
+            poses = [pose for spot in group for pose in self._poses(spot, grip)]
             found += reaching.find(poses, most, patience=patience)
         return sorted(found, key=lambda reach: reach.cost)[:most]
 
-
-def poses_at(thing: Thing, spot: Spot, held: Grip) -> Iterator[Pose]:
-    """How the hand may be with a held thing on a spot."""
-    right, shape = righted(thing), outline(thing) - thing.middle
-    for number, turn in enumerate(TURNS):
-        turned = about_z(turn) @ right
-        hand = turned @ held.hand
-        load = shape @ turned.T
-        grip = turned @ (held.point - thing.middle)
-        for higher in HIGHER:
-            middle = spot.point + (0.0, 0.0, OVER + higher - float(load[:, 2].min()))
-            cost = spot.cost + 0.1 * number + 5.0 * higher
-            kind = spot.kind, number, higher
-            family = number, higher
-            yield Pose(middle + grip, hand, held.opening, cost, middle + load, family, kind)
+    def _poses(self, spot: Spot, held: Grip) -> Iterator[Pose]:
+        """How the hand may be with the thing on a spot."""
+        thing = self._thing
+        shape = outline(thing) - thing.middle
+        for number, (turn, odd) in enumerate(self._turns):
+            load = shape @ turn.T
+            grip = turn @ (held.point - thing.middle)
+            lowest = float(load[:, 2].min())
+            # What is dipped goes in with its end, and need not come down to the floor.
+            end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
+            for higher in HIGHER + (DIPPED if self._dipped else ()):
+                middle = spot.point - end * (1.0, 1.0, 0.0)
+                middle = middle + (0.0, 0.0, OVER + higher - lowest)
+                cost = spot.cost + odd + 5.0 * higher
+                family = number, higher
+                yield Pose(
+                    middle + grip,
+                    turn @ held.hand,
+                    1.0,
+                    cost,
+                    middle + load,
+                    family,
+                    (spot.kind, *family),
+                )
 
 
 def righted(thing: Thing) -> Array:
     """The turn (3, 3) that sets something upright that hangs askew."""
+    axis = up_axis(thing)
+    return upright(axis) if ASKEW < math.acos(min(1.0, float(axis[2]))) < LYING else np.eye(3)
+
+
+def up_axis(thing: Thing) -> Array:
+    """The axis of a thing's box that points upwards most (3,)."""
     axes = matrix(thing.pose[3:])
     number = int(np.argmax(np.abs(axes[2])))
-    axis = axes[:, number] * math.copysign(1.0, axes[2, number])
-    askew = math.acos(min(1.0, float(axis[2])))
-    return upright(axis) if ASKEW < askew < LYING else np.eye(3)
+    return np.asarray(axes[:, number] * math.copysign(1.0, axes[2, number]))
 
 
-def set_down(arm: Arm, thing: Thing, depth: float = 0.25, speed: float = SPEED) -> Motion:
+def set_down(arm: Arm, thing: Thing, depth: float = 0.3, speed: float = SPEED) -> Motion:
     """Lower a held thing until it stands on something, or the palm does."""
     yield from arm.move(
         arm.position, tolerance=0.01, turn_tolerance=0.3, steps=15, required=False, exact=True
@@ -199,7 +286,7 @@ def withdraw(arm: Arm, reach: Reach) -> Motion:
     yield from draw_back(arm, reach, least=OFF)
 
 
-def check(arm: Arm, thing: Thing, reach: Reach) -> None:
+def check(thing: Thing, reach: Reach) -> None:
     """See whether something stays where it was put.
 
     Raises:

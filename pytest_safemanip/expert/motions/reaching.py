@@ -10,17 +10,24 @@ from __future__ import annotations
 
 import heapq
 import itertools
-import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.travelling import drive, swing_back, travel
+from pytest_safemanip.expert.motions.travelling import drive, facing, swing_back, swing_to, travel, turn_base
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm
-from pytest_safemanip.expert.robot.hand import finger_points, palm_points
-from pytest_safemanip.expert.robot.kinematics import bodies, solve, strain
+from pytest_safemanip.expert.robot.hand import (
+    FINGER_SIDE,
+    FINGER_THICK,
+    FINGERTIP,
+    OPENING,
+    PALM,
+    finger_points,
+    palm_points,
+)
+from pytest_safemanip.expert.robot.kinematics import SPHERES, bodies, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.robot.torso import lift_torso
 from pytest_safemanip.expert.world.room import Room, heading
@@ -36,14 +43,18 @@ ENOUGH = 0.03
 """Room that is as good as more, m."""
 CLEAR = 0.05
 """Room around a hand that can be turned, m."""
-BACKS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
-"""How far the base stands back at most, m."""
+BACKS, SLANTS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7), (0.0, 0.15, -0.15, 0.3, -0.3)
+"""How far the base stands back, m, and how much of that to the left."""
 BEFORE_WRIST = (0.48, 0.40, 0.56, 0.33)
 """Base to wrist, m."""
 BESIDE_WRIST = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3, 0.45, -0.45, 0.6, -0.6)
 """How far to the left of the wrist the base stands, m."""
 RAISED, HIGH = (0.0, 0.1, 0.2, 0.3), 1.2
 """How far the torso is raised, m, and from which height of the hand on it is."""
+LONGEST = 0.85
+"""From the base to what the arm reaches, m: what is still nearer is behind it."""
+HEADINGS = (0.0, 180.0, 90.0, -90.0)
+"""To which the base may be turned to reach something, degrees from where it faces."""
 WRIST = 0.21
 """From the grip point back to the wrist, m."""
 TIRED = 0.9
@@ -57,6 +68,10 @@ come to its limit.
 """
 SLIPS = 0.04
 """How far something moves in the fingers that is about to be lost, m."""
+GRAZED = -0.001
+"""How far inside of open fingers something may be, m."""
+FOREARM = next(k for k, (link, *_) in enumerate(SPHERES) if link == 5)
+"""First of the arm's balls that may come near what is in the hand."""
 STRIDE = 0.04
 """Between places on a straight way that are looked at, m."""
 ROUGH = 0.006
@@ -100,8 +115,10 @@ class Reach:
         torso: how far it is raised, m.
         entry: from the grip point to where the hand goes straight from (3,).
         leave: from the grip point to where the hand is drawn back from (3,).
-        back: how far the base stands back before and after, m.
+        come: how far off the base stands before (2,), m.
+        go: how far off it is drawn after (2,), m.
         cost: what speaks against it.
+        turn: how far the base is turned to the left before, degrees.
     """
 
     pose: Pose
@@ -109,8 +126,10 @@ class Reach:
     torso: float
     entry: Array
     leave: Array
-    back: float
+    come: Array
+    go: Array
     cost: float
+    turn: float = 0.0
 
 
 Steps = Sequence[tuple[float, float]]
@@ -141,14 +160,26 @@ class Way:
     Attributes:
         entry: from the grip point to where it goes straight from (3,).
         leave: from the grip point to where it is drawn back from (3,).
-        back: how far it is drawn back, m.
+        come: how far off it comes from (2,), m.
+        go: how far off it is drawn (2,), m.
         cost: what speaks against it.
     """
 
     entry: Array
     leave: Array
-    back: float
+    come: Array
+    go: Array
     cost: float
+
+
+def any_heading(arm: Arm, find: Callable[[], list[Reach]]) -> list[Reach]:
+    """The ways that are found with the base turned as it is, or else turned otherwise."""
+    for turn in HEADINGS:
+        with facing(arm, turn):
+            found = find()
+        if found:
+            return [replace(reach, turn=turn) for reach in found]
+    return []
 
 
 class Reaching:
@@ -180,10 +211,14 @@ class Reaching:
             suits: whether a pose does, for other reasons.
             patience: poses that are looked at.
         """
+        some = list(poses)
+        if not some:
+            return []
+        self._past = min(self._arm.ahead(pose.point) for pose in some) - LONGEST
         good, bad = list[Reach](), list[Reach]()
         kinds = set[Hashable]()
         looked, size = 0, CHUNKS[0]
-        turn = self._in_turn(poses)
+        turn = self._in_turn(some)
         while looked < patience and len(kinds) < most:
             ways = [
                 (pose, way)
@@ -204,21 +239,20 @@ class Reaching:
                 break
         return _varied(good, most) + _varied(bad, most - len(kinds))
 
-    def _in_turn(self, poses: Iterable[Pose]) -> Iterator[Pose]:
+    def _in_turn(self, some: Sequence[Pose]) -> Iterator[Pose]:
         """Poses that the hand has room at: the cheapest one of each family, then the next ones."""
-        some = list(poses)
         families: dict[tuple[Hashable, ...], list[Pose]] = {}
         for pose, free in zip(some, self._roughly(some), strict=True):
             if free:
                 families.setdefault(pose.family, []).append(pose)
         for family in families.values():
             family.sort(key=lambda pose: pose.cost)
-        turns = {family: iter(some) for family, some in families.items()}
+        turns = {family: iter(alike) for family, alike in families.items()}
         rank = 0
         waiting: list[tuple[float, int, Pose, tuple[Hashable, ...]]] = []
-        for family, some in families.items():
-            heapq.heappush(waiting, (some[0].cost, rank := rank + 1, some[0], family))
-            next(turns[family])
+        for family in families:
+            first = next(turns[family])
+            heapq.heappush(waiting, (first.cost, rank := rank + 1, first, family))
         while waiting:
             cost, _, pose, family = heapq.heappop(waiting)
             grips = self._grips(pose)
@@ -259,42 +293,48 @@ class Reaching:
             return None
         room = min(into[2], out[2], self._room_at(pose, PALM_POINTS))
         cost = 20.0 * max(0.0, ON_WAY - room)
-        return Way(into[0], out[0], max(into[1], out[1]), cost)
+        return Way(into[0], out[0], into[1], out[1], cost)
 
-    def _first_free(self, pose: Pose, steps: Steps, loaded: bool) -> tuple[Array, float, float] | None:
-        best: tuple[Array, float, float] | None = None
+    def _first_free(self, pose: Pose, steps: Steps, loaded: bool) -> tuple[Array, Array, float] | None:
+        """How far off its goal the hand is before or after, how far it is then drawn back (2,), and
+        the room on that way, m; None if there is none.
+        """
+        best: tuple[Array, Array, float] | None = None
         for back, up in steps:
             offset = np.append(-back * pose.hand[:2, 2], up - back * pose.hand[2, 2])
-            away = self._hand_room(pose, offset, loaded)
-            shut = np.flatnonzero(away < CLEAR)
-            first = int(shut[-1]) + 1 if len(shut) else 0
-            if first == len(away):
+            if not self._straight(pose, offset, loaded) or not (loaded or _past(pose, offset)):
                 continue
-            room = min(float(away[: max(first, 1)].min()), ON_WAY)
-            if room <= TIGHT or not self._straight(pose, offset, loaded):
-                continue
-            if best is None or room > best[2]:
-                best = offset, BACKS[first], room
+            for slant in SLANTS:
+                away = self._hand_room(pose, offset, slant, loaded)
+                shut = np.flatnonzero(away < CLEAR)
+                first = int(shut[-1]) + 1 if len(shut) else 0
+                if first == len(away):
+                    continue
+                room = min(float(away[: max(first, 1)].min()), ON_WAY)
+                if room > TIGHT and (best is None or room > best[2] + 0.002):
+                    out = BACKS[first] * np.array((-1.0, slant))
+                    best = offset, self._frame[:2, :2] @ out, room
                 if room >= ON_WAY:
-                    break
+                    return best
         return best
 
     def _straight(self, pose: Pose, offset: Array, loaded: bool) -> bool:
         """Whether there is room on the straight way to a goal."""
-        count = max(2, math.ceil(float(np.linalg.norm(offset)) / STRIDE))
+        length = float(np.linalg.norm(offset))
+        far = np.minimum(np.arange(STRIDE, length + STRIDE, STRIDE), length)
+        steps = (far / length)[:, None] * (offset @ self._frame)
         points = self._hand_points(pose, loaded) @ self._frame
-        steps = np.linspace(0.0, 1.0, count + 1)[1:, None] * (offset @ self._frame)
-        return bool(self._room.away(points + steps[:, None]).min() > -ROUGH)
+        return bool(self._room.away(points + steps[:, None]).min() > TIGHT)
 
     def _hand_points(self, pose: Pose, loaded: bool) -> Array:
         hand = np.concatenate((PALM_POINTS, finger_points(pose.opening))) @ pose.hand.T
         points = hand + pose.point
         return np.concatenate((points, pose.load)) if loaded else points
 
-    def _hand_room(self, pose: Pose, offset: Array, loaded: bool) -> Array:
+    def _hand_room(self, pose: Pose, offset: Array, slant: float, loaded: bool) -> Array:
         """Room around a hand so far off a pose, for each distance that it is drawn back, m."""
         points = (self._hand_points(pose, loaded) + offset) @ self._frame
-        backs = np.array([(-back, 0.0, 0.0) for back in BACKS])
+        backs = np.array([(-back, slant * back, 0.0) for back in BACKS])
         return np.asarray(self._room.away(points + backs[:, None]).min(axis=1))
 
     def _postures(self, ways: Sequence[tuple[Pose, Way]]) -> list[Reach]:
@@ -306,7 +346,7 @@ class Reaching:
         points = np.array([pose.point @ frame for pose, _ in ways])
         hands = np.array([frame.T @ pose.hand for pose, _ in ways])
         stops = np.array([(way.entry @ frame, way.leave @ frame, np.zeros(3)) for _, way in ways])
-        backs = np.array([way.back for _, way in ways])
+        offs = np.array([(way.come, way.go, np.zeros(2)) for _, way in ways]) @ frame[:2, :2]
         least, tired = np.full(len(rows), np.inf), np.zeros(len(rows))
         left = np.arange(len(rows))
         for stop in range(3):
@@ -317,9 +357,12 @@ class Reaching:
             spheres, radii = bodies(joints)
             spheres += base[left, None]
             for share in (0.0, 0.3, 0.7) if stop < 2 else (0.0,):
-                behind = (share * backs[which[left]])[:, None, None] * (1.0, 0.0, 0.0)
-                away = self._room.away(spheres - behind, radii).min(axis=1)
+                off = np.zeros((len(left), 1, 3))
+                off[:, 0, :2] = share * offs[which[left], stop]
+                away = self._room.away(spheres + off, radii).min(axis=1)
                 least[left] = np.minimum(least[left], away)
+            if stop == 2:
+                there &= self._off_load([ways[k][0] for k in which[left]], spheres, radii)
             tired[left] = np.maximum(tired[left], strain(joints))
             there &= (least[left] >= LINKS_FREE) & (tired[left] < TIRED)
             left = left[there]
@@ -331,8 +374,17 @@ class Reaching:
             cost += 0.3 * (1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH)
             cost += 0.8 * abs(aside - self._wrist(pose)[1]) + torso
             place = frame[:2, :2] @ (ahead, aside)
-            found.append(Reach(pose, place, torso, way.entry, way.leave, way.back, cost))
+            found.append(Reach(pose, place, torso, way.entry, way.leave, way.come, way.go, cost))
         return found
+
+    def _off_load(self, poses: Sequence[Pose], balls: Array, radii: Array) -> NDArray[np.bool_]:
+        """Whether the arm behind the hand is off what the hand takes or brings (K,)."""
+        free = np.ones(len(poses), bool)
+        for number, pose in enumerate(poses):
+            apart = balls[number, FOREARM:, None] - (pose.load @ self._frame)[None]
+            away = np.sqrt(np.einsum("spi,spi->sp", apart, apart)).min(axis=1)
+            free[number] = bool((away > radii[FOREARM:] + LINKS_FREE).all())
+        return free
 
     def _places(self, number: int, pose: Pose, way: Way) -> list[tuple[float, ...]]:
         """A number with places ahead and aside of the base, and how far the torso is raised, m."""
@@ -350,8 +402,20 @@ class Reaching:
     def _limit(self, aside: float) -> float:
         place = round(aside, 2)
         if place not in self._limits:
-            self._limits[place] = nearest(self._arm, place, place)
+            self._limits[place] = nearest(self._arm, place, place, self._past)
         return self._limits[place]
+
+
+def _past(pose: Pose, offset: Array) -> bool:
+    """Whether open fingers pass what they close on, or let go of, on the straight way to it."""
+    near = pose.opening * OPENING / 2.0 if pose.opening < 1.0 else OPENING / 2.0
+    for share in np.linspace(0.0, 1.0, 5):
+        own = (pose.load - pose.point - share * offset) @ pose.hand
+        (x, y), ahead = np.abs(own[:, :2]).T, own[:, 2]
+        beside = (x > near - GRAZED) & (x < near + FINGER_THICK) & (y < FINGER_SIDE)
+        if (beside & (ahead > -PALM) & (ahead < FINGERTIP)).any():
+            return False
+    return True
 
 
 def _varied(found: Iterable[Reach], most: int) -> list[Reach]:
@@ -399,6 +463,8 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
     """
     pose = reach.pose
     entry = pose.point + reach.entry
+    if reach.turn:
+        yield from turn_base(arm, reach.turn, load)
     if load is None:
         if pose.opening < 1.0:
             yield from arm.open_to(pose.opening)
@@ -406,13 +472,10 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
             arm.let_open()
         if float(np.linalg.norm(rotation_vector(pose.hand @ arm.rotation.T))) > TURNS_FAR:
             yield from fold_arm(arm, required=False)
-    back = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.back, load)
-    yield from travel(arm, reach.base - back * arm.forward, load)
+    off = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.come, load)
+    yield from travel(arm, reach.base + off, load)
     yield from lift_torso(arm, reach.torso)
-    before = entry - arm.onward(back)
-    yield from arm.move(
-        before, pose.hand, tolerance=0.03, turn_tolerance=0.1, speed=speed, steps=180
-    )
+    yield from swing_to(arm, entry + np.append(off, 0.0), pose.hand, speed)
     yield from drive(arm, reach.base, load)
     yield from arm.move(
         entry, pose.hand, tolerance=0.01, turn_tolerance=0.08, speed=0.7 * speed, steps=60
@@ -431,6 +494,7 @@ def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 
     Raises:
         SkillFailed: if the base does not get there.
     """
-    back = max(reach.back, least)
-    yield from drive(arm, reach.base - back * arm.forward, load)
+    length = float(np.linalg.norm(reach.go))
+    out = reach.go if length >= least else least * (reach.go / length if length else -arm.forward)
+    yield from drive(arm, reach.base + out, load)
     yield from lift_torso(arm, -reach.torso)

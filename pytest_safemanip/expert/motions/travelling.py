@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.arm import Arm, Motion
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, CAREFUL
 from pytest_safemanip.expert.robot.hand import finger_points, palm_points
-from pytest_safemanip.expert.robot.kinematics import bodies, solve, strain
-from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
+from pytest_safemanip.expert.robot.kinematics import bodies, follow, solve, strain
+from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
 from pytest_safemanip.expert.world.room import Room, heading
-from pytest_safemanip.expert.world.standing import nearest, rearmost
+from pytest_safemanip.expert.world.routes import route
+from pytest_safemanip.expert.world.standing import BODY_FRONT, nearest, rearmost
 from pytest_safemanip.expert.world.things import Thing
-from pytest_safemanip.trace.geometry import about, matrix
+from pytest_safemanip.trace.geometry import about, matrix, multiply
 
 TUCKED_AHEAD, TUCKED_HEIGHT = (0.42, 0.36, 0.48, 0.54), (0.0, 0.1, 0.2, -0.1)
 """Base to a hand that is drawn in, m, and its height, from 1.2 m."""
@@ -24,11 +28,13 @@ THERE = 0.02
 """Distance along either axis of the base that counts as there, m."""
 STEP, APART = 0.05, 0.03
 """Between places that are looked at, m, and room around the robot on its way, m."""
+WHEELS = 0.45
+"""From the middle of the base to the far corners of its wheels, m."""
 TUCKS = 0.2
 """Where it would draw back by more, the hand is drawn in first, m."""
 MOST_BACK = 0.9
 """How far it draws back for that at most, m."""
-SWINGS = 5
+SWINGS = 7
 """Postures that are looked at of a hand on its way to another pose."""
 EMPTY, LOADED, HANGS = 0.7, 0.6, 0.05
 """Largest command to the base without a load and with one; and from the grip point down to the
@@ -49,14 +55,26 @@ def travel(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
     aside = arm.aside(goal)
     if abs(aside - arm.aside(arm.base)) > STEP / 2.0:
         row = _row(arm, aside, load)
-        if row < arm.ahead(arm.base) - TUCKS:
+        if row is None or row < arm.ahead(arm.base) - TUCKS:
             yield from tuck(arm, load)
             row = _row(arm, aside, load)
+        if row is None or _blocked(arm, row, goal):
+            for place in route(arm, load, goal):
+                yield from drive(arm, place, load)
+            return
         if row < arm.ahead(arm.base):
             yield from drive(arm, arm.floor_point(row, arm.aside(arm.base)), load)
         along = min(arm.ahead(arm.base), max(row, arm.ahead(goal)))
         yield from drive(arm, arm.floor_point(along, aside), load)
     yield from drive(arm, goal, load)
+
+
+def _blocked(arm: Arm, row: float, goal: Array) -> bool:
+    """Whether furniture stands between a row, m ahead, and a place of the base (2,) before it."""
+    aside, ahead = arm.aside(goal), arm.ahead(goal)
+    if ahead > row:
+        return nearest(arm, aside, aside, row) < ahead
+    return rearmost(arm, aside, aside) > ahead
 
 
 def drive(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
@@ -82,65 +100,151 @@ def drive(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
     yield from arm.drive(goal, speed=speed, steps=steps, gentle=load is not None)
 
 
-def _row(arm: Arm, aside: float, load: Thing | None) -> float:
-    """How far ahead the base may drive from where it is to a place along its left direction, m."""
+def _row(arm: Arm, aside: float, load: Thing | None) -> float | None:
+    """How far ahead the base may drive from where it is to a place along its left direction, m;
+    None if it may not.
+    """
     here = arm.ahead(arm.base)
     first, last = sorted((arm.aside(arm.base), aside))
-    most = min(here, nearest(arm, first, last))
+    most, least = min(here, nearest(arm, first, last)), rearmost(arm, first, last)
     points, radii = shape(arm, load)
     own = [load.entity] if load else []
     ends = [arm.point(here + s, a, 1.1) for s in (0.3, 0.6) for a in (first, last)]
     room = Room.around(arm, ends, own)
     way = aside - arm.aside(arm.base)
     shifts = np.linspace(0.0, way, max(2, math.ceil(abs(way) / STEP)))
-    backs = most - np.arange(0.0, MOST_BACK, STEP)
-    for ahead in backs.tolist():
+    for ahead in (most - np.arange(0.0, MOST_BACK, STEP)).tolist():
         offsets = np.column_stack((np.full(len(shifts), ahead - here), shifts, 0.0 * shifts))
+        if ahead < least:
+            return None
         if (room.away(points + offsets[:, None], radii) > APART).all():
             return float(ahead)
-    return float(max(backs[-1], rearmost(arm, first, last)))
+    return None
+
+
+@contextmanager
+def facing(arm: Arm, degrees: float) -> Iterator[None]:
+    """See everything as if the base were turned to the left where it stands."""
+    step, straight = arm.step, arm.straight_down
+    half = math.radians(degrees) / 2.0
+    turn = np.array((math.cos(half), 0.0, 0.0, math.sin(half)))
+    pose = np.array(step.base_pose, np.float64)
+    pose[3:] = multiply(turn, pose[3:])
+    arm.step = replace(step, base_pose=pose)
+    arm.straight_down = about_z(degrees) @ straight
+    try:
+        yield
+    finally:
+        arm.step, arm.straight_down = step, straight
+
+
+def turn_base(arm: Arm, degrees: float, load: Thing | None = None) -> Motion:
+    """Turn the base on the spot, where there is room for it and what it holds.
+
+    Args:
+        arm: the arm.
+        degrees: to the left.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if it does not get there.
+    """
+    yield from tuck(arm, load)
+    points, radii = shape(arm, load)
+    frame = heading(arm)
+    middle = arm.base @ frame[:2, :2]
+    far = np.linalg.norm(points[:, :2] - middle, axis=1) + radii
+    radius = max(float(far.max()), WHEELS)
+    here, aside = arm.ahead(arm.base), arm.aside(arm.base)
+    free = nearest(arm, aside - WHEELS, aside + WHEELS) + BODY_FRONT[0][2] - radius - APART
+    yield from drive(arm, arm.floor_point(min(here, free), aside), load)
+    yield from arm.turn(degrees)
 
 
 def shape(arm: Arm, load: Thing | None) -> tuple[Array, Array]:
     """Balls that the arm, as it is, and what it holds fit into: their middles (B, 3), from the
     base's heading, and their radii (B,), m.
     """
-    middles, radii = postures(arm, arm.position[None], arm.rotation[None], load)
-    return middles[0], radii
+    still = swing(arm, arm.position, arm.rotation, load)
+    return still.balls[0], still.radii
 
 
-def postures(arm: Arm, points: Array, hands: Array, load: Thing | None) -> tuple[Array, Array]:
-    """Likewise for other poses of the hand, the base where it is: middles (K, B, 3).
+@dataclass(frozen=True)
+class Swing:
+    """The hand on its way to another pose, the base where it is.
+
+    Attributes:
+        balls: that arm, hand and load fit into, in some places of the way (N, B, 3), from the
+            base's heading.
+        radii: of the balls (B,), m.
+        arrives: whether no joint comes to its limit.
+    """
+
+    balls: Array
+    radii: Array
+    arrives: bool
+
+
+def swing(arm: Arm, point: Array, hand: Array, load: Thing | None) -> Swing:
+    """The hand on its way from where it is to another pose.
 
     Args:
         arm: the arm.
-        points: grip points (K, 3).
-        hands: orientations (K, 3, 3).
+        point: grip point (3,).
+        hand: orientation (3, 3).
         load: what it holds.
     """
     frame = heading(arm)
     base = np.append(arm.base @ frame[:2, :2], arm.torso)
-    joints, _ = solve(points @ frame - base, frame.T @ hands)
-    middles, radii = bodies(joints)
+    points, hands = _between(arm, point, hand)
+    at, turned = points @ frame - base, frame.T @ hands
+    start, _ = solve(at[:1], turned[:1])
+    joints, there = follow(start, at[None], turned[None])
+    middles, radii = bodies(joints[0])
     own = [palm_points(), finger_points(float(arm.step.gripper[0]))]
     if load is not None:
         own.append((load.corners - arm.position) @ arm.rotation)
     local = np.concatenate(own)
-    held = (local @ hands.transpose(0, 2, 1) + points[:, None]) @ frame
-    found = np.concatenate((middles + base, held), axis=1)
-    return found, np.concatenate((radii, np.zeros(len(local))))
+    moved = (local @ hands.transpose(0, 2, 1) + points[:, None]) @ frame
+    balls = np.concatenate((middles + base, moved), axis=1)
+    return Swing(balls, np.concatenate((radii, np.zeros(len(local)))), bool(there[0]))
+
+
+def _between(arm: Arm, point: Array, hand: Array) -> tuple[Array, Array]:
+    """Grip points (N, 3) and orientations (N, 3, 3) from where the hand is to another pose."""
+    turn = rotation_vector(hand @ arm.rotation.T)
+    angle = float(np.linalg.norm(turn))
+    axis = turn / max(angle, 1e-9)
+    shares = np.linspace(0.0, 1.0, SWINGS)
+    points = arm.position + shares[:, None] * (point - arm.position)
+    hands = [matrix(about(axis, share * angle)) @ arm.rotation for share in shares]
+    return points, np.array(hands)
+
+
+def swing_to(arm: Arm, point: Array, hand: Array, speed: float = 1.0) -> Motion:
+    """Bring the hand to another pose: it turns as it goes, and not before.
+
+    Args:
+        arm: the arm.
+        point: grip point (3,).
+        hand: orientation (3, 3).
+        speed: share of the top one.
+
+    Raises:
+        SkillFailed: if it does not arrive.
+    """
+    points, hands = _between(arm, point, hand)
+    for between, turned in zip(points[1:-1], hands[1:-1], strict=True):
+        yield from arm.move(
+            between, turned, tolerance=0.06, turn_tolerance=0.25, speed=speed, steps=25, required=False
+        )
+    yield from arm.move(point, hand, tolerance=0.03, turn_tolerance=0.1, speed=speed, steps=120)
 
 
 def swing_back(
-    arm: Arm,
-    point: Array,
-    hand: Array,
-    base: Array,
-    torso: float,
-    least: float,
-    load: Thing | None,
-) -> float:
-    """How far before a place the base stands for the hand to be moved to a pose there, m.
+    arm: Arm, point: Array, hand: Array, base: Array, torso: float, out: Array, load: Thing | None
+) -> Array:
+    """How far off a place the base stands for the hand to be moved to a pose there (2,), m.
 
     Args:
         arm: the arm.
@@ -148,26 +252,29 @@ def swing_back(
         hand: orientation (3, 3).
         base: the place (2,).
         torso: how far it is raised before, m.
-        least: how far back it stands at least, m.
+        out: how far off the place it stands at least (2,), m; farther it stands in line with that.
         load: what it holds.
+
+    Raises:
+        SkillFailed: if a joint would come to its limit on the way.
     """
-    frame, shift = heading(arm), np.append(arm.base - base, -torso)
-    turn = rotation_vector(hand @ arm.rotation.T)
-    angle = float(np.linalg.norm(turn))
-    axis = turn / max(angle, 1e-9)
-    shares = np.linspace(0.0, 1.0, SWINGS)
-    points = np.array([arm.position + k * (point + shift - arm.position) for k in shares])
-    hands = np.array([matrix(about(axis, k * angle)) @ arm.rotation for k in shares])
-    balls, radii = postures(arm, points, hands, load)
+    shift = np.append(arm.base - base, -torso)
+    way = swing(arm, point + shift, hand, load)
+    if not way.arrives:
+        raise SkillFailed("the arm would come to the end of a joint")
     room = Room.around(arm, [point], [load.entity] if load else [])
-    there = np.append(base - arm.base, torso) @ frame
-    best = least, -math.inf
-    for back in np.arange(least, MOST_BACK, STEP).tolist():
-        away = float(room.away(balls + there - (back, 0.0, 0.0), radii).min())
+    frame = heading(arm)
+    there = -shift @ frame
+    length = float(np.linalg.norm(out))
+    ahead = out / length if length else -arm.forward
+    best = length, -math.inf
+    for back in np.arange(length, MOST_BACK, STEP).tolist():
+        off = np.append(back * ahead, 0.0) @ frame
+        away = float(room.away(way.balls + there + off, way.radii).min())
         if away > APART:
-            return float(back)
+            return np.asarray(back * ahead)
         best = max(best, (back, away), key=lambda found: found[1])
-    return best[0]
+    return np.asarray(best[0] * ahead)
 
 
 def tucked(arm: Arm, load: Thing | None) -> Array:
@@ -195,14 +302,6 @@ def tuck(arm: Arm, load: Thing | None = None) -> Motion:
         SkillFailed: if the base does not get to where there is room for that.
     """
     spot = tucked(arm, load)
-    back = swing_back(arm, spot, arm.rotation, arm.base, 0.0, 0.0, load)
-    if back:
-        yield from drive(arm, arm.base - back * arm.forward, load)
-    yield from arm.move(
-        tucked(arm, load),
-        tolerance=0.04,
-        turn_tolerance=0.2,
-        speed=LOADED if load else 1.0,
-        steps=100,
-        required=False,
-    )
+    off = swing_back(arm, spot, arm.rotation, arm.base, 0.0, np.zeros(2), load)
+    yield from drive(arm, arm.base + off, load)
+    yield from swing_to(arm, tucked(arm, load), arm.rotation, LOADED if load else 1.0)

@@ -149,7 +149,7 @@ class Base(Posture):
             SkillFailed: if the base does not arrive in time.
         """
         to = about_z(degrees)
-        goal, down = np.append(self.forward, 0.0) @ to.T, to @ self._down
+        goal, down = np.append(self.forward, 0.0) @ to.T, to @ self.straight_down
         for _ in range(steps):
             here = np.append(self.forward, 0.0)
             left = math.degrees(math.atan2(np.cross(here, goal)[2], here @ goal))
@@ -159,7 +159,7 @@ class Base(Posture):
         else:
             off = f"{abs(left):.1f} degrees"
             raise SkillFailed(f"the base stopped {off} short{self.in_the_way()}")
-        self._down = down
+        self.straight_down = down
         for _ in range(3):
             yield self.hold()
 

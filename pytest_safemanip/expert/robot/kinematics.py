@@ -68,11 +68,15 @@ SPHERES = (
 ROUNDS, DAMPING, PULL, STEP = 12, 1e-3, 0.2, 0.5
 """Of the iteration: how many, its damping, share of the way home in one, and most turn in one, rad.
 """
+STRIDE = 5
+"""Rounds of it between two places on a way."""
 NEAR, NEARLY = 0.004, 0.03
 """Distance, m, and angle, rad, that count as there."""
 
 
-def solve(points: Array, hands: Array) -> tuple[Array, NDArray[np.bool_]]:
+def solve(
+    points: Array, hands: Array, start: Array | None = None, rounds: int = ROUNDS
+) -> tuple[Array, NDArray[np.bool_]]:
     """Joint angles (K, 7) that bring the hand to some poses, and which of them do (K,).
 
     Damped least squares (Nakamura and Hanafusa, 1986); what the hand leaves free is pulled home, as
@@ -81,14 +85,18 @@ def solve(points: Array, hands: Array) -> tuple[Array, NDArray[np.bool_]]:
     Args:
         points: grip points (K, 3), m, from the base.
         hands: orientations (K, 3, 3), likewise.
+        start: joint angles to begin with (K, 7); None for those at home.
+        rounds: of the iteration.
     """
-    joints = np.tile(HOME, (len(points), 1))
-    joints[:, 0] = np.arctan2(points[:, 1], points[:, 0])
+    if start is None:
+        start = np.tile(HOME, (len(points), 1))
+        start[:, 0] = np.arctan2(points[:, 1], points[:, 0])
+    joints = start
     eye = DAMPING * np.eye(6)
-    for number in range(ROUNDS + 1):
+    for number in range(rounds + 1):
         origins, frames = links(joints)
         error = _error(origins[:, -1], frames[:, -1], points, hands)
-        if number == ROUNDS:
+        if number == rounds:
             break
         axes = frames[:, :7, :, 2]
         arms = origins[:, -1:] - origins[:, :7]
@@ -101,6 +109,22 @@ def solve(points: Array, hands: Array) -> tuple[Array, NDArray[np.bool_]]:
         joints = np.clip(joints + turn * np.minimum(1.0, STEP / np.maximum(most, STEP)), LOW, HIGH)
     off = np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1)
     return joints, (off[0] < NEAR) & (off[1] < NEARLY)
+
+
+def follow(joints: Array, points: Array, hands: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Joint angles (K, N, 7) of arms whose hands go along some ways, and which come to an end (K,):
+    a joint may be at its limit there.
+
+    Args:
+        joints: angles before (K, 7).
+        points: grip points on the ways (K, N, 3), m, from the base.
+        hands: orientations there (K, N, 3, 3), likewise.
+    """
+    found, there = np.empty((*points.shape[:2], 7)), np.zeros(len(points), bool)
+    for number in range(points.shape[1]):
+        joints, there = solve(points[:, number], hands[:, number], joints, STRIDE)
+        found[:, number] = joints
+    return found, there
 
 
 def _solved(matrices: Array, rights: Array) -> Array:

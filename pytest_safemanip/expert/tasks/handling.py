@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from pytest_safemanip.expert.motions import spots
 from pytest_safemanip.expert.motions.gripping import grasp
-from pytest_safemanip.expert.motions.placing import Spot, place
+from pytest_safemanip.expert.motions.placing import SOFTLY, Spot, laid, place
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.world.things import Furniture, Thing
@@ -99,6 +99,11 @@ def placing(name: str) -> Callable[..., Motion]:
         return place(arm, role, lambda: find(arm, role, target_role, other_role))
 
     return beside if name.endswith("beside") else skill
+
+
+def lay(arm: Arm, role: str, target_role: str) -> Motion:
+    """Lay a held slice flat onto another object: tip it over, away from the robot, and let go."""
+    return place(arm, role, lambda: on(arm, role, target_role), laid, SOFTLY)
 
 
 def goal_after(arm: Arm, role: str, calls: Sequence[Call]) -> Callable[[], Sequence[Spot]] | None:

@@ -16,7 +16,7 @@ from pytest_safemanip.expert.motions.grasping import grasp_from_above, grasp_fro
 from pytest_safemanip.expert.motions.handles import grasp_by_handle, place_inside, turn_handle_near
 from pytest_safemanip.expert.motions.opening import lift_head, open_all, open_before
 from pytest_safemanip.expert.motions.pressing import press, wait_for_release
-from pytest_safemanip.expert.motions.putting import lay_on, place_on
+from pytest_safemanip.expert.motions.putting import place_on
 from pytest_safemanip.expert.motions.turning import (
     swing_spout,
     turn_lever,
@@ -30,7 +30,6 @@ from pytest_safemanip.expert.places.basin import (
     place_in_basin,
     place_into_colander,
     place_under_tap,
-    rinse,
 )
 from pytest_safemanip.expert.places.bowl import grasp_either_in_bowl, place_beside_in_bowl
 from pytest_safemanip.expert.places.cabinet.grasping import grasp_end_on_shelf, grasp_on_shelf
@@ -92,10 +91,11 @@ from pytest_safemanip.expert.tasks.cutting import (
     lay_tool_for,
     place_on_far_half,
 )
-from pytest_safemanip.expert.tasks.handling import GOALS, grasping, placing
+from pytest_safemanip.expert.tasks.handling import GOALS, grasping, lay, placing
 from pytest_safemanip.expert.tasks.inserting import insert
 from pytest_safemanip.expert.tasks.packing import move_into_boxes
 from pytest_safemanip.expert.tasks.portioning import move_to_plates
+from pytest_safemanip.expert.tasks.rinsing import rinse
 from pytest_safemanip.expert.tasks.scrubbing import scrub
 from pytest_safemanip.expert.tasks.stirring import grasp_blade_root, stir
 from pytest_safemanip.expert.tasks.tipping import pour
@@ -141,7 +141,7 @@ SKILLS: Mapping[str, Skill] = MappingProxyType(
         "grasp or from": grasp_either_in_bowl,
         "grasp over door of": grasp_over_door,
         "insert into": insert,
-        "lay on": lay_on,
+        "lay on": lay,
         "lay on near-half of": lay_on_near_half,
         "lay or for on": lay_tool_for,
         "move and from compartment of into and": move_into_boxes,

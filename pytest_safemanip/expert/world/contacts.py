@@ -16,13 +16,15 @@ LIFTS = 0.3
 
 
 def carried_by_something(arm: Arm, thing: Thing) -> bool:
-    """Whether an object presses on anything but the robot and what lies in it or on it."""
+    """Whether anything but the robot, and what lies in it or on it, presses on an object from
+    below.
+    """
     contacts, parts = arm.step.contacts, arm.scene.parts
     for row in np.flatnonzero(contacts.force >= TOUCH_FORCE).tolist():
-        pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
+        pair = parts[contacts.a[row]].entity, parts[contacts.b[row]].entity
         if thing.entity in pair and ROBOT not in pair:
-            (other,) = pair - {thing.entity}
-            if other not in arm.scene.object_index or Thing(arm, other).underside < thing.underside:
+            lift = float(contacts.normal[row, 2]) * (1.0 if pair[1] == thing.entity else -1.0)
+            if lift > LIFTS:
                 return True
     return False
 

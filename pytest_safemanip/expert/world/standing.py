@@ -148,10 +148,17 @@ def ducked(arm: Arm) -> Motion:
     yield from arm.move(low, tolerance=0.03, turn_tolerance=0.2, steps=80)
 
 
-def nearest(arm: Arm, right: float, left: float) -> float:
-    """How far ahead the base may be anywhere between two places sideways, m."""
+def nearest(arm: Arm, right: float, left: float, past: float | None = None) -> float:
+    """How far ahead the base may be anywhere between two places sideways, m.
+
+    Args:
+        arm: the arm.
+        right: the one place, along its left direction, m.
+        left: the other one.
+        past: what ends nearer than this is behind it, m ahead; None for where the base is now.
+    """
     along, across, height = _extents(arm)
-    ahead = along[:, 1] > arm.ahead(arm.base)
+    ahead = along[:, 1] > (arm.ahead(arm.base) if past is None else past)
     limit = math.inf
     for bottom, top, front, half in BODY_FRONT:
         within = (height[:, 0] < top) & (height[:, 1] > bottom) & ahead
