@@ -23,7 +23,7 @@ from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import OPENING
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.room import Room
-from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.expert.world.things import Furniture, Thing, contents
 from pytest_safemanip.trace.geometry import matrix
 
 Goal = Callable[[], Sequence[Spot]]
@@ -102,7 +102,8 @@ def ways_to_grasp(
     """Ways to take hold of a thing, the easiest first; last those with which there is no way to
     where it is to be put.
     """
-    room = Room.around(arm, [thing.centre], [thing.entity])
+    along = [other.entity for other in contents(arm, thing)]
+    room = Room.around(arm, [thing.centre], [thing.entity, *along])
     reaching = Reaching(arm, room, Ways())
     found = [
         pose for hold in handholds(thing, part) for pose in poses(arm, thing, hold, thing.bottom)

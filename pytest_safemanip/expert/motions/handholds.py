@@ -174,8 +174,10 @@ def bow(thing: Thing) -> Handhold:
 
 def outline(thing: Thing) -> Array:
     """Points (P, 3) on a thing, with its handle."""
-    parts = [body(thing)] if handle_way(thing) is None else [body(thing), handle(thing)]
-    return np.concatenate([part.surface() for part in parts])
+    points = body(thing).rounded()
+    if handle_way(thing) is None:
+        return points
+    return np.concatenate((points, handle(thing).surface()))
 
 
 PARTS = {"body": body, "end": ends, "handle": handle, "lug": lug, "bow": bow}

@@ -28,7 +28,7 @@ from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector, upright
 from pytest_safemanip.expert.world.contacts import carried_by_something, palm_meets
 from pytest_safemanip.expert.world.room import Room, walls
-from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.expert.world.things import Thing, contents
 from pytest_safemanip.trace.geometry import about, matrix
 
 OVER = 0.008
@@ -54,7 +54,7 @@ CARRIED = 0.6
 """Share of the usual speeds on the way."""
 OFF = 0.25
 """How far the base draws back at least from what is let go, m."""
-STANDS, TIPPED = 0.06, math.radians(30.0)
+STANDS, TIPPED = 0.06, math.radians(15.0)
 """How far from its spot something may come to rest, m, and how far from upright, rad."""
 
 
@@ -150,12 +150,13 @@ def place(
         SkillFailed: if there is no way to any, or if it does not stay there.
     """
     thing = Thing(arm, role)
+    up = matrix(thing.pose[3:]).T @ up_axis(thing)
     reach = yield from bring(arm, thing, spots, attitudes)
     yield from set_down(arm, thing, speed=speed)
     yield from arm.grip(False)
     yield from withdraw(arm, reach)
     if attitudes is standing:
-        check(thing, reach)
+        check(thing, reach, up)
 
 
 def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing) -> Bringing:
@@ -198,13 +199,14 @@ class Placing:
         self, arm: Arm, thing: Thing, spots: Iterable[Spot], attitudes: Attitudes = standing
     ) -> None:
         self._thing, self._turns = thing, attitudes(arm, thing)
-        self._dipped = attitudes is dipped
+        self._dipped, self._along = attitudes is dipped, contents(arm, thing)
         self._groups: list[tuple[list[Spot], Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
         ordered = sorted(spots, key=lambda spot: spot.hollow)
         for hollow, some in itertools.groupby(ordered, key=lambda spot: spot.hollow):
             group = list(some)
-            without, extra = [thing.entity], list[Array]()
+            without = [thing.entity, *(other.entity for other in self._along)]
+            extra = list[Array]()
             if hollow:
                 without, extra = [*without, hollow], walls(Thing(arm, hollow))
             room = Room.around(arm, [spot.point for spot in group], without, extra)
@@ -227,7 +229,7 @@ class Placing:
     def _poses(self, spot: Spot, held: Grip) -> Iterator[Pose]:
         """How the hand may be with the thing on a spot."""
         thing = self._thing
-        shape = outline(thing) - thing.middle
+        shape = np.concatenate([outline(one) for one in (thing, *self._along)]) - thing.middle
         for number, (turn, odd) in enumerate(self._turns):
             load = shape @ turn.T
             grip = turn @ (held.point - thing.middle)
@@ -286,17 +288,21 @@ def withdraw(arm: Arm, reach: Reach) -> Motion:
     yield from draw_back(arm, reach, least=OFF)
 
 
-def check(thing: Thing, reach: Reach) -> None:
+def check(thing: Thing, reach: Reach, up: Array) -> None:
     """See whether something stays where it was put.
+
+    Args:
+        thing: the thing.
+        reach: how it was put there.
+        up: its axis that pointed upwards (3,), in its own frame.
 
     Raises:
         SkillFailed: if it does not.
     """
-    off = float(np.linalg.norm((outline(thing) - reach.pose.load).mean(axis=0)[:2]))
+    now = outline(thing)
+    off = float(np.linalg.norm((now - reach.pose.load[: len(now)]).mean(axis=0)[:2]))
     if off > STANDS:
         raise SkillFailed(f"{thing.entity} came to rest {100 * off:.0f} cm off its place")
-
-
-def tilt_between(one: Array, other: Array) -> float:
-    """Angle between two orientations (3, 3), rad."""
-    return float(np.linalg.norm(rotation_vector(one @ other.T)))
+    tilt = math.acos(float(np.clip((matrix(thing.pose[3:]) @ up)[2], -1.0, 1.0)))
+    if tilt > TIPPED:
+        raise SkillFailed(f"{thing.entity} came to rest {math.degrees(tilt):.0f} degrees askew")
