@@ -17,7 +17,7 @@ import dataclasses
 import platform
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
@@ -42,7 +42,7 @@ from pytest_safemanip.sim.robocasa.rendering.observing import Observer
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.sim.robosuite import environment as robosuite_environment
 from pytest_safemanip.sim.robosuite.robots import IMAGE_SIZE
-from pytest_safemanip.spec.properties import load_properties
+from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.trace import Recording
 from pytest_safemanip.trace.scene import Scene
 
@@ -217,6 +217,32 @@ def cpu_times(env: Any, actions: Any) -> float:
     return median(found)
 
 
+def judged(
+    recording: Recording,
+    binding: Binding,
+    properties: Sequence[Property],
+    catalogue: Catalogue,
+    parameters: Mapping[str, float],
+    every: int,
+    then: Callable[[LiveJudge], object] = lambda judge: None,
+    robust: bool = False,
+) -> list[float]:
+    """Seconds for each step of a rollout that is watched, ``every`` steps at a time."""
+    seconds = []
+    for _ in range(ROUNDS):
+        judge = LiveJudge(
+            recording.scene, binding, properties, catalogue, parameters, every=every, robust=robust
+        )
+        start = time.perf_counter()
+        for count, (step, action, acting) in enumerate(recording.steps, 1):
+            judge.step(step, action, acting)
+            if count % every == 0:
+                then(judge)
+                seconds.append((time.perf_counter() - start) / every)
+                start = time.perf_counter()
+    return seconds
+
+
 def main() -> None:
     """Measure and print."""
     print(f"Python {platform.python_version()}, numpy {np.__version__}, {platform.machine()}\n")
@@ -225,19 +251,14 @@ def main() -> None:
     recording = copies(recording)
     properties, catalogue = [*load_properties([folder("properties")]).values()], Catalogue()
     binding, parameters = bound(recording.scene), catalogue.parameters({})
+    watched_by = (recording, binding, properties, catalogue, parameters)
     rows = {"a control step, simulated": simulated}
     for every in TOGETHER:
-        seconds = rows[f"all propositions, {every} steps at a time"] = []
-        for _ in range(ROUNDS):
-            judge = LiveJudge(
-                recording.scene, binding, properties, catalogue, parameters, every=every
-            )
-            start = time.perf_counter()
-            for count, (step, action, acting) in enumerate(recording.steps, 1):
-                judge.step(step, action, acting)
-                if count % every == 0:
-                    seconds.append((time.perf_counter() - start) / every)
-                    start = time.perf_counter()
+        rows[f"all propositions, {every} steps at a time"] = judged(*watched_by, every)
+    rows[f"the same and margins, {TOGETHER[2]} at a time"] = judged(
+        *watched_by, TOGETHER[2], LiveJudge.margins
+    )
+    rows[f"robustness too, {TOGETHER[2]} at a time"] = judged(*watched_by, TOGETHER[2], robust=True)
     reference = median(simulated)
     print(f"{'per control step':<40}{'median us':>10}{'p95 us':>9}{'x step':>8}")
     for name, times in rows.items():
@@ -245,6 +266,7 @@ def main() -> None:
         print(f"{name:<40}{1e6 * median(times):>10.0f}{1e6 * high:>9.0f}", end="")
         print(f"{median(times) / reference:>8.3f}")
     instances = sum(len(binding.relation(p.relation)) if p.relation else 1 for p in properties)
+    judge = LiveJudge(recording.scene, binding, properties, catalogue, parameters)
     print(f"\n{len(properties)} properties, {instances} instances, {len(judge.calls)} propositions")
     watched()
 

@@ -21,10 +21,12 @@ from pytest_safemanip.plots import over_time
 from pytest_safemanip.plots.of_summary import plot_summary
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
-from pytest_safemanip.report.counterexample import first_violation, violation_lines
+from pytest_safemanip.propositions.definition import Floats as Margins
+from pytest_safemanip.report.counterexample import violation_lines, worst_violation
 from pytest_safemanip.report.lanes import label_of
 from pytest_safemanip.run.cases import applicable
 from pytest_safemanip.run.definitions import Definitions, load_definitions
+from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording
@@ -141,13 +143,21 @@ class Rollout:
             ConfigError: if there is no such property.
             TraceError: if it has no instance here, or the recording lacks what it needs.
         """
-        known = self._defined.properties
-        if property_id not in known:
-            hint = did_you_mean(property_id, known, "safemanip properties")
-            raise ConfigError(f"unknown property {property_id!r}; {hint}")
         if property_id not in self._verdicts:
-            self._verdicts[property_id] = self._judge.judge(known[property_id])
+            self._verdicts[property_id] = self._judge.judge(self._property(property_id))
         return self._verdicts[property_id]
+
+    def robustness(self, property_id: str) -> float:
+        """By how much the rollout satisfies a property's formula, for the instance that is nearest
+        to violating it, or violates it most; negative where it does.
+
+        In the units of margins (see :meth:`margin`); a deadline beside the formula plays no part.
+
+        Raises:
+            ConfigError: if there is no such property.
+            TraceError: if it has no instance here, or the recording lacks what it needs.
+        """
+        return min(self._judge.robustness(self._property(property_id)).values())
 
     @property
     def verdicts(self) -> dict[str, Verdict]:
@@ -182,6 +192,16 @@ class Rollout:
             TraceError: if it has other arguments, or the recording lacks what it needs.
         """
         return self._judge.view(*self._call(proposition, entities))
+
+    def margin(self, proposition: str, *entities: str) -> Margins:
+        """How far a proposition is from its threshold (T,), in units of that: positive where it is
+        true, 1 at twice the limit; see :meth:`signal`.
+
+        Raises:
+            ConfigError: if there is no such proposition.
+            TraceError: if it has other arguments, or the recording lacks what it needs.
+        """
+        return self._judge.view.margin(*self._call(proposition, entities))
 
     def plot(self, proposition: str, *entities: str) -> Figure:
         """When a proposition holds, and what was measured, with thresholds; see :meth:`signal`.
@@ -241,7 +261,7 @@ class Rollout:
             except SafemanipError as error:
                 rows.append((id_, "ERROR", "", str(error)))
                 continue
-            what = first_violation(verdict, self.recording) if verdict.findings else ""
+            what = worst_violation(verdict, self.recording) if verdict.findings else ""
             triggered = f"{verdict.triggered} of {verdict.instances}"
             rows.append((id_, verdict.outcome.label, triggered, what))
         about = f"{self._title}: {'success' if self.success else 'no success'}"
@@ -255,6 +275,13 @@ class Rollout:
     @property
     def _title(self) -> str:
         return f"{self.episode.task}, {self.episode.policy}, seed {self.episode.seed}"
+
+    def _property(self, property_id: str) -> Property:
+        known = self._defined.properties
+        if property_id not in known:
+            hint = did_you_mean(property_id, known, "safemanip properties")
+            raise ConfigError(f"unknown property {property_id!r}; {hint}")
+        return known[property_id]
 
     def _call(self, proposition: str, entities: Sequence[str]) -> tuple[str, ...]:
         """A proposition with the entities that names or roles stand for."""

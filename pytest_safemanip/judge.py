@@ -15,14 +15,17 @@ from pytest_safemanip.ltlf import (
     PropertyOutcome,
     Violation,
     explain,
+    robustness,
     worst,
 )
 from pytest_safemanip.markup import table
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
-from pytest_safemanip.propositions.definition import Excess
+from pytest_safemanip.propositions.contact import FORCE_LIMIT
+from pytest_safemanip.propositions.definition import MARGIN_BOUND, Excess, hardest
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.view import View
+from pytest_safemanip.severity import Occurrence, Severity, measure
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.recording import Recording
@@ -44,7 +47,8 @@ class Finding:
         proof: the explanation's text: what was pending, since when, the steps that matter.
         evidence: what was measured at the first unsafe step, and where the obligation opened that
             was not met, in words.
-        excess: the contact behind it that is farthest beyond its limit; None if none is.
+        severity: how severe it is.
+        excess: the hardest contact behind it that is beyond its limit; None if none is.
         opened: the step where the obligation opened; the first unsafe step if none was pending.
         values: of each atom of the property, for the violated instance, bool (T,).
     """
@@ -56,6 +60,7 @@ class Finding:
     reason: str
     proof: str
     evidence: tuple[str, ...]
+    severity: Severity
     excess: Excess | None = None
     opened: int = 0
     values: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict, compare=False)
@@ -108,14 +113,20 @@ class Verdict:
                 f.first,
                 f.last,
                 f"{f.duration_s:.2f}",
+                f"{f.severity.value:.2f}",
                 f.reason,
                 "; ".join(f.evidence),
             )
             for f in self.findings
         ]
-        head = ("for", "first step", "last step", "s", "reason", "measured")
+        head = ("for", "first step", "last step", "s", "severity", "reason", "measured")
         whose = 0 if any(f.entities for f in self.findings) else 1
         return table(about, head[whose:], [row[whose:] for row in rows])
+
+    @property
+    def by_severity(self) -> tuple[Finding, ...]:
+        """The violations, the worst first; of those that are as bad, the earlier one."""
+        return tuple(sorted(self.findings, key=lambda found: -found.severity.value))
 
     @property
     def exposure(self) -> float:
@@ -161,14 +172,7 @@ class Judge:
         Raises:
             TraceError: if the recording lacks what a proposition needs.
         """
-        rows = self._binding.relation(prop.relation) if prop.relation else ((),)
-        if missing := self._recording.episode.unobserved if not rows else None:
-            raise TraceError(
-                f"it ranges over {prop.relation}, and the recording has no "
-                f"{', '.join(sorted(missing))}"
-            )
-        if not rows:
-            raise TraceError(f"{prop.id}: no instance in {self._recording.episode.task}")
+        rows = self._rows(prop)
         acting = ~self._recording.steps.tail
         monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
         calls = [prop.calls(row) for row in rows]
@@ -200,6 +204,39 @@ class Judge:
             formula=monitor.dfa.text,
         )
 
+    def robustness(self, prop: Property) -> dict[tuple[str, ...], float]:
+        """By how much the recording satisfies a property's formula, for each of its instances by
+        the entities that it is about; negative where it violates it.
+
+        In the units of margins, at most :data:`MARGIN_BOUND` on either side. It is that of the
+        formula on all of the recording: a deadline of the property beside it plays no part, and
+        what is open at the end counts as never met.
+
+        Raises:
+            TraceError: as for :meth:`judge`.
+        """
+        formula, stand = prop.formula_of(self._profile), prop.clocks_stand(self._profile)
+        acting = ~self._recording.steps.tail if stand else None
+        found = {}
+        for row in self._rows(prop):
+            calls = zip(prop.atoms, prop.calls(row), strict=True)
+            margins = {atom: self.view.margin(*call) for atom, call in calls}
+            value = robustness(formula, margins, self._recording.trace.dt, acting)[0]
+            found[row] = float(np.clip(value, -MARGIN_BOUND, MARGIN_BOUND))
+        return found
+
+    def _rows(self, prop: Property) -> tuple[tuple[str, ...], ...]:
+        """The entities that each instance of a property is about."""
+        rows = self._binding.relation(prop.relation) if prop.relation else ((),)
+        if missing := self._recording.episode.unobserved if not rows else None:
+            raise TraceError(
+                f"it ranges over {prop.relation}, and the recording has no "
+                f"{', '.join(sorted(missing))}"
+            )
+        if not rows:
+            raise TraceError(f"{prop.id}: no instance in {self._recording.episode.task}")
+        return rows
+
     def _finding(
         self,
         prop: Property,
@@ -216,8 +253,11 @@ class Judge:
         last = {d.atom for d in reasons.deciding if d.step == violation.first}
         evidence = self._measured(calls, last, violation.first)
         if began < violation.first:
-            opened = {d.atom for d in reasons.deciding if d.step == began and d.value}
-            evidence += [f"step {began}: {x}" for x in self._measured(calls, opened, began)]
+            opening = {d.atom for d in reasons.deciding if d.step == began and d.value}
+            evidence += [f"step {began}: {x}" for x in self._measured(calls, opening, began)]
+        opened = reasons.opened_at
+        excess = self._excess(calls.values(), opened, violation.last)
+        found = Occurrence(row, dfa, verdict.states, opened, violation, excess)
         return Finding(
             entities=row,
             first=violation.first,
@@ -226,17 +266,16 @@ class Judge:
             reason=AT_END if violation.at_end else violation.reason,
             proof=reasons.format(),
             evidence=tuple(evidence),
-            excess=self._excess(calls.values(), violation),
-            opened=reasons.opened_at,
+            severity=measure(self.view, prop, found),
+            excess=excess,
+            opened=opened,
             values=dict(zip(calls, values.T, strict=True)),
         )
 
-    def _excess(self, calls: Iterable[tuple[str, ...]], found: Violation) -> Excess | None:
-        """The hardest contact of a violation, by its limit."""
-        known = [
-            self.view.excess(name, tuple(rest), found.first, found.last) for name, *rest in calls
-        ]
-        return max(filter(None, known), key=lambda excess: excess.times, default=None)
+    def _excess(self, calls: Iterable[tuple[str, ...]], first: int, last: int) -> Excess | None:
+        """The hardest contact within some steps that is beyond its limit."""
+        known = [self.view.excess(name, tuple(rest), first, last) for name, *rest in calls]
+        return hardest(filter(None, known), self.view.parameters[FORCE_LIMIT.name])
 
     def _measured(
         self, calls: Mapping[str, tuple[str, ...]], atoms: Collection[str], step: int

@@ -27,6 +27,9 @@ def test_five_lines_give_verdicts_signals_violations_and_a_table(path: Path) -> 
     rollout = load(path)
     assert rollout.judge("collision_contact").outcome.label == "VIOLATED"
     assert rollout.signal("collision").nonzero()[0].tolist() == [8, 9, 10, 11]
+    margin = rollout.margin("collision")
+    assert (margin > 0).nonzero()[0].tolist() == [8, 9, 10, 11]
+    assert rollout.robustness("collision_contact") == -margin.max()
     (violation,) = rollout.violations
     assert str(violation) == "collision_contact: bad prefix at step 8"
     table = rollout.to_pandas()

@@ -24,7 +24,8 @@ ROOMS: Mapping[str, str] = {
     "trace": "errors.py strategies.py",
     "propositions": "errors.py trace",
     "spec": "errors.py ltlf propositions trace",
-    "judge.py": "errors.py ltlf markup.py propositions spec trace",
+    "severity.py": "ltlf propositions spec trace",
+    "judge.py": "errors.py ltlf markup.py propositions severity.py spec trace",
     "sentences": "errors.py ltlf spec",
     "live": "errors.py ltlf propositions resources.py spec trace",
     "sim": "decoding errors.py provenance.py trace",
@@ -38,11 +39,12 @@ ROOMS: Mapping[str, str] = {
     "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "
     "resources.py rollouts sim spec trace",
     "gym": "errors.py live ltlf propositions run sim spec",
-    "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run sim "
-    "spec trace",
+    "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run "
+    "severity.py sim spec trace",
     "video": "errors.py judge.py metrics provenance.py report run sim spec trace",
     "plots": "errors.py judge.py metrics report spec",
-    "api.py": "errors.py judge.py live ltlf markup.py metrics plots propositions report run trace",
+    "api.py": "errors.py judge.py live ltlf markup.py metrics plots propositions report run spec "
+    "trace",
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
     "trace video",
     "cli": "errors.py expert importers judge.py lerobot ltlf metrics plugin policies propositions "

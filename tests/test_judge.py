@@ -283,3 +283,26 @@ def test_what_a_policy_sets_of_numpy_decides_on_no_verdict(tmp_path):
     expected = verdict()
     with np.errstate(all="raise"):
         assert verdict() == expected
+
+
+@pytest.mark.parametrize("policy", ["scripted", "scripted:half_inside"])
+def test_of_a_real_rollout_robustness_has_the_sign_of_plain_acceptance(rollouts, policy):
+    task = "PickPlaceCounterToCabinet"
+    recording, plan = rollouts.get(task, policy).recording, rollouts.plan(task, policy)
+    chosen = plan.tasks[task], plan.attributes, plan.catalogue, plan.parameters
+    judge, signs = Judge(recording, *chosen, profile="paper"), set()
+    for name in plan.tasks[task].properties:
+        prop = plan.properties[name]
+        value = min(judge.robustness(prop).values())
+        assert (judge.judge(prop).outcome.label == "VIOLATED") == (value < 0.0), name
+        signs.add(value < 0.0)
+    assert signs == ({False, True} if "half" in policy else {False})
+
+
+def test_robustness_is_told_for_each_instance_and_of_those_that_there_are(rollouts):
+    task = "PickPlaceCounterToCabinet"
+    judged = rollouts.get(task, "scripted:half_inside").judge
+    (row,) = judged.robustness(PROPERTIES["enclosure_release"])
+    assert row == ("obj", "cab_2_main_group")
+    with pytest.raises(TraceError, match=f"object_containment: no instance in {task}"):
+        judged.robustness(PROPERTIES["object_containment"])

@@ -8,7 +8,7 @@ from pytest_safemanip.cli.folder import own_file, read_folder
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
 from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.definitions import Definitions
-from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.spec.properties import LEAST_SEVERITY, Property
 
 EXAMPLE = "safemanip properties category:enclosure_access"
 
@@ -51,6 +51,8 @@ def _about(prop: Property) -> list[str]:
         facts.append(f"for each {', '.join(prop.variables)} in {prop.relation}")
     if prop.deadline_s is not None:
         facts.append(f"within {prop.deadline_s:g} s")
+    if prop.severity != LEAST_SEVERITY:
+        facts.append(f"severity {prop.severity:g} at least")
     place = own_file(prop.path)
     return [prop.title, str(prop.formula), "; ".join(facts), *([place] if place else [])]
 
@@ -68,6 +70,7 @@ def _plain(prop: Property, tasks: list[str]) -> dict[str, object]:
         "atoms": {atom: str(call) for atom, call in prop.atoms.items()},
         "deadline_s": prop.deadline_s,
         "discharged_by": prop.discharged_by,
+        "severity": prop.severity,
         "tasks": tasks,
         "path": str(prop.path),
     }

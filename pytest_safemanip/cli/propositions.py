@@ -20,8 +20,11 @@ _CLAUSE = re.compile(r"(?<=[.;:])\s+|\n\n")
 _HEAD = """# Propositions
 
 What the atoms of a property mean. A value at a step depends on the steps before it within the
-window, never on later ones. An *act* is of the robot, and false in the settle tail. Every number
-can be changed: `--safemanip-params=settled.speed=0.05` judges recordings again with another one.
+window, never on later ones. An *act* is of the robot, and false in the settle tail. A *margin* is
+how far it is from its threshold, in units of that: positive where it is true, 1 at twice the
+limit. Of conditions that all have to hold the least margin counts; one without a threshold is one
+unit from it. Every number can be changed: `--safemanip-params=settled.speed=0.05` judges
+recordings again with another one.
 Printed by `safemanip propositions --markdown`."""
 
 
@@ -72,12 +75,21 @@ def _section(proposition: Proposition, parameters: Mapping[str, float]) -> Itera
     yield f"\n## `{_signature(proposition)}`\n"
     yield inspect.cleandoc(proposition.doc).replace("``", "`")
     yield f"\n*{memory}{', an act' if proposition.act else ''}*"
+    yield f"\n{_margin(proposition)}"
     for law, reason in proposition.exempt.items():
         yield f"\nNot subject to the law `{law}`: {reason}."
     if proposition.parameters:
         yield "\n| parameter | default | why |\n|---|---|---|"
         for p in proposition.parameters:
             yield f"| `{p.name}` | {p.default:.4g} {p.unit} | {p.reason} |".replace("  ", " ")
+
+
+def _margin(proposition: Proposition) -> str:
+    """What its margin is, or why it has none."""
+    if proposition.margin is None:
+        return f"No margin: {proposition.no_margin or 'none is defined'}."
+    said = inspect.cleandoc(proposition.margin.__doc__ or "defined in Python").replace("``", "`")
+    return f"Margin: {said.replace(' (T,)', '')}"
 
 
 def _plain(proposition: Proposition, parameters: Mapping[str, float]) -> dict[str, object]:
@@ -87,6 +99,7 @@ def _plain(proposition: Proposition, parameters: Mapping[str, float]) -> dict[st
         "arguments": proposition.arguments,
         "window_s": None if math.isinf(window) else window,
         "act": proposition.act,
+        "margin": proposition.margin is not None,
         "condition": inspect.cleandoc(proposition.doc),
         "parameters": [
             {"name": p.name, "unit": p.unit, "value": parameters[p.name], "why": p.reason}

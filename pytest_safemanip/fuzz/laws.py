@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.fuzz import changes
 from pytest_safemanip.fuzz.invalid import invalid
+from pytest_safemanip.fuzz.margins import margins
 from pytest_safemanip.fuzz.steps import causal, online, part, window
 from pytest_safemanip.fuzz.timing import flickering, lasting_states, near
 from pytest_safemanip.fuzz.trial import Draw, LawBroken, Trial
@@ -169,6 +170,12 @@ LAWS = (
         "asked for some steps only, it has the same values there, and others keep theirs",
         part,
         lambda proposition: proposition.sparse,
+    ),
+    Law(
+        "margin",
+        "its margin has the sign of its value, and depends on no other steps than that",
+        margins,
+        lambda proposition: proposition.margin is not None,
     ),
     Law(
         "permutation",

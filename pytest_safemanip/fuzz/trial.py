@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, SafemanipError, did_you_mean
 from pytest_safemanip.fuzz.scenes import bind
@@ -81,33 +82,46 @@ class Trial:
 
     def instead(self, recording: Recording) -> Trial:
         """The same proposition on another recording."""
-        return Trial(self.proposition, recording, self.catalogue, self.parameters)
+        return type(self)(self.proposition, recording, self.catalogue, self.parameters)
 
     def on(
         self, recording: Recording, parameters: Mapping[str, float] | None = None
-    ) -> Callable[[Arguments], Bools]:
+    ) -> Callable[[Arguments], NDArray[Any]]:
         """The proposition's values (T,) by arguments, on any recording and with any parameters."""
+        view = self.view(recording, parameters)
+        return lambda arguments: self.look(view, arguments)
+
+    def look(self, view: View, arguments: Arguments) -> NDArray[Any]:
+        """The proposition's values on a view (T,)."""
+        return view(self.proposition.name, *arguments)
+
+    def view(
+        self, recording: Recording | None = None, parameters: Mapping[str, float] | None = None
+    ) -> View:
+        """A recording as propositions see it, nothing evaluated; this one if none is given."""
+        seen = self.recording if recording is None else recording
         chosen = self.parameters if parameters is None else parameters
-        view = View(recording.trace, bind(recording.scene), chosen, self.catalogue)
-        return lambda arguments: view(self.proposition.name, *arguments)
+        return View(seen.trace, bind(seen.scene), chosen, self.catalogue)
 
-    def view(self) -> View:
-        """The recording as propositions see it, with nothing evaluated yet."""
-        return View(self.recording.trace, self.binding, self.parameters, self.catalogue)
-
-    def online(self, every: int) -> Bools:
+    def online(self, every: int) -> NDArray[Any]:
         """The proposition's values for all calls (T, calls), computed online."""
-        names = [(self.proposition.name, *arguments) for arguments in self.calls]
-        scene = self.recording.scene
-        online = Online(scene, self.binding, self.parameters, self.catalogue, names, every)
+        online = self.watched(every)
         rows = [online.push(*step) for step in self.recording.steps]
         return np.concatenate([*rows, online.flush()])
+
+    def watched(self, every: int) -> Online:
+        """What evaluates all calls online, before the first step."""
+        names = [(self.proposition.name, *arguments) for arguments in self.calls]
+        scene = self.recording.scene
+        return Online(scene, self.binding, self.parameters, self.catalogue, names, every)
 
     def count(self, seconds: float) -> int:
         """A duration in control periods."""
         return self.recording.trace.count(seconds)
 
-    def expect(self, arguments: Arguments, found: Bools, wanted: Bools, where: str) -> None:
+    def expect(
+        self, arguments: Arguments, found: NDArray[Any], wanted: NDArray[Any], where: str
+    ) -> None:
         """Require values to be equal.
 
         Raises:

@@ -237,7 +237,7 @@ class Feed:
         return self._parts[name]
 
     def _felt(self, names: Iterable[str]) -> Iterable[int]:
-        for name in names:
+        for name in (names,) if isinstance(names, str) else names:
             if name in self._scene.entity:
                 yield from self._scene.owned.get(name, ())
             else:

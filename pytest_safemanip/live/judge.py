@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.ltlf import InstanceVerdict, Monitor, Profile, StepVerdict
+from pytest_safemanip.ltlf import (
+    InstanceVerdict,
+    Monitor,
+    OnlineRobustness,
+    Profile,
+    StepVerdict,
+)
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.propositions.definition import Bools, Proposition
+from pytest_safemanip.propositions.definition import MARGIN_BOUND, Bools, Proposition
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.online import Call, Online
 from pytest_safemanip.spec.properties import Property
@@ -30,6 +36,7 @@ class LiveJudge:
         parameters: values of all their parameters.
         profile: the semantics.
         every: how many steps are evaluated together: the same verdicts, later and cheaper.
+        robust: whether :meth:`robustness` is wanted, for which margins are computed at every step.
 
     Raises:
         TraceError: if a property has no instance, or a proposition does not fit the scene.
@@ -44,8 +51,11 @@ class LiveJudge:
         parameters: Mapping[str, float],
         profile: Profile = "timed",
         every: int = 1,
+        robust: bool = False,
     ) -> None:
         self._monitors: dict[str, Monitor] = {}
+        self._robust: dict[str, tuple[Property, list[OnlineRobustness]]] = {}
+        self._profile, self._robustness = profile, dict[str, list[float]]()
         self._calls: dict[str, list[list[Call]]] = {}
         for prop in properties:
             rows = binding.relation(prop.relation) if prop.relation else ((),)
@@ -53,6 +63,10 @@ class LiveJudge:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")
             self._monitors[prop.id] = prop.monitor(rows, dt=scene.control_period, profile=profile)
             self._calls[prop.id] = [prop.calls(row) for row in rows]
+            if robust:
+                formula = prop.formula_of(profile)
+                each = [OnlineRobustness(formula, scene.control_period) for _ in rows]
+                self._robust[prop.id] = prop, each
         for call in self.calls:
             check_call(catalogue[call[0]], call[1:], scene)
         self._online = Online(scene, binding, parameters, catalogue, (), every)
@@ -112,6 +126,27 @@ class LiveJudge:
         atoms = self._monitors[name].at_fault(instance, letter)
         return [text for k in atoms for text in self._online.evidence(calls[k])]
 
+    def margins(self, calls: Collection[Call] | None = None) -> dict[Call, float]:
+        """How far propositions are from their thresholds after the newest step that was evaluated,
+        in units of these: positive where they are true, 1 at twice the limit. Nothing before one
+        was.
+
+        They are computed when this is called; it may be called as seldom as one likes.
+
+        Args:
+            calls: of :attr:`calls`, those that are wanted; None for all.
+        """
+        if not self._started:
+            return {}
+        return {call: self._online.margin(call) for call in calls or self.calls}
+
+    def robustness(self) -> dict[str, list[float]]:
+        """By how much the steps that were evaluated satisfy the formula of each property, for each
+        of its instances, as if they were the whole rollout; negative where they violate it. Nothing
+        before one was, or if it is not wanted.
+        """
+        return dict(self._robustness)
+
     def _read(self, count: int) -> dict[str, list[StepVerdict]]:
         """Feed the newest complete steps to the monitors."""
         if not count:
@@ -127,7 +162,25 @@ class LiveJudge:
         for name, monitor in self._monitors.items():
             look_up = partial(self._value, self._calls[name], count)
             found[name] = monitor.steps(monitor.gather(count, look_up), acting)
+        for name, (prop, each) in self._robust.items():
+            runs = [acts or not prop.clocks_stand(self._profile) for acts in acting]
+            self._robustness[name] = [
+                self._measured(prop, calls, one, runs)
+                for calls, one in zip(self._calls[name], each, strict=True)
+            ]
         return found
+
+    def _measured(
+        self, prop: Property, calls: Sequence[Call], one: OnlineRobustness, runs: Sequence[bool]
+    ) -> float:
+        """The robustness of an instance after some more steps, of which it is said whether clocks
+        run.
+        """
+        columns = [self._online.margins(call, len(runs))[-len(runs) :].tolist() for call in calls]
+        value = 0.0
+        for run, *margins in zip(runs, *columns, strict=True):
+            value = one.step(dict(zip(prop.atoms, margins, strict=True)), run)
+        return min(max(value, -MARGIN_BOUND), MARGIN_BOUND)
 
     def _value(
         self, calls: Sequence[Sequence[Call]], count: int, row: int, atom: int, a: int, b: int

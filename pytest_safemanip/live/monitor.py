@@ -88,7 +88,7 @@ class LiveMonitor:
         self._rows: dict[str, tuple[tuple[str, ...], ...]] = {}
         self._calls: dict[str, list[list[Call]]] = {}
         self._monitors: dict[str, PartialMonitor] = {}
-        for prop in map(_property, properties):
+        for prop in map(_property, (properties,) if isinstance(properties, str) else properties):
             rows = binding.relation(prop.relation) if prop.relation else ((),)
             if not rows:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")
@@ -190,6 +190,20 @@ class LiveMonitor:
         """
         kept = (self._scene, self._catalogue)
         return copy.deepcopy(self, {id(one): one for one in kept}).step(**reading)
+
+    def margins(self) -> dict[Call, float | None]:
+        """How far each proposition is from its threshold after the last step, in units of that:
+        positive where it is true, 1 at twice the limit; None where that is not known.
+
+        They are computed when this is called.
+
+        Raises:
+            TraceError: if there was no step.
+        """
+        return {
+            call: self._online.margin(call) if self._observations.knows(call) else None
+            for call in self.calls
+        }
 
     def verdicts(self) -> dict[str, list[PartialVerdict]]:
         """The verdicts on each property's instances if the last step was the end.

@@ -39,6 +39,7 @@ from pytest_safemanip.ltlf.formula import (
 )
 from pytest_safemanip.ltlf.monitor import Monitor
 from pytest_safemanip.ltlf.parser import parse
+from pytest_safemanip.ltlf.robustness import OnlineRobustness, robustness
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile
 from pytest_safemanip.ltlf.verdicts import (
     InstanceVerdict,
@@ -74,6 +75,7 @@ __all__ = [
     "Next",
     "Not",
     "OmittedSteps",
+    "OnlineRobustness",
     "Or",
     "Outcome",
     "PathStep",
@@ -92,5 +94,6 @@ __all__ = [
     "compile_formula",
     "explain",
     "parse",
+    "robustness",
     "worst",
 ]

@@ -66,9 +66,10 @@ def watch(gate: Gate, records: Iterable[RolloutRecord], alpha: float) -> Watched
     for cases in _rounds(select(records, gate.where)):
         if not all(case.decided for case in cases):
             break
-        taken += cases
+        counted = [case.of(gate.severe) for case in cases] if gate.severe else cases
+        taken += counted
         rounds += 1
-        hits += share.of(cases).hits
+        hits += share.of(counted).hits
         if evidence(hits, len(taken), gate.bound) > limit:
             verdict = "PASS" if gate.keeps(hits / len(taken)) else "FAIL"
             break

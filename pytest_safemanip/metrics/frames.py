@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 COLUMNS = (
     *("policy", "task", "seed", "suite", "horizon", "success", "acting_steps"),
     *("property", "category", "outcome", "triggered"),
-    *("violations", "first_step", "unsafe_s", "error", "recording"),
+    *("violations", "first_step", "unsafe_s", "severity", "error", "recording"),
 )
 
 
@@ -80,6 +80,7 @@ def _rows(record: RolloutRecord) -> Iterator[dict[str, Any]]:
             "violations": len(found),
             "first_step": min((v["first"] for v in found), default=None),
             "unsafe_s": sum(v["duration_s"] for v in found),
+            "severity": max((v["severity"] for v in found if "severity" in v), default=None),
         }
 
 

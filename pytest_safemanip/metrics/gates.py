@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.metrics.measures import FIGURES, SHARES
-from pytest_safemanip.metrics.selection import FILTERS
+from pytest_safemanip.metrics.selection import FILTERS, Severe
 from pytest_safemanip.spec import yamlfile
 
 _GATE = re.compile(
@@ -21,6 +21,7 @@ _GATE = re.compile(
         (?:@\s*(?P<confidence>[^\s%]+)\s*(?P<of>%)?\s*(?P<target>clustered)?)?\s*""",
     re.VERBOSE,
 )
+_SEVERITY = re.compile(r"severity\b\s*(?P<sign>[^\w\s.+-]*)\s*(?P<bound>.*)")
 _FORM = "METRIC[FILTER=VALUE,...] <= VALUE @CONFIDENCE"
 DEFAULT_MARGIN = 0.1
 """A rise of a violation rate by ten points is what a comparison has to be able to rule out."""
@@ -39,6 +40,7 @@ class Gate:
         confidence: of the two-sided interval that decides; None for the point estimate.
         clustered: whether the interval is the clustered one, for new tasks like these.
         required: whether the run fails with it.
+        severe: which violations it counts; None for all.
     """
 
     name: str
@@ -49,6 +51,12 @@ class Gate:
     confidence: float | None = None
     clustered: bool = False
     required: bool = True
+    severe: Severe | None = None
+
+    @property
+    def needs_severity(self) -> bool:
+        """Whether it asks how severe violations are."""
+        return self.severe is not None or self.metric.endswith("_severity")
 
     @property
     def small(self) -> bool:
@@ -67,7 +75,8 @@ class Gate:
         return value > self.bound
 
     def __str__(self) -> str:
-        filters = ",".join(f"{name}={value}" for name, value in self.where.items())
+        parts = [f"{name}={value}" for name, value in self.where.items()]
+        filters = ",".join([*parts, *([str(self.severe)] if self.severe else [])])
         confidence = f" @{self.confidence:g}" if self.confidence is not None else ""
         target = " clustered" if self.clustered else ""
         about = f"[{filters}]" if filters else ""
@@ -93,7 +102,8 @@ class Gates:
 
 
 def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
-    """A gate from text such as ``violation_rate[category=release_stability] <= 10 % @0.95``.
+    """A gate from text such as ``violation_rate[category=release_stability] <= 10 % @0.95``, or
+    ``violation_rate[severity >= 3] <= 5 %``.
 
     Args:
         text: the gate.
@@ -113,15 +123,19 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
     confidence = _confidence(match["confidence"], match["of"], text)
     if confidence is not None and metric in FIGURES:
         raise ConfigError(f"{metric} has no interval: leave out '@{match['confidence']}'")
+    where, severe = _filters(match["filters"] or "", text)
+    if severe and not (SHARES.get(metric) or FIGURES[metric]).counts:
+        raise ConfigError(f"{metric} counts no violations: leave out '{severe}' in {text!r}")
     gate = Gate(
         name,
         metric,
-        _filters(match["filters"] or "", text),
+        where,
         match["sign"],
         _bound(match["bound"], match["percent"], metric, text),
         confidence,
         bool(match["target"]),
         required,
+        severe,
     )
     return gate if name else Gate(**{**vars(gate), "name": str(gate)})
 
@@ -230,20 +244,38 @@ def _named(section: yamlfile.Section, must_pass: Sequence[str]) -> list[Gate]:
     return gates
 
 
-def _filters(text: str, whole: str) -> dict[str, str]:
+def _filters(text: str, whole: str) -> tuple[dict[str, str], Severe | None]:
+    """Filters of rollouts and properties, and which violations count."""
     found: dict[str, str] = {}
+    severe: Severe | None = None
     for part in filter(None, (part.strip() for part in text.split(","))):
+        if match := _SEVERITY.fullmatch(part):
+            if severe:
+                raise ConfigError(f"filter 'severity' is given twice in {whole!r}")
+            severe = _severe(part, match["sign"], match["bound"], whole)
+            continue
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if not equals or not value:
             raise ConfigError(f"expected FILTER=VALUE in the brackets of {whole!r}, found {part!r}")
         if name not in FILTERS:
-            raise ConfigError(
-                f"unknown filter {name!r} in {whole!r}; {did_you_mean(name, FILTERS)}"
-            )
+            hint = did_you_mean(name, (*FILTERS, "severity"))
+            raise ConfigError(f"unknown filter {name!r} in {whole!r}; {hint}")
         if name in found:
             raise ConfigError(f"filter {name!r} is given twice in {whole!r}")
         found[name] = value
-    return found
+    return found, severe
+
+
+def _severe(part: str, sign: str, bound: str, whole: str) -> Severe:
+    if sign not in (">=", ">"):
+        raise ConfigError(
+            f"expected severity >= NUMBER or severity > NUMBER in the brackets of {whole!r}, "
+            f"found {part!r}"
+        )
+    value = _number(bound, None, whole)
+    if value < 0:
+        raise ConfigError(f"a severity is from 0 up, found {bound!r} in {whole!r}")
+    return Severe(value, sign == ">")
 
 
 def _bound(text: str, percent: str | None, metric: str, whole: str) -> float:

@@ -9,8 +9,11 @@ from typing import Any
 from pytest_safemanip.metrics.measures import FIGURES, OUTCOMES, SHARES
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
-from pytest_safemanip.metrics.selection import RolloutSlice, select
+from pytest_safemanip.metrics.selection import RolloutSlice, Severe, select
 from pytest_safemanip.spec.tasks import HORIZONS
+
+SEVERITIES = (2.0, 3.0, 5.0)
+"""For which a group has violation rates of their own."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +27,7 @@ class Group:
         tasks: number of tasks of the complete ones.
         shares: by name; see :data:`~pytest_safemanip.metrics.measures.SHARES`.
         figures: by name; None where undefined.
+        severe: the violation rate that counts violations of so much severity at least, by that.
         vacuous: number of rollouts in which no property was triggered.
     """
 
@@ -33,6 +37,7 @@ class Group:
     tasks: int
     shares: Mapping[str, Rate]
     figures: Mapping[str, float | None]
+    severe: Mapping[float, Rate]
     vacuous: int
 
     @property
@@ -60,6 +65,9 @@ class Group:
             "outcomes": self.outcomes,
             **{name: rate.to_json() for name, rate in self.shares.items()},
             **self.figures,
+            "violation_rate_by_severity": {
+                f"{bound:g}": rate.to_json() for bound, rate in self.severe.items()
+            },
             "unresolved": self.unresolved,
             "vacuous": self.vacuous,
         }
@@ -129,6 +137,10 @@ def group(cases: Iterable[RolloutSlice]) -> Group:
         tasks=len({case.task for case in done}),
         shares={name: share.of(done) for name, share in SHARES.items()},
         figures={name: figure.of(done) for name, figure in FIGURES.items()},
+        severe={
+            bound: SHARES["violation_rate"].of([case.of(Severe(bound)) for case in done])
+            for bound in SEVERITIES
+        },
         vacuous=sum(case.vacuous for case in done),
     )
 

@@ -8,6 +8,7 @@ from statistics import fmean, median
 from typing import Any
 
 from pytest_safemanip.metrics.rates import Rate
+from pytest_safemanip.metrics.records import severity
 from pytest_safemanip.metrics.selection import RolloutSlice
 
 Cases = Sequence[RolloutSlice]
@@ -43,12 +44,14 @@ class Share:
         of: its value for some rollouts.
         steady: whether it is over all rollouts that are asked about, and not over those that
             turned out in some way.
+        counts: whether it counts violations, so that it can be asked for the severe ones alone.
     """
 
     name: str
     says: str
     of: Callable[[Cases], Rate]
     steady: bool = True
+    counts: bool = True
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,7 @@ class Figure:
     name: str
     says: str
     of: Callable[[Cases], float | None]
+    counts: bool = True
 
 
 def _violations(cases: Cases) -> list[Mapping[str, Any]]:
@@ -73,6 +77,15 @@ def _duration(cases: Cases) -> float | None:
     return fmean(found) if found else None
 
 
+def _max_severity(cases: Cases) -> float | None:
+    return max(map(severity, _violations(cases)), default=0.0) if cases else None
+
+
+def _median_severity(cases: Cases) -> float | None:
+    found = [severity(violation) for violation in _violations(cases) if "severity" in violation]
+    return round(float(median(found)), 3) if found else None
+
+
 def _first(cases: Cases) -> float | None:
     found = [min(v["first"] for v in _violations([case])) for case in cases if case.violated]
     return float(median(found)) if found else None
@@ -81,7 +94,12 @@ def _first(cases: Cases) -> float | None:
 SHARES: Mapping[str, Share] = {
     share.name: share
     for share in (
-        Share("success_rate", "successful / complete rollouts", _share(lambda c: c.success)),
+        Share(
+            "success_rate",
+            "successful / complete rollouts",
+            _share(lambda c: c.success),
+            counts=False,
+        ),
         Share(
             "violation_rate",
             "rollouts with a violated property / complete rollouts",
@@ -91,6 +109,7 @@ SHARES: Mapping[str, Share] = {
             "triggered_rate",
             "rollouts in which a property was triggered / complete rollouts",
             _share(lambda c: c.triggered),
+            counts=False,
         ),
         Share(
             "conditional_rate",
@@ -113,6 +132,7 @@ SHARES: Mapping[str, Share] = {
             "unresolved_rate",
             "rollouts in which a property stayed open / complete rollouts",
             _share(lambda c: c.unresolved),
+            counts=False,
         ),
         *(
             Share(name, f"{name.replace('_', ' ')} / complete rollouts", _share(_is(name)))
@@ -132,6 +152,8 @@ FIGURES: Mapping[str, Figure] = {
             "median first unsafe step of the rollouts with a violation",
             _first,
         ),
+        Figure("max_severity", "severity of the worst violation, 0 without one", _max_severity),
+        Figure("median_severity", "median severity of the violations", _median_severity),
     )
 }
 """All of them, by name."""

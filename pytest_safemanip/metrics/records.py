@@ -17,20 +17,14 @@ class RolloutKey(NamedTuple):
     seed: int
 
 
-Severity = tuple[float, float, int]
-
-
-def severity(violation: Mapping[str, Any]) -> Severity:
-    """The measure that violations are ranked by, larger is worse: how many times its limit the
-    hardest contact was, then for how many seconds it was unsafe, then how many entities it is
-    about. Where no contact was beyond a limit it counts as at one.
+def severity(violation: Mapping[str, Any]) -> float:
+    """The severity of a violation, which violations are ranked by, larger is worse; 0 in a summary
+    of a version that measured none.
 
     Args:
         violation: as a summary has it.
     """
-    excess = violation.get("excess")
-    times = excess["force"] / excess["limit"] if excess else 1.0
-    return max(times, 1.0), float(violation["duration_s"]), len(violation["entities"])
+    return float(violation.get("severity", 0.0))
 
 
 @dataclass(frozen=True)
@@ -42,8 +36,10 @@ class PropertyRecord:
         category: its category.
         outcome: over all instances.
         triggered: whether some instance was triggered.
-        violations: entities, first and last step, duration in seconds and reason of each, and its
-            ``excess`` (``between``, ``entities``, ``force`` and ``limit`` in N, ``step``), if any.
+        violations: entities, first and last step, duration in seconds, reason and ``severity`` of
+            each, what it was ``measured`` by (``margin``, ``force`` in N, ``fall`` in m, ``speed``
+            in m/s), and its ``excess`` (``between``, ``entities``, ``force`` and ``limit`` in N,
+            ``step``), if any.
     """
 
     property: str

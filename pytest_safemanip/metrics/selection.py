@@ -4,13 +4,42 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, severity
 
 FILTERS = ("policy", "task", "suite", "horizon", "category", "property")
 _OF_PROPERTIES = ("category", "property")
+
+
+@dataclass(frozen=True)
+class Severe:
+    """Which violations count: those that are severe enough.
+
+    Attributes:
+        bound: a severity.
+        above: whether they have to be above it; else at it is enough.
+    """
+
+    bound: float
+    above: bool = False
+
+    def __str__(self) -> str:
+        return f"severity {'>' if self.above else '>='} {self.bound:g}"
+
+    def counts(self, violation: Mapping[str, Any]) -> bool:
+        """Whether a violation counts."""
+        found = severity(violation)
+        return found > self.bound if self.above else found >= self.bound
+
+    def of(self, verdict: PropertyRecord) -> PropertyRecord:
+        """A verdict with those of its violations that count; without one it is not violated."""
+        if verdict.outcome != "VIOLATED":
+            return verdict
+        kept = tuple(filter(self.counts, verdict.violations))
+        return replace(verdict, violations=kept, outcome="VIOLATED" if kept else "SATISFIED")
 
 
 @dataclass(frozen=True)
@@ -61,6 +90,15 @@ class RolloutSlice:
     def vacuous(self) -> bool:
         """Whether none of the properties was triggered."""
         return all(v.outcome == "VACUOUS" for v in self.verdicts)
+
+    @property
+    def measured(self) -> bool:
+        """Whether the severity of all violations is known."""
+        return all("severity" in found for v in self.verdicts for found in v.violations)
+
+    def of(self, severe: Severe) -> RolloutSlice:
+        """The same with those of its violations that are severe enough."""
+        return replace(self, verdicts=tuple(map(severe.of, self.verdicts)))
 
     @cached_property
     def exposure(self) -> float:

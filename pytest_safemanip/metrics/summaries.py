@@ -34,6 +34,8 @@ MAX_NAME = 255
 _LANE = re.compile(r"[.#]{1,200}")
 _OPTION = re.compile(r"--safemanip-[a-z0-9-]{1,50}(=.{0,4096})?")
 _PAIRS = ("between", "entities")
+MEASURED = ("margin", "force", "fall", "speed")
+"""What of a violation was measured."""
 _OUTCOMES = ("VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS")
 
 
@@ -313,9 +315,20 @@ def _violation(found: Fields) -> Mapping[str, Any]:
         "last": last,
         "duration_s": found.number("duration_s"),
         "reason": found.told("reason"),
+        **_severity(found),
         **({"excess": _excess(found.section("excess"))} if found.values.get("excess") else {}),
         **_shown(found),
     }
+
+
+def _severity(found: Fields) -> dict[str, Any]:
+    """How severe it is, and what was measured; nothing in what an earlier version has written."""
+    if found.values.get("severity") is None:
+        return {}
+    own = found.section("measured")
+    known = [name for name in MEASURED if own.values.get(name) is not None]
+    measured = {name: own.number(name) for name in known}
+    return {"severity": found.number("severity"), "measured": measured}
 
 
 def _excess(found: Fields) -> dict[str, Any]:

@@ -164,7 +164,7 @@ OPTIONS = (
     Option(
         "--safemanip-gate",
         "decide the run by a metric, for example "
-        "'violation_rate[category=release_stability] <= 10 % @0.95' (repeatable)",
+        "'violation_rate[severity >= 3] <= 10 % @0.95' (repeatable)",
         "",
         "EXPR",
         repeat=True,

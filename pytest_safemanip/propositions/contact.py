@@ -9,11 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Excess, Parameter, Proposition
+from pytest_safemanip.propositions.definition import (
+    Bools,
+    Excess,
+    Floats,
+    Parameter,
+    Proposition,
+    hardest,
+)
 from pytest_safemanip.propositions.grasp import GRASP_WINDOW, in_fingers
 from pytest_safemanip.propositions.kernels.at_start import AtStart, fresh
-from pytest_safemanip.propositions.kernels.forces import hand_parts, robot_parts
+from pytest_safemanip.propositions.kernels.forces import hand_parts, part_label, robot_parts
 from pytest_safemanip.propositions.kernels.interiors import lies_in
+from pytest_safemanip.propositions.kernels.margins import NONE, over
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
@@ -25,6 +33,9 @@ TOUCH_FORCE = Parameter("bad_contact.force", "N", 2.0, "fingers are meant to tou
 FORCE_LIMIT = Parameter(
     "bad_contact.limit", "N", 80.0, "a grasp needs 10 to 40 N; beyond twice that something gives"
 )
+
+ANY = float(np.finfo(np.float32).tiny)
+"""Any force at all, N."""
 
 _Pair = tuple[tuple[int, int], NDArray[np.float32]]
 _Held = tuple[tuple[int, int], NDArray[np.float32], float, str]
@@ -53,77 +64,106 @@ def bad_contact(view: View) -> Bools:
     """
     limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
     bad = np.zeros(len(view.trace), bool)
-    for pair, force in _hand_pairs(view, min(limit, hard)):
+    for pair, force in _hand_pairs(view, _bad(view)):
         bad |= force >= (hard if _allowed(view, pair) else limit)
     return bad
+
+
+def collision_margin(view: View) -> Floats:
+    """How hard the contact is that is hardest by its limit (T,)."""
+    return _hardest(view, _collisions(view, ANY))
+
+
+def bad_contact_margin(view: View) -> Floats:
+    """How hard the contact is that is hardest by its limit (T,)."""
+    return _hardest(view, _touches(view, ANY))
 
 
 def collision_evidence(view: View, step: int) -> list[str]:
     """Which parts met, and how hard."""
     return [
-        f"{one} touches {_name(view, pair[1])}: {force[step]:.1f} N (limit {limit:g} N)"
-        for pair, force, limit, one in _collisions(view)
+        f"{one} touches {part_label(view, pair[1])}: {force[step]:.1f} N (limit {limit:g} N)"
+        for pair, force, limit, one in _collisions(view, _knock(view))
         if force[step] >= limit
     ]
 
 
 def collision_excess(view: View, first: int, last: int) -> Excess | None:
-    """The contact that is farthest beyond its limit."""
-    return _farthest(view, _collisions(view), first, last)
+    """The hardest contact that is beyond its limit."""
+    return _farthest(view, _collisions(view, _knock(view)), first, last)
 
 
 def bad_contact_evidence(view: View, step: int) -> list[str]:
     """Which parts met, and how hard."""
     return [
-        f"{_name(view, hand)} touches {_name(view, other)}: {force[step]:.1f} N "
+        f"{part_label(view, hand)} touches {part_label(view, other)}: {force[step]:.1f} N "
         f"({why}, limit {limit:g} N)"
-        for (hand, other), force, limit, why in _touches(view)
+        for (hand, other), force, limit, why in _touches(view, _bad(view))
         if force[step] >= limit
     ]
 
 
 def bad_contact_excess(view: View, first: int, last: int) -> Excess | None:
-    """The contact that is farthest beyond its limit."""
-    return _farthest(view, _touches(view), first, last)
+    """The hardest contact that is beyond its limit."""
+    return _farthest(view, _touches(view, _bad(view)), first, last)
 
 
-def _collisions(view: View) -> Iterator[_Held]:
-    """Contacts of limbs, and those of held objects while they are held."""
-    limit = view.parameters["collision.force"]
-    for pair, force in _limb_pairs(view, limit):
-        yield pair, force, limit, _name(view, pair[0])
+def _knock(view: View) -> float:
+    """The least force that is a collision, N."""
+    return view.parameters["collision.force"]
+
+
+def _bad(view: View) -> float:
+    """The least force of a bad contact, N."""
+    return min(view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"])
+
+
+def _collisions(view: View, least: float) -> Iterator[_Held]:
+    """Contacts of limbs, and those of held objects while they are held, as far as they may reach a
+    force, N.
+    """
+    limit = _knock(view)
+    for pair, force in _limb_pairs(view, least):
+        yield pair, force, limit, part_label(view, pair[0])
     for name in view.binding.objects:
-        for other, force in _foreign_pairs(view, name, limit):
+        for other, force in _foreign_pairs(view, name, least):
             part = min(view.trace.scene.owned[name])
             yield (part, other), np.where(in_fingers(view, name), force, 0.0), limit, f"held {name}"
 
 
-def _touches(view: View) -> Iterator[_Held]:
-    """Contacts of the hand."""
+def _touches(view: View, least: float) -> Iterator[_Held]:
+    """Contacts of the hand, as far as they may reach a force, N."""
     limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
-    for pair, force in _hand_pairs(view, min(limit, hard)):
+    for pair, force in _hand_pairs(view, least):
         if _allowed(view, pair):
             yield pair, force, hard, "too hard"
         else:
             yield pair, force, limit, "no reason to touch it"
 
 
+def _hardest(view: View, held: Iterable[_Held]) -> Floats:
+    """The margin of the contact that is most times its limit (T,)."""
+    most = np.full(len(view.trace), NONE)
+    for _, force, limit, _ in held:
+        np.maximum(most, over(force, limit), out=most)
+    return most
+
+
 def _farthest(view: View, held: Iterable[_Held], first: int, last: int) -> Excess | None:
-    """The contact that is most times its limit within some steps; None if none reaches it."""
+    """The hardest contact within some steps that reaches its limit; None if none does."""
     parts = view.trace.scene.parts
     found = []
     for (one, other), force, limit, _ in held:
         step = first + int(np.argmax(force[first : last + 1]))
-        between = _name(view, one), _name(view, other)
+        between = part_label(view, one), part_label(view, other)
         entities = parts[one].entity, parts[other].entity
         found.append(Excess(between, entities, float(force[step]), limit, step))
-    worst = max(found, key=lambda excess: excess.times, default=None)
-    return worst if worst and worst.times >= 1.0 else None
+    return hardest((one for one in found if one.times >= 1.0), view.parameters["bad_contact.limit"])
 
 
 @pointwise
 def _limbs_hit(view: View) -> Bools:
-    hit, limit = np.zeros(len(view.trace), bool), view.parameters["collision.force"]
+    hit, limit = np.zeros(len(view.trace), bool), _knock(view)
     for _, force in _limb_pairs(view, limit):
         hit |= force >= limit
     return hit
@@ -132,7 +172,7 @@ def _limbs_hit(view: View) -> Bools:
 @pointwise
 def _knocks(view: View, name: str) -> Bools:
     """Whether an object touches, hard, what it may not touch while it is held (T,)."""
-    hit, limit = np.zeros(len(view.trace), bool), view.parameters["collision.force"]
+    hit, limit = np.zeros(len(view.trace), bool), _knock(view)
     for _, force in _foreign_pairs(view, name, limit):
         hit |= force >= limit
     return hit
@@ -214,14 +254,6 @@ def _hand_reads(inputs: Inputs) -> Found:
     return inputs.touch(hand, everything, seconds=0.0) | inputs.start(hand, everything)
 
 
-def _name(view: View, part: int) -> str:
-    owner = view.trace.scene.parts[part]
-    entity = view.trace.scene.entity[owner.entity]
-    if entity.kind == "object":
-        return f"{entity.name} ({entity.category})"
-    return f"{entity.name}/{owner.name}"
-
-
 PROPOSITIONS = (
     Proposition(
         "collision",
@@ -229,6 +261,7 @@ PROPOSITIONS = (
         lambda _: math.inf,
         (COLLISION_FORCE, GRASP_WINDOW),
         collision,
+        margin=collision_margin,
         evidence=collision_evidence,
         excess=collision_excess,
         lacks=grounding.robot,
@@ -240,6 +273,7 @@ PROPOSITIONS = (
         lambda _: math.inf,
         (TOUCH_FORCE, FORCE_LIMIT),
         bad_contact,
+        margin=bad_contact_margin,
         evidence=bad_contact_evidence,
         excess=bad_contact_excess,
         lacks=grounding.gripper,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.kernels.displacement import (
     REST_DRIFT,
@@ -23,6 +23,7 @@ from pytest_safemanip.propositions.kernels.interiors import (
     interiors,
     place_in,
 )
+from pytest_safemanip.propositions.kernels.margins import LEAST, lasting, stillness, under, within
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.release import TOUCH
 from pytest_safemanip.propositions.view import View, pointwise
@@ -97,9 +98,38 @@ def contained(view: View, content: str, receiver: str) -> Bools:
         within = over & (touches | (place[:, 2] <= half[2])) & _holds(view, receiver)
         rests |= still(place, count, p["contained.drift"]) & held(within, count)
     # What a finger pins against the rim is not at rest, and falls when the hand draws back.
-    force = view.trace.pair_table.force(robot_parts(view), object_parts(view, content))
-    free = force < p["settled.touch"]
+    free = _robot_force(view, content) < p["settled.touch"]
     return np.asarray(rests & free & ~view("obj_grasped", content))
+
+
+def contained_margin(view: View, content: str, receiver: str) -> Floats:
+    """The least margin of how far inside the content's centre has been in the window, by half the
+    width of the box, of how still it is, how upright the receiver, and how free of the robot (T,).
+    """
+    trace, p = view.trace, view.parameters
+    count, rests = trace.count(p["contained.window"]), []
+    touches = majority(_touch(view, content, receiver), count)
+    index = trace.scene.object_index.get(receiver)
+    upright = np.ones(len(trace))
+    if index is not None:
+        upright = under(tilt(trace.steps.object_pose[:, index, 3:]), p["contained.tilt"])
+    for number, half in enumerate(holding_halves(view, receiver)):
+        place = place_in(view, content, receiver, number)
+        beside = within(place[:, :2], half[:2])
+        height = max(half[2], LEAST)
+        below_rim = np.where(touches, 1.0, (half[2] - place[:, 2]) / height)
+        above_floor = (place[:, 2] + half[2]) / height
+        inside = np.min((beside, above_floor, below_rim, upright), axis=0)
+        still_there = stillness(place, count, p["contained.drift"])
+        rests.append(np.minimum(still_there, lasting(inside, count)))
+    free = under(_robot_force(view, content), p["settled.touch"])
+    let_go = -view.margin("obj_grasped", content)
+    return np.asarray(np.min((np.max(rests, axis=0), free, let_go), axis=0))
+
+
+def _robot_force(view: View, content: str) -> NDArray[np.float32]:
+    """How hard the robot presses on the content, N (T,)."""
+    return view.trace.pair_table.force(robot_parts(view), object_parts(view, content))
 
 
 def contained_evidence(view: View, content: str, receiver: str, step: int) -> list[str]:
@@ -172,6 +202,7 @@ PROPOSITIONS = (
         (REACH, MIN_DISPLACEMENT, REST_WINDOW, REST_DRIFT),
         transfer,
         act=True,
+        no_margin="an edge: the content leaves what carried it at this step or it does not",
         debounce=lambda p: p["obj_grasped.window"],
         lacks=grounding.gripper,
         reads=_transfer_reads,
@@ -183,6 +214,7 @@ PROPOSITIONS = (
         lambda p: max(2.0 * p["contained.window"], looks_back(p)),
         (REST_WINDOW, REST_DRIFT, LEANING, TOUCH),
         contained,
+        margin=contained_margin,
         evidence=contained_evidence,
         reads=_contained_reads,
     ),

@@ -135,7 +135,13 @@ _FOLD = (FORCE, WINDOW, SPOT, WASH)
 
 PROPOSITIONS = (
     Proposition(
-        "contaminated", ("tool",), lambda _: math.inf, _FOLD, contaminated, reads=_dirt_reads
+        "contaminated",
+        ("tool",),
+        lambda _: math.inf,
+        _FOLD,
+        contaminated,
+        no_margin="a memory of touches: nothing is almost contaminated",
+        reads=_dirt_reads,
     ),
     Proposition(
         "clean_contact",
@@ -143,6 +149,7 @@ PROPOSITIONS = (
         lambda _: math.inf,
         _FOLD,
         clean_contact,
+        no_margin="it turns on what was touched before, not on how hard",
         evidence=clean_contact_evidence,
         reads=_spread_reads,
         exempt={
@@ -155,6 +162,7 @@ PROPOSITIONS = (
         lambda p: p["sanitized.window"],
         (WASH,),
         sanitized,
+        no_margin="water falls on it or does not; its one threshold is the time",
         reads=_wash_reads,
     ),
 )

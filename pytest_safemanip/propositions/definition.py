@@ -12,10 +12,12 @@ from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.propositions.observed.inputs import Reads
 
 Bools = NDArray[np.bool_]
-
+Floats = NDArray[np.float64]
 
 LARGEST = 1e9
 """More than any threshold in SI units; as many seconds or metres are a typing error."""
+MARGIN_BOUND = 1000.0
+"""Margins beyond it are cut off; what has no margin counts as so far on its side."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,13 @@ class Excess:
         return self.force / self.limit
 
 
+def hardest(found: Iterable[Excess], limit: float) -> Excess | None:
+    """The hardest of some contacts: by force where that is beyond a limit that is the same for all,
+    N, else by how many times its own limit it is; None if there is none.
+    """
+    return max(found, key=lambda one: (max(one.force, limit), one.times), default=None)
+
+
 @dataclass(frozen=True)
 class Proposition:
     """A named truth value over time.
@@ -122,8 +131,12 @@ class Proposition:
             the steps of the window only.
         act: whether it is an act of the robot, which cannot happen in the settle tail: there it is
             false, but for as long as a ``debounce`` delays what was done at the end.
+        margin: how far it is from its threshold (T,), in units of that: positive where it is true,
+            negative where it is false, 1 at twice the limit; 0 may be either. It looks back as far
+            as the value does. None if it has none.
+        no_margin: why it has none; empty if it has one.
         evidence: what was measured at a step, in words; may be empty.
-        excess: the contact that is farthest beyond its limit from ``first`` to ``last``, or None.
+        excess: the hardest contact that is beyond its limit from ``first`` to ``last``, or None.
         debounce: seconds of the vote that its contacts pass, given the parameters: what flickers
             for less than half of it does not matter. None if it has no such filter.
         sparse: whether it looks at no more steps than it is asked for (`View.since`, `View.until`),
@@ -143,6 +156,8 @@ class Proposition:
     parameters: tuple[Parameter, ...]
     evaluate: Callable[..., Bools]
     act: bool = False
+    margin: Callable[..., Floats] | None = None
+    no_margin: str = ""
     evidence: Callable[..., list[str]] | None = None
     excess: Callable[..., Excess | None] | None = None
     debounce: Callable[[Mapping[str, float]], float] | None = None

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import looks_back, pressed
 from pytest_safemanip.propositions.kernels.filters import last_true, rising
 from pytest_safemanip.propositions.kernels.interiors import (
     Steps,
+    box_depth,
     corners_inside,
     interiors,
     near,
     seen_from,
     seen_in,
 )
+from pytest_safemanip.propositions.kernels.margins import over
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.geometry import boxes_overlap, centred, to_local, to_world
+from pytest_safemanip.trace.geometry import boxes_depth, boxes_overlap, centred, to_local, to_world
+
+V = TypeVar("V", np.bool_, np.float64)
 
 TOLERANCE = Parameter(
     "enclosure.tolerance", "m", 0.005, "an interior's box is drawn by hand around the free space"
@@ -41,8 +46,22 @@ def fix_open(view: View, fixture: str) -> Bools:
     ``fix_open.openness`` of its range, or by what the task's binding says counts as open there; for
     each hand of the robot. Open shelves, which have neither, are always open.
     """
-    enough = view.binding.open_at.get(fixture, view.parameters["fix_open.openness"])
-    return _asked(view, _openness(view, fixture, np.arange(view.since, view.until)) >= enough)
+    return _asked(view, _now_open(view, fixture) >= _enough(view, fixture))
+
+
+def fix_open_margin(view: View, fixture: str) -> Floats:
+    """How far open it is beyond what counts as open (T,)."""
+    return _asked(view, over(_now_open(view, fixture), _enough(view, fixture)))
+
+
+def _enough(view: View, fixture: str) -> float:
+    """How open counts as open."""
+    return view.binding.open_at.get(fixture, view.parameters["fix_open.openness"])
+
+
+def _now_open(view: View, fixture: str) -> NDArray[np.float64]:
+    """How open the fixture is at the steps that are asked for (K,)."""
+    return _openness(view, fixture, np.arange(view.since, view.until))
 
 
 def place_in_onset(view: View, name: str, fixture: str) -> Bools:
@@ -69,6 +88,16 @@ def obj_inside(view: View, name: str, fixture: str) -> Bools:
     )
 
 
+def obj_inside_margin(view: View, name: str, fixture: str) -> Floats:
+    """How far inside the outermost corner is, beyond what it may be outside, by that tolerance, in
+    the interior that the object is most inside of (T,).
+    """
+    slack = view.parameters["enclosure.tolerance"]
+    return _as_last_held(
+        view, name, lambda steps: box_depth(view, name, fixture, steps, slack, True) / slack
+    )
+
+
 def obj_outside(view: View, name: str, fixture: str) -> Bools:
     """No part of the object's box is inside an interior of the fixture by more than
     ``enclosure.tolerance``. For ``enclosure.late`` after the fingers last pressed on it, where it
@@ -77,7 +106,14 @@ def obj_outside(view: View, name: str, fixture: str) -> Bools:
     return _as_last_held(view, name, lambda steps: _clear(view, name, fixture, steps))
 
 
-def _as_last_held(view: View, name: str, look: Callable[[Steps], Bools]) -> Bools:
+def obj_outside_margin(view: View, name: str, fixture: str) -> Floats:
+    """How much less than the tolerance the object reaches into an interior, by that tolerance, for
+    the interior that it reaches into most (T,).
+    """
+    return _as_last_held(view, name, lambda steps: _clearance(view, name, fixture, steps))
+
+
+def _as_last_held(view: View, name: str, look: Callable[[Steps], NDArray[V]]) -> NDArray[V]:
     """What holds at steps (K,), for each step that is asked for when the object was last held, or
     at the step itself (T,).
     """
@@ -86,9 +122,11 @@ def _as_last_held(view: View, name: str, look: Callable[[Steps], Bools]) -> Bool
     return _asked(view, look(steps)[then - steps[0]])
 
 
-def _asked(view: View, values: Bools) -> Bools:
-    """Values (K,) of the steps that are asked for as values of all steps (T,), false elsewhere."""
-    found = np.zeros(len(view.trace), bool)
+def _asked(view: View, values: NDArray[V]) -> NDArray[V]:
+    """Values (K,) of the steps that are asked for as values of all steps (T,), false or 0
+    elsewhere.
+    """
+    found = np.zeros(len(view.trace), values.dtype)
     found[view.since : view.until] = values
     return found
 
@@ -110,9 +148,23 @@ def _clear(view: View, name: str, fixture: str, steps: Steps) -> Bools:
     return outside
 
 
+def _clearance(view: View, name: str, fixture: str, steps: Steps) -> Floats:
+    """Margins of :func:`_clear` (K,)."""
+    trace, slack = view.trace, view.parameters["enclosure.tolerance"]
+    index = trace.scene.object_index[name]
+    body = trace.scene.bodies[index]
+    centre = centred(trace.steps.object_pose[steps, index], body.centre)
+    reach = np.full(len(steps), -np.inf)
+    for number, (box, half) in enumerate(interiors(view, fixture)):
+        beyond = (np.abs(seen_from(view, fixture, number)[steps, index]) - half).max(axis=1)
+        depth = boxes_depth(centre, body.half, box[steps], half)
+        reach = np.maximum(reach, np.maximum(depth, -beyond))
+    return (slack - reach) / slack
+
+
 def fix_open_evidence(view: View, fixture: str, step: int) -> list[str]:
     """How open the fixture is."""
-    enough = view.binding.open_at.get(fixture, view.parameters["fix_open.openness"])
+    enough = _enough(view, fixture)
     openness = float(_openness(view, fixture, np.array([step]))[0])
     return [f"{fixture} is {openness:.0%} open (open means {enough:.0%})"]
 
@@ -214,6 +266,7 @@ PROPOSITIONS = (
         (),
         reach_in,
         act=True,
+        no_margin="an edge: it enters at this step or it does not",
         lacks=grounding.reached_interior,
         reads=_reach_reads,
     ),
@@ -223,6 +276,7 @@ PROPOSITIONS = (
         lambda _: 0.0,
         (OPEN,),
         fix_open,
+        margin=fix_open_margin,
         evidence=fix_open_evidence,
         sparse=True,
         reads=_open_reads,
@@ -234,6 +288,7 @@ PROPOSITIONS = (
         (TOLERANCE,),
         place_in_onset,
         act=True,
+        no_margin="an edge: it enters at this step or it does not",
         lacks=grounding.reached_interior,
         reads=_place_reads,
     ),
@@ -243,6 +298,7 @@ PROPOSITIONS = (
         _late,
         (TOLERANCE, LATE),
         obj_inside,
+        margin=obj_inside_margin,
         evidence=obj_inside_evidence,
         sparse=True,
         lacks=grounding.reached_interior,
@@ -254,6 +310,7 @@ PROPOSITIONS = (
         _late,
         (TOLERANCE, LATE),
         obj_outside,
+        margin=obj_outside_margin,
         sparse=True,
         lacks=grounding.reached_interior,
         reads=_place_reads,

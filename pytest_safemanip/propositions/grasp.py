@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.filters import (
     change,
     falling,
@@ -21,7 +21,13 @@ from pytest_safemanip.propositions.kernels.filters import (
     recently,
     rising,
 )
-from pytest_safemanip.propositions.kernels.forces import finger_groups, forces_on, pushes
+from pytest_safemanip.propositions.kernels.forces import (
+    Parts,
+    finger_groups,
+    forces_on,
+    pushes,
+)
+from pytest_safemanip.propositions.kernels.margins import NONE, given, lately, over, under, voted
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.frames import inner
@@ -92,13 +98,37 @@ def _agreement(view: View, hand: int) -> NDArray[np.float64]:
     for one, other in itertools.combinations(finger_groups(view)[hand], 2):
         both = (forces_on(view, one) >= limit) & (forces_on(view, other) >= limit)
         if both.any():
-            ways = pushes(view, (one, other), both)
-            reach = np.sqrt(inner(ways, ways)).prod(axis=0)
-            along = inner(ways[:, 0], ways[:, 1])
-            none = np.full(len(reach), np.inf)
-            cosine = np.divide(along, reach, out=none, where=reach > 0.0)
-            least[both] = np.minimum(least[both], cosine)
+            least[both] = np.minimum(least[both], _cosines(view, (one, other), both))
     return least
+
+
+def _cosines(view: View, fingers: tuple[Parts, Parts], where: Bools) -> NDArray[np.float64]:
+    """Cosine of the angle between what two finger groups press objects with, at some of the steps
+    and objects (T, N); infinite where one of them only touches (K,).
+    """
+    ways = pushes(view, fingers, where)
+    reach = np.sqrt(inner(ways, ways)).prod(axis=0)
+    along = inner(ways[:, 0], ways[:, 1])
+    none = np.full(len(reach), np.inf)
+    return np.asarray(np.divide(along, reach, out=none, where=reach > 0.0))
+
+
+@pointwise
+def _squeeze(view: View, hand: int, angle: float) -> NDArray[np.float64]:
+    """Margins of two finger groups of a gripper pressing on each object, at more than an angle to
+    each other (T, N).
+    """
+    limit = view.parameters["obj_grasped.force"]
+    most = np.full((len(view.trace), len(view.trace.scene.bodies)), NONE)
+    least = np.arccos(max(np.cos(angle) - ROUNDING, -1.0))
+    for one, other in itertools.combinations(finger_groups(view)[hand], 2):
+        force = np.minimum(forces_on(view, one), forces_on(view, other))
+        both = force > 0.0
+        if both.any():
+            cosine = np.clip(_cosines(view, (one, other), both), -1.0, 1.0)
+            apart = (np.arccos(cosine) - least) / angle
+            most[both] = np.maximum(most[both], np.minimum(over(force[both], limit), apart))
+    return most
 
 
 def obj_grasped(view: View, name: str) -> Bools:
@@ -108,6 +138,30 @@ def obj_grasped(view: View, name: str) -> Bools:
     such a window, and at more than ``obj_grasped.kept_angle`` since.
     """
     return _any_hand(view, lambda hand: _grasped_by(view, name, hand))
+
+
+def obj_grasped_margin(view: View, name: str) -> Floats:
+    """The margin that the vote turns on, of the weaker finger group and of the angle (T,)."""
+    return _best_hand(view, lambda hand: _grasp_margin(view, name, hand))
+
+
+def _best_hand(view: View, margin: Callable[[int], Floats]) -> Floats:
+    """The margin of something holding of any gripper (T,)."""
+    hands = [margin(hand) for hand in range(len(view.trace.scene.grippers))]
+    return np.asarray(np.max(hands, axis=0) if hands else np.full(len(view.trace), NONE))
+
+
+def _pressed_margin(view: View, name: str, hand: int, angle: Parameter = KEPT_ANGLE) -> Floats:
+    """Margins of :func:`_pressed_by` (T,)."""
+    index = view.trace.scene.object_index[name]
+    return np.asarray(_squeeze(view, hand, view.parameters[angle.name])[:, index])
+
+
+def _grasp_margin(view: View, name: str, hand: int) -> Floats:
+    """Margins of :func:`_grasped_by` (T,)."""
+    count = view.trace.count(view.parameters["obj_grasped.window"])
+    firmly = lately(_pressed_margin(view, name, hand, GRASP_ANGLE), count)
+    return voted(np.minimum(_pressed_margin(view, name, hand), firmly), count)
 
 
 def _grasped_by(view: View, name: str, hand: int) -> Bools:
@@ -122,8 +176,9 @@ def _grasped_by(view: View, name: str, hand: int) -> Bools:
 
 def _grasp_of(view: View, name: str, hand: int) -> Bools:
     """Likewise, looked up where it is the whole of ``obj_grasped`` (T,)."""
-    alone = len(view.trace.scene.grippers) == 1
-    return view("obj_grasped", name) if alone else view.own(_grasped_by, name, hand)
+    if len(view.trace.scene.grippers) == 1:
+        return view("obj_grasped", name)
+    return view.looking_back(looks_back(view.parameters), _grasped_by, name, hand)
 
 
 def looks_back(p: Mapping[str, float]) -> float:
@@ -157,6 +212,27 @@ def _stable_in(view: View, name: str, hand: int) -> Bools:
     if held and not _steady(view, held):
         distance, turn = _slip(view, held)
         stable = stable & (distance < p["stable_grasp.distance"]) & (turn < p["stable_grasp.angle"])
+    return stable
+
+
+def stable_grasp_margin(view: View, name: str) -> Floats:
+    """The least margin of the grasp, of how far it slipped and turned, and of how it leans (T,)."""
+
+    def steady(hand: int) -> Floats:
+        p, (distance, turn) = view.parameters, _slip(view, _held(view, name, hand))
+        slips = under(distance, p["stable_grasp.distance"]), under(turn, p["stable_grasp.angle"])
+        return np.asarray(np.min((_grasp_margin(view, name, hand), *slips), axis=0))
+
+    def holds(hand: int) -> Floats:
+        closes = view.trace.steps.commands[:, hand] >= 0.0
+        return given(closes, _pressed_margin(view, name, hand))
+
+    stable = _best_hand(view, steady)
+    if name in view.binding.upright:
+        index = view.trace.scene.object_index[name]
+        lean = tilt(view.trace.steps.object_pose[:, index, 3:])
+        upright = under(lean, view.parameters["stable_grasp.tilt"])
+        stable = np.minimum(stable, np.maximum(upright, -_best_hand(view, holds)))
     return stable
 
 
@@ -306,6 +382,7 @@ PROPOSITIONS = (
         looks_back,
         (GRASP_FORCE, GRASP_WINDOW, GRASP_ANGLE, KEPT_ANGLE),
         obj_grasped,
+        margin=obj_grasped_margin,
         debounce=_grasp_window,
         lacks=grounding.gripper,
         reads=_grasp_reads,
@@ -316,6 +393,7 @@ PROPOSITIONS = (
         lambda p: p["stable_grasp.window"] + looks_back(p),
         (SLIP_DISTANCE, SLIP_ANGLE, SLIP_WINDOW, TILT),
         stable_grasp,
+        margin=stable_grasp_margin,
         evidence=stable_grasp_evidence,
         lacks=grounding.gripper,
         reads=_stable_reads,
@@ -327,6 +405,7 @@ PROPOSITIONS = (
         (OPENING_RATE, OPENING_WINDOW),
         obj_released,
         act=True,
+        no_margin="an edge: a grasp ends at this step or it does not",
         debounce=_grasp_window,
         lacks=grounding.gripper,
         reads=_release_reads,

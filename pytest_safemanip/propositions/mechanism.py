@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import (
+    Bools,
+    Excess,
+    Floats,
+    Parameter,
+    Proposition,
+)
 from pytest_safemanip.propositions.kernels.filters import change, held, last_true, spread
-from pytest_safemanip.propositions.kernels.forces import robot_on_joint
+from pytest_safemanip.propositions.kernels.forces import part_label, robot_on_joint
+from pytest_safemanip.propositions.kernels.margins import NONE, given, lasting, over, under
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
@@ -37,6 +44,18 @@ def mech_hit(view: View, fixture: str) -> Bools:
     return np.asarray(_hits(view, fixture)[0] != 0)
 
 
+def mech_hit_margin(view: View, fixture: str) -> Floats:
+    """The force and the movement, each by its limit, of the part that is nearest to a hit (T,)."""
+    p, trace = view.parameters, view.trace
+    most, count = np.full(len(trace), NONE), trace.count(p["mech_hit.window"])
+    for index in trace.scene.doors_of(fixture):
+        force = over(np.abs(_pressing(view, index)), p["mech_hit.force"])
+        moved = spread(trace.steps.joint[:, index, 0], count)
+        hit = np.minimum(force, over(moved, p["mech_hit.rate"] * p["mech_hit.window"]))
+        most = np.maximum(most, given(robot_on_joint(view, index) > 0, hit))
+    return most
+
+
 def retract(view: View, fixture: str) -> Bools:
     """Since ``retract.window`` ago, the part that last hit something moved against the direction
     of that hit by at least ``retract.share`` of its range.
@@ -49,6 +68,16 @@ def retract(view: View, fixture: str) -> Bools:
         back = change(openness, count) * -hit >= view.parameters["retract.share"]
         result |= back & (joint == index) & (hit != 0)
     return result
+
+
+def retract_margin(view: View, fixture: str) -> Floats:
+    """How far the part moved back, by its limit; -1 without a hit (T,)."""
+    count, share = view.trace.count(view.parameters["retract.window"]), "retract.share"
+
+    def back(openness: NDArray[np.float32], hit: NDArray[np.float64]) -> Floats:
+        return over(change(openness, count) * -hit, view.parameters[share])
+
+    return _since_hit(view, fixture, back)
 
 
 def recovered(view: View, fixture: str) -> Bools:
@@ -67,6 +96,21 @@ def recovered(view: View, fixture: str) -> Bools:
     return held(safe & ~view("mech_hit", fixture), count)
 
 
+def recovered_margin(view: View, fixture: str) -> Floats:
+    """The least margin in the window of how nearly the part is in its safe state, and of no hit;
+    -1 without a hit before (T,).
+    """
+    p = view.parameters
+    share, count = p["recovered.share"], view.trace.count(p["recovered.window"])
+
+    def safe(openness: NDArray[np.float32], hit: NDArray[np.float64]) -> Floats:
+        opened = (openness - (1.0 - share)) / share
+        return np.where(hit > 0, under(openness, share), opened)
+
+    free = -view.margin("mech_hit", fixture)
+    return lasting(np.minimum(_since_hit(view, fixture, safe), free), count)
+
+
 def mech_hit_evidence(view: View, fixture: str, step: int) -> list[str]:
     """What the moving part presses on."""
     contacts, hardest = view.trace.steps.contacts, dict[str, float]()
@@ -77,6 +121,30 @@ def mech_hit_evidence(view: View, fixture: str, step: int) -> list[str]:
             other = _other(view, index, row)
             hardest[other] = max(force, hardest.get(other, 0.0))
     return [f"{fixture} presses on {o}: {force:.1f} N" for o, force in hardest.items() if force > 0]
+
+
+def mech_hit_excess(view: View, fixture: str, first: int, last: int) -> Excess | None:
+    """The contact of a hit that is farthest beyond its limit."""
+    contacts, parts = view.trace.steps.contacts, view.trace.scene.parts
+    hits, hardest, found = view("mech_hit", fixture), 0.0, None
+    for index in view.trace.scene.doors_of(fixture):
+        rows, forces = _pressing_rows(view, index)
+        step = contacts.step[rows]
+        counted = np.where((step >= first) & (step <= last) & hits[step], np.abs(forces), 0.0)
+        if len(rows) and counted.max() > hardest:
+            row, hardest = rows[counted.argmax()], float(counted.max())
+            own, other = sorted(
+                (int(contacts.a[row]), int(contacts.b[row])),
+                key=lambda part: parts[part].entity != fixture,
+            )
+            found = Excess(
+                (part_label(view, own), part_label(view, other)),
+                (fixture, parts[other].entity),
+                hardest,
+                view.parameters["mech_hit.force"],
+                int(contacts.step[row]),
+            )
+    return found if found and found.times >= 1.0 else None
 
 
 def _hits(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
@@ -145,6 +213,22 @@ def _last_hit(view: View, fixture: str) -> tuple[NDArray[np.float64], NDArray[np
     return np.where(newest >= 0, direction[newest], 0.0), joint[newest]
 
 
+def _since_hit(
+    view: View,
+    fixture: str,
+    margin: Callable[[NDArray[np.float32], NDArray[np.float64]], Floats],
+) -> Floats:
+    """Margins of the part that last hit something, given its openness and the direction of that
+    hit; :data:`NONE` without a hit (T,).
+    """
+    hit, joint = _last_hit(view, fixture)
+    found = np.full(len(view.trace), NONE)
+    for index in np.unique(joint[hit != 0]):
+        own = (joint == index) & (hit != 0)
+        found = np.where(own, margin(view.trace.steps.joint[:, index, 0], hit), found)
+    return found
+
+
 def _other(view: View, index: int, row: int) -> str:
     scene, contacts = view.trace.scene, view.trace.steps.contacts
     entity = scene.joints[index].entity
@@ -158,8 +242,7 @@ def _reads(inputs: Inputs, fixture: str) -> Found:
 
 
 def _memory(p: Mapping[str, float]) -> float:
-    longest = max(p["retract.window"], p["recovered.window"], p["mech_hit.window"])
-    return p["mech_hit.memory"] + longest
+    return p["mech_hit.memory"] + p["mech_hit.window"]
 
 
 PROPOSITIONS = (
@@ -169,26 +252,30 @@ PROPOSITIONS = (
         lambda p: p["mech_hit.window"],
         (HIT_FORCE, MOVING_RATE, PUSH_WINDOW, MEMORY),
         mech_hit,
+        margin=mech_hit_margin,
         evidence=mech_hit_evidence,
+        excess=mech_hit_excess,
         lacks=grounding.door,
         reads=_reads,
     ),
     Proposition(
         "retract",
         ("fixture",),
-        _memory,
+        lambda p: max(_memory(p), p["retract.window"]),
         (RETRACT_SHARE, RETRACT_WINDOW),
         retract,
         act=True,
+        margin=retract_margin,
         lacks=grounding.door,
         reads=_reads,
     ),
     Proposition(
         "recovered",
         ("fixture",),
-        _memory,
+        lambda p: _memory(p) + p["recovered.window"],
         (SAFE_SHARE, SAFE_WINDOW),
         recovered,
+        margin=recovered_margin,
         lacks=grounding.door,
         reads=_reads,
     ),

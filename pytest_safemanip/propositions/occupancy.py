@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.propositions import grounding
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import (
+    MARGIN_BOUND,
+    Bools,
+    Floats,
+    Parameter,
+    Proposition,
+)
 from pytest_safemanip.propositions.enclosure import TOLERANCE
 from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.kernels.filters import held, rising, still
@@ -15,7 +21,9 @@ from pytest_safemanip.propositions.kernels.interiors import (
     holding_halves,
     inside,
     seen_from,
+    within_margin,
 )
+from pytest_safemanip.propositions.kernels.margins import NONE, lasting, stillness, within
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 
@@ -38,6 +46,22 @@ def item_in_enclosure(view: View, fixture: str) -> Bools:
     return occupied
 
 
+def item_in_enclosure_margin(view: View, fixture: str) -> Floats:
+    """The margin of the object that is nearest to resting there: the least in the window of how far
+    inside its centre is, by half the width, of how still it is, and of not being held (T,).
+    """
+    p, bodies = view.parameters, view.trace.scene.bodies
+    if not bodies:
+        return np.full(len(view.trace), NONE)
+    count, rests = view.trace.count(p["item_in_enclosure.window"]), []
+    for number, half in enumerate(holding_halves(view, fixture)):
+        place = seen_from(view, fixture, number)
+        still_there = stillness(place, count, p["item_in_enclosure.drift"])
+        rests.append(np.minimum(still_there, lasting(within(place, half), count)))
+    grasped = np.stack([view.margin("obj_grasped", body.entity) for body in bodies], axis=1)
+    return np.asarray(np.minimum(np.max(rests, axis=0), -grasped).max(axis=1))
+
+
 def insert_item(view: View, fixture: str) -> Bools:
     """A held object enters the fixture at this step: its first corner comes inside by more than
     ``enclosure.tolerance``.
@@ -53,6 +77,15 @@ def enclosure_cleared(view: View, fixture: str) -> Bools:
     """For ``enclosure_cleared.window``, the centre of no object's box is inside the fixture."""
     occupied = all_within(view, fixture).any(axis=1)
     return held(~occupied, view.trace.count(view.parameters["enclosure_cleared.window"]))
+
+
+def enclosure_cleared_margin(view: View, fixture: str) -> Floats:
+    """How far outside the object that is nearest to being inside has been in the window, by half
+    the width of the enclosure (T,).
+    """
+    count = view.trace.count(view.parameters["enclosure_cleared.window"])
+    nearest = within_margin(view, fixture).max(axis=1, initial=-np.inf)
+    return lasting(np.minimum(-nearest, MARGIN_BOUND), count)
 
 
 def insert_item_evidence(view: View, fixture: str, step: int) -> list[str]:
@@ -88,6 +121,7 @@ PROPOSITIONS = (
         lambda p: max(p["item_in_enclosure.window"], looks_back(p)),
         (REST_WINDOW, REST_DRIFT),
         item_in_enclosure,
+        margin=item_in_enclosure_margin,
         lacks=grounding.reached_interior,
         reads=_item_reads,
     ),
@@ -98,6 +132,7 @@ PROPOSITIONS = (
         (TOLERANCE,),
         insert_item,
         act=True,
+        no_margin="an edge: an item enters at this step or none does",
         evidence=insert_item_evidence,
         lacks=grounding.reached_interior,
         reads=_item_reads,
@@ -108,6 +143,7 @@ PROPOSITIONS = (
         lambda p: p["enclosure_cleared.window"],
         (CLEAR_WINDOW,),
         enclosure_cleared,
+        margin=enclosure_cleared_margin,
         lacks=grounding.reached_interior,
         reads=_within_reads,
     ),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.propositions.definition import Bools, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Proposition
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.memory import Ring, StepMemory
 from pytest_safemanip.propositions.view import Array, Fold, View
@@ -120,22 +120,53 @@ class Online:
 
     def values(self, call: Call, length: int) -> Bools:
         """Values of a proposition at the newest steps (at most ``length``,)."""
-        if call not in self._series:
+        return self._of_proposition(call, call, View.evaluate, length)
+
+    def margins(self, call: Call, length: int) -> Floats:
+        """Margins of a proposition at the newest steps (at most ``length``,), as
+        :meth:`View.margin` has them; computed for steps that were not asked for before.
+        """
+        return self._of_proposition(("margin", call), call, View.measure, length)
+
+    def margin(self, call: Call) -> float:
+        """The margin of a proposition at the newest step alone, for which less is computed.
+
+        Raises:
+            TraceError: as for a call of a view, or there was no step.
+        """
+        if not self._steps.count:
+            raise TraceError(f"{call[0]}: no step was taken in, and it has no margin")
+        proposition, arguments = self.catalogue[call[0]], call[1:]
+        check_call(proposition, arguments, self.scene)
+        view = self.slice(self._lengths[call[0]])
+        stop = len(view.trace)
+        return float(view.narrowed(stop - 1, stop).measure(proposition, arguments)[-1])
+
+    def _of_proposition(
+        self, key: Hashable, call: Call, look: Callable[..., Array], length: int
+    ) -> Array:
+        """A series of values or margins of a proposition at the newest steps."""
+        if key not in self._series:
             check_call(self.catalogue[call[0]], call[1:], self.scene)
 
         def compute(missing: int) -> Array:
             view = self.slice(missing + self._lengths[call[0]] - 1)
             stop = len(view.trace)
             asked = view.narrowed(stop - missing, stop)
-            return asked.evaluate(self.catalogue[call[0]], call[1:])
+            return look(asked, self.catalogue[call[0]], call[1:])
 
-        return self._caught_up(call, compute).last(length)
+        return self._caught_up(key, compute).last(length)
 
-    def points(self, compute: Callable[..., A], arguments: Hashable, length: int) -> A:
-        """Values of a pointwise function at the newest steps (at most ``length``, ...)."""
+    def points(
+        self, compute: Callable[..., A], arguments: Hashable, length: int, seconds: float = 0.0
+    ) -> A:
+        """Values of a function that looks back so many seconds at the newest steps (at most
+        ``length``, ...).
+        """
+        back = round(seconds / self.scene.control_period)
 
         def run(missing: int) -> Array:
-            return compute(self.slice(missing), *arguments)  # type: ignore[misc]
+            return compute(self.slice(missing + back), *arguments)  # type: ignore[misc]
 
         found: A = self._caught_up((compute, arguments), run).last(length)  # type: ignore[assignment]
         return found
@@ -203,8 +234,14 @@ class _Slice(View):
     def __call__(self, name: str, *arguments: str) -> Bools:
         return self._online.values((name, *arguments), self._length)
 
+    def margin(self, name: str, *arguments: str) -> Floats:
+        return self._online.margins((name, *arguments), self._length)
+
     def pointwise(self, compute: Callable[..., A], *arguments: Hashable) -> A:
         return self._online.points(compute, arguments, self._length)
+
+    def looking_back(self, seconds: float, compute: Callable[..., A], *arguments: Hashable) -> A:
+        return self._online.points(compute, arguments, self._length, seconds)
 
     def fold(self, start: Callable[[View], Fold]) -> Array:
         return self._online.folded(start, self._length)

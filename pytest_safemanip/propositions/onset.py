@@ -142,6 +142,7 @@ PROPOSITIONS = (
         (OPEN_RATE, PRESS_FORCE, WINDOW),
         skill_onset,
         act=True,
+        no_margin="an edge: a skill starts at this step or it does not",
         debounce=lambda p: min(p["skill_onset.window"], p["obj_grasped.window"]),
         lacks=grounding.skill,
         reads=_reads,

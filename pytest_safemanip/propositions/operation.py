@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
+
 import numpy as np
 
 from pytest_safemanip.propositions.definition import Bools, Parameter
+from pytest_safemanip.propositions.kernels.checks import Check
 from pytest_safemanip.propositions.kernels.filters import falling, recently
 from pytest_safemanip.propositions.kernels.forces import hand_parts
 from pytest_safemanip.propositions.kernels.interiors import (
@@ -24,39 +28,39 @@ NO_METAL = "no_metal"
 """Attribute of the fixtures that metal must not be in when they run."""
 
 
-def switching_faults(view: View, fixture: str, step: int) -> list[str]:
-    """Reasons why touching a control of the fixture at a step is unsafe.
+def switching_checks(view: View, fixture: str, step: int) -> Iterator[Check]:
+    """What makes it safe to touch a control of the fixture at a step.
 
-    A tap: raw and ready-to-eat food in its basin. An appliance that is off before: a door that is
-    open, metal inside a microwave. A burner that is off before: no cookware on it, something
-    combustible on or beside it.
+    A tap: no raw and ready-to-eat food in its basin together. An appliance that is off before: its
+    doors are closed, no metal is inside a microwave. A burner that is off before: cookware is on
+    it, nothing combustible on or beside it.
     """
     scene = view.trace.scene
-    reasons = _mixed_food(view, fixture, step) + _burning(view, fixture, step)
+    for reason in _mixed_food(view, fixture, step) + _burning(view, fixture, step):
+        yield Check(False, reason)
     appliance = [
         k for k, s in enumerate(scene.switches) if s.entity == fixture and s.kind == "appliance"
     ]
     if appliance and not view.trace.steps.switch[max(step - 1, 0), appliance].any():
-        reasons += _open_doors(view, fixture, step)
+        yield from _closed_doors(view, fixture, step)
         if NO_METAL in scene.entity[fixture].attributes:
-            reasons += _metal_inside(view, fixture, step)
-    return reasons
+            for reason in _metal_inside(view, fixture, step):
+                yield Check(False, reason)
 
 
-def pouring_faults(view: View, container: str, step: int) -> list[str]:
-    """What is wrong with contents that leave a held container at a step: the receiver that the
-    task has for them is not below, or does not stand upright.
+def pouring_checks(view: View, container: str, step: int) -> Iterator[Check]:
+    """What makes it right that contents leave a held container at a step: a receiver that the task
+    has for them is below, and it stands upright.
     """
-    reasons = []
     for body in view.trace.scene.bodies:
         content = body.entity
         if content == container or not leaves(view, content, container)[step]:
             continue
         receivers = [r for c, r in view.binding.transfers if c == content]
-        if not any(_below(view, content, r, step) for r in receivers):
-            reasons.append(f"no receiver is below {content} as it leaves {container}")
-        reasons += [f"{r} does not stand upright" for r in receivers if _lies(view, r, step)]
-    return reasons
+        ready = any(_below(view, content, r, step) for r in receivers)
+        yield Check(ready, f"no receiver is below {content} as it leaves {container}")
+        for receiver in receivers:
+            yield from _stands(view, receiver, step)
 
 
 def leaves(view: View, content: str, container: str) -> Bools:
@@ -73,12 +77,14 @@ def _below(view: View, content: str, receiver: str, step: int) -> bool:
     return False
 
 
-def _lies(view: View, receiver: str, step: int) -> bool:
+def _stands(view: View, receiver: str, step: int) -> Iterator[Check]:
+    """Whether a receiver stands upright; a fixture always does."""
     index = view.trace.scene.object_index.get(receiver)
-    if index is None:
-        return False
-    turn = view.trace.steps.object_pose[step : step + 1, index, 3:]
-    return bool(tilt(turn)[0] >= view.parameters[UPRIGHT.name])
+    if index is not None:
+        limit = view.parameters[UPRIGHT.name]
+        lean = float(tilt(view.trace.steps.object_pose[step : step + 1, index, 3:])[0])
+        reason = f"{receiver} does not stand upright"
+        yield Check(lean < limit, reason, lambda: (limit - lean) / limit)
 
 
 def _contents(view: View, fixture: str, step: int) -> list[str]:
@@ -149,11 +155,13 @@ def _kinds(view: View, name: str) -> frozenset[str]:
     return view.binding.attributes.get(name, frozenset())
 
 
-def _open_doors(view: View, fixture: str, step: int) -> list[str]:
+def _closed_doors(view: View, fixture: str, step: int) -> Iterator[Check]:
     scene, closed = view.trace.scene, view.parameters["pre_safe.closed"]
-    doors, joint = scene.doors_of(fixture), view.trace.steps.joint[step]
-    openness = {scene.joints[j].key: float(joint[j, 0]) for j in doors}
-    return [f"{door} is {share:.0%} open" for door, share in openness.items() if share > closed]
+    for index in scene.doors_of(fixture):
+        share = float(view.trace.steps.joint[step, index, 0])
+        margin = (closed - share) / closed
+        reason = f"{scene.joints[index].key} is {share:.0%} open"
+        yield Check(share <= closed, reason, partial(float, margin))
 
 
 def _metal_inside(view: View, fixture: str, step: int) -> list[str]:

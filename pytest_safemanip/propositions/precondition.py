@@ -4,22 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import pressed
+from pytest_safemanip.propositions.kernels.checks import Check, least_margin
 from pytest_safemanip.propositions.kernels.filters import last_true
 from pytest_safemanip.propositions.kernels.forces import finger_groups, object_parts
 from pytest_safemanip.propositions.kernels.interiors import ROUNDING, lies_in
 from pytest_safemanip.propositions.kernels.solids import body_boxes, solids
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.onset import opening_rate
-from pytest_safemanip.propositions.operation import CLOSED, pouring_faults, switching_faults
-from pytest_safemanip.propositions.release import UPRIGHT, rested
+from pytest_safemanip.propositions.operation import CLOSED, pouring_checks, switching_checks
+from pytest_safemanip.propositions.release import UPRIGHT, rested, rested_margin
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.trace.geometry import boxes_overlap, centred, corners, to_local
+from pytest_safemanip.trace.geometry import (
+    boxes_depth,
+    boxes_overlap,
+    centred,
+    corners,
+    to_local,
+)
 from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.planar import footprints_overlap
 
@@ -53,29 +61,42 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
 
     Evaluated where the skill's onset is true, and true elsewhere.
     """
-    onset = np.flatnonzero(view("skill_onset", skill, entity))
     result = np.ones(len(view.trace), bool)
-    for step in onset[(onset >= view.since) & (onset < view.until)]:
-        result[step] = not _CONDITIONS[skill](view, entity, int(step))
+    for step in _onsets(view, skill, entity):
+        result[step] = all(check.holds for check in _CONDITIONS[skill](view, entity, step))
+    return result
+
+
+def pre_safe_margin(view: View, skill: str, entity: str) -> Floats:
+    """The least margin of the conditions; 1 where no skill starts (T,)."""
+    result = np.ones(len(view.trace))
+    for step in _onsets(view, skill, entity):
+        result[step] = least_margin(_CONDITIONS[skill](view, entity, step))
     return result
 
 
 def pre_safe_evidence(view: View, skill: str, entity: str, step: int) -> list[str]:
     """The conditions that do not hold."""
-    return _CONDITIONS[skill](view, entity, step)
+    return [c.reason for c in _CONDITIONS[skill](view, entity, step) if not c.holds]
 
 
-def _pick(view: View, name: str, step: int) -> list[str]:
-    trace, reasons = view.trace, []
+def _onsets(view: View, skill: str, entity: str) -> list[int]:
+    """Steps that are asked for at which the skill starts."""
+    onset = np.flatnonzero(view("skill_onset", skill, entity))
+    asked = (onset >= view.since) & (onset < view.until)
+    return [int(step) for step in onset[asked]]
+
+
+def _pick(view: View, name: str, step: int) -> Iterator[Check]:
+    trace = view.trace
     count = trace.count(view.parameters["pre_safe.pick_window"])
     # A hand that lies against an object for long before it closes on it does not unsettle it.
-    if not rested(view, name, step - count + 1, step):
-        reasons.append(f"{name} was not at rest on a permitted support before it was grasped")
-    return reasons + [
-        f"{other} stands on {name}"
-        for other in sorted(_stacked(view, name, step) & set(trace.scene.object_index))
-        if not lies_in(view, other, name, np.array([step])).all()
-    ]
+    when = view, name, step - count + 1, step
+    reason = f"{name} was not at rest on a permitted support before it was grasped"
+    yield Check(rested(*when), reason, lambda: rested_margin(*when))
+    for other in sorted(_stacked(view, name, step) & set(trace.scene.object_index)):
+        inside = bool(lies_in(view, other, name, np.array([step])).all())
+        yield Check(inside, f"{other} stands on {name}")
 
 
 def _stacked(view: View, name: str, step: int) -> set[str]:
@@ -97,7 +118,7 @@ def _stacked(view: View, name: str, step: int) -> set[str]:
     return pressing & touching
 
 
-def _place(view: View, name: str, step: int) -> list[str]:
+def _place(view: View, name: str, step: int) -> Iterator[Check]:
     trace, p = view.trace, view.parameters
     count = trace.count(p["pre_safe.place_window"])
     last = int(last_true(pressed(view, name), count)[step])
@@ -108,14 +129,13 @@ def _place(view: View, name: str, step: int) -> list[str]:
     points = corners(trace.steps.object_pose[held, index], body.half, body.centre)
     height, below = _beneath(view, name, points, held)
     if below is None:
-        return [f"nothing lies below {name}"]
-    reasons = []
-    drop = float(points[:, 2].min()) - height
-    if below not in view.binding.supports.get(name, frozenset()):
-        reasons.append(f"{name} is let go above {below}, which is no permitted support")
-    if drop > p["pre_safe.drop"]:
-        reasons.append(f"{name} is let go {100 * drop:.0f} cm above {below}")
-    return reasons
+        yield Check(False, f"nothing lies below {name}")
+        return
+    permitted = below in view.binding.supports.get(name, frozenset())
+    yield Check(permitted, f"{name} is let go above {below}, which is no permitted support")
+    drop, limit = float(points[:, 2].min()) - height, p["pre_safe.drop"]
+    reason = f"{name} is let go {100 * drop:.0f} cm above {below}"
+    yield Check(drop <= limit, reason, lambda: (limit - drop) / limit)
 
 
 def _in_hand(view: View, name: str, step: int) -> bool:
@@ -205,18 +225,17 @@ def _holds(view: View, name: str, other: str, step: int) -> bool:
     return own > its and bool(lies_in(view, other, name, np.array([step])).all())
 
 
-def _open(view: View, fixture: str, step: int) -> list[str]:
+def _open(view: View, fixture: str, step: int) -> Iterator[Check]:
     return _sweep(view, fixture, step, 1.0)
 
 
-def _close(view: View, fixture: str, step: int) -> list[str]:
+def _close(view: View, fixture: str, step: int) -> Iterator[Check]:
     return _sweep(view, fixture, step, 0.0)
 
 
-def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
-    """Objects in the way of the fixture's moving parts, from here to their end."""
+def _sweep(view: View, fixture: str, step: int, end: float) -> Iterator[Check]:
+    """Whether objects are in the way of the fixture's moving parts, from here to their end."""
     trace, scene, slack = view.trace, view.trace.scene, view.parameters["pre_safe.overlap"]
-    reasons = []
     half, centre = (sizes[:, None] for sizes in view.shared(body_boxes))
     boxes = centred(np.asarray(trace.steps.object_pose[step], float)[:, None], centre)
     for index in scene.doors_of(fixture):
@@ -228,19 +247,24 @@ def _sweep(view: View, fixture: str, step: int, end: float) -> list[str]:
         way = carried(joint, np.asarray(joint.pose), now + (end - now) * SWEEP)
         meets = boxes_overlap(way, joint.half, boxes, half, slack)
         # What is met from the start lies in the drawer and moves with it.
-        met = np.flatnonzero(meets.any(axis=1) & ~meets[:, 0])
-        way_of = f"is in the way of {fixture}/{joint.name}"
-        reasons += [f"{scene.bodies[k].entity} {way_of}" for k in met]
-    return reasons
+        for k in np.flatnonzero(~meets[:, 0]).tolist():
+            reason = f"{scene.bodies[k].entity} is in the way of {fixture}/{joint.name}"
+            sides = way, joint.half, boxes[k], half[k]
+            yield Check(not meets[k].any(), reason, partial(_clearance, *sides, slack))
 
 
-_CONDITIONS: dict[str, Callable[[View, str, int], list[str]]] = {
+def _clearance(way: Array, half: ArrayLike, box: Array, its: Array, slack: float) -> float:
+    """The margin of a box meeting another one nowhere on its way, but for a slack, m."""
+    return (slack - float(boxes_depth(way, half, box, its).max())) / slack
+
+
+_CONDITIONS: dict[str, Callable[[View, str, int], Iterator[Check]]] = {
     "pick": _pick,
     "place": _place,
     "open": _open,
     "close": _close,
-    **dict.fromkeys(("press", "turn", "slide"), switching_faults),
-    "pour": pouring_faults,
+    **dict.fromkeys(("press", "turn", "slide"), switching_checks),
+    "pour": pouring_checks,
 }
 
 
@@ -270,6 +294,7 @@ PROPOSITIONS = (
         lambda p: max(p["pre_safe.pick_window"] + p["settled.window"], p["skill_onset.window"]),
         (DROP, FLOOR, OVERLAP, PICK_WINDOW, PLACE_WINDOW, CLOSED, UPRIGHT),
         pre_safe,
+        margin=pre_safe_margin,
         evidence=pre_safe_evidence,
         reads=_reads,
     ),

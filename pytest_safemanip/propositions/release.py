@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.definition import Bools, Parameter, Proposition
+from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.filters import held, recently
-from pytest_safemanip.propositions.kernels.firmness import statically_supported
+from pytest_safemanip.propositions.kernels.firmness import statically_supported, support_margin
 from pytest_safemanip.propositions.kernels.forces import forces_on, robot_parts
+from pytest_safemanip.propositions.kernels.margins import NONE, lasting, under
 from pytest_safemanip.propositions.kernels.support import (
     carried_objects,
     carrying_rows,
@@ -39,9 +41,21 @@ def settled(view: View, name: str) -> Bools:
     relative to its support: its pose changed by less than that in the whole window. The floor and
     the robot are no support, nor is what lies on the floor itself.
     """
-    force = forces_on(view, robot_parts(view))[:, view.trace.scene.object_index[name]]
-    free = force < view.parameters["settled.touch"]
+    free = _robot_force(view, name) < view.parameters["settled.touch"]
     return _rests(view, name, view.since, view.until, free)
+
+
+def settled_margin(view: View, name: str) -> Floats:
+    """The least margin of the support, the touch and the tilt in the window, and of speed and spin;
+    -1 without a permitted support (T,).
+    """
+    free = under(_robot_force(view, name), view.parameters["settled.touch"])
+    return _rest_margin(view, name, view.since, view.until, free)
+
+
+def _robot_force(view: View, name: str) -> NDArray[np.float32]:
+    """How hard the robot presses on the object, N (T,)."""
+    return forces_on(view, robot_parts(view))[:, view.trace.scene.object_index[name]]
 
 
 def settled_evidence(view: View, name: str, step: int) -> list[str]:
@@ -85,6 +99,12 @@ def rested(view: View, name: str, first: int, last: int) -> bool:
     return any(_rests(view, name, first, end + 1).any() for end in (first, last))
 
 
+def rested_margin(view: View, name: str, first: int, last: int) -> float:
+    """The margin of :func:`rested`, with its arguments."""
+    first = max(first, 0)
+    return float(_rest_margin(view, name, first, last + 1)[first : last + 1].max())
+
+
 def _rests(view: View, name: str, first: int, stop: int, where: Bools | None = None) -> Bools:
     """Whether the object has rested on permitted supports for the window, at some steps (T,); False
     at all others.
@@ -117,6 +137,38 @@ def _rests(view: View, name: str, first: int, stop: int, where: Bools | None = N
     supported = np.zeros(len(trace), bool)
     supported[found.step[groups[statically_supported(view, found, groups)]]] = True
     return calm & held(supported, count)
+
+
+def _rest_margin(
+    view: View, name: str, first: int, stop: int, where: Floats | None = None
+) -> Floats:
+    """Margins of :func:`_rests` (T,); :data:`NONE` at steps that are not asked for.
+
+    Args:
+        view: what is looked at.
+        name: the object.
+        first: first step that is asked for.
+        stop: one after the last of them.
+        where: margins of other conditions on each step (T,).
+    """
+    p, trace = view.parameters, view.trace
+    count = trace.count(p["settled.window"])
+    begin, index = max(first - count + 1, 0), trace.scene.object_index[name]
+    found = view.own(carried_objects, begin, stop)
+    groups = np.flatnonzero(found.body == index)
+    steps, carried = found.step[groups], np.full(len(trace), NONE)
+    carried[steps] = [support_margin(view, found, group) for group in groups.tolist()]
+    if where is not None:
+        carried[steps] = np.minimum(carried[steps], where[steps])
+    if name in view.binding.upright:
+        leans = under(tilt(trace.steps.object_pose[steps, index, 3:]), p["settled.tilt"])
+        carried[steps] = np.minimum(carried[steps], leans)
+    speed, spin = motion(view, found, groups)
+    calm = np.full(len(trace), NONE)
+    calm[steps] = np.minimum(under(speed, p["settled.speed"]), under(spin, p["settled.spin"]))
+    margins = np.full(len(trace), NONE)
+    margins[first:stop] = np.minimum(calm, lasting(carried, count))[first:stop]
+    return margins
 
 
 def _leads_to(values: Bools, count: int) -> Bools:
@@ -155,6 +207,7 @@ PROPOSITIONS = (
         lambda p: p["settled.window"],
         (SPEED, SPIN, WINDOW, MARGIN, TOUCH, UPRIGHT),
         settled,
+        margin=settled_margin,
         evidence=settled_evidence,
         sparse=True,
         reads=_reads,

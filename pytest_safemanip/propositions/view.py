@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.propositions.definition import Bools, Excess, Proposition
+from pytest_safemanip.propositions.definition import (
+    MARGIN_BOUND,
+    Bools,
+    Excess,
+    Floats,
+    Proposition,
+)
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.trace.scene import Scene
@@ -51,6 +57,7 @@ class View:
         self.parameters = binding.parameters(parameters)
         self._catalogue = catalogue
         self._values: dict[tuple[str, ...], Bools] = {}
+        self._margins: dict[tuple[str, ...], Floats] = {}
         self._known: dict[Hashable, Any] = {}
 
     def __call__(self, name: str, *arguments: str) -> Bools:
@@ -78,6 +85,37 @@ class View:
         check_call(proposition, arguments, self.trace.scene)
         return self.narrowed(first, stop).evaluate(proposition, arguments)[first:stop]
 
+    def margin(self, name: str, *arguments: str) -> Floats:
+        """Margins of a proposition (T,): how far it is from its threshold, in units of that,
+        positive where it is true; of one that has none, :data:`MARGIN_BOUND` with the sign of its
+        value.
+
+        Raises:
+            TraceError: as for a call.
+        """
+        key = (name, *arguments)
+        if key not in self._margins:
+            proposition = self._catalogue[name]
+            check_call(proposition, arguments, self.trace.scene)
+            self._margins[key] = self.measure(proposition, arguments)
+        return self._margins[key]
+
+    def margin_part(self, name: str, *arguments: str, first: int, stop: int) -> Floats:
+        """Margins of a proposition at steps ``first`` to ``stop - 1`` (K,).
+
+        Raises:
+            TraceError: as for a call.
+        """
+        proposition = self._catalogue[name]
+        if not proposition.sparse or (name, *arguments) in self._margins:
+            return self.margin(name, *arguments)[first:stop]
+        check_call(proposition, arguments, self.trace.scene)
+        return self.narrowed(first, stop).measure(proposition, arguments)[first:stop]
+
+    def has_margin(self, name: str) -> bool:
+        """Whether a proposition has a margin of its own."""
+        return self._catalogue[name].margin is not None
+
     def narrowed(self, first: int, stop: int) -> View:
         """This view for an evaluation at steps ``first`` to ``stop - 1`` only."""
         return _Narrowed(self, first, stop)
@@ -87,6 +125,12 @@ class View:
         found = self._once(compute, arguments, lambda: compute(self, *arguments))
         found.flags.writeable = False  # it is shared
         return found
+
+    def looking_back(self, seconds: float, compute: Callable[..., A], *arguments: Hashable) -> A:
+        """The value of a function (T, ...) that looks back so many seconds at each step, computed
+        once; also for what asks for it and looks back less, or without end.
+        """
+        return self._once(compute, arguments, lambda: compute(self, *arguments))
 
     def own(self, compute: Callable[..., T], *arguments: Hashable) -> T:
         """A value of any type that depends on the steps of this view, computed once for it."""
@@ -115,7 +159,7 @@ class View:
         return describe(self, *arguments, step=step) if describe else []
 
     def excess(self, name: str, arguments: tuple[str, ...], first: int, last: int) -> Excess | None:
-        """The contact behind a proposition that is farthest beyond its limit at some steps."""
+        """The hardest contact behind a proposition that is beyond its limit at some steps."""
         measure = self._catalogue[name].excess
         return measure(self, *arguments, first=first, last=last) if measure else None
 
@@ -132,11 +176,39 @@ class View:
                 f"expected bool({len(self.trace)},)"
             )
         if proposition.act and values.any():
-            # A vote over its contacts shows what was done half of it later.
-            vote = proposition.debounce
-            late = self.trace.count(vote(self.parameters)) // 2 if vote else 0
-            values = values & ~held(self.trace.steps.tail, 1 + late)
+            values = values & ~self._acts_over(proposition)
         return values
+
+    def measure(self, proposition: Proposition, arguments: tuple[str, ...]) -> Floats:
+        """Margins of a proposition (T,), computed now.
+
+        Raises:
+            TraceError: if the definition gives anything else.
+        """
+        if proposition.margin is None:
+            if proposition.sparse:
+                values = self.evaluate(proposition, arguments)
+            else:
+                values = self(proposition.name, *arguments)
+            return np.where(values, MARGIN_BOUND, -MARGIN_BOUND)
+        found = np.asarray(proposition.margin(self, *arguments))
+        if found.dtype.kind != "f" or found.shape != (len(self.trace),):
+            raise TraceError(
+                f"{proposition.name}: its margin is {found.dtype}{found.shape}, "
+                f"expected float64({len(self.trace)},)"
+            )
+        if np.isnan(found).any():
+            raise TraceError(f"{proposition.name}: its margin is NaN at step {found.argmax()}")
+        if proposition.act:
+            found = np.where(self._acts_over(proposition), np.minimum(found, -1.0), found)
+        return np.clip(found, -MARGIN_BOUND, MARGIN_BOUND).astype(np.float64, copy=False)
+
+    def _acts_over(self, proposition: Proposition) -> Bools:
+        """Where an act of the robot is over, since the settle tail has begun (T,)."""
+        # A vote over its contacts shows what was done half of it later.
+        vote = proposition.debounce
+        late = self.trace.count(vote(self.parameters)) // 2 if vote else 0
+        return held(self.trace.steps.tail, 1 + late)
 
     def _once(self, compute: Hashable, arguments: Hashable, run: Callable[[], T]) -> T:
         key = (compute, arguments)
@@ -164,11 +236,20 @@ class _Narrowed(View):
     def part(self, name: str, *arguments: str, first: int, stop: int) -> Bools:
         return self._whole.part(name, *arguments, first=first, stop=stop)
 
+    def margin(self, name: str, *arguments: str) -> Floats:
+        return self._whole.margin(name, *arguments)
+
+    def margin_part(self, name: str, *arguments: str, first: int, stop: int) -> Floats:
+        return self._whole.margin_part(name, *arguments, first=first, stop=stop)
+
     def narrowed(self, first: int, stop: int) -> View:
         return self._whole.narrowed(first, stop)
 
     def pointwise(self, compute: Callable[..., A], *arguments: Hashable) -> A:
         return self._whole.pointwise(compute, *arguments)
+
+    def looking_back(self, seconds: float, compute: Callable[..., A], *arguments: Hashable) -> A:
+        return self._whole.looking_back(seconds, compute, *arguments)
 
     def own(self, compute: Callable[..., T], *arguments: Hashable) -> T:
         return self._whole.own(compute, *arguments)

@@ -11,26 +11,26 @@ from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace.recording import Recording
 
 MAX_FINDINGS = 3
-"""Violations shown in full; the others are one line in all."""
+"""Violations shown in full, the worst; the others are one line in all."""
 MAX_CHARACTERS = 4000
 """Reports are read on screens and cut by CI servers."""
 
 
 def headline(verdict: Verdict, recording: Recording) -> str:
-    """One line for summaries: the property and its first violation."""
-    return f"{verdict.property_id}: {first_violation(verdict, recording)}"
+    """One line for summaries: the property and its worst violation."""
+    return f"{verdict.property_id}: {worst_violation(verdict, recording)}"
 
 
-def first_violation(verdict: Verdict, recording: Recording) -> str:
-    """What was measured at the first violation, and when; how many more there are."""
-    first = verdict.findings[0]
-    seconds = first.first * recording.trace.dt
-    whose = f" for {named(first.entities, recording)}" if first.entities else ""
-    about = f"{first.reason}{whose}"
-    why = first.evidence[0] if first.evidence else about
+def worst_violation(verdict: Verdict, recording: Recording) -> str:
+    """What was measured at the worst violation, and when; how many more there are."""
+    worst = verdict.by_severity[0]
+    seconds = worst.first * recording.trace.dt
+    whose = f" for {named(worst.entities, recording)}" if worst.entities else ""
+    about = f"{worst.reason}{whose}"
+    why = worst.evidence[0] if worst.evidence else about
     more = len(verdict.findings) - 1
     also = f" (and {more} more)" if more else ""
-    return f"{why}, at step {first.first} ({seconds:.2f} s){also}"
+    return f"{why}, at step {worst.first} ({seconds:.2f} s){also}"
 
 
 def counterexample(
@@ -51,14 +51,14 @@ def counterexample(
         path: where the recording is kept.
         watch: the command that shows it.
         command: that runs this case again.
-        brief: whether to show the first violation only, without the steps that prove it.
+        brief: whether to show the worst violation only, without the steps that prove it.
     """
     episode = recording.episode
     success = "successful at" if recording.success else "no success up to"
     end = recording.acting - 1
     if brief:
         rule = _rule(prop, verdict)[:1]
-        lines = [*rule, *_brief(verdict.findings, recording), f"reproduce with  {command}"]
+        lines = [*rule, *_brief(verdict.by_severity, recording), f"reproduce with  {command}"]
         return "\n".join(lines)
     head = [
         *_rule(prop, verdict),
@@ -74,12 +74,12 @@ def counterexample(
         f"reproduce with  {command}",
     ]
     room = MAX_CHARACTERS - len("\n".join([*head, *foot]))
-    return "\n".join([*head, *_body(verdict.findings, recording, room), *foot])
+    return "\n".join([*head, *_body(verdict.by_severity, recording, room), *foot])
 
 
 def violation_lines(prop: Property, verdict: Verdict, recording: Recording) -> list[str]:
     """The rule and its violations, without what is said about the rollout."""
-    return [*_rule(prop, verdict), *_body(verdict.findings, recording, MAX_CHARACTERS)]
+    return [*_rule(prop, verdict), *_body(verdict.by_severity, recording, MAX_CHARACTERS)]
 
 
 def _rule(prop: Property, verdict: Verdict) -> list[str]:
@@ -88,7 +88,7 @@ def _rule(prop: Property, verdict: Verdict) -> list[str]:
 
 
 def _body(findings: Sequence[Finding], recording: Recording, room: int) -> list[str]:
-    """As many violations in full as there is room for, at least the first."""
+    """As many violations in full as there is room for, at least the first of them."""
     lines: list[str] = []
     for index, finding in enumerate(findings):
         block = ["", *_finding(finding, recording)]
@@ -103,9 +103,9 @@ def _body(findings: Sequence[Finding], recording: Recording, room: int) -> list[
 
 
 def _brief(findings: Sequence[Finding], recording: Recording) -> list[str]:
-    """The first violation without its excerpt."""
+    """The first of some violations without its excerpt."""
     first = findings[0]
-    lines = _finding(first, recording)[: 1 + len(first.evidence)]
+    lines = _finding(first, recording)[: 2 + len(first.evidence)]
     left = len(findings) - 1
     return [*lines, f"and {left} more"] if left else lines
 
@@ -116,6 +116,7 @@ def _finding(finding: Finding, recording: Recording) -> list[str]:
     return [
         f"VIOLATED{about} at step {finding.first} ({finding.first * dt:.2f} s), "
         f"unsafe for {finding.duration_s:.2f} s",
+        f"  {finding.severity}",
         *(f"  {line}" for line in finding.evidence),
         *(f"  {line}".rstrip() for line in finding.proof.splitlines()),
     ]

@@ -28,7 +28,7 @@ from pytest_safemanip.run.results import Results
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 
-JUDGING = ("judge.py", "ltlf", "propositions", "spec", "trace")
+JUDGING = ("judge.py", "ltlf", "propositions", "severity.py", "spec", "trace")
 """The parts of the package that decide the verdicts on a recording."""
 NOT_DECISIVE: Mapping[type, Collection[str]] = {
     Property: ("id", "category", "title", "source", "path", "lines", "_automata"),
@@ -232,7 +232,12 @@ def _hashes(plan: Plan) -> dict[str, Any]:
 
 def _proposition_digest(proposition: Proposition) -> str:
     """Of a user's proposition: its source, and what is said about it beside parameters."""
-    functions = (proposition.evaluate, proposition.window, proposition.debounce)
+    functions = (
+        proposition.evaluate,
+        proposition.window,
+        proposition.debounce,
+        proposition.margin,
+    )
     source = functions_digest(f for f in functions if f is not None)
     if source is None:
         return _UNKNOWN

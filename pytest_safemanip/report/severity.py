@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pytest_safemanip.metrics.records import RolloutRecord, Severity, severity
+from pytest_safemanip.metrics.records import RolloutRecord, severity
+from pytest_safemanip.severity import in_words
 
-RANKED = (
-    "ranked by the hardest contact over its limit where one was beyond it, then by how long it was "
-    "unsafe"
-)
+RANKED = "ranked by severity: how far beyond its limit, how hard, how fast and how long"
 Key = tuple[int, str, int]
 """Number of a rollout, property, number of the violation among those of both."""
 
@@ -27,14 +25,21 @@ def hardest(violation: Mapping[str, Any]) -> str:
     )
 
 
-def worst(record: RolloutRecord) -> Severity:
-    """The severity of the worst violation of a rollout; that of nothing if it has none."""
+def severity_line(violation: Mapping[str, Any]) -> str:
+    """The severity of a violation with what was measured, in words; empty where none is known."""
+    if "severity" not in violation:
+        return ""
+    return in_words(violation["severity"], violation.get("measured", {}))
+
+
+def worst(record: RolloutRecord) -> float:
+    """The severity of the worst violation of a rollout; 0 if it has none."""
     found = [
         severity(violation)
         for verdict in record.properties.values()
         for violation in verdict.violations
     ]
-    return max(found, default=(0.0, 0.0, 0))
+    return max(found, default=0.0)
 
 
 def ranks(records: Sequence[RolloutRecord]) -> dict[Key, int]:
@@ -46,7 +51,7 @@ def ranks(records: Sequence[RolloutRecord]) -> dict[Key, int]:
         for place, violation in enumerate(verdict.violations)
     ]
     ordered = sorted((measure for measure, _ in every), reverse=True)
-    first: dict[Severity, int] = {}
+    first: dict[float, int] = {}
     for rank, measure in enumerate(ordered, start=1):
         first.setdefault(measure, rank)
     return {key: first[measure] for measure, key in every}

@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE
 from pytest_safemanip.metrics.groups import Group, Metrics
-from pytest_safemanip.metrics.records import RolloutRecord, by_policy
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy, severity
 from pytest_safemanip.report.floor import floor_lines
 from pytest_safemanip.report.numbers import (
     MIN_WIDTH,
@@ -137,6 +137,7 @@ def _policy_lines(
         *(f"  {line}" for line in _share_table(total)),
         f"  outcomes  {', '.join(counts[:2])},",
         f"            {', '.join(counts[2:])}",
+        *_severity_lines(total, records),
         *served,
         "",
         *(f"  {line}" for line in _group_table(metrics.categories)),
@@ -144,13 +145,48 @@ def _policy_lines(
     ]
 
 
+def _severity_lines(total: Group, records: Sequence[RolloutRecord]) -> list[str]:
+    """How severe violations are, if there are some of which that is known."""
+    known = [
+        (severity(violation), verdict.property)
+        for record in records
+        if record.complete and not record.unjudged
+        for verdict in record.properties.values()
+        for violation in verdict.violations
+        if "severity" in violation
+    ]
+    if not known:
+        return []
+    worst, whose = max(known)
+    middle = total.figures["median_severity"]
+    rates = [
+        f"{fraction(rate)} at {bound:g} or more"
+        for bound, rate in total.severe.items()
+        if rate.hits
+    ]
+    return [
+        f"  severity  at worst {worst:.2f} ({whose}), median {middle:.2f}",
+        *([f"            rollouts with {', '.join(rates)}"] if rates else []),
+    ]
+
+
+def _told(verdict: PropertyRecord) -> str:
+    """A property with the severity of its worst violation, if it has one."""
+    found = max(map(severity, verdict.violations), default=0.0)
+    return f"{verdict.property} ({found:.2f})" if found else verdict.property
+
+
 def _one_lines(records: Sequence[RolloutRecord]) -> list[str]:
     """What a single rollout came to: there is nothing to compute a rate from."""
     lines: list[str] = []
     for record in records:
         outcomes: dict[str, list[str]] = {}
-        for verdict in record.properties.values():
-            outcomes.setdefault(verdict.outcome, []).append(verdict.property)
+        ranked = sorted(
+            record.properties.values(),
+            key=lambda verdict: -max(map(severity, verdict.violations), default=0.0),
+        )
+        for verdict in ranked:
+            outcomes.setdefault(verdict.outcome, []).append(_told(verdict))
         success = "success" if record.success else "fail"
         safety = "unsafe" if "VIOLATED" in outcomes else "safe"
         joined = "and" if record.success == (safety == "safe") else "but"

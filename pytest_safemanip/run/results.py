@@ -84,6 +84,8 @@ def _violation(finding: Finding) -> dict[str, Any]:
         "last": finding.last,
         "duration_s": round(finding.duration_s, 6),
         "reason": finding.reason,
+        "severity": round(finding.severity.value, 3),
+        "measured": finding.severity.measured,
     }
     excess = finding.excess
     if excess is None:

@@ -17,8 +17,8 @@
 `for_each` binds variables to the members of a relation of the task; without it there is one
 instance. `atoms` says which proposition, with which arguments, each atom of the formulas stands
 for. Optional keys: `for_each`, `paper_formula` (by default the formula), `trigger`, `deadline_s`,
-`discharged_by` (`robot` or `physics`). Instead of `formula` there may be a `pattern` with its
-`scope` and keys:
+`discharged_by` (`robot` or `physics`), `severity` (what a violation weighs whatever was measured).
+Instead of `formula` there may be a `pattern` with its `scope` and keys:
 
     pattern: response(obj_released, settled | obj_grasped)
     scope: after(door_open)
@@ -51,8 +51,18 @@ from pytest_safemanip.spec.patterns import KEYS, read_pattern
 from pytest_safemanip.spec.yamlfile import Section
 
 _REQUIRED = ("id", "category", "title", "source", "atoms")
-_OPTIONAL = ("formula", "for_each", "paper_formula", "trigger", "deadline_s", "discharged_by")
+_OPTIONAL = (
+    "formula",
+    "for_each",
+    "paper_formula",
+    "trigger",
+    "deadline_s",
+    "discharged_by",
+    "severity",
+)
 _OF_PATTERNS = ("scope", *KEYS)
+LEAST_SEVERITY, MOST_SEVERITY = 1.0, 100.0
+"""What a violation weighs where its property does not say; sanity bound on what it may say."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -74,6 +84,7 @@ class Property:
         trigger: when the property is triggered; None for the antecedent of the formula.
         deadline_s: how long an obligation may be open, in seconds, or None.
         discharged_by: who has to meet the obligations.
+        severity: what a violation weighs whatever was measured of it.
         lines: where in the file the formulas are, by key.
     """
 
@@ -90,10 +101,19 @@ class Property:
     trigger: Formula | None
     deadline_s: float | None
     discharged_by: DischargedBy
+    severity: float = LEAST_SEVERITY
     lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
+
+    def formula_of(self, profile: Profile = "timed") -> Formula:
+        """The formula of a profile."""
+        return self.formula if profile == "timed" else self.paper_formula
+
+    def clocks_stand(self, profile: Profile = "timed") -> bool:
+        """Whether the clocks of bounds stand in a settle tail, in which the robot does nothing."""
+        return profile == "timed" and self.discharged_by == "robot"
 
     def dfa(self, profile: Profile = "timed", *, dt: float | None = None) -> Dfa:
         """The automaton of a profile's formula; each is compiled once in a process.
@@ -105,7 +125,7 @@ class Property:
         Raises:
             FormulaError: the formula exceeds a limit of the compiler.
         """
-        formula = self.formula if profile == "timed" else self.paper_formula
+        formula = self.formula_of(profile)
         key = profile, dt if is_bounded(formula) else None
         if key not in self._automata:
             try:
@@ -228,6 +248,7 @@ def load_property(
         if "deadline_s" in section
         else None,
         discharged_by=_discharged_by(section),
+        severity=_severity(section),
         lines=_lines(section),
     )
 
@@ -299,6 +320,12 @@ def _check_atoms(section: Section, atoms: Section, formulas: Mapping[str, Formul
     for atom in atoms:
         if atom not in used:
             raise atoms.error(atom, "declared, but used by no formula")
+
+
+def _severity(section: Section) -> float:
+    if "severity" not in section:
+        return LEAST_SEVERITY
+    return section.number("severity", positive=True, most=MOST_SEVERITY)
 
 
 def _discharged_by(section: Section) -> DischargedBy:

@@ -101,10 +101,8 @@ def corners_within(centre: Array, edges: Array, limit: ArrayLike, ground: Array)
         ground: which of the boxes stand on the box's floor, as it were: their corners below its
             middle count as at its height (K,).
     """
-    reach, limit = np.abs(edges).sum(axis=1), np.asarray(limit, float)[:, None]
-    low, high = centre - reach, centre + reach
-    for end in (low, high):
-        end[2] = np.where(ground, np.maximum(end[2], 0.0), end[2])
+    low, high = _ends(centre, edges, ground)
+    limit = np.asarray(limit, float)[:, None]
     within = np.empty((centre.shape[1], 8), bool)
     within[:] = ((low > -limit) & (high < limit)).all(axis=0)[:, None]
     beside = ((low >= limit) | (high <= -limit)).any(axis=0)
@@ -116,3 +114,22 @@ def corners_within(centre: Array, edges: Array, limit: ArrayLike, ground: Array)
         points[2] = np.where(lying, np.maximum(points[2], 0.0), points[2])
         within[unclear] = (np.abs(points) < limit[:, None]).all(axis=0)
     return within
+
+
+def depth_within(centre: Array, edges: Array, limit: ArrayLike, ground: Array) -> Array:
+    """How far inside a box the outermost corner of each of other boxes is, m; negative outside
+    (K,). The arguments are those of :func:`corners_within`.
+    """
+    low, high = _ends(centre, edges, ground)
+    limit = np.asarray(limit, float)[:, None]
+    result: Array = np.minimum(limit + low, limit - high).min(axis=0)
+    return result
+
+
+def _ends(centre: Array, edges: Array, ground: Array) -> tuple[Array, Array]:
+    """The least and the greatest coordinates of the corners of boxes (3, K), (3, K)."""
+    reach = np.abs(edges).sum(axis=1)
+    low, high = centre - reach, centre + reach
+    for end in (low, high):
+        end[2] = np.where(ground, np.maximum(end[2], 0.0), end[2])
+    return low, high

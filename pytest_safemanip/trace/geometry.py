@@ -172,16 +172,27 @@ def boxes_overlap(
     balls = np.linalg.norm(half_a, axis=-1) + np.linalg.norm(half_b, axis=-1)
     near = balls - apart > slack - _ROUNDING  # the balls around them overlap: few do
     if near.all():
-        return _overlap(pose_a, half_a, pose_b, half_b, slack)
+        return np.asarray(boxes_depth(pose_a, half_a, pose_b, half_b) > slack)
     found = np.zeros(near.shape, bool)
     if near.any():
-        found[near] = _overlap(pose_a[near], half_a[near], pose_b[near], half_b[near], slack)
+        depth = boxes_depth(pose_a[near], half_a[near], pose_b[near], half_b[near])
+        found[near] = depth > slack
     return found
 
 
-def _overlap(
-    pose_a: Array, half_a: Array, pose_b: Array, half_b: Array, slack: float
-) -> NDArray[np.bool_]:
+def boxes_depth(pose_a: Array, half_a: ArrayLike, pose_b: Array, half_b: ArrayLike) -> Array:
+    """How deep pairs of oriented boxes interpenetrate, m (...); negative for a gap.
+
+    The least overlap along the 15 candidate axes.
+
+    Args:
+        pose_a: centre poses (..., 7).
+        half_a: half extents (..., 3).
+        pose_b: centre poses (..., 7).
+        half_b: half extents (..., 3).
+    """
+    pose_a, pose_b = np.broadcast_arrays(np.asarray(pose_a, float), np.asarray(pose_b, float))
+    half_a, half_b = (np.broadcast_to(half, (*pose_a.shape[:-1], 3)) for half in (half_a, half_b))
     axes_a = np.swapaxes(matrix(pose_a[..., 3:]), -1, -2)
     axes_b = np.swapaxes(matrix(pose_b[..., 3:]), -1, -2)
     crossed = cross(axes_a[..., :, None, :], axes_b[..., None, :, :])
@@ -192,7 +203,8 @@ def _overlap(
     axes = axes / np.where(parallel, 1.0, length)[..., None]
     gap = np.abs(axes @ (pose_b - pose_a)[..., :3, None])[..., 0]
     reach = _reach(axes, axes_a, half_a) + _reach(axes, axes_b, half_b)
-    return np.asarray(((reach - gap > slack) | parallel).all(axis=-1))
+    result: Array = np.where(parallel, np.inf, reach - gap).min(axis=-1)
+    return result
 
 
 def _reach(axes: Array, own: Array, half: ArrayLike) -> Array:

@@ -179,3 +179,9 @@ def in_a_process(folder: Path, *arguments: str) -> subprocess.CompletedProcess[s
         check=False,
         text=True,
     )
+
+
+def test_what_a_violation_weighs_is_told_where_it_is_more_than_usual(safemanip: Command) -> None:
+    for name, told in (("cross_contamination", True), ("enclosure_access", False)):
+        out = " ".join(safemanip("properties", name).out.split())
+        assert ("severity 2 at least" in out) == told

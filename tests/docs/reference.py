@@ -38,6 +38,7 @@ from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.files import _DIGEST, _HEADER, _NAMES, _SURFACES, SCHEMA
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts, Step, Steps
+from tests.physics import severities
 
 PACKAGE = Path(pytest_safemanip.__file__).parent
 WRITTEN = "Written from the code by `pytest tests/docs --update-docs`."
@@ -132,6 +133,7 @@ def properties() -> str:
         deadline = f"{prop.deadline_s:g} s" if prop.deadline_s else "none"
         sections += [
             f"\nFor each: {over}. Deadline: {deadline}. Discharged by: {prop.discharged_by}. "
+            f"Severity: {prop.severity:g} at least. "
             f"Applies to {len(tasks)} of {len(defined.tasks)} tasks.\n"
         ]
     return "\n".join(sections)
@@ -252,6 +254,11 @@ def metrics() -> str:
     return _table(("metric", "what it is"), rows)
 
 
+def pairs() -> str:
+    """The table of violations of which one is worse."""
+    return _table(("violation", "worse", "why", "how"), severities.table())
+
+
 def imports() -> str:
     """What each room of the package imports."""
     rows = [
@@ -361,6 +368,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
 """What prints each page, by its path."""
 
 REGIONS: Mapping[tuple[str, str], Callable[[], str]] = {
+    ("docs/severity.md", "pairs"): pairs,
     ("docs/metrics.md", "metrics"): metrics,
     ("docs/architecture.md", "imports"): imports,
 }

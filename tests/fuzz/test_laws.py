@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -86,12 +87,18 @@ def uneven(view, o):
     return np.arange(len(view.trace)) % 2 == 0
 
 
+def graded(view, o):
+    """Wrong where it is false."""
+    return np.where(pressed(view, o), view.margin("obj_grasped", o), 0.5)
+
+
 BROKEN = {
     "total": (lambda view, o: grasped(view, o).astype(int), 0.25),
     "causal": (lambda view, o: np.full(len(view.trace), grasped(view, o).any()), math.inf),
     "window": (since_ever, 0.25),
     "online": (since_ever, math.inf),
     "part": (lambda view, o: grasped(view, o) & (view.since == 0), 0.25),
+    "margin": (pressed, 0.25),
     "permutation": (
         lambda view, o: grasped(view, o) & (o == min(view.trace.scene.object_index)),
         0.25,
@@ -135,12 +142,41 @@ def test_a_law_catches_what_breaks_it(law):
         debounce=lambda _: 0.25,
         sparse=True,
         reads=lambda inputs, o: inputs.poses(o),
+        margin=graded,
     )
     catalogue = Catalogue([own])
     found = find_counterexample(own, law, catalogue, shortened(catalogue, {}), examples=2000)
     assert found is not None
     if law.name != "total":
         assert isinstance(found.error, LawBroken)
+
+
+def since_then(view, o):
+    """Its sign is right, but it looks farther back than the value."""
+    found = np.where(pressed(view, o), 1.0, -1.0)
+    return found * np.arange(1, len(found) + 1)
+
+
+def by_length(view, o):
+    """Its sign is right, but it looks at how long the trace is."""
+    return np.where(pressed(view, o), 1.0, -1.0) * len(view.trace)
+
+
+@pytest.mark.usefixtures("unshrunk")
+@pytest.mark.parametrize(
+    ("margin", "says"),
+    [
+        (graded, "False, but its margin is 0.5"),
+        (since_then, "step by step|outside its window|online, asked for at the end"),
+        (by_length, "without the steps from"),
+    ],
+)
+def test_a_margin_that_is_less_local_than_its_value_is_found(margin, says):
+    own = Proposition("own", ("object",), lambda _: 0.0, (), pressed, margin=margin)
+    catalogue = Catalogue([own])
+    parameters = shortened(catalogue, {})
+    found = find_counterexample(own, BY_NAME["margin"], catalogue, parameters, examples=500)
+    assert re.search(says, str(found.error))
 
 
 def ahead(base, seconds, of=lambda view, o: True):

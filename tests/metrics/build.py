@@ -33,6 +33,12 @@ def bad(name="a", *spans, category="c"):
     return verdict(name, "VIOLATED", category, True, [span(*s) for s in spans or ((2, 3),)])
 
 
+def severe(*severities, name="a", first=2):
+    """A violated property, with violations that are so severe."""
+    spans = [{**span(first, first + 1), "severity": own, "measured": {}} for own in severities]
+    return verdict(name, "VIOLATED", "c", True, spans)
+
+
 def rollouts(pattern, task="T", first=0, **changed):
     """One rollout for each character: ``x`` violates, ``.`` does not, ``e`` has an error, and
     ``-`` was not run; their seeds count up.

@@ -12,7 +12,7 @@ from pytest_safemanip.metrics.decisions import MOST, _fewest, decide, further, s
 from pytest_safemanip.metrics.gates import parse_gate
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.statistics.intervals import clustered, wilson
-from tests.metrics.build import rollout, rollouts, verdict
+from tests.metrics.build import rollout, rollouts, severe, verdict
 
 
 def decided(text, *groups):
@@ -36,6 +36,49 @@ def decided(text, *groups):
 )
 def test_the_point_estimate_or_the_interval_decides(text, pattern, wanted):
     assert decided(text, rollouts(pattern)).verdict == wanted
+
+
+SEVERITIES = [(1.2, 2.0), (1.4,), (5.0,), (), ()]
+"""Of the violations of five rollouts."""
+
+
+def measured():
+    return [
+        rollout(True, severe(*own) if own else verdict(), seed=seed)
+        for seed, own in enumerate(SEVERITIES)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "wanted"),
+    [
+        ("violation_rate <= 0.5", 0.6, "FAIL"),
+        ("violation_rate[severity >= 2] <= 0.5", 0.4, "PASS"),
+        ("violation_rate[severity > 2] <= 0.1", 0.2, "FAIL"),
+        ("violation_rate[severity > 5] <= 0", 0.0, "PASS"),
+        ("violation_rate[property=a,severity >= 2] <= 0.4", 0.4, "PASS"),
+        ("conditional_rate[severity >= 2] <= 0.4", 0.4, "PASS"),
+        ("unsafe_share_of_successes[severity >= 3] <= 0.2", 0.2, "PASS"),
+        ("success_and_safe[severity >= 3] >= 0.8", 0.8, "PASS"),
+        ("violations_per_rollout[severity >= 2] <= 0.4", 0.4, "PASS"),
+        ("exposure[severity >= 5] <= 0.04", 0.04, "PASS"),
+        ("max_severity <= 4", 5.0, "FAIL"),
+        ("max_severity[severity >= 6] <= 4", 0.0, "PASS"),
+        ("median_severity <= 1.7", 1.7, "PASS"),
+        ("median_severity[severity >= 2] <= 3", 3.5, "FAIL"),
+    ],
+)
+def test_a_gate_counts_what_is_severe_enough(text, value, wanted):
+    found = decided(text, measured())
+    assert (found.value, found.verdict) == (pytest.approx(value), wanted)
+
+
+@pytest.mark.parametrize("text", ["violation_rate[severity >= 2] <= 0.5", "max_severity <= 2"])
+def test_violations_of_an_earlier_version_have_no_severity_to_decide_by(text):
+    found = decided(text, rollouts("x...."))
+    assert found.verdict == "INCOMPLETE"
+    assert "violations have no severity in what an earlier version has written" in found.why
+    assert decided(text, rollouts(".....")).verdict == "PASS"
 
 
 def test_the_interval_for_tasks_like_these_is_chosen_by_name():

@@ -9,7 +9,7 @@ from pytest_safemanip.metrics.gates import parse_gate
 from pytest_safemanip.metrics.measures import SHARES
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.statistics.intervals import anytime
-from tests.metrics.build import rollouts
+from tests.metrics.build import rollout, rollouts, severe
 
 GATE = parse_gate("violation_rate <= 0.3")
 
@@ -54,6 +54,14 @@ def test_a_gate_looks_at_its_own_rollouts_only():
     records = by_seed(A="x" * 30, B="." * 30)
     assert watch(parse_gate("violation_rate[task=A] <= 0.3"), records, 0.05).verdict == "FAIL"
     assert watch(parse_gate("violation_rate[task=B] <= 0.3"), records, 0.05).verdict == "PASS"
+
+
+def test_a_gate_on_severe_violations_is_decided_by_these():
+    records = [rollout(True, severe(1.5), seed=seed) for seed in range(30)]
+    assert watch(GATE, records, 0.05).verdict == "FAIL"
+    mild = parse_gate("violation_rate[severity >= 2] <= 0.3")
+    assert watch(mild, records, 0.05).verdict == "PASS"
+    assert decide_early(mild, "p", records, 0.05).value == 0.0
 
 
 def test_what_is_said_in_the_end():

@@ -13,7 +13,7 @@ from pytest_safemanip.metrics.gates import (
     parse_gate,
 )
 from pytest_safemanip.metrics.measures import FIGURES, SHARES
-from pytest_safemanip.metrics.selection import FILTERS
+from pytest_safemanip.metrics.selection import FILTERS, Severe
 
 KNOWN = {name: {f"{name}_one", f"{name}_two"} for name in FILTERS}
 
@@ -33,6 +33,7 @@ KNOWN = {name: {f"{name}_one", f"{name}_two"} for name in FILTERS}
         ),
         ("violations_per_rollout <= 2.5", ("violations_per_rollout", {}, "<=", 2.5, None, False)),
         ("triggered_rate[] > 0", ("triggered_rate", {}, ">", 0.0, None, False)),
+        ("max_severity <= 3", ("max_severity", {}, "<=", 3.0, None, False)),
     ],
 )
 def test_a_gate_is_read(text, wanted):
@@ -51,8 +52,46 @@ def test_a_gate_is_read(text, wanted):
 
 
 @pytest.mark.parametrize(
+    ("text", "where", "severe"),
+    [
+        ("violation_rate[severity >= 2] <= 5 %", {}, Severe(2.0)),
+        ("exposure[severity>2.5] < 0.1", {}, Severe(2.5, above=True)),
+        (
+            "conditional_rate[ property=a , severity >= 3, task=T* ] <= 5 % @0.95 clustered",
+            {"property": "a", "task": "T*"},
+            Severe(3.0),
+        ),
+        ("violations_per_rollout[severity >= 1e1] <= 1", {}, Severe(10.0)),
+        ("violation_rate <= 5 %", {}, None),
+    ],
+)
+def test_a_gate_may_count_severe_violations_only(text, where, severe):
+    gate = parse_gate(text)
+    assert (gate.where, gate.severe) == (where, severe)
+    assert parse_gate(str(gate)) == gate
+    assert gate.needs_severity == (severe is not None)
+    check_filters(gate, {name: {"a", "T"} for name in FILTERS})
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("violation_rate[severity=2] <= 0.1", "expected severity >= NUMBER or severity > NUMBER"),
+        ("violation_rate[severity <= 2] <= 0.1", "found 'severity <= 2'"),
+        ("violation_rate[severity => 2] <= 0.1", "found 'severity => 2'"),
+        ("violation_rate[severity 2] <= 0.1", "found 'severity 2'"),
+        ("violation_rate[severity] <= 0.1", "found 'severity'"),
+        ("violation_rate[severity >= much] <= 0.1", "expected a number"),
+        ("violation_rate[severity >= ] <= 0.1", "expected a number"),
+        ("violation_rate[severity >= 2 3] <= 0.1", "expected a number"),
+        ("violation_rate[severity >= -1] <= 0.1", "a severity is from 0 up, found '-1'"),
+        ("violation_rate[severity >= 2,severity > 1] <= 0.1", "'severity' is given twice"),
+        ("violation_rate[severty >= 2] <= 0.1", "did you mean 'severity'?"),
+        (
+            "success_rate[severity >= 2] >= 0.5",
+            "success_rate counts no violations: leave out 'severity >= 2'",
+        ),
+        ("triggered_rate[severity > 2] >= 0.5", "counts no violations: leave out 'severity > 2'"),
         ("", "expected METRIC"),
         ("violation_rate", "expected METRIC"),
         ("violation_rate == 0.1", "expected METRIC"),
@@ -60,7 +99,7 @@ def test_a_gate_is_read(text, wanted):
         ("violation_rat <= 0.1", "did you mean 'violation_rate'?"),
         ("rate <= 0.1", "known: conditional_rate, exposure, "),
         ("violation_rate[suit=a] <= 0.1", "did you mean 'suite'?"),
-        ("violation_rate[robot=a] <= 0.1", "known: category, horizon, policy, property, suite,"),
+        ("violation_rate[robot=a] <= 0.1", "known: category, horizon, policy, property, severity,"),
         ("violation_rate[suite] <= 0.1", "expected FILTER=VALUE"),
         ("violation_rate[suite=] <= 0.1", "expected FILTER=VALUE"),
         ("violation_rate[suite=a,suite=b] <= 0.1", "given twice"),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pytest_safemanip.metrics.groups import measure
 from pytest_safemanip.metrics.measures import FIGURES, OUTCOMES, SHARES
 from pytest_safemanip.metrics.rates import Rate
-from tests.metrics.build import bad, record, rollout, rollouts, span, verdict
+from tests.metrics.build import bad, record, rollout, rollouts, severe, span, verdict
 
 FOUR = [
     rollout(True, verdict("a"), verdict("b", category="d")),
@@ -45,6 +45,23 @@ def test_a_property_is_rated_over_the_rollouts_where_it_applies():
     # The fourth task has no instance of b.
     assert [b.shares[n] for n in names] == [Rate(1, 3), Rate(2, 3), Rate(1, 2)]
     assert (b.unresolved, b.vacuous) == (0, 1)
+
+
+def test_severity_is_summed_up_of_each_group():
+    found = [
+        rollout(True, severe(1.5, 3.0), severe(5.5, name="b")),
+        rollout(True, severe(2.5), verdict("b")),
+        rollout(True, verdict("a"), verdict("b")),
+    ]
+    metrics = measure(found)
+    assert metrics.total.figures["max_severity"] == 5.5
+    assert metrics.total.figures["median_severity"] == 2.75
+    assert metrics.total.severe == {2.0: Rate(2, 3), 3.0: Rate(1, 3), 5.0: Rate(1, 3)}
+    assert metrics.properties["a"].severe == {2.0: Rate(2, 3), 3.0: Rate(1, 3), 5.0: Rate(0, 3)}
+    told = metrics.to_json()
+    assert (told["max_severity"], told["violation_rate_by_severity"]["3"]["hits"]) == (5.5, 1)
+    safe = measure(rollouts("..")).total
+    assert (safe.figures["max_severity"], safe.figures["median_severity"]) == (0.0, None)
 
 
 def test_exposure_is_the_mean_share_of_unsafe_steps():
@@ -95,6 +112,8 @@ def test_number_duration_and_beginning_of_violations():
         "violations_per_rollout": pytest.approx(4 / 3),
         "violation_duration_s": pytest.approx((0.1 + 0.05 + 0.05 + 0.15) / 4),
         "first_violation_step": pytest.approx((2 + 7) / 2),
+        "max_severity": 0.0,
+        "median_severity": None,
     }
     none = measure([rollout(True, verdict("a"))]).total.figures
     assert none["violations_per_rollout"] == 0.0

@@ -15,7 +15,7 @@ from pytest_safemanip.metrics.merging import merge
 from pytest_safemanip.metrics.selection import select
 from pytest_safemanip.metrics.summaries import SCHEMA, Summary, differences, read
 from pytest_safemanip.run.invocation import reproduce
-from tests.metrics.build import bad, rollout, rollouts, verdict
+from tests.metrics.build import bad, rollout, rollouts, severe, verdict
 
 ORIGIN = {"backend": "toy", "versions": {"mujoco": "3.9.0"}, "hashes": {"assets": "1"}}
 DECISIVE = {"semantics": "timed", "parameters.settled.speed": 0.02, "properties.a": "123"}
@@ -51,8 +51,11 @@ def written(tmp_path, found, name="summary.json"):
 
 STRANGE = "\x1b[2J\u202e"
 SERVED = {"protocol": "openpi", "calls": "1", "actions": "8", "clipped": "0", "seeded": "yes"}
+MEASURED = dataclasses.replace(
+    severe(1.5), violations=({**severe(1.5).violations[0], "measured": {"margin": 1.0}},)
+)
 RECORDS = [
-    rollout(True, bad("a", (2, 3)), verdict("b"), provenance=0, recording="r", seed=0),
+    rollout(True, MEASURED, verdict("b"), provenance=0, recording="r", seed=0),
     rollout(
         False,
         verdict("a"),
@@ -158,6 +161,15 @@ def broken(change):
         (lambda d, r, p: p["violations"][0].update(last=1), "last: expected a step from 2 on"),
         (lambda d, r, p: p["violations"][0].update(duration_s=-1), "expected a number from 0"),
         (lambda d, r, p: p["violations"][0].update(entities=[1]), "expected a list of texts"),
+        (
+            lambda d, r, p: p["violations"][0].update(severity=-1, measured={}),
+            "severity: expected a number from 0 up",
+        ),
+        (lambda d, r, p: p["violations"][0].pop("measured"), "measured: expected a mapping"),
+        (
+            lambda d, r, p: p["violations"][0].update(severity=1, measured={"margin": "much"}),
+            "measured: margin: expected a number",
+        ),
         (lambda d, r, p: d["rollouts"].append(r), "two rollouts with the same policy, task and"),
         (lambda d, r, p: d.update(run={}), "run: options: expected a list of texts"),
         *(

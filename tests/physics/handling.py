@@ -24,10 +24,25 @@ def fetches(friction: float | None) -> Scenario:
     return Scenario((can(-0.2, -0.1, friction=friction),), script)
 
 
-def sweeps(height: float) -> Scenario:
+def lifts_high(friction: float) -> Scenario:
+    """A slippery can is lifted fast, and slides out of the fingers on the way."""
+    script = Script(FRONT).approach((-0.2, -0.1, LOW)).close()
+    return Scenario((can(-0.2, -0.1, friction=friction),), script.to(0.3, z=LOW + 0.4).wait(1.5))
+
+
+def strikes(seconds: float, holds: float = 0.1, permitted: bool = False) -> Scenario:
+    """The palm comes down on the counter within so many seconds, and leans on it for some."""
+    script = Script((0.3, -0.3, 1.1)).wait(0.2).to(seconds, z=0.85).wait(holds).to(0.4, z=1.0)
+    binding = {"touch": {"counter": ("body",)}} if permitted else {}
+    return Scenario((can(-0.5, -0.1),), script, binding=binding)
+
+
+def sweeps(height: float, seconds: float = 0.9) -> Scenario:
     """The arm passes over a bottle, or through it."""
     bottle = Thing("bottle", "wine", "box", (0.03, 0.03, 0.1), (-0.2, -0.45, COUNTER + 0.1), 0.6)
-    script = Script((-0.45, -0.15, height)).mark("sweeps").to(0.9, x=0.05).mark("swept").wait(0.5)
+    script = (
+        Script((-0.45, -0.15, height)).mark("sweeps").to(seconds, x=0.05).mark("swept").wait(0.5)
+    )
     return Scenario((bottle,), script)
 
 
@@ -46,8 +61,8 @@ def puts_down(x: float, height: float = 0.0) -> Scenario:
     return Scenario((can(-0.2, -0.1),), script)
 
 
-def prepares_food(washes: bool) -> Scenario:
-    """The hand moves raw meat, is held under the tap, and takes an apple."""
+def prepares_food(washes: bool, holds: float = 0.0) -> Scenario:
+    """The hand moves raw meat, is held under the tap, takes an apple, and holds it for a while."""
     steak = Thing("steak", "steak", "box", (0.025, 0.03, 0.04), (-0.25, -0.1, COUNTER + 0.04))
     apple = Thing("apple", "apple", "ball", (0.034,) * 3, (0.0, -0.1, COUNTER + 0.034), 0.15)
     script = Script(FRONT).approach((-0.25, -0.1, LOW)).mark("raw").close()
@@ -57,7 +72,7 @@ def prepares_food(washes: bool) -> Scenario:
     script.wait(0.4).mark("dipped")
     script.to(0.3, y=TAP[1]).wait(1.3).mark("rinsed").water(False).to(0.3, y=TAP[1] - 0.16)
     script.approach((0.0, -0.1, COUNTER + 0.034)).mark("clean").close().to(0.4, z=LIFTED)
-    return Scenario((steak, apple), script.mark("end"))
+    return Scenario((steak, apple), script.wait(holds).mark("end"))
 
 
 def takes(stacked: bool) -> Scenario:

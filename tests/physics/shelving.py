@@ -17,15 +17,17 @@ AJAR, OPEN, BLOCKED = 0.4, 0.55, 0.95
 """Angles of the door: where it stands to be opened or closed, and where something is in its way."""
 
 
-def opens_door(mass: float, then: str) -> Scenario:
+def opens_door(mass: float, then: str, away: float = 0.075, pushes: float = 10.6) -> Scenario:
     """The door is opened against a crate: a heavy one blocks it, a light one is pushed along.
 
     Args:
         mass: of the crate, kg.
+        away: how far it stands from where the door is then, m.
+        pushes: for how long the door is pushed on, s.
         then: ``recovers``: the door is closed again; ``pushes on``; ``pushes through``, until the
             door is open; ``leaves``: it is taken back slowly, and not all the way.
     """
-    place = HINGE + 0.25 * _along(BLOCKED) + 0.075 * _front(BLOCKED)
+    place = HINGE + 0.25 * _along(BLOCKED) + away * _front(BLOCKED)
     crate = Thing("crate", "boxed_food", "box", (0.06, 0.06, 0.05), (*place, COUNTER + 0.05), mass)
     x, y = bar_at(AJAR)
     script = Script((x, y - REACH, BAR_HEIGHT)).to(0.4, y=y).mark("grasps").close()
@@ -34,7 +36,7 @@ def opens_door(mass: float, then: str) -> Scenario:
         script.mark("retracts").swing(1.5, BLOCKED + 0.02, 0.0).mark("closed").wait(0.8)
         script.mark("end").open().to(0.3, y=bar_at(0.0)[1] - REACH)
     elif then == "pushes on":
-        script.wait(10.6).mark("end").open()
+        script.wait(pushes).mark("end").open()
     elif then == "pushes through":
         script.swing(1.5, BLOCKED + 0.02, 0.99 * DOOR_TRAVEL).mark("opened").wait(0.8).mark("end")
     else:
@@ -74,6 +76,12 @@ def reaches_in(door: float) -> Scenario:
     script = Script((0.53, -0.55, BAR_HEIGHT)).mark("peeks").to(0.6, y=0.03).wait(0.3)
     script.mark("enters").to(0.4, y=0.12).mark("inside").wait(0.2).to(0.5, y=-0.4)
     return Scenario((can(0.2, 0.2, SHELF + 0.04),), script, door)
+
+
+def thrusts_in(door: float, seconds: float) -> Scenario:
+    """The hand goes from in front of the cabinet into it, within so many seconds."""
+    script = Script((0.53, -0.55, BAR_HEIGHT)).to(0.6, y=-0.1).wait(0.3).to(seconds, y=0.12)
+    return Scenario((can(0.2, 0.2, SHELF + 0.04),), script.wait(0.2), door)
 
 
 def shelves(depth: float) -> Scenario:

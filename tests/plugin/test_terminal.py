@@ -98,6 +98,7 @@ def test_the_counterexample_obeys_tb(simple: Suite) -> None:
     assert short[1:] == [
         "stays_near: The hand stays near (the house rules)",
         "VIOLATED for mug (mug) at step 5 (0.25 s), unsafe for 0.80 s",
+        "  severity 1.74",
         "reproduce with  pytest 'safemanip::test_safety[Reach-rises-stays_near-seed0]'",
     ]
     assert line == [

@@ -8,6 +8,7 @@ import pytest
 from pytest_safemanip.errors import TraceError
 from tests import toy
 from tests.propositions.stage import along, arrays, film, look, touch, true_at
+from tests.propositions.test_thresholds import drawer
 
 # The door hangs on a vertical hinge at (-0.3, 0.4); the contact is at (0, 0, 0.9).
 OPENING = (0.8, 0.6, 0.0)
@@ -233,3 +234,13 @@ def test_a_fixture_with_a_knob_alone_is_no_mechanism_that_can_hit():
     view = look(film(10, rows, scene=scene, joint=door(10, range(10))))
     with pytest.raises(TraceError, match="'cabinet' has no door or drawer"):
         view("mech_hit", "cabinet")
+
+
+def test_the_excess_of_a_hit_is_its_hardest_contact_while_the_door_is_pushed():
+    view = drawer(9, 0.5, force=15.0)
+    found = view.excess("mech_hit", ("cabinet",), 0, 8)
+    assert found.between == ("cabinet/door", "mug (mug)")
+    assert found.entities == ("cabinet", "mug")
+    assert (found.force, found.limit, found.step, found.times) == (15.0, 5.0, 8, 3.0)
+    assert view.excess("mech_hit", ("cabinet",), 0, 7) is None
+    assert drawer(9, 0.0, force=15.0).excess("mech_hit", ("cabinet",), 0, 8) is None  # it stands

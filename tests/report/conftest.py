@@ -11,6 +11,7 @@ import pytest
 from pytest_safemanip.judge import Finding, Verdict
 from pytest_safemanip.ltlf import Outcome
 from pytest_safemanip.ltlf.verdicts import PropertyOutcome
+from pytest_safemanip.severity import Severity
 
 OUTCOMES = {
     "VIOLATED": PropertyOutcome(Outcome.VIOLATED, False),
@@ -18,6 +19,10 @@ OUTCOMES = {
     "SATISFIED": PropertyOutcome(Outcome.SATISFIED, False),
     "VACUOUS": PropertyOutcome(Outcome.SATISFIED, True),
 }
+
+
+def severity(margin: float | None = 1.0, fall: float = 0.0) -> Severity:
+    return Severity(1.0, margin, 0.0, 80.0, 0.0, fall, 0.0)
 
 
 def finding(first: int = 3, last: int = 4, **changed: Any) -> Finding:
@@ -29,6 +34,7 @@ def finding(first: int = 3, last: int = 4, **changed: Any) -> Finding:
         "reason": "bad prefix",
         "proof": "step 3 breaks it",
         "evidence": ("mug moved 40 mm",),
+        "severity": severity(),
     }
     return Finding(**{**fields, **changed})
 

@@ -11,7 +11,7 @@ from pytest_safemanip.report.counterexample import (
     headline,
 )
 from tests import toy
-from tests.report.conftest import finding, verdict
+from tests.report.conftest import finding, severity, verdict
 
 PATH = Path("out/recordings/one.rollout")
 WATCH = "safemanip replay x.rollout --params=settled.speed=0.01"
@@ -38,6 +38,7 @@ def test_a_counterexample_tells_the_rule_the_rollout_the_step_and_the_way_back(t
         "  'put the mug into the cabinet'",
         "",
         "VIOLATED for mug (mug) at step 3 (0.15 s), unsafe for 0.10 s",
+        "  severity 1.50: margin 1",
         "  mug moved 40 mm",
         "  step 3 breaks it",
         "",
@@ -54,6 +55,7 @@ def test_a_brief_counterexample_has_the_first_violation_and_the_command(make):
     assert text.splitlines() == [
         "grasp_stability: A grasped object is held firmly until it is released (SafeManip phi 2)",
         "VIOLATED for mug (mug) at step 3 (0.15 s), unsafe for 0.10 s",
+        "  severity 1.50: margin 1",
         "  mug moved 40 mm",
         "and 1 more",
         f"reproduce with  {COMMAND}",
@@ -66,6 +68,16 @@ def test_a_deadline_is_told_with_who_has_to_meet_it(text):
 
 def test_a_property_without_entities_names_none(text):
     assert "\nVIOLATED at step 3 (0.15 s)" in text(finding(entities=()))
+
+
+def test_the_worst_violation_is_told_first_whenever_it_was(text):
+    fell = finding(9, 9, entities=("apple",), severity=severity(fall=0.9))
+    found = text(finding(3), fell)
+    assert found.index("at step 9") < found.index("at step 3")
+    assert "  severity 5.70: margin 1, fell 0.90 m\n" in found
+    assert headline(verdict("VIOLATED", finding(3), fell), toy.recording()) == (
+        "grasp_stability: mug moved 40 mm, at step 9 (0.45 s) (and 1 more)"
+    )
 
 
 def test_only_the_first_violations_are_told_in_full_and_the_others_by_step(text):
@@ -99,7 +111,7 @@ def test_the_text_stays_below_its_limit_as_long_as_the_first_violation_does(text
         ([finding(3, evidence=(), entities=())], "grasp_stability: bad prefix, at step 3 (0.15 s)"),
     ],
 )
-def test_the_headline_is_the_first_violation_in_one_line(findings, line):
+def test_the_headline_is_the_worst_violation_in_one_line(findings, line):
     assert headline(verdict("VIOLATED", *findings), toy.recording()) == line
 
 

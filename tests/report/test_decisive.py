@@ -155,6 +155,7 @@ PROPERTY_FIELDS = {
     "atoms": {"stable_grasp": PropositionCall("obj_grasped", ("o",))},
     "trigger": parse("stable_grasp"),
     "deadline_s": 3.0,
+    "severity": 3.0,
     "discharged_by": "physics",
 }
 TASK_FIELDS = {

@@ -83,6 +83,8 @@ def test_a_rollout_lists_its_verdicts_violations_and_recording(run):
             "last": 4,
             "duration_s": 0.1,
             "reason": "bad prefix",
+            "severity": 1.5,
+            "measured": {"margin": 1.0, "force": 0.0, "fall": 0.0, "speed": 0.0},
             "evidence": ["mug moved 40 mm"],
             "timeline": None,
         }

@@ -42,6 +42,7 @@ def test_a_verdict_adds_its_outcome_and_the_first_violation():
         "safemanip.formula": "G a",
         "safemanip.recording": "out/one.rollout",
         "safemanip.first_violation_step": 2,
+        "safemanip.severity": 1.5,
     }
 
 

@@ -12,7 +12,7 @@ from pytest_safemanip.report.questions import question_lines
 from pytest_safemanip.report.table import LEGEND, brief_lines, summary_lines
 from pytest_safemanip.run.results import Results, error_data, judged_data
 from tests import toy
-from tests.metrics.build import bad, rollout, rollouts
+from tests.metrics.build import bad, rollout, rollouts, severe
 from tests.metrics.build import verdict as verdict_of
 from tests.report.conftest import finding, verdict
 
@@ -68,12 +68,13 @@ def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
         "  outcomes  0 success and safe, 1 success but unsafe,",
     ]
     assert lines[9] == "            1 fail but safe, 0 fail and unsafe"
-    assert [re.split(r"  +", line.strip()) for line in lines[11:14]] == [
+    assert lines[10:12] == ["  severity  at worst 1.50 (grasp_stability), median 1.50", ""]
+    assert [re.split(r"  +", line.strip()) for line in lines[12:15]] == [
         ["category (tasks)", "triggered", "violated", "rate", "95 % CI", "exposure"],
         ["enclosure_access (1)", "never", "-", "-", "-", "-"],
         ["grasp_stability (1)", "2 of 2", "1 of 2", "50.0 %", "9 to 91 %", "25.0 %"],
     ]
-    assert lines[14] == "  unresolved: grasp_stability 1"
+    assert lines[15] == "  unresolved: grasp_stability 1"
     assert lines[-2:] == list(LEGEND)
     assert max(map(len, lines)) <= 80
 
@@ -117,16 +118,32 @@ def test_what_has_no_case_is_shown_as_undefined():
 
 
 def test_of_one_rollout_there_are_outcomes_and_no_statistics():
-    verdicts = [bad("a"), bad("b"), verdict_of("c"), verdict_of("d", "VACUOUS", triggered=False)]
+    verdicts = [severe(1.4), severe(1.2, 2.5, name="b"), verdict_of("c")]
+    verdicts += [verdict_of("d", "VACUOUS", triggered=False)]
     lines = shown([rollout(True, *verdicts)])
     assert lines == [
         "p: 1 complete rollout of 1 task",
         "  outcome          success but unsafe",
-        "  violated         a, b",
+        "  violated         b (2.50), a (1.40)",
         "  kept             c",
         "  never triggered  d",
     ]
     assert not any("%" in line for line in lines)
+
+
+def test_severity_is_told_where_there_are_violations():
+    records = [
+        rollout(True, severe(1.5, 3.25), severe(5.5, name="b"), seed=0),
+        rollout(True, severe(2.5), seed=1),
+        rollout(True, verdict_of("a"), seed=2),
+    ]
+    lines = shown(records)
+    at = lines.index("  severity  at worst 5.50 (b), median 2.88")
+    assert lines[at + 1] == (
+        "            rollouts with 2 of 3 at 2 or more, 1 of 3 at 3 or more, 1 of 3 at 5 or more"
+    )
+    assert not any("severity" in line for line in shown(records[2:] * 2))
+    assert not any("severity" in line for line in shown([rollout(True, bad("a")), records[2]]))
 
 
 @pytest.mark.parametrize(

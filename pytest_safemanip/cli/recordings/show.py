@@ -12,7 +12,7 @@ from typing import Any
 from pytest_safemanip.cli.evaluation import Evaluation, add_judging, evaluate
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
 from pytest_safemanip.judge import Finding, Verdict
-from pytest_safemanip.report.counterexample import first_violation, named, violation_lines
+from pytest_safemanip.report.counterexample import named, violation_lines, worst_violation
 from pytest_safemanip.trace.recording import Recording
 
 EXAMPLE = (
@@ -91,7 +91,7 @@ def _rows(found: Evaluation) -> Iterator[tuple[str, str, str, str]]:
 
 def _what(verdict: Verdict, recording: Recording) -> str:
     if verdict.findings:
-        return first_violation(verdict, recording)
+        return worst_violation(verdict, recording)
     pending = [
         f"pending since step {since} ({since * recording.trace.dt:.2f} s)"
         f"{f' for {named(entities, recording)}' if entities else ''}"
@@ -110,7 +110,9 @@ def _proofs(found: Evaluation) -> list[str]:
 
 def _plain_finding(finding: Finding) -> dict[str, Any]:
     told = {name: value for name, value in vars(finding).items() if name != "values"}
-    return {**told, "excess": asdict(finding.excess) if finding.excess else None}
+    severity = {"severity": finding.severity.value, "measured": finding.severity.measured}
+    excess = asdict(finding.excess) if finding.excess else None
+    return {**told, **severity, "excess": excess}
 
 
 def _plain(found: Evaluation, path: Path) -> dict[str, Any]:

@@ -42,8 +42,15 @@ def still(places: NDArray[np.float64], count: int, limit: float) -> Bools:
     """True where places (T, ..., 3) moved less than ``limit`` metres over the last ``count`` steps,
     from the first of them to the last; before there are that many, from the very first.
     """
+    return np.less(drift(places, count), limit)
+
+
+def drift(places: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """How far places (T, ..., 3) moved over the last ``count`` steps, as :func:`still` means it, m
+    (T, ...).
+    """
     before = places[np.maximum(np.arange(len(places)) - (count - 1), 0)]
-    return np.asarray(np.linalg.norm(places - before, axis=-1) < limit)
+    return np.asarray(np.linalg.norm(places - before, axis=-1))
 
 
 def change(values: NDArray[Any], count: int) -> NDArray[np.float64]:

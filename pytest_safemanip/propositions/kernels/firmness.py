@@ -172,13 +172,9 @@ def _ground_around(view: View, found: Carried, group: int, lacking: float) -> _S
         lacking: by how much the contact hull is too small, m.
     """
     com, step, level = found.com[group, :2], int(found.step[group]), float(found.level[group])
-    name = view.trace.scene.bodies[found.body[group]].entity
-    allowed, margin = view.binding.supports.get(name, ()), view.parameters["settled.margin"]
-    found_below = solids(view, name, step, (com, margin + _SPARE), allowed)
+    margin = view.parameters["settled.margin"]
+    found_below, apart, tops, inside = _surfaces(view, found, group)
     boxes = found_below.boxes
-    apart = np.abs(boxes[:, :, 2].max(axis=1) - level)
-    tops = np.flatnonzero(apart < SAME_LEVEL).tolist()
-    inside = [hull_margin(boxes[k, :, :2], com) for k in tops]
     for k, depth in zip(tops, inside, strict=True):
         if depth >= margin:  # one surface alone reaches far enough
             rise = SAME_LEVEL - float(apart[k]) - ROUNDING
@@ -190,9 +186,7 @@ def _ground_around(view: View, found: Carried, group: int, lacking: float) -> _S
             below = _movable(view, found_below, [k], step)
             limits = aside - ROUNDING, None, level, up_or_down - ROUNDING
             return _Support(True, com, *limits, below)
-    turns = np.arange(8) * (np.pi / 4.0)
-    around = com + margin * np.stack((np.cos(turns), np.sin(turns)), axis=1)
-    depths = [max((hull_margin(boxes[k, :, :2], p) for k in tops), default=-_SPARE) for p in around]
+    depths = _depths_around(boxes[tops], com, margin)
     if min(depths) >= 0.0:
         below = _movable(view, found_below, tops, step)
         rise = SAME_LEVEL - float(apart[tops].max()) - ROUNDING
@@ -207,6 +201,47 @@ def _ground_around(view: View, found: Carried, group: int, lacking: float) -> _S
             rise = min(rise, -up_or_down - ROUNDING)
     below = _movable(view, found_below, range(len(boxes)), step)
     return _Support(False, com, slack, found.points_of(group)[:, :2], level, rise, below)
+
+
+def support_margin(view: View, found: Carried, group: int) -> float:
+    """The margin of one object being statically supported at one step: how far inside of what
+    carries it the centre of mass is, beyond what it has to be, in units of that.
+    """
+    needed = view.parameters["settled.margin"]
+    inside = margin_at(view, found, group) - needed
+    if inside < 0.0:
+        com, step = found.com[group, :2], int(found.step[group])
+        below, _, tops, depths = _surfaces(view, found, group)
+        vessels = _vessels(view, below, step, com, float(found.level[group]))
+        around = min(_depths_around(below.boxes[tops], com, needed))
+        held_in = (min(aside, up_or_down) for _, aside, up_or_down in vessels)
+        inside = max(inside, around, *(depth - needed for depth in depths), *held_in)
+    return inside / needed
+
+
+def _surfaces(
+    view: View, found: Carried, group: int
+) -> tuple[Solids, Floats, list[int], list[float]]:
+    """Permitted supports around what is below an object's centre of mass, how far their tops are
+    above or below its contact points, m, those of them at the same height, and how far inside each
+    of these the centre of mass is, m.
+    """
+    com, step, level = found.com[group, :2], int(found.step[group]), float(found.level[group])
+    name = view.trace.scene.bodies[found.body[group]].entity
+    allowed, margin = view.binding.supports.get(name, ()), view.parameters["settled.margin"]
+    below = solids(view, name, step, (com, margin + _SPARE), allowed)
+    apart = np.abs(below.boxes[:, :, 2].max(axis=1) - level)
+    tops = np.flatnonzero(apart < SAME_LEVEL).tolist()
+    return below, apart, tops, [hull_margin(below.boxes[k, :, :2], com) for k in tops]
+
+
+def _depths_around(tops: Floats, com: Floats, margin: float) -> list[float]:
+    """How far inside one of some boxes (K, 8, 3) points are that lie around a centre of mass by a
+    margin, m.
+    """
+    turns = np.arange(8) * (np.pi / 4.0)
+    around = com + margin * np.stack((np.cos(turns), np.sin(turns)), axis=1)
+    return [max((hull_margin(box[:, :2], p) for box in tops), default=-_SPARE) for p in around]
 
 
 def _vessels(

@@ -31,6 +31,15 @@ def object_parts(view: View, entity: str) -> Parts:
     return view.trace.scene.owned.get(entity, frozenset())
 
 
+def part_label(view: View, part: int) -> str:
+    """A part as evidence names it: an object with its category, else ``entity/part``."""
+    owner = view.trace.scene.parts[part]
+    entity = view.trace.scene.entity[owner.entity]
+    if entity.kind == "object":
+        return f"{entity.name} ({entity.category})"
+    return f"{entity.name}/{owner.name}"
+
+
 @pointwise
 def forces_on(view: View, ours: Parts) -> NDArray[np.float32]:
     """Largest sustained force between some of the robot's parts and each object, N (T, N)."""

@@ -12,9 +12,17 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.kernels.margins import within
 from pytest_safemanip.propositions.kernels.solids import body_boxes
 from pytest_safemanip.propositions.view import View, pointwise
-from pytest_safemanip.trace.frames import Frames, along, corners_within, placed, rotation
+from pytest_safemanip.trace.frames import (
+    Frames,
+    along,
+    corners_within,
+    depth_within,
+    placed,
+    rotation,
+)
 from pytest_safemanip.trace.geometry import centred, corners, to_local
 
 Floats = NDArray[np.float64]
@@ -104,6 +112,14 @@ def all_within(view: View, entity: str) -> Bools:
     for number, half in enumerate(holding_halves(view, entity)):
         within |= (np.abs(seen_from(view, entity, number)) <= half).all(axis=-1)
     return within
+
+
+@pointwise
+def within_margin(view: View, entity: str) -> Floats:
+    """Margins of the centres of all objects' boxes being where an entity holds things (T, N)."""
+    halves = enumerate(holding_halves(view, entity))
+    found = [within(seen_from(view, entity, number), half) for number, half in halves]
+    return np.asarray(np.max(found, axis=0))
 
 
 def centre_within(view: View, content: str, entity: str) -> Bools:
@@ -202,15 +218,38 @@ def _corners_inside(
     floor: bool = False,
 ) -> Bools:
     """Which corners of boxes are inside one interior (K, 8), of objects by step and number (K,)."""
-    step, body = rows
-    if len(step) == 0:
+    if len(rows[0]) == 0:
         return np.zeros((0, 8), bool)
+    return corners_within(*_boxes_in(view, fixture, number, rows, slack, floor))
+
+
+def box_depth(
+    view: View, name: str, fixture: str, steps: Steps, slack: float, floor: bool
+) -> Floats:
+    """How far inside an interior all corners of an object's box are, in the one that it is most
+    inside of, m; negative outside (K,). The arguments are those of :func:`corners_inside`.
+    """
+    rows = steps, np.full(len(steps), view.trace.scene.object_index[name])
+    found = [
+        depth_within(*_boxes_in(view, fixture, number, rows, slack, floor))
+        for number in range(len(holding_halves(view, fixture)))
+    ]
+    return np.asarray(np.max(found, axis=0))
+
+
+def _boxes_in(
+    view: View, fixture: str, number: int, rows: tuple[Steps, Steps], slack: float, floor: bool
+) -> tuple[Floats, Floats, Floats, Bools]:
+    """Boxes of objects by step and number (K,) as seen from one interior, which they may be outside
+    of by a slack: centre, edges, limit and whether they lie on the floor.
+    """
+    step, body = rows
     pose, half = interiors(view, fixture)[number]
     sizes = view.shared(body_boxes)[0][body]
     edges = rotation(view.trace.steps.object_pose[step, body, 3:]) * sizes.T
     centre = np.ascontiguousarray(seen_from(view, fixture, number)[step, body].T)
     lying = (centre[2] > -half[2]) & floor
-    return corners_within(centre, Frames(pose[step]).turned(edges), half + slack, lying)
+    return centre, Frames(pose[step]).turned(edges), half + slack, lying
 
 
 @pointwise

@@ -22,7 +22,7 @@ from pytest_safemanip.report.ci.reading import Row, Run, Violation, read_run, wo
 from pytest_safemanip.report.headline import headline, notes_on
 from pytest_safemanip.report.numbers import fraction, share, spread
 from pytest_safemanip.report.pictures import picture_of
-from pytest_safemanip.report.severity import RANKED, hardest
+from pytest_safemanip.report.severity import RANKED, hardest, severity_line
 from pytest_safemanip.report.timeline import timeline_lines
 from pytest_safemanip.report.whole import write_whole
 from pytest_safemanip.run.invocation import look_at, reproduce
@@ -138,7 +138,7 @@ def _violation(
     blocks = [f"#### {number}. {escaped(violation.property_id)}: {escaped(about)}"]
     said = rule.get("title", "")
     entities = f" for {', '.join(found['entities'])}" if found["entities"] else ""
-    beyond = hardest(found)
+    beyond = ", ".join(filter(None, (severity_line(found), hardest(found))))
     success = "a success by the task's own check" if record.success else "no success"
     more = len(record.properties[violation.property_id].violations) - 1
     blocks.append(

@@ -12,7 +12,7 @@ from typing import Any
 
 from pytest_safemanip.metrics.comparability import marked
 from pytest_safemanip.metrics.fields import Fields
-from pytest_safemanip.metrics.records import RolloutRecord, Severity, severity
+from pytest_safemanip.metrics.records import RolloutRecord, severity
 from pytest_safemanip.metrics.release_gate import GOOD, OPEN
 from pytest_safemanip.metrics.summaries import Summary, read
 from pytest_safemanip.report.numbers import percent
@@ -67,8 +67,8 @@ class Violation:
         return Case(record.task, record.policy, self.property_id, record.seed).node_id
 
     @property
-    def severity(self) -> Severity:
-        """The measure that it is ranked by."""
+    def severity(self) -> float:
+        """What it is ranked by."""
         return severity(self.found)
 
     @property

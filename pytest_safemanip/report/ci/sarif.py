@@ -18,7 +18,7 @@ from pytest_safemanip.report.whole import write_whole
 NAME = "summary.sarif"
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 MAX_RESULTS = 25_000
-"""What GitHub takes of a run; others are counted in a notification."""
+"""What GitHub takes of a run, the worst; others are counted in a notification."""
 CHECKOUT, SHIPPED = "SRCROOT", "PYTEST_SAFEMANIP"
 """What locations are relative to: the repository; the folder of this package's own properties."""
 
@@ -52,9 +52,10 @@ def sarif(run: Run, root: Path) -> dict[str, Any]:
     rules = [_rule(name, judged.get(name, ""), known.get(name, {})) for name in {**known, **judged}]
     index = {rule["id"]: number for number, rule in enumerate(rules)}
     found = list(violations(run.summary.records))
+    ranked = sorted(range(len(found)), key=lambda n: -found[n].severity)[:MAX_RESULTS]
     results = [
         _result(v, index[v.property_id], known.get(v.property_id, {}), root)
-        for v in found[:MAX_RESULTS]
+        for v in (found[number] for number in sorted(ranked))
     ]
     driver = {"name": "pytest-safemanip", "version": __version__, "rules": rules}
     return {
@@ -119,6 +120,7 @@ def _result(
         "ruleIndex": rule,
         "kind": "fail",
         "level": "error",
+        "rank": min(10.0 * violation.severity, 100.0),
         "message": {"text": message(printable(f"{episode}: {violation.what}", 2000))},
         "locations": [
             {
@@ -139,6 +141,8 @@ def _result(
             "last": found["last"],
             "duration_s": found["duration_s"],
             "reason": found["reason"],
+            "severity": violation.severity,
+            "measured": dict(found.get("measured", {})),
             "success": record.success,
         },
     }

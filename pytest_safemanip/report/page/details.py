@@ -23,7 +23,7 @@ from pytest_safemanip.report.page.encoding import told
 from pytest_safemanip.report.page.timeline import Judged, timeline
 from pytest_safemanip.report.pictures import is_of
 from pytest_safemanip.report.replay.packing import pack
-from pytest_safemanip.report.severity import Key, worst
+from pytest_safemanip.report.severity import Key, severity_line, worst
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.definitions import Definitions
 from pytest_safemanip.run.invocation import relative_path, reproduce
@@ -106,7 +106,13 @@ def _told_violation(violation: Mapping[str, Any]) -> Json:
     kept = ("first", "last", "duration_s", "entities", "reason")
     about = {name: violation[name] for name in kept}
     evidence = list(violation.get("evidence", ()))
-    return {**about, "evidence": evidence, "excess": violation.get("excess")}
+    severity = severity_line(violation)
+    return {
+        **about,
+        "severity": severity,
+        "evidence": evidence,
+        "excess": violation.get("excess"),
+    }
 
 
 def _told_place(recording: Path, folder: Path) -> Path:

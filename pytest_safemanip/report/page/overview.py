@@ -56,9 +56,9 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
 
     Keys: ``policy``, ``task``, ``seed``, ``suite``, ``horizon``, ``success`` (None if it is not
     complete), ``steps`` (acting), ``error``, ``outcomes`` (a letter for each property, see
-    :data:`LETTERS`), ``violations`` (number), ``worst`` (severity), ``about`` (what to search in).
+    :data:`LETTERS`), ``violations`` (number), ``worst`` (the greatest severity of them),
+    ``about`` (what to search in).
     """
-    times, seconds, entities = worst(record)
     complete = record.complete and not record.unjudged
     violations = [v for p in record.properties.values() for v in p.violations]
     about = dict.fromkeys(t for v in violations for t in (*v["entities"], *v.get("evidence", ())))
@@ -73,7 +73,7 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
         "error": "" if complete else record.reason,
         "outcomes": "".join(_letter(record, id_) for id_ in properties),
         "violations": len(violations),
-        "worst": [round(times, 2), round(seconds, 3), entities],
+        "worst": worst(record),
         "about": " ".join(about)[:MAX_ABOUT],
     }
 

@@ -150,6 +150,7 @@ def _finding(finding: Finding, place: int, recording: Recording) -> Json:
     """
     return {
         "place": place,
+        "severity": str(finding.severity),
         "excess": asdict(finding.excess) if finding.excess else None,
         "guilty": list(guilty_entities(finding, recording)),
         "first": finding.first,

@@ -53,8 +53,9 @@ def describe(
         switches: those of its fixtures, each with what gives its state.
 
     Raises:
-        ConfigError: if the layout names what the model does not have.
+        ConfigError: if the layout names what the model does not have, or contradicts itself.
     """
+    layout.check()
     table = _Owners(model, layout).table()
     joints = [
         (name, find(model, "joint", joint, f"fixture {name!r}"), way)

@@ -35,6 +35,8 @@ def found(**changed: Any) -> dict[str, Any]:
         "duration_s": 0.1,
         "reason": "bad prefix",
         "evidence": ["the mug fell 40 mm"],
+        "severity": 1.5,
+        "measured": {"margin": 1.0, "force": 0.0, "fall": 0.0, "speed": 0.0},
         "timeline": {"start": 6, "stride": 1, "lanes": {"a": "......##", "b": "#......."}},
         **changed,
     }

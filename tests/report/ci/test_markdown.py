@@ -64,8 +64,8 @@ def test_propositions_stand_as_lanes_with_a_mark_below_the_unsafe_step(make_run)
 
 
 def test_the_worst_ten_are_shown_and_each_property_among_them(make_run):
-    records = [violated("a", found(duration_s=9.0 + seed), seed=seed) for seed in range(20)]
-    records.append(violated("b", found(duration_s=0.1), seed=20))
+    records = [violated("a", found(severity=9.0 + seed), seed=seed) for seed in range(20)]
+    records.append(violated("b", found(severity=1.1), seed=20))
     headings = [x for x in markdown(make_run(records)).splitlines() if x.startswith("####")]
     assert len(headings) == MAX_VIOLATIONS
     assert headings[:3] == [
@@ -75,20 +75,23 @@ def test_the_worst_ten_are_shown_and_each_property_among_them(make_run):
     ]
 
 
-def test_the_worst_is_what_was_hit_hardest_and_the_foot_says_so(make_run):
+def test_the_worst_is_the_most_severe_and_the_foot_says_so(make_run):
     hit = {"between": ["robot0/link5", "wall"], "entities": ["robot0", "wall"]}
     hit |= {"force": 1765.2, "limit": 5.0, "step": 13}
-    short = found(duration_s=0.05, last=12, excess=hit)
+    measured = {"margin": 352.0, "force": 1765.2, "fall": 0.0, "speed": 0.3}
+    short = found(duration_s=0.05, last=12, excess=hit, severity=23.36, measured=measured)
     text = markdown(make_run([violated("a", found(duration_s=9.0), short), violated(seed=1)]))
     assert (
-        "unsafe for 0.05 s, at its hardest 1765.2 N at step 13, 353 times the limit of 5 N" in text
+        "unsafe for 0.05 s, severity 23.36: margin 350, 1765 N, 0.30 m/s, at its hardest "
+        "1765.2 N at step 13, 353 times the limit of 5 N" in text
     )
     assert text.index("#### 1. a: T, p, seed 0") < text.index("#### 2. a: T, p, seed 1")
-    assert "\n\nRanked by the hardest contact over its limit" in text
+    assert "\n\nRanked by severity: how far beyond its limit, how hard" in text
 
 
-def test_the_longest_violation_of_a_case_stands_for_it(make_run):
-    run = make_run([violated("a", found(), found(first=40, last=139, duration_s=5.0))])
+def test_the_worst_violation_of_a_case_stands_for_it(make_run):
+    worst = found(first=40, last=139, duration_s=5.0, severity=2.2)
+    run = make_run([violated("a", found(), worst)])
     assert "at step 40 (2.00 s), unsafe for 5.00 s" in markdown(run)
 
 

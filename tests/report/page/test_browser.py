@@ -473,3 +473,17 @@ def renamed(recording: Recording) -> Recording:
     }
     episode = type(recording.episode)(**{**vars(recording.episode), "instruction": HOSTILE})
     return Recording(episode, Scene.from_json(found), recording.steps)
+
+
+def test_how_severe_it_was_is_in_the_table_on_the_card_and_in_words(tab):
+    page = tab.open().page
+    worst = [
+        float(text) for text in page.locator("#rollouts td.col-worst").all_inner_texts() if text
+    ]
+    assert worst == sorted(worst, reverse=True)
+    assert worst[0] > 4.0 > 2.0 > worst[-1]  # a fall from the shelf, a can half inside
+    assert "severity" in page.locator("ol.worst li").first.inner_text()
+    page.locator("ol.worst a").first.click()
+    page.wait_for_selector(".timeline")
+    assert f"severity {worst[0]:.2f}: " in page.inner_text(".card-violation.chosen")
+    assert page.inner_text("p.severity").startswith(f"Severity {worst[0]:.2f}: margin")

@@ -139,18 +139,17 @@ def test_a_violation_is_reproduced_with_the_case_s_node_id(fault):
     )
 
 
-def violating(*seconds, force=None):
-    """A rollout with violations of these durations; each with a contact so hard, of at most 5 N."""
-    hit = {"excess": {"force": force, "limit": 5.0}} if force else {}
-    found = tuple({"duration_s": own, "entities": ["mug"], **hit} for own in seconds)
+def violating(*severities):
+    """A rollout with violations that are so severe; None in a summary of an earlier version."""
+    found = tuple({} if own is None else {"severity": own} for own in severities)
     verdict = PropertyRecord("grasp_stability", "grasp_stability", "VIOLATED", True, found)
     return RolloutRecord(
         "Task", "policy", 0, "suite", "atomic", properties={verdict.property: verdict}
     )
 
 
-def test_the_worst_violation_is_the_longest_and_equals_share_a_rank():
-    found = ranks([violating(0.1, 2.0), violating(0.1), violating(0.05)])
+def test_violations_are_ranked_by_severity_and_equals_share_a_rank():
+    found = ranks([violating(1.1, 2.0), violating(1.1), violating(None)])
     assert [found[n, "grasp_stability", at] for n, at in ((0, 0), (0, 1), (1, 0), (2, 0))] == [
         2,
         1,
@@ -166,11 +165,6 @@ def test_each_violation_is_looked_at_where_its_object_is(content):
     heights = {found["property"]: found["view"]["target"][2] for found in findings}
     assert heights["action_onset"] > 1.0  # in the hand
     assert heights["release_stability"] < 0.3  # on the floor
-
-
-def test_a_hard_contact_is_worse_than_a_long_violation():
-    found = ranks([violating(9.0), violating(0.05, force=1700.0)])
-    assert [found[n, "grasp_stability", 0] for n in (0, 1)] == [2, 1]
 
 
 def test_without_its_recordings_the_page_says_what_the_summary_says(copied):

@@ -123,11 +123,11 @@ SafemanipReport.overview = (() => {
           name(rollout.task),
           ", ",
           name(rollout.policy),
-          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}${violation.excess ? `, ${SafemanipReport.violations.hardest(violation.excess)}` : ""}`,
+          `, seed ${rollout.seed}, step ${violation.first}, unsafe for ${seconds(violation.duration_s)}${violation.severity ? `, ${violation.severity}` : ""}${violation.excess ? `, ${SafemanipReport.violations.hardest(violation.excess)}` : ""}`,
         ),
       );
     };
-    const about = `The worst first, ${run.ranked}; seconds and forces say little about drops.`;
+    const about = `The worst first, ${run.ranked}.`;
     return section("The worst violation of each property", about, element("ol.worst", {}, found.map(item)));
   }
 

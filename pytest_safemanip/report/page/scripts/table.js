@@ -2,7 +2,7 @@
 SafemanipReport.table = (() => {
   "use strict";
 
-  const { element, name, figure, seconds, counted, words } = SafemanipReport.dom;
+  const { element, name, counted, words } = SafemanipReport.dom;
   const { run, OUTCOMES } = SafemanipReport.data;
   const { address, figures } = SafemanipReport;
   const AT_ONCE = 50;
@@ -17,9 +17,9 @@ SafemanipReport.table = (() => {
     {
       id: "worst",
       label: "worst",
-      title: "of the worst violation: the force over its limit where one was measured, then how long it was unsafe",
+      title: "the severity of the worst violation: how far beyond its limit, how hard, how fast and how long",
       down: true,
-      by: (own) => own.worst[0] * 1e7 + own.worst[1] * 100 + own.worst[2],
+      by: (own) => own.worst,
     },
     { id: "task", label: "task", by: (own) => own.task },
     { id: "policy", label: "policy", by: (own) => own.policy },
@@ -227,15 +227,12 @@ SafemanipReport.table = (() => {
     );
   }
 
-  const severity = ([excess, duration]) =>
-    excess > 1 ? `${figure(excess)} × limit, ${seconds(duration)}` : seconds(duration);
-
   function row(rollout) {
     const href = address.toRollout(rollout);
     return element(
       "tr",
       { className: rollout.outcome, data: { number: String(rollout.number) } },
-      element("td.number.col-worst", {}, rollout.violated ? severity(rollout.worst) : ""),
+      element("td.number.col-worst", {}, rollout.violated ? rollout.worst.toFixed(2) : ""),
       element("td.col-task", {}, element("a", { href }, name(rollout.task))),
       element("td.col-policy", {}, name(rollout.policy)),
       element("td.number.col-seed", {}, element("span.seed", {}, "seed "), String(rollout.seed)),

@@ -9,6 +9,8 @@ SafemanipReport.violations = (() => {
   /** The hardest contact of a violation, which need not be that of its first step. */
   const hardest = ({ force, limit }) => `hardest ${figure(force)} N, ${figure(force / limit)} × its limit`;
 
+  const capitalized = (text) => text[0].toUpperCase() + text.slice(1);
+
   /** All violations, the worst first. */
   function list(details) {
     const found = [];
@@ -58,6 +60,7 @@ SafemanipReport.violations = (() => {
         element("strong", {}, words(violation.property.id)),
         violation.guilty.length ? [" ", entities(violation.guilty, details.entities)] : null,
         element("span.evidence", {}, violation.evidence[0] ?? violation.reason),
+        violation.severity ? element("span.evidence", {}, violation.severity) : null,
         violation.excess ? element("span.evidence", {}, hardest(violation.excess)) : null,
       ),
       element(
@@ -99,6 +102,7 @@ SafemanipReport.violations = (() => {
           : "",
         ".",
       ),
+      violation.severity ? element("p.severity", {}, capitalized(violation.severity), ".") : null,
       violation.excess
         ? element(
             "p",
@@ -157,7 +161,7 @@ SafemanipReport.violations = (() => {
             "p.finding",
             {},
             element("strong.bad", {}, `Violated at step ${own.first}`),
-            `: ${own.reason}, unsafe for ${seconds(own.duration_s)}${own.excess ? `, ${hardest(own.excess)}` : ""}.`,
+            `: ${own.reason}, unsafe for ${seconds(own.duration_s)}${own.severity ? `, ${own.severity}` : ""}${own.excess ? `, ${hardest(own.excess)}` : ""}.`,
           ),
           own.evidence.length
             ? element(
