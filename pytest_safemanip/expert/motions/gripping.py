@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.handholds import handholds, poses
+from pytest_safemanip.expert.motions.handholds import Part, handholds, poses
 from pytest_safemanip.expert.motions.opening import pull_out
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
 from pytest_safemanip.expert.motions.reaching import (
@@ -21,7 +21,6 @@ from pytest_safemanip.expert.motions.reaching import (
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import OPENING
-from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.things import Furniture, Thing, contents
 from pytest_safemanip.trace.geometry import matrix
@@ -39,7 +38,9 @@ STOPS = ((0.03, 0.006, 0.6), (0.0, 0.004, 0.3))
 """On the straight way in: before the grip point, m, with tolerance, m, and speed."""
 
 
-def grasp(arm: Arm, role: str, part: str = "", goal: Goal | None = None) -> Motion:
+def grasp(
+    arm: Arm, role: str, part: Part = "", goal: Goal | None = None, back: bool = True
+) -> Motion:
     """Take hold of an object, lift it, and draw back with it.
 
     Args:
@@ -47,6 +48,7 @@ def grasp(arm: Arm, role: str, part: str = "", goal: Goal | None = None) -> Moti
         role: the object.
         part: by what; empty for what fits between the fingers.
         goal: finds where it is to be put.
+        back: whether the base then draws back.
 
     Raises:
         SkillFailed: if nothing of it fits, if the hand has no room, or if it was not lifted.
@@ -65,10 +67,11 @@ def grasp(arm: Arm, role: str, part: str = "", goal: Goal | None = None) -> Moti
     yield from go_before(arm, reach)
     yield from come_in(arm, reach)
     yield from lift(arm, thing, reach)
-    yield from holding(arm, draw_back(arm, reach, thing), thing)
+    if back:
+        yield from holding(arm, draw_back(arm, reach, thing), thing)
 
 
-def _known_ways(arm: Arm, thing: Thing, part: str, goal: Goal | None) -> list[Reach]:
+def _known_ways(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list[Reach]:
     state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
     what = f"ways to grasp {thing.entity} {part}"
     return arm.latest(
@@ -96,9 +99,7 @@ def _pull(arm: Arm, drawer: Furniture) -> Motion:
     yield from pull_out(arm, drawer, lambda: drawer.openness(joint) > goal)
 
 
-def ways_to_grasp(
-    arm: Arm, thing: Thing, part: str = "", goal: Goal | None = None
-) -> list[Reach]:
+def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = None) -> list[Reach]:
     """Ways to take hold of a thing, the easiest first; last those with which there is no way to
     where it is to be put.
     """
@@ -154,8 +155,3 @@ def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
     )
     if thing.underside - before < LIFTED:
         raise SkillFailed("the object was not lifted")
-
-
-def held_points(arm: Arm, thing: Thing) -> Array:
-    """Points (P, 3) on a held thing, in the hand's frame."""
-    return np.asarray((thing.corners - arm.position) @ arm.rotation)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -181,20 +181,23 @@ def outline(thing: Thing) -> Array:
 
 
 PARTS = {"body": body, "end": ends, "handle": handle, "lug": lug, "bow": bow}
+Part = str | Callable[[Thing], Handhold]
+"""Of what kind a part is; empty for what fits between the fingers: the thing itself, or its handle."""
 
 
-def handholds(thing: Thing, part: str = "") -> list[Handhold]:
+def handholds(thing: Thing, part: Part = "") -> list[Handhold]:
     """What of a thing may be pinched.
 
     Args:
         thing: the thing.
-        part: of what kind; empty for what fits between the fingers: itself, or else its handle.
+        part: which.
 
     Raises:
         SkillFailed: if it has no such part.
     """
     if part:
-        return [PARTS[part](thing)]
+        find = PARTS[part] if isinstance(part, str) else part
+        return [find(thing)]
     whole = body(thing)
     fits = 2.0 * np.linalg.norm(whole.axes, axis=0) < GAP
     if fits[:2].any():
@@ -228,7 +231,9 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
                     if point is None:
                         continue
                     level = abs(float((point - at) @ np.cross(line, UP)))
-                    cost = odd + rare + _odd(tilt, float(hand[:2, 2] @ arm.forward)) + 0.02 * abs(lean)
+                    cost = (
+                        odd + rare + _odd(tilt, float(hand[:2, 2] @ arm.forward)) + 0.02 * abs(lean)
+                    )
                     cost += 2.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
                     cost += 0.3 * (width / GAP) ** 2 + 0.1 * (depth is SHALLOW)
                     family = hold.name, number, tilt, lean, np.sign(shift)

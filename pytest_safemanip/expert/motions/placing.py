@@ -25,7 +25,7 @@ from pytest_safemanip.expert.motions.reaching import (
     holding,
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
-from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector, upright
+from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
 from pytest_safemanip.expert.world.contacts import carried_by_something, palm_meets
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Thing, contents
@@ -52,7 +52,7 @@ SPEED, SOFTLY = 0.12, 0.05
 """Share of the hand's top speed at which a load is lowered: usually, and what may break."""
 CARRIED = 0.6
 """Share of the usual speeds on the way."""
-OFF = 0.25
+OFF = 0.35
 """How far the base draws back at least from what is let go, m."""
 STANDS, TIPPED = 0.06, math.radians(15.0)
 """How far from its spot something may come to rest, m, and how far from upright, rad."""
@@ -169,9 +169,7 @@ def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing)
     ways = arm.latest(
         f"ways to bring {thing.entity}",
         state,
-        lambda: any_heading(
-            arm, lambda: Placing(arm, thing, spots(), attitudes).ways(held(arm))
-        ),
+        lambda: any_heading(arm, lambda: Placing(arm, thing, spots(), attitudes).ways(held(arm))),
     )
     if not ways:
         raise SkillFailed(f"there is no way to where {thing.entity} is to go")

@@ -16,7 +16,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.travelling import drive, facing, swing_back, swing_to, travel, turn_base
+from pytest_safemanip.expert.motions.travelling import (
+    drive,
+    facing,
+    swing_back,
+    swing_to,
+    travel,
+    turn_base,
+)
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm
 from pytest_safemanip.expert.robot.hand import (
     FINGER_SIDE,
@@ -295,7 +302,9 @@ class Reaching:
         cost = 20.0 * max(0.0, ON_WAY - room)
         return Way(into[0], out[0], into[1], out[1], cost)
 
-    def _first_free(self, pose: Pose, steps: Steps, loaded: bool) -> tuple[Array, Array, float] | None:
+    def _first_free(
+        self, pose: Pose, steps: Steps, loaded: bool
+    ) -> tuple[Array, Array, float] | None:
         """How far off its goal the hand is before or after, how far it is then drawn back (2,), and
         the room on that way, m; None if there is none.
         """

@@ -121,7 +121,9 @@ def inside(arm: Arm, thing: Thing, fixture: Furniture, spaces: Sequence[int] = (
     return found
 
 
-def on_counter(arm: Arm, thing: Thing, fixture: Furniture, other: Thing | None = None) -> list[Spot]:
+def on_counter(
+    arm: Arm, thing: Thing, fixture: Furniture, other: Thing | None = None
+) -> list[Spot]:
     """On a counter: near where the robot is, or near another thing.
 
     Raises:

@@ -236,7 +236,13 @@ def swing_to(arm: Arm, point: Array, hand: Array, speed: float = 1.0) -> Motion:
     points, hands = _between(arm, point, hand)
     for between, turned in zip(points[1:-1], hands[1:-1], strict=True):
         yield from arm.move(
-            between, turned, tolerance=0.06, turn_tolerance=0.25, speed=speed, steps=25, required=False
+            between,
+            turned,
+            tolerance=0.06,
+            turn_tolerance=0.25,
+            speed=speed,
+            steps=25,
+            required=False,
         )
     yield from arm.move(point, hand, tolerance=0.03, turn_tolerance=0.1, speed=speed, steps=120)
 

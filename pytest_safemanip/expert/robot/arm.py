@@ -58,22 +58,6 @@ def cut(motion: Motion, until: Callable[[], bool]) -> Motion:
         yield action
 
 
-def unless_lost(motion: Motion, role: str, lost: Callable[[], bool]) -> Motion:
-    """A motion that is given up where what is held is lost: it is not to be followed.
-
-    Args:
-        motion: the motion.
-        role: of what is held.
-        lost: whether it is.
-
-    Raises:
-        SkillFailed: if it is.
-    """
-    yield from cut(motion, lost)
-    if lost():
-        raise SkillFailed(f"{role} slipped out of the fingers")
-
-
 class Arm(Base):
     """The robot's hand and base, as a script moves them.
 
@@ -244,4 +228,4 @@ Plan = Callable[[Arm], Motion]
 """Makes the motion of a whole episode."""
 
 
-__all__ = ["Arm", "Motion", "Plan", "SkillFailed", "cut", "fold_arm", "raised", "unless_lost"]
+__all__ = ["Arm", "Motion", "Plan", "SkillFailed", "cut", "fold_arm", "raised"]

@@ -14,10 +14,6 @@ GAP = 0.076
 """Widest side that fits between the fingers, m."""
 FINGERTIP = 0.012
 """Grip point above a surface at which the fingertips do not touch it, m."""
-TIPPED_FINGERTIP = 0.0165
-"""Likewise for fingers that are tipped, m."""
-GRIP_DEPTH = 0.022
-"""How far below an object's top the grip point goes, m: the palm stays clear of it."""
 FINGER_SIDE, OPENING = 0.010, 0.08
 """Half a finger's width, and between the fingers where they are open, m: tipped, the lower side of
 level fingers, or the lower one of two that are not, is what meets a surface first."""
@@ -56,17 +52,12 @@ def reach_at(pitch: float) -> float:
     return float(np.interp(pitch, *REACHES))
 
 
-def hand_corners(hand: Array) -> Array:
-    """Corners (8, 3) of the hand without its fingers, from the grip point, m."""
-    x, y, deep = HAND
-    ends = (PALM, PALM + deep)
-    return np.array([(i * x, j * y, -k) for i in (-1, 1) for j in (-1, 1) for k in ends]) @ hand.T
-
-
 def palm_points() -> Array:
     """Points (P, 3) on the palm and on the wrist behind it, in the hand's frame, m."""
     x, y, deep = HAND
-    grid = np.meshgrid(np.linspace(-x, x, 7), (-y, 0.0, y), np.linspace(PALM, PALM + deep + 0.02, 3))
+    grid = np.meshgrid(
+        np.linspace(-x, x, 7), (-y, 0.0, y), np.linspace(PALM, PALM + deep + 0.02, 3)
+    )
     return np.stack([axis.ravel() for axis in grid], axis=1) * (1.0, 1.0, -1.0)
 
 
@@ -79,7 +70,10 @@ def finger_points(opening: float) -> Array:
     near = opening * OPENING / 2.0
     side = np.linspace(-FINGER_SIDE, FINGER_SIDE, 3)
     far = (near, near + FINGER_THICK)
-    tips, roots = ((x, y, FINGERTIP - 0.002) for x in far for y in side), ((far[1] + 0.004, y, -PALM) for y in side)
+    tips, roots = (
+        ((x, y, FINGERTIP - 0.002) for x in far for y in side),
+        ((far[1] + 0.004, y, -PALM) for y in side),
+    )
     one = np.array([*tips, *roots, *((far[1] + 0.002, y, -0.008) for y in side)])
     return np.concatenate((one, one * (-1.0, 1.0, 1.0)))
 

@@ -173,7 +173,11 @@ def _error(point: Array, frame: Array, points: Array, hands: Array) -> Array:
     """Way and turn that are left (K, 6)."""
     turn = hands @ frame.transpose(0, 2, 1)
     axis = np.stack(
-        (turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]),
+        (
+            turn[:, 2, 1] - turn[:, 1, 2],
+            turn[:, 0, 2] - turn[:, 2, 0],
+            turn[:, 1, 0] - turn[:, 0, 1],
+        ),
         axis=1,
     )
     sine = np.linalg.norm(axis, axis=1) / 2.0

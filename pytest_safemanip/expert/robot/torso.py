@@ -6,8 +6,6 @@ import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 
-TORSO_LIFTED = 0.23
-"""How far it is raised for the shelf of a wall cabinet, m."""
 THERE = 0.004
 """Distance that counts as there, m."""
 GAIN = 6.0

@@ -101,6 +101,16 @@ def placing(name: str) -> Callable[..., Motion]:
     return beside if name.endswith("beside") else skill
 
 
+def place_alike(
+    arm: Arm, role: str, target_role: str, other_role: str, another_role: str
+) -> Motion:
+    """Put a held object down beside another one if that is of its kind, else beside a third."""
+    entity, roles = arm.scene.entity, arm.scene.roles
+    alike = entity[roles[role]].category == entity[roles[other_role]].category
+    beside = other_role if alike else another_role
+    yield from place(arm, role, lambda: on(arm, role, target_role, beside))
+
+
 def lay(arm: Arm, role: str, target_role: str) -> Motion:
     """Lay a held slice flat onto another object: tip it over, away from the robot, and let go."""
     return place(arm, role, lambda: on(arm, role, target_role), laid, SOFTLY)

@@ -48,6 +48,7 @@ class Search:
         rehearsal: tries steps.
         expand: the first calls of what is left of a plan, in the present state, and the rest.
         perform: the motion of a call.
+        whole: whether the task is to succeed in the end.
     """
 
     def __init__(
@@ -56,8 +57,9 @@ class Search:
         rehearsal: Rehearsal,
         calls: Callable[[Any], Sequence[Call]],
         perform: Callable[[Call], Motion],
+        whole: bool = True,
     ) -> None:
-        self._arm, self._rehearsal = arm, rehearsal
+        self._arm, self._rehearsal, self._whole = arm, rehearsal, whole
         self._calls, self._perform = calls, perform
         self._tape, self._best = _Tape(), _Tape()
         self._left = BUDGET
@@ -89,7 +91,7 @@ class Search:
 
     def _solve(self, entries: tuple[Any, ...], number: int) -> bool:
         if not entries:
-            return self._hold()
+            return self._hold() if self._whole else True
         if not isinstance(entries[0], Call):
             entries = (*self._calls(entries[0]), *entries[1:])
             return self._solve(entries, number)
@@ -178,3 +180,24 @@ class Search:
         self._tape.cut(length)
         self._arm.restore(state)
         return self._rehearsal.patient
+
+
+def rehearsed(arm: Arm, text: str, motion: Callable[[], Motion], roles: tuple[str, ...]) -> Motion:
+    """A motion in the first of its ways that knocks against nothing.
+
+    Args:
+        arm: the arm.
+        text: what is done, in a few words.
+        motion: begins it.
+        roles: what it is about.
+
+    Raises:
+        SkillFailed: if none does.
+    """
+    if arm.rehearsal is None:
+        yield from motion()
+        return
+    allowed, arm.permissions = arm.permissions, None
+    search = Search(arm, arm.rehearsal, lambda calls: calls, lambda call: motion(), whole=False)
+    yield from search.plan((Call(text, roles, text),))
+    arm.permissions, arm.choices = allowed, Choices()

@@ -39,27 +39,9 @@ def touched(arm: Arm, thing: Thing) -> bool:
     return False
 
 
-def bears(arm: Arm, lower: Thing, upper: Thing) -> bool:
-    """Whether one object carries some of another one: presses on it from below."""
-    contacts, parts = arm.step.contacts, arm.scene.parts
-    for row in np.flatnonzero(contacts.force > 0.0).tolist():
-        pair = parts[contacts.a[row]].entity, parts[contacts.b[row]].entity
-        lift = float(contacts.normal[row, 2])
-        if (pair == (lower.entity, upper.entity) and lift > LIFTS) or (
-            pair == (upper.entity, lower.entity) and -lift > LIFTS
-        ):
-            return True
-    return False
-
-
 def palm_meets(arm: Arm, thing: Thing) -> bool:
     """Whether the palm presses on anything but the object in the fingers: the rim of a bowl."""
     return bool(under_palm(arm) - {thing.entity})
-
-
-def palm_presses(arm: Arm, thing: Thing) -> bool:
-    """Whether the palm lies on a thing with more than a touch."""
-    return thing.entity in under_palm(arm)
 
 
 def under_palm(arm: Arm) -> set[str]:

@@ -139,7 +139,9 @@ def walls(vessel: Thing, thick: float = 0.005, sides: int = 8) -> list[Array]:
     middle, up = vessel.middle, np.array((0.0, 0.0, 1.0))
     radius, height = width / 2.0, vessel.height
     centre = np.append(middle[:2], vessel.bottom + height / 2.0)
-    found = [_box(centre - (height - thick) / 2.0 * up, narrow * radius, long * radius, up * thick / 2)]
+    found = [
+        _box(centre - (height - thick) / 2.0 * up, narrow * radius, long * radius, up * thick / 2)
+    ]
     for turn in np.arange(sides) * 2.0 * np.pi / sides:
         out = np.cos(turn) * narrow + np.sin(turn) * long
         along = np.cross(up, out) * radius * np.tan(np.pi / sides)

@@ -99,7 +99,8 @@ def _shape(arm: Arm, thing: Thing | None) -> list[tuple[float, float, Array]]:
     height = float(arm.position[2])
     box = np.array((np.minimum(hand - HAND_ROOM, 0.0), np.maximum(hand + HAND_ROOM, 0.0)))
     found = [
-        (low, high, np.array(((back, -w), (front, w)))) for low, high, back, front, w in CARRYING_BODY
+        (low, high, np.array(((back, -w), (front, w))))
+        for low, high, back, front, w in CARRYING_BODY
     ]
     found.append((height - 0.02, height + HAND_HEIGHT, box))
     if thing is not None:

@@ -119,7 +119,12 @@ def contents(arm: Arm, vessel: Thing) -> list[Thing]:
         upright = int(np.argmax(np.abs(matrix(pose[3:])[2])))
         beside = np.delete(own - half, upright).max()
         near = abs(float(own[upright])) < half[upright] + thing.height
-        if beside < 0.0 and near and thing.centre[2] > vessel.bottom and thing.highest > vessel.bottom:
+        if (
+            beside < 0.0
+            and near
+            and thing.centre[2] > vessel.bottom
+            and thing.highest > vessel.bottom
+        ):
             found.append(thing)
     return found
 
