@@ -1,4 +1,4 @@
-"""Grasping: the hand closes on what of a thing fits between its fingers, from wherever it has room."""
+"""Grasping: the hand closes on what of a thing fits between its fingers, wherever it has room."""
 
 from __future__ import annotations
 

@@ -182,7 +182,7 @@ def outline(thing: Thing) -> Array:
 
 PARTS = {"body": body, "end": ends, "handle": handle, "lug": lug, "bow": bow}
 Part = str | Callable[[Thing], Handhold]
-"""Of what kind a part is; empty for what fits between the fingers: the thing itself, or its handle."""
+"""What is pinched: empty for what fits between the fingers, a thing itself or its handle."""
 
 
 def handholds(thing: Thing, part: Part = "") -> list[Handhold]:
@@ -296,8 +296,8 @@ def _meets(line: Array, way: Array) -> bool:
 
 
 def _tilted(line: Array, down: Array, tilt: float, straight: Array) -> Iterator[Array]:
-    """The approach, tilted about the fingers' line: away from the robot, or to both sides where that
-    line points away from it.
+    """The approach, tilted about the fingers' line: away from the robot, or to both sides where
+    that line points away from it.
     """
     if tilt == 0.0:
         yield down

@@ -52,6 +52,8 @@ SPEED, SOFTLY = 0.12, 0.05
 """Share of the hand's top speed at which a load is lowered: usually, and what may break."""
 CARRIED = 0.6
 """Share of the usual speeds on the way."""
+FALLS = 0.04
+"""How far something may fall that is let go, m."""
 OFF = 0.35
 """How far the base draws back at least from what is let go, m."""
 STANDS, TIPPED = 0.06, math.radians(15.0)
@@ -153,6 +155,9 @@ def place(
     up = matrix(thing.pose[3:]).T @ up_axis(thing)
     reach = yield from bring(arm, thing, spots, attitudes)
     yield from set_down(arm, thing, speed=speed)
+    fall = thing.bottom - float(reach.pose.load[:, 2].min()) + reach.pose.over
+    if fall > FALLS and not carried_by_something(arm, thing):
+        raise SkillFailed(f"{thing.entity} would fall {100 * fall:.0f} cm")
     yield from arm.grip(False)
     yield from withdraw(arm, reach)
     if attitudes is standing:
@@ -235,8 +240,7 @@ class Placing:
             # What is dipped goes in with its end, and need not come down to the floor.
             end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
             for higher in HIGHER + (DIPPED if self._dipped else ()):
-                middle = spot.point - end * (1.0, 1.0, 0.0)
-                middle = middle + (0.0, 0.0, OVER + higher - lowest)
+                middle = spot.point - np.append(end[:2], lowest - OVER - higher)
                 cost = spot.cost + odd + 5.0 * higher
                 family = number, higher
                 yield Pose(
@@ -247,6 +251,7 @@ class Placing:
                     middle + load,
                     family,
                     (spot.kind, *family),
+                    OVER + higher,
                 )
 
 

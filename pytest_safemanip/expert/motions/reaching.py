@@ -1,5 +1,5 @@
-"""Reaching: from which place of the base, with the arm bent how, the hand gets to a pose, and how it
-comes in there and out again.
+"""Reaching: from which place of the base, with the arm bent how, the hand gets to a pose, and how
+it comes in there and out again.
 
 The base stands back, the hand takes its posture, the base drives up to where the hand is before its
 goal, and only then the hand goes straight. What has room on that way, by the arm's kinematics and
@@ -101,6 +101,7 @@ class Pose:
         load: points (L, 3) of what it takes, or brings, there.
         family: what is alike in poses that are likely to fail together.
         kind: what is alike in those that are the same but for the arm.
+        over: how far the load is above what it comes to stand on, m.
     """
 
     point: Array
@@ -110,6 +111,7 @@ class Pose:
     load: Array
     family: tuple[Hashable, ...] = ()
     kind: Hashable = ()
+    over: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -252,8 +254,8 @@ class Reaching:
         for pose, free in zip(some, self._roughly(some), strict=True):
             if free:
                 families.setdefault(pose.family, []).append(pose)
-        for family in families.values():
-            family.sort(key=lambda pose: pose.cost)
+        for alike in families.values():
+            alike.sort(key=lambda pose: pose.cost)
         turns = {family: iter(alike) for family, alike in families.items()}
         rank = 0
         waiting: list[tuple[float, int, Pose, tuple[Hashable, ...]]] = []

@@ -129,7 +129,7 @@ def on_counter(
     Raises:
         SkillFailed: if there is none.
     """
-    low, high = fixture.extent()
+    _, high = fixture.extent()
     top = float(high[2]) if other is None else other.bottom
     centres = _around(arm, fixture, other)
     room = Room.around(arm, [np.append(point, top) for point, _ in centres])

@@ -128,7 +128,7 @@ def facing(arm: Arm, degrees: float) -> Iterator[None]:
     step, straight = arm.step, arm.straight_down
     half = math.radians(degrees) / 2.0
     turn = np.array((math.cos(half), 0.0, 0.0, math.sin(half)))
-    pose = np.array(step.base_pose, np.float64)
+    pose = np.array(step.base_pose)
     pose[3:] = multiply(turn, pose[3:])
     arm.step = replace(step, base_pose=pose)
     arm.straight_down = about_z(degrees) @ straight

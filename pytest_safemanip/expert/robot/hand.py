@@ -58,7 +58,7 @@ def palm_points() -> Array:
     grid = np.meshgrid(
         np.linspace(-x, x, 7), (-y, 0.0, y), np.linspace(PALM, PALM + deep + 0.02, 3)
     )
-    return np.stack([axis.ravel() for axis in grid], axis=1) * (1.0, 1.0, -1.0)
+    return np.asarray(np.stack([axis.ravel() for axis in grid], axis=1) * (1.0, 1.0, -1.0))
 
 
 def finger_points(opening: float) -> Array:
@@ -70,11 +70,9 @@ def finger_points(opening: float) -> Array:
     near = opening * OPENING / 2.0
     side = np.linspace(-FINGER_SIDE, FINGER_SIDE, 3)
     far = (near, near + FINGER_THICK)
-    tips, roots = (
-        ((x, y, FINGERTIP - 0.002) for x in far for y in side),
-        ((far[1] + 0.004, y, -PALM) for y in side),
-    )
-    one = np.array([*tips, *roots, *((far[1] + 0.002, y, -0.008) for y in side)])
+    places = [(x, FINGERTIP - 0.002) for x in far]
+    places += [(far[1] + 0.004, -PALM), (far[1] + 0.002, -0.008)]
+    one = np.array([(x, y, z) for x, z in places for y in side])
     return np.concatenate((one, one * (-1.0, 1.0, 1.0)))
 
 

@@ -1,4 +1,4 @@
-"""The postures of the arm: which joint angles bring the hand to a pose, and where its links are then.
+"""Postures of the arm: which joint angles bring the hand to a pose, and where its links are then.
 
 Everything is relative to the base: x ahead, y to the left, z up from the floor, the torso down.
 Arrays hold many postures at once (K, ...): hundreds are looked at for one grasp.
@@ -128,8 +128,8 @@ def follow(joints: Array, points: Array, hands: Array) -> tuple[Array, NDArray[n
 
 
 def _solved(matrices: Array, rights: Array) -> Array:
-    """Solutions (K, N) of positive definite systems (K, N, N): by hand, for a library's threads wait
-    for one another longer than this takes.
+    """Solutions (K, N) of positive definite systems (K, N, N): by hand, for a library's threads
+    wait for one another longer than this takes.
     """
     size = rights.shape[1]
     table = np.concatenate((matrices, rights[..., None]), axis=2)

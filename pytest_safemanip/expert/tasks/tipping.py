@@ -83,7 +83,7 @@ def fill_height(arm: Arm, pan: Thing) -> float:
 
 
 def turn(arm: Arm, hand: Array, middle: Array, point: Array, start: float, end: float) -> Motion:
-    """Turn a held thing about a line through its middle, along the base's forward direction, slowly.
+    """Turn a held thing slowly about a line through its middle, along the base's forward direction.
 
     Args:
         arm: the arm.

@@ -1,6 +1,6 @@
 """Room: how far points are from everything solid around a place, of many points at once.
 
-All is seen from the base's heading: coordinates ahead, to the left, and up, from the world's origin.
+All is seen from the base's heading: coordinates ahead, to the left and up, from the world's origin.
 """
 
 from __future__ import annotations
@@ -127,8 +127,8 @@ class Room:
 
 
 def walls(vessel: Thing, thick: float = 0.005, sides: int = 8) -> list[Array]:
-    """Corners (8, 3) of boxes that a hollow vessel's wall and floor fit into: nobody knows whether it
-    is round.
+    """Corners (8, 3) of boxes that a hollow vessel's wall and floor fit into: nobody knows whether
+    it is round.
 
     Args:
         vessel: the vessel.
