@@ -52,6 +52,8 @@ SPEED, SOFTLY = 0.12, 0.05
 """Share of the hand's top speed at which a load is lowered: usually, and what may break."""
 CARRIED = 0.6
 """Share of the usual speeds on the way."""
+BELOW_RIM = 0.015
+"""How far below a vessel's rim what lies in it reaches at least, m."""
 FALLS = 0.04
 """How far something may fall that is let go, m."""
 OFF = 0.35
@@ -160,7 +162,9 @@ def place(
         raise SkillFailed(f"{thing.entity} would fall {100 * fall:.0f} cm")
     yield from arm.grip(False)
     yield from withdraw(arm, reach)
-    if attitudes is standing:
+    if reach.pose.hollow:
+        check_inside(thing, Thing(arm, reach.pose.hollow))
+    elif attitudes is standing:
         check(thing, reach, up)
 
 
@@ -252,6 +256,7 @@ class Placing:
                     family,
                     (spot.kind, *family),
                     OVER + higher,
+                    spot.hollow,
                 )
 
 
@@ -289,6 +294,20 @@ def withdraw(arm: Arm, reach: Reach) -> Motion:
         arm.position + reach.leave, tolerance=0.02, speed=0.5, steps=50, required=False
     )
     yield from draw_back(arm, reach, least=OFF)
+
+
+def check_inside(thing: Thing, vessel: Thing) -> None:
+    """See whether something lies in a vessel, and not on its rim.
+
+    Raises:
+        SkillFailed: if it does not.
+    """
+    beside = any(
+        abs(float((thing.centre - vessel.centre) @ axis)) > width / 2.0
+        for axis, width in vessel.sides()
+    )
+    if beside or thing.bottom > vessel.highest - BELOW_RIM:
+        raise SkillFailed(f"{thing.entity} does not lie in {vessel.entity}")
 
 
 def check(thing: Thing, reach: Reach, up: Array) -> None:

@@ -102,6 +102,7 @@ class Pose:
         family: what is alike in poses that are likely to fail together.
         kind: what is alike in those that are the same but for the arm.
         over: how far the load is above what it comes to stand on, m.
+        hollow: entity that it goes into; empty if none.
     """
 
     point: Array
@@ -112,6 +113,7 @@ class Pose:
     family: tuple[Hashable, ...] = ()
     kind: Hashable = ()
     over: float = 0.0
+    hollow: str = ""
 
 
 @dataclass(frozen=True)

@@ -40,10 +40,9 @@ def inside(arm: Arm, role: str, fixture_role: str, *others: str) -> list[Spot]:
     return spots.beside(found, Thing(arm, others[0])) if others else found
 
 
-def into(arm: Arm, role: str, vessel_role: str, *others: str) -> list[Spot]:
+def into(arm: Arm, role: str, vessel_role: str) -> list[Spot]:
     """Into a vessel."""
-    found = spots.into_thing(arm, Thing(arm, role), Thing(arm, vessel_role))
-    return spots.beside(found, Thing(arm, others[0])) if others else found
+    return spots.into_thing(arm, Thing(arm, role), Thing(arm, vessel_role))
 
 
 def under_tap(arm: Arm, role: str, sink_role: str) -> list[Spot]:
@@ -76,7 +75,6 @@ GOALS: Mapping[str, Find] = MappingProxyType(
         "place in": inside,
         "place in beside": inside,
         "place into": into,
-        "place into beside": into,
         "place on end of": on_part("end"),
         "place on near-half of": on_part("near"),
         "place on far-half of": on_part("far"),
