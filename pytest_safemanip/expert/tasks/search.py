@@ -26,6 +26,8 @@ MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
 PATIENCE = 40
 """Control steps of holding still after the plan, in which the task's success may still show."""
+SETTLES = 20
+"""Control steps after success in which the robot comes to rest, and may still knock."""
 State = dict[str, Any]
 
 
@@ -138,12 +140,25 @@ class Search:
                 if not self._step(action):
                     return "there is no time left", False
                 if arm.step.success and not self._rehearsal.patient:
-                    return watch.wrong(arm.step), True
+                    return watch.wrong(arm.step) or self._later(watch), True
                 if wrong := watch.wrong(arm.step):
                     return wrong, False
         except SkillFailed as error:
             return str(error), False
         return watch.left(arm.step), False
+
+    def _later(self, watch: Watch) -> str:
+        """What is wrong while the robot comes to rest after success, empty if nothing is."""
+        length, state, wrong = len(self._tape.actions), self._arm.save(), ""
+        self._rehearsal.begin()
+        for _ in range(SETTLES):
+            if wrong or not self._step(self._arm.hold()):
+                break
+            wrong = watch.wrong(self._arm.step)
+        self._rehearsal.undo()
+        self._tape.cut(length)
+        self._arm.restore(state)
+        return wrong
 
     def _named(self, entry: Any) -> Sequence[Call]:
         """The calls of a part of a plan."""
