@@ -40,6 +40,7 @@ from pytest_safemanip.expert.robot.torso import lift_torso
 from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.standing import nearest
 from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.geometry import to_local, to_world
 
 FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, -0.004
 """Room around fingers and palm at a goal, and around the balls that the rest of the arm fits into,
@@ -73,8 +74,8 @@ TURNS_FAR = 1.8
 """An empty hand that is to be turned by more is first brought before the base, rad: a joint might
 come to its limit.
 """
-SLIPS = 0.04
-"""How far something moves in the fingers that is about to be lost, m."""
+SLIPS = 0.03
+"""How far what is between the fingers moves that is about to be lost, m: it may turn there."""
 GRAZED = -0.001
 """How far inside of open fingers something may be, m."""
 FOREARM = next(k for k, (link, *_) in enumerate(SPHERES) if link == 5)
@@ -315,7 +316,9 @@ class Reaching:
         best: tuple[Array, Array, float] | None = None
         for back, up in steps:
             offset = np.append(-back * pose.hand[:2, 2], up - back * pose.hand[2, 2])
-            if not self._straight(pose, offset, loaded) or not (loaded or _past(pose, offset)):
+            if not self._straight(pose, offset, loaded) or not (
+                loaded or self._ways.brings or _past(pose, offset)
+            ):
                 continue
             for slant in SLANTS:
                 away = self._hand_room(pose, offset, slant, loaded)
@@ -454,9 +457,9 @@ def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
     if load is None:
         yield from motion
         return
-    held = (load.centre - arm.position) @ arm.rotation
+    held = to_local(load.pose, arm.position)
     for action in motion:
-        slipped = float(np.linalg.norm((load.centre - arm.position) @ arm.rotation - held))
+        slipped = float(np.linalg.norm(to_world(load.pose, held) - arm.position))
         if slipped > SLIPS:
             raise SkillFailed(f"{load.entity} slipped in the fingers")
         yield action
