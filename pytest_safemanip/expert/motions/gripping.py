@@ -21,8 +21,8 @@ from pytest_safemanip.expert.motions.reaching import (
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import OPENING
-from pytest_safemanip.expert.world.room import Room
-from pytest_safemanip.expert.world.things import Furniture, Thing, contents
+from pytest_safemanip.expert.world.room import Room, walls
+from pytest_safemanip.expert.world.things import Furniture, Thing, contents, other_things
 from pytest_safemanip.trace.geometry import matrix
 
 Goal = Callable[[], Sequence[Spot]]
@@ -103,8 +103,11 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = N
     """Ways to take hold of a thing, the easiest first; last those with which there is no way to
     where it is to be put.
     """
-    along = [other.entity for other in contents(arm, thing)]
-    room = Room.around(arm, [thing.centre], [thing.entity, *along])
+    along = inside(arm, thing)
+    around = [v for v in other_things(arm, thing) if thing.entity in inside(arm, v)]
+    without = [thing.entity, *along, *(vessel.entity for vessel in around)]
+    extra = [box for vessel in around for box in walls(vessel)]
+    room = Room.around(arm, [thing.centre], without, extra)
     reaching = Reaching(arm, room, Ways())
     found = [
         pose for hold in handholds(thing, part) for pose in poses(arm, thing, hold, thing.bottom)
@@ -118,6 +121,11 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = N
         return bool(placing.ways(Grip(pose.point, pose.hand, opening), 1, FEW))
 
     return reaching.find(found, GOOD, suits)
+
+
+def inside(arm: Arm, vessel: Thing) -> list[str]:
+    """The entities that lie in an object, or on it."""
+    return [thing.entity for thing in contents(arm, vessel)]
 
 
 def come_in(arm: Arm, reach: Reach) -> Motion:

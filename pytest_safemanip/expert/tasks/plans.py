@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 
 import yaml
@@ -15,7 +15,9 @@ from pytest_safemanip.expert.world.things import Thing
 
 Errands = Mapping[str, tuple[Call, ...]]
 """Skills by the role of the object that they begin with; what stands nearest comes first."""
-Entry = Call | Errands
+Alternatives = tuple[tuple[Call, ...], ...]
+"""Skills, or other ones that do instead."""
+Entry = Call | Errands | Alternatives
 
 
 def _read() -> dict[str, tuple[Entry, ...]]:
@@ -23,16 +25,19 @@ def _read() -> dict[str, tuple[Entry, ...]]:
     return {task: tuple(map(_entry, skills)) for task, skills in yaml.safe_load(text).items()}
 
 
-def _entry(entry: str | dict[str, list[str]]) -> Entry:
+def _entry(entry: str | list[list[str]] | dict[str, list[str]]) -> Entry:
     if isinstance(entry, str):
         return parse(entry)
+    if isinstance(entry, list):
+        return tuple(tuple(map(parse, skills)) for skills in entry)
     return {role: tuple(map(parse, skills)) for role, skills in entry.items()}
 
 
 def _calls(entry: Entry) -> list[Call]:
     if isinstance(entry, Call):
         return [entry]
-    return [call for skills in entry.values() for call in skills]
+    groups = entry.values() if isinstance(entry, Mapping) else entry
+    return [call for skills in groups for call in skills]
 
 
 def _plan(entries: tuple[Entry, ...]) -> Plan:
@@ -41,18 +46,27 @@ def _plan(entries: tuple[Entry, ...]) -> Plan:
             yield from Search(
                 arm,
                 arm.rehearsal,
-                lambda errands: nearest_first(arm, errands),
+                lambda entry: in_order(arm, entry),
                 lambda call: SKILLS[call.skill](arm, *call.roles),
             ).plan(entries)
             return
         for entry in entries:
-            for call in (entry,) if isinstance(entry, Call) else nearest_first(arm, entry):
+            for call in in_order(arm, entry)[0]:
                 try:
                     yield from SKILLS[call.skill](arm, *call.roles)
                 except SkillFailed as error:
                     raise SkillFailed(f"{call.text}: {error}") from error
 
     return plan
+
+
+def in_order(arm: Arm, entry: Entry) -> list[Sequence[Call]]:
+    """The skills of a part of a plan, in the present state, and others that do instead."""
+    if isinstance(entry, Call):
+        return [[entry]]
+    if isinstance(entry, Mapping):
+        return [nearest_first(arm, entry)]
+    return list(entry)
 
 
 def nearest_first(arm: Arm, errands: Errands) -> list[Call]:

@@ -48,7 +48,7 @@ class Search:
     Args:
         arm: the arm.
         rehearsal: tries steps.
-        expand: the first calls of what is left of a plan, in the present state, and the rest.
+        calls: those of a part of a plan, in the present state, and others that do instead.
         perform: the motion of a call.
         whole: whether the task is to succeed in the end.
     """
@@ -57,7 +57,7 @@ class Search:
         self,
         arm: Arm,
         rehearsal: Rehearsal,
-        calls: Callable[[Any], Sequence[Call]],
+        calls: Callable[[Any], Sequence[Sequence[Call]]],
         perform: Callable[[Call], Motion],
         whole: bool = True,
     ) -> None:
@@ -95,8 +95,8 @@ class Search:
         if not entries:
             return self._hold() if self._whole else True
         if not isinstance(entries[0], Call):
-            entries = (*self._calls(entries[0]), *entries[1:])
-            return self._solve(entries, number)
+            ways = self._calls(entries[0])
+            return any(self._solve((*calls, *entries[1:]), number) for calls in ways)
         call, rest = entries[0], entries[1:]
         most = MOST_AGAIN if number in self._visited else MOST_TRIES
         self._visited.add(number)
@@ -162,7 +162,7 @@ class Search:
 
     def _named(self, entry: Any) -> Sequence[Call]:
         """The calls of a part of a plan."""
-        return [entry] if isinstance(entry, Call) else self._calls(entry)
+        return [entry] if isinstance(entry, Call) else self._calls(entry)[0]
 
     def _motion(self, call: Call) -> Motion:
         if self._arm.choices.choose("arm folded first", (False, True)):
@@ -213,6 +213,6 @@ def rehearsed(arm: Arm, text: str, motion: Callable[[], Motion], roles: tuple[st
         yield from motion()
         return
     allowed, arm.permissions = arm.permissions, None
-    search = Search(arm, arm.rehearsal, lambda calls: calls, lambda call: motion(), whole=False)
+    search = Search(arm, arm.rehearsal, lambda calls: [calls], lambda call: motion(), whole=False)
     yield from search.plan((Call(text, roles, text),))
     arm.permissions, arm.choices = allowed, Choices()
