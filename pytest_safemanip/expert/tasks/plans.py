@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib.resources import files
 
 import yaml
@@ -46,34 +46,39 @@ def _plan(entries: tuple[Entry, ...]) -> Plan:
             yield from Search(
                 arm,
                 arm.rehearsal,
-                lambda entry: in_order(arm, entry),
+                lambda entry: ways_on(arm, entry),
                 lambda call: SKILLS[call.skill](arm, *call.roles),
             ).plan(entries)
             return
-        for entry in entries:
-            for call in in_order(arm, entry)[0]:
-                try:
-                    yield from SKILLS[call.skill](arm, *call.roles)
-                except SkillFailed as error:
-                    raise SkillFailed(f"{call.text}: {error}") from error
+        left = entries
+        while left:
+            if not isinstance(left[0], Call):
+                left = (*ways_on(arm, left[0])[0], *left[1:])
+                continue
+            call, left = left[0], left[1:]
+            try:
+                yield from SKILLS[call.skill](arm, *call.roles)
+            except SkillFailed as error:
+                raise SkillFailed(f"{call.text}: {error}") from error
 
     return plan
 
 
-def in_order(arm: Arm, entry: Entry) -> list[Sequence[Call]]:
-    """The skills of a part of a plan, in the present state, and others that do instead."""
-    if isinstance(entry, Call):
-        return [[entry]]
-    if isinstance(entry, Mapping):
-        return [nearest_first(arm, entry)]
-    return list(entry)
+def ways_on(arm: Arm, entry: Errands | Alternatives) -> list[tuple[Entry, ...]]:
+    """What a part of a plan comes to in the present state, the likeliest first.
 
-
-def nearest_first(arm: Arm, errands: Errands) -> list[Call]:
-    """What stands nearer is in the way to what stands behind it; some are not there at all."""
-    there = [role for role in errands if role in arm.scene.roles]
+    Of things that something is done with, what stands nearer is in the way to what stands behind
+    it; some are not there at all.
+    """
+    if not isinstance(entry, Mapping):
+        return list(entry)
+    there = [role for role in entry if role in arm.scene.roles]
     roles = sorted(there, key=lambda role: arm.ahead(Thing(arm, role).centre))
-    return [call for role in roles for call in errands[role]]
+    found: list[tuple[Entry, ...]] = []
+    for role in roles:
+        others = {other: entry[other] for other in roles if other != role}
+        found.append((*entry[role], others) if others else entry[role])
+    return found or [()]
 
 
 ENTRIES = _read()

@@ -48,7 +48,7 @@ class Search:
     Args:
         arm: the arm.
         rehearsal: tries steps.
-        calls: those of a part of a plan, in the present state, and others that do instead.
+        ways_on: what a part of a plan comes to in the present state, and what does instead.
         perform: the motion of a call.
         whole: whether the task is to succeed in the end.
     """
@@ -57,12 +57,12 @@ class Search:
         self,
         arm: Arm,
         rehearsal: Rehearsal,
-        calls: Callable[[Any], Sequence[Sequence[Call]]],
+        ways_on: Callable[[Any], Sequence[Sequence[Any]]],
         perform: Callable[[Call], Motion],
         whole: bool = True,
     ) -> None:
         self._arm, self._rehearsal, self._whole = arm, rehearsal, whole
-        self._calls, self._perform = calls, perform
+        self._ways_on, self._perform = ways_on, perform
         self._tape, self._best = _Tape(), _Tape()
         self._left = BUDGET
         self._done, self._reason = -1, ""
@@ -95,8 +95,8 @@ class Search:
         if not entries:
             return self._hold() if self._whole else True
         if not isinstance(entries[0], Call):
-            ways = self._calls(entries[0])
-            return any(self._solve((*calls, *entries[1:]), number) for calls in ways)
+            ways = self._ways_on(entries[0])
+            return any(self._solve((*way, *entries[1:]), number) for way in ways)
         call, rest = entries[0], entries[1:]
         most = MOST_AGAIN if number in self._visited else MOST_TRIES
         self._visited.add(number)
@@ -162,7 +162,9 @@ class Search:
 
     def _named(self, entry: Any) -> Sequence[Call]:
         """The calls of a part of a plan."""
-        return [entry] if isinstance(entry, Call) else self._calls(entry)[0]
+        if isinstance(entry, Call):
+            return [entry]
+        return [call for part in self._ways_on(entry)[0] for call in self._named(part)]
 
     def _motion(self, call: Call) -> Motion:
         if self._arm.choices.choose("arm folded first", (False, True)):

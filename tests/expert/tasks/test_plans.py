@@ -8,7 +8,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.expert.faults.library import FAULTS, Row, rows
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.tasks.calls import Call
-from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, nearest_first
+from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, ways_on
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.resources import folder
 from pytest_safemanip.spec.properties import load_properties
@@ -67,7 +67,10 @@ def test_the_nearest_object_comes_first_and_one_that_is_not_there_is_left_out():
     scene = dataclasses.replace(toy.SCENE, roles={"mug": "mug", "apple": "apple"})
     arm = Arm(scene, toy.at_rest(object_pose=poses))
     errands = {role: (parse(f"grasp {role}"),) for role in ("mug", "pear", "apple")}
-    assert [call.roles for call in nearest_first(arm, errands)] == [("apple",), ("mug",)]
+    ways = ways_on(arm, errands)
+    assert [way[0].roles for way in ways] == [("apple",), ("mug",)]
+    assert [list(way[1]) for way in ways] == [["mug"], ["apple"]]
+    assert ways_on(arm, {"pear": errands["pear"]}) == [()]
 
 
 @pytest.mark.parametrize("task", EXPERT)
