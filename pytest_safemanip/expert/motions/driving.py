@@ -1,4 +1,4 @@
-"""Driving to a fixture, and carrying something to another counter around the furniture."""
+"""Driving to a fixture."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ import math
 import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion
-from pytest_safemanip.expert.robot.hand import reach_at
-from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z
-from pytest_safemanip.expert.world.routes import route
-from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.things import Furniture
 from pytest_safemanip.trace.geometry import corners
 
 STAND_FRONT = 0.20
@@ -61,31 +59,3 @@ def _front(arm: Arm, point: Array, height: float = math.inf) -> float:
         if beside and abs(arm.ahead(point) - front) < FRONT_DEPTH:
             fronts.append(front)
     return min(fronts)
-
-
-CARRY_PITCH = 20.0
-"""Degrees from straight down that the hand is pitched on the way: straight down, the wrist reaches
-its limit so close to the base."""
-STOP_SHORT = 0.35
-"""How far before its last place the way ends, m: room to raise and to tip a load."""
-CARRY_SPEED = 0.6
-"""Share of the base's top speed at which a load hardly swings where it starts and stops."""
-LONG_WAY = 400
-"""Control steps for a stretch across the room."""
-
-
-def travel(arm: Arm, role: str, target_role: str) -> Motion:
-    """Drive to where a tucked hand is before an object, around what stands on the floor."""
-    thing, target = Thing(arm, role), Thing(arm, target_role)
-    aside = arm.aside(target.middle)
-    ahead = arm.ahead(target.middle) - reach_at(CARRY_PITCH)
-    goal = arm.floor_point(ahead - STOP_SHORT, aside)
-    for place in route(arm, thing, goal):
-        yield from arm.drive(place, speed=CARRY_SPEED, steps=LONG_WAY)
-
-
-def pitched(arm: Arm, pitch: float) -> Array:
-    """The hand as it is, but pitched so far from straight down (3, 3)."""
-    heading = about_z(math.degrees(math.atan2(arm.forward[1], arm.forward[0])))
-    turned: Array = heading @ about_y(arm.pitch - pitch) @ heading.T @ arm.rotation
-    return turned
