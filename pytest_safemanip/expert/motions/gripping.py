@@ -34,6 +34,8 @@ GOOD, FEW = 6, 100
 poses are looked at for that way."""
 LIFTED = 0.02
 """Rise that shows that an object is held, m."""
+ASTRAY = 0.015
+"""Farther before a grip point than this, the hand has met something, m."""
 STOPS = ((0.03, 0.006, 0.6), (0.0, 0.004, 0.3))
 """On the straight way in: before the grip point, m, with tolerance, m, and speed."""
 
@@ -129,7 +131,11 @@ def inside(arm: Arm, vessel: Thing) -> list[str]:
 
 
 def come_in(arm: Arm, reach: Reach) -> Motion:
-    """Go straight to a grip point, as near as the hand gets."""
+    """Go straight to a grip point, as near as the hand gets.
+
+    Raises:
+        SkillFailed: if it meets something.
+    """
     far = float(np.linalg.norm(reach.entry))
     for before, tolerance, speed in STOPS:
         yield from arm.move(
@@ -142,6 +148,9 @@ def come_in(arm: Arm, reach: Reach) -> Motion:
             required=False,
             exact=True,
         )
+    short = float((reach.pose.point - arm.position) @ reach.entry) / -far
+    if short > ASTRAY:
+        raise SkillFailed(f"something is in the hand's way, {100 * short:.0f} cm before its goal")
 
 
 def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:

@@ -234,7 +234,7 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
                     cost = (
                         odd + rare + _odd(tilt, float(hand[:2, 2] @ arm.forward)) + 0.02 * abs(lean)
                     )
-                    cost += 2.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
+                    cost += 5.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
                     cost += 0.3 * (width / GAP) ** 2 + 0.1 * (depth is SHALLOW)
                     family = hold.name, number, tilt, lean, np.sign(shift)
                     kind = family, round(place, 3)
