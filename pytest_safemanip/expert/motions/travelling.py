@@ -16,7 +16,7 @@ from pytest_safemanip.expert.robot.kinematics import bodies, follow, solve, stra
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
 from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.routes import route
-from pytest_safemanip.expert.world.standing import BODY_FRONT, nearest, rearmost
+from pytest_safemanip.expert.world.standing import nearest, rearmost
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.geometry import about, matrix, multiply
 
@@ -28,8 +28,11 @@ THERE = 0.02
 """Distance along either axis of the base that counts as there, m."""
 STEP, APART = 0.05, 0.03
 """Between places that are looked at, m, and room around the robot on its way, m."""
-WHEELS = 0.45
-"""From the middle of the base to the far corners of its wheels, m."""
+TURNS_ABOUT, WHEELS, SWUNG = 0.20, 0.43, 0.11
+"""How far behind its origin the base has its middle, about which it turns, from there to the
+corners of its wheels, and how far they come beyond its front and back, and room, m."""
+TURNS_BESIDE = (0.0, 0.15, -0.15, 0.3, -0.3, 0.5, -0.5)
+"""How far to the left of where it is it may turn, m."""
 TUCKS = 0.2
 """Where it would draw back by more, the hand is drawn in first, m."""
 MOST_BACK = 0.9
@@ -150,15 +153,38 @@ def turn_base(arm: Arm, degrees: float, load: Thing | None = None) -> Motion:
         SkillFailed: if it does not get there.
     """
     yield from tuck(arm, load)
+    yield from travel(arm, turning_place(arm, degrees, load), load)
+    yield from arm.turn(degrees)
+
+
+def turning_place(arm: Arm, degrees: float, load: Thing | None) -> Array:
+    """Where the base can be turned, as near as possible (2,).
+
+    Args:
+        arm: the arm.
+        degrees: to the left.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if it cannot.
+    """
     points, radii = shape(arm, load)
     frame = heading(arm)
-    middle = arm.base @ frame[:2, :2]
-    far = np.linalg.norm(points[:, :2] - middle, axis=1) + radii
-    radius = max(float(far.max()), WHEELS)
-    here, aside = arm.ahead(arm.base), arm.aside(arm.base)
-    free = nearest(arm, aside - WHEELS, aside + WHEELS) + BODY_FRONT[0][2] - radius - APART
-    yield from drive(arm, arm.floor_point(min(here, free), aside), load)
-    yield from arm.turn(degrees)
+    middle = np.append(arm.base - TURNS_ABOUT * arm.forward, 0.0) @ frame
+    angles = np.linspace(0.0, degrees, SWINGS + 2).tolist()
+    swept = middle + np.concatenate([(points - middle) @ about_z(a).T for a in angles])
+    around = [arm.point(*(middle[:2] + off), 1.1) for off in ((-0.5, -1.0), (0.8, 1.0))]
+    room = Room.around(arm, around, [load.entity] if load else [])
+    here, beside = arm.ahead(arm.base), arm.aside(arm.base)
+    for shift in TURNS_BESIDE:
+        aside = beside + shift
+        first = min(here, nearest(arm, aside - WHEELS, aside + WHEELS) - SWUNG)
+        last = rearmost(arm, aside - WHEELS, aside + WHEELS) + SWUNG
+        for ahead in np.arange(first, last, -STEP).tolist():
+            off = np.array((ahead - here, shift, 0.0))
+            if room.away(swept + off, np.tile(radii, len(angles))).min() > APART:
+                return arm.floor_point(ahead, aside)
+    raise SkillFailed("there is no room for the base to turn")
 
 
 def shape(arm: Arm, load: Thing | None) -> tuple[Array, Array]:
