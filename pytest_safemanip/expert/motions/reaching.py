@@ -45,6 +45,8 @@ from pytest_safemanip.trace.geometry import to_local, to_world
 FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, -0.004
 """Room around fingers and palm at a goal, and around the balls that the rest of the arm fits into,
 m."""
+LOWERED = 0.01
+"""How far the hand is lowered into a vessel with what it brings, m."""
 TIGHT, ON_WAY = 0.001, 0.012
 """Room around the hand and what it holds on the way: at least, and that is as good as more, m."""
 ENOUGH = 0.03
@@ -287,9 +289,10 @@ class Reaching:
         return np.asarray(free & (self._room.away(tips).min(axis=1) > FINGERS_FREE - ROUGH))
 
     def _grips(self, pose: Pose) -> bool:
-        """Whether the hand has room at a pose."""
+        """Whether the hand has room at a pose, and where it lets go of what it brings."""
+        lowered = pose.point - (0.0, 0.0, LOWERED if pose.hollow else 0.0)
         return (
-            self._room_at(pose, PALM_POINTS) >= PALM_FREE
+            self._room_at(replace(pose, point=lowered), PALM_POINTS) >= PALM_FREE
             and self._room_at(pose, finger_points(pose.opening)) >= FINGERS_FREE
         )
 

@@ -173,7 +173,8 @@ def turning_place(arm: Arm, degrees: float, load: Thing | None) -> Array:
     middle = np.append(arm.base - TURNS_ABOUT * arm.forward, 0.0) @ frame
     angles = np.linspace(0.0, degrees, SWINGS + 2).tolist()
     swept = middle + np.concatenate([(points - middle) @ about_z(a).T for a in angles])
-    around = [arm.point(*(middle[:2] + off), 1.1) for off in ((-0.5, -1.0), (0.8, 1.0))]
+    ahead, aside = middle[:2].tolist()
+    around = [arm.point(ahead + i, aside + j, 1.1) for i, j in ((-0.5, -1.0), (0.8, 1.0))]
     room = Room.around(arm, around, [load.entity] if load else [])
     here, beside = arm.ahead(arm.base), arm.aside(arm.base)
     for shift in TURNS_BESIDE:
