@@ -140,13 +140,24 @@ def _crosses(across: Array, right: float, left: float) -> NDArray[np.bool_]:
 
 
 def _extents(arm: Arm) -> tuple[Array, Array, Array]:
-    """Of every piece of furniture, from where to where it is along the base's forward and left
-    directions and in height, m (N, 2) each.
+    """Of every piece of furniture and its handles, from where to where it is along the base's
+    forward and left directions and in height, m (N, 2) each.
     """
-    points = solids(arm)
+    points = np.concatenate((solids(arm), handles(arm)))
     seen = points[..., :2] @ arm.forward, points[..., :2] @ arm.left, points[..., 2]
     along, across, height = (np.stack((x.min(axis=1), x.max(axis=1)), axis=1) for x in seen)
     return along, across, height
+
+
+def handles(arm: Arm) -> Array:
+    """Corners of what is pulled on furniture (N, 8, 3)."""
+    boxes, poses = arm.scene.boxes, arm.step.box_pose
+    found = [
+        corners(np.asarray(poses[k], np.float64), box.half)
+        for k, box in enumerate(boxes)
+        if box.kind == "handle"
+    ]
+    return np.array(found).reshape(-1, 8, 3)
 
 
 def solids(arm: Arm, opened: bool = False) -> Array:
