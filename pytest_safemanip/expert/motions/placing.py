@@ -34,7 +34,8 @@ from pytest_safemanip.trace.geometry import about, matrix
 OVER = 0.008
 """Free space below a load before it is lowered until it stands, m."""
 DEEP, INTO = 0.3, 0.02
-"""How far it is lowered at most, and between the walls of a vessel, which the palm may meet, m."""
+"""How far it is lowered at most, and between the walls of a vessel, which the palm may meet, how
+far below its goal, m."""
 HIGHER = (0.0, 0.02, 0.04, 0.06)
 """How much higher something may be let go, m: where the palm would meet a rim."""
 DIPPED, END = (0.08, 0.1), 0.01
@@ -158,7 +159,8 @@ def place(
     thing = Thing(arm, role)
     up = matrix(thing.pose[3:]).T @ up_axis(thing)
     reach = yield from bring(arm, thing, spots, attitudes)
-    yield from set_down(arm, thing, INTO if reach.pose.hollow else DEEP, speed)
+    deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
+    yield from set_down(arm, thing, deep, speed)
     fall = thing.bottom - float(reach.pose.load[:, 2].min()) + reach.pose.over
     if fall > FALLS and not carried_by_something(arm, thing):
         raise SkillFailed(f"{thing.entity} would fall {100 * fall:.0f} cm")
