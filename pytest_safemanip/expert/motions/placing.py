@@ -38,7 +38,7 @@ DEEP, INTO = 0.3, 0.02
 far below its goal, m."""
 LAGS = 10
 """Control steps by which the hand comes after what it is told."""
-HIGHER = (0.0, 0.02, 0.04, 0.06)
+HIGHER = (0.0, 0.015, 0.03)
 """How much higher something may be let go, m: where the palm would meet a rim."""
 DIPPED, END = (0.08, 0.1), 0.01
 """Likewise a stick, m, and how long its end is."""
@@ -59,7 +59,7 @@ CARRIED = 0.6
 """Share of the usual speeds on the way."""
 BELOW_RIM = 0.015
 """How far below a vessel's rim what lies in it reaches at least, m."""
-FALLS = 0.04
+FALLS = 0.045
 """How far something may fall that is let go, m."""
 OFF = 0.35
 """How far the base draws back at least from what is let go, m."""
