@@ -164,7 +164,7 @@ def place(
     deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
     yield from set_down(arm, thing, deep, speed)
     fall = thing.bottom - float(reach.pose.load[:, 2].min()) + reach.pose.over
-    if fall > FALLS and not carried_by_something(arm, thing):
+    if fall > FALLS and (reach.pose.hollow or not carried_by_something(arm, thing)):
         raise SkillFailed(f"{thing.entity} would fall {100 * fall:.0f} cm")
     yield from arm.grip(False)
     yield from withdraw(arm, reach)

@@ -180,7 +180,7 @@ def turning_place(arm: Arm, degrees: float, load: Thing | None) -> Array:
     for shift in TURNS_BESIDE:
         aside = beside + shift
         first = min(here, nearest(arm, aside - WHEELS, aside + WHEELS) - SWUNG)
-        last = rearmost(arm, aside - WHEELS, aside + WHEELS) + SWUNG
+        last = max(rearmost(arm, aside - WHEELS, aside + WHEELS) + SWUNG, here - MOST_BACK)
         for ahead in np.arange(first, last, -STEP).tolist():
             off = np.array((ahead - here, shift, 0.0))
             if room.away(swept + off, np.tile(radii, len(angles))).min() > APART:
