@@ -16,7 +16,7 @@ from pytest_safemanip.expert.robot.kinematics import bodies, follow, solve, stra
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
 from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.routes import route
-from pytest_safemanip.expert.world.standing import nearest, rearmost
+from pytest_safemanip.expert.world.standing import nearest, passable, rearmost
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.geometry import about, matrix, multiply
 
@@ -109,17 +109,16 @@ def _row(arm: Arm, aside: float, load: Thing | None) -> float | None:
     """
     here = arm.ahead(arm.base)
     first, last = sorted((arm.aside(arm.base), aside))
-    most, least = min(here, nearest(arm, first, last)), rearmost(arm, first, last)
     points, radii = shape(arm, load)
     own = [load.entity] if load else []
     ends = [arm.point(here + s, a, 1.1) for s in (0.3, 0.6) for a in (first, last)]
     room = Room.around(arm, ends, own)
     way = aside - arm.aside(arm.base)
     shifts = np.linspace(0.0, way, max(2, math.ceil(abs(way) / STEP)))
-    for ahead in (most - np.arange(0.0, MOST_BACK, STEP)).tolist():
+    for ahead in (here - np.arange(0.0, MOST_BACK, STEP)).tolist():
         offsets = np.column_stack((np.full(len(shifts), ahead - here), shifts, 0.0 * shifts))
-        if ahead < least:
-            return None
+        if not passable(arm, first, last, ahead):
+            continue
         if (room.away(points + offsets[:, None], radii) > APART).all():
             return float(ahead)
     return None

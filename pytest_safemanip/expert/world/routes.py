@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.standing import HAND_ROOM, solids
+from pytest_safemanip.expert.world.standing import BODY, HAND_ROOM, solids
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.geometry import corners
 
@@ -20,14 +20,8 @@ CELL = 0.05
 """Between neighbouring places of the base, m."""
 ROUTE_ROOM = 0.04
 """Kept free around the robot, m: how far it drives past a corner, and the arm's sway."""
-CARRYING_BODY = (
-    (0.002, 0.39, -0.55, 0.15, 0.25),
-    (0.30, 0.70, -0.17, 0.07, 0.12),
-    (0.62, 1.00, -0.23, 0.105, 0.15),
-    (1.00, 1.60, -0.36, 0.11, 0.17),
-)
-"""The robot by height: from, to, its back and its front from the base's origin, half width, m:
-wheels, column, shoulder, and the elbow, which stays behind the shoulder."""
+CARRYING_BODY = (*BODY, (1.00, 1.60, -0.36, 0.11, 0.17))
+"""The robot with its elbow, which stays behind the shoulder."""
 HAND_HEIGHT = 0.25
 """How far above the grip point the wrist reaches, m."""
 CORNER = 0.4

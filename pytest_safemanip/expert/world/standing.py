@@ -24,6 +24,13 @@ BODY_FRONT = (
 )
 """The robot's front by height: from, to, how far before the base's origin, half width, m: wheels,
 column, foot and shoulder of the arm. Above, the arm goes where its hand goes."""
+BODY = (
+    (0.002, 0.39, -0.55, 0.15, 0.25),
+    (0.30, 0.70, -0.17, 0.07, 0.12),
+    (0.62, 1.00, -0.23, 0.105, 0.15),
+)
+"""The robot by height: from, to, its back and its front from the base's origin, half width, m:
+wheels, column, and shoulder."""
 BODY_REAR = (0.39, 0.55, 0.25)
 """The robot's wheels: their height, how far behind the base's origin they end, half width, m."""
 STAND_OFFSETS = (0.0, 0.04, -0.04, 0.08, -0.08, 0.12, -0.12)
@@ -120,6 +127,18 @@ def nearest(arm: Arm, right: float, left: float, past: float | None = None) -> f
         within &= _crosses(across, right - half, left + half)
         limit = min(limit, float(along[within, 0].min(initial=math.inf)) - front - BASE_ROOM)
     return limit
+
+
+def passable(arm: Arm, right: float, left: float, ahead: float) -> bool:
+    """Whether the base may drive from one place sideways to another, so far ahead."""
+    along, across, height = _extents(arm)
+    for bottom, top, back, front, half in BODY:
+        met = (height[:, 0] < top) & (height[:, 1] > bottom)
+        met &= _crosses(across, right - half, left + half)
+        met &= (along[:, 0] < ahead + front + BASE_ROOM) & (along[:, 1] > ahead + back - BASE_ROOM)
+        if met.any():
+            return False
+    return True
 
 
 def rearmost(arm: Arm, right: float, left: float) -> float:
