@@ -117,6 +117,9 @@ def _row(arm: Arm, aside: float, load: Thing | None) -> float | None:
     shifts = np.linspace(0.0, way, max(2, math.ceil(abs(way) / STEP)))
     for ahead in (here - np.arange(0.0, MOST_BACK, STEP)).tolist():
         offsets = np.column_stack((np.full(len(shifts), ahead - here), shifts, 0.0 * shifts))
+        here_free = passable(arm, arm.aside(arm.base), arm.aside(arm.base), ahead)
+        if not here_free and ahead < here:
+            return None
         if not passable(arm, first, last, ahead):
             continue
         if (room.away(points + offsets[:, None], radii) > APART).all():

@@ -61,7 +61,7 @@ def pour(
     ]
     reach = yield from bring(arm, pan, lambda: spots)
     goal, hand = reach.pose.point, reach.pose.hand
-    middle = reach.pose.load.mean(axis=0)
+    middle = goal + hand @ (arm.rotation.T @ (pan.middle - arm.position))
 
     yield from arm.move(goal, hand, tolerance=0.015, speed=0.5, steps=80)
     yield from turn(arm, hand, middle, goal, 0.0, tilt)
