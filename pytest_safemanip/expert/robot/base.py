@@ -53,6 +53,10 @@ class SkillFailed(SafemanipError):
     """A motion did not arrive; going on would only do damage."""
 
 
+STATES = 4
+"""In which what has been found out is remembered: a search comes back to them."""
+
+
 class Base(Posture):
     """The base, as a script moves it; hand and fingers keep their pose relative to it.
 
@@ -82,12 +86,13 @@ class Base(Posture):
         return found
 
     def latest(self, what: str, state: Hashable, find: Callable[[], T]) -> T:
-        """What has been found out in a state; forgotten in another one."""
-        known = self._memory.get(what)
-        if known is None or known[0] != state:
-            known = self._memory[what] = state, find()
-        found: T = known[1]
-        return found
+        """What has been found out in a state; forgotten when there were some others since."""
+        known: dict[Hashable, T] = self._memory.setdefault(what, {})
+        if state not in known:
+            for old in list(known)[: len(known) + 1 - STATES]:
+                del known[old]
+            known[state] = find()
+        return known[state]
 
     def see(self, step: Step) -> None:
         """Take the state that the last action led to."""
