@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -29,9 +30,9 @@ Goal = Callable[[], Sequence[Spot]]
 
 PULLS, PULLED = 2, (0.1, 0.18)
 """How often a drawer is pulled out farther for the hand to have room in it, and how far, m."""
-GOOD, FEW = 6, 100
-"""Ways to grasp something with which there is a way to put it down that are enough, and how many
-poses are looked at for that way."""
+GOOD, FEW, MOST_ASKED = 3, 60, 16
+"""Ways to grasp something with which there is a way to put it down that are enough, how many poses
+are looked at for that way, and for how many ways to grasp at most."""
 LIFTED = 0.02
 """Rise that shows that an object is held, m."""
 ASTRAY = 0.015
@@ -119,8 +120,11 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = N
     placing = Placing(arm, thing, goal())
     opening = thing.sides()[0][1] / OPENING
 
+    asked = itertools.count()
+
     def suits(pose: Pose) -> bool:
-        return bool(placing.ways(Grip(pose.point, pose.hand, opening), 1, FEW))
+        grip = Grip(pose.point, pose.hand, opening)
+        return next(asked) < MOST_ASKED and bool(placing.ways(grip, 1, FEW))
 
     return reaching.find(found, GOOD, suits)
 
