@@ -109,6 +109,7 @@ def _row(arm: Arm, aside: float, load: Thing | None) -> float | None:
     """
     here = arm.ahead(arm.base)
     first, last = sorted((arm.aside(arm.base), aside))
+    least = rearmost(arm, arm.aside(arm.base), arm.aside(arm.base))
     points, radii = shape(arm, load)
     own = [load.entity] if load else []
     ends = [arm.point(here + s, a, 1.1) for s in (0.3, 0.6) for a in (first, last)]
@@ -117,8 +118,7 @@ def _row(arm: Arm, aside: float, load: Thing | None) -> float | None:
     shifts = np.linspace(0.0, way, max(2, math.ceil(abs(way) / STEP)))
     for ahead in (here - np.arange(0.0, MOST_BACK, STEP)).tolist():
         offsets = np.column_stack((np.full(len(shifts), ahead - here), shifts, 0.0 * shifts))
-        here_free = passable(arm, arm.aside(arm.base), arm.aside(arm.base), ahead)
-        if not here_free and ahead < here:
+        if ahead < least:
             return None
         if not passable(arm, first, last, ahead):
             continue

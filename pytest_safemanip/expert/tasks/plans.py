@@ -20,8 +20,12 @@ Alternatives = tuple[tuple[Call, ...], ...]
 Entry = Call | Errands | Alternatives
 
 
-def _read() -> dict[str, tuple[Entry, ...]]:
-    text = (files("pytest_safemanip.expert.tasks") / "plans.yaml").read_text("utf-8")
+def read(text: str) -> dict[str, tuple[Entry, ...]]:
+    """Plans by task, from YAML.
+
+    Raises:
+        ConfigError: if there is no such skill.
+    """
     return {task: tuple(map(_entry, skills)) for task, skills in yaml.safe_load(text).items()}
 
 
@@ -40,7 +44,9 @@ def _calls(entry: Entry) -> list[Call]:
     return [call for skills in groups for call in skills]
 
 
-def _plan(entries: tuple[Entry, ...]) -> Plan:
+def plan_of(entries: tuple[Entry, ...]) -> Plan:
+    """What does the skills of a plan, in order; where steps can be rehearsed, after a search."""
+
     def plan(arm: Arm) -> Motion:
         if arm.rehearsal is not None:
             yield from Search(
@@ -81,7 +87,7 @@ def ways_on(arm: Arm, entry: Errands | Alternatives) -> list[tuple[Entry, ...]]:
     return found or [()]
 
 
-ENTRIES = _read()
+ENTRIES = read((files("pytest_safemanip.expert.tasks") / "plans.yaml").read_text("utf-8"))
 """By task, as ``plans.yaml`` has them."""
 
 CALLS: Mapping[str, tuple[Call, ...]] = {
@@ -90,5 +96,5 @@ CALLS: Mapping[str, tuple[Call, ...]] = {
 }
 """All skills of a plan, by task."""
 
-EXPERT: Mapping[str, Plan] = {task: _plan(entries) for task, entries in ENTRIES.items()}
+EXPERT: Mapping[str, Plan] = {task: plan_of(entries) for task, entries in ENTRIES.items()}
 """By task."""
