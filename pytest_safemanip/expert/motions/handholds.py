@@ -28,6 +28,9 @@ _GRID = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 3), axis=-1).reshape
 SIDES = _GRID[np.abs(_GRID).max(axis=1) == 1.0]
 ROUNDNESS = np.sum(SIDES**4, axis=1) ** 0.25
 """Points on the sides of a cube, and how far outside a rounded one they are."""
+_WIDE = np.abs(SIDES[:, :2]).max(axis=1) / np.maximum(np.hypot(*SIDES[:, :2].T), 1e-9)
+CYLINDER = SIDES * np.stack((_WIDE, _WIDE, np.ones(len(SIDES))), axis=1)
+"""Points on an upright cylinder."""
 TILTS = (35.0, 20.0, 0.0, 48.0, 60.0, 72.0, -20.0)
 """Degrees from straight down to the hand's approach, about the line of its fingers."""
 LEANS, AHEAD = (0.0, 12.0, -12.0, 20.0, -20.0), 0.6
@@ -93,8 +96,11 @@ class Handhold:
         return np.asarray(self.middle + SIDES @ self.axes.T)
 
     def rounded(self) -> Array:
-        """Likewise, as if its edges were round: few things are as square as their boxes."""
-        return np.asarray(self.middle + SIDES / ROUNDNESS[:, None] @ self.axes.T)
+        """Likewise, as if its edges were round: few things are as square as their boxes; what may
+        be turned is a cylinder.
+        """
+        shape = CYLINDER if self.around else SIDES / ROUNDNESS[:, None]
+        return np.asarray(self.middle + shape @ self.axes.T)
 
 
 def handle_way(thing: Thing) -> Array | None:

@@ -61,6 +61,8 @@ BELOW_RIM = 0.015
 """How far below a vessel's rim what lies in it reaches at least, m."""
 FALLS = 0.045
 """How far something may fall that is let go, m."""
+INSIDE = 0.025
+"""How far from the edge of what it stands on a centre of mass stays, m."""
 OFF = 0.35
 """How far the base draws back at least from what is let go, m."""
 STANDS, TIPPED = 0.06, math.radians(15.0)
@@ -76,12 +78,15 @@ class Spot:
         cost: what speaks against it.
         kind: of spots that are much alike.
         hollow: entity that it goes into; empty if none.
+        area: middle (3,) of what it comes to stand on, and from there to the middles of two sides,
+            as columns (3, 2); None if it is large.
     """
 
     point: Array
     cost: float = 0.0
     kind: str = ""
     hollow: str = ""
+    area: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True)
@@ -246,6 +251,8 @@ class Placing:
         for number, (turn, odd) in enumerate(self._turns):
             load = shape @ turn.T
             grip = turn @ (held.point - thing.middle)
+            if not self._dipped and not _over(spot, spot.point + turn @ (thing.com - thing.middle)):
+                continue
             lowest = float(load[:, 2].min())
             # What is dipped goes in with its end, and need not come down to the floor.
             end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
@@ -264,6 +271,16 @@ class Placing:
                     OVER + higher,
                     spot.hollow,
                 )
+
+
+def _over(spot: Spot, com: Array) -> bool:
+    """Whether a centre of mass (3,) is well over what carries it."""
+    if spot.area is None:
+        return True
+    middle, spans = spot.area
+    half = np.linalg.norm(spans, axis=0)
+    off = np.abs((com - middle) @ (spans / half))
+    return bool((off < half - np.minimum(INSIDE, half / 2.0)).all())
 
 
 def righted(thing: Thing) -> Array:

@@ -88,8 +88,8 @@ ROUGH = 0.006
 """By how much distances are wrong that are looked up, m."""
 LIKE = 0.03
 """What speaks against another pose of a family."""
-MOST = 16
-"""Ways that are offered."""
+MOST, UNSUITED = 16, 4
+"""Ways that are offered, and of those to poses that do not suit."""
 
 
 @dataclass(frozen=True)
@@ -251,7 +251,7 @@ class Reaching:
             size = min(2 * size, CHUNKS[1])
             if not ways and looked > CHUNKS[1]:
                 break
-        return _varied(good, most) + _varied(bad, most - len(kinds))
+        return _varied(good, most) + _varied(bad, min(UNSUITED, most - len(kinds)))
 
     def _in_turn(self, some: Sequence[Pose]) -> Iterator[Pose]:
         """Poses that the hand has room at: the cheapest one of each family, then the next ones."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -52,6 +53,7 @@ def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]
         end: ``near`` or ``far`` for that half of it, ``end`` for one of its ends; empty for any.
     """
     (narrow, width), (long, length) = target.sides()
+    spans = np.stack((narrow * width, long * length), axis=1) / 2.0
     found = []
     for i in GRID:
         for j in GRID:
@@ -64,7 +66,7 @@ def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]
                 cost = 3.0 * abs(sign * arm.ahead(way) - 0.25 * min(width, length))
             elif end:
                 cost = 3.0 * abs(abs(i) - 0.24) * length + 2.0 * abs(j) * width
-            found.append(Spot(spot, cost, f"on {i:.2f} {j:.2f}"))
+            found.append(Spot(spot, cost, f"on {i:.2f} {j:.2f}", area=(target.middle, spans)))
     return found
 
 
@@ -88,7 +90,7 @@ def beside(spots: Sequence[Spot], other: Thing, within: float = CLOSE) -> list[S
         away = float(np.linalg.norm((spot.point - other.middle)[:2]))
         return 0.3 * spot.cost + 10.0 * max(0.0, away - within)
 
-    return [Spot(spot.point, cost(spot), spot.kind, spot.hollow) for spot in spots]
+    return [replace(spot, cost=cost(spot)) for spot in spots]
 
 
 def inside(arm: Arm, thing: Thing, fixture: Furniture, spaces: Sequence[int] = ()) -> list[Spot]:
