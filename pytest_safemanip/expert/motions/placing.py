@@ -15,6 +15,7 @@ from pytest_safemanip.expert.motions.handholds import outline
 from pytest_safemanip.expert.motions.reaching import (
     MOST,
     PATIENCE,
+    SLANTED,
     Pose,
     Reach,
     Reaching,
@@ -50,9 +51,12 @@ SLOPES = (70.0, 60.0, 80.0, 50.0)
 """How steeply a stick is dipped, degrees."""
 ASKEW, LYING = math.radians(2.0), math.radians(35.0)
 """How askew something hangs that is set upright again, at least and at most, rad."""
-ENTRIES = ((0.0, 0.02), (0.0, 0.006), (0.0, 0.05), (0.0, 0.1), (0.0, 0.15), (0.0, 0.2), (0.0, 0.25))
-LEAVES = ((0.08, 0.01), (0.0, 0.1), (0.0, 0.15), (0.0, 0.2), (0.0, 0.25))
-"""Ways in and out: back along the approach and up, m."""
+ENTRIES = (
+    *((0.0, up, 0.0) for up in (0.02, 0.006, 0.05, 0.1, 0.15, 0.2, 0.25)),
+    *SLANTED,
+)
+LEAVES = ((0.08, 0.01, 0.0), *((0.0, up, 0.0) for up in (0.1, 0.15, 0.2, 0.25)), *SLANTED)
+"""Ways in and out: back along the approach, up, and to the robot, m."""
 SPEED, SOFTLY = 0.12, 0.05
 """Share of the hand's top speed at which a load is lowered: usually, and what may break."""
 CARRIED = 0.6

@@ -146,8 +146,13 @@ class Reach:
     turn: float = 0.0
 
 
-Steps = Sequence[tuple[float, float]]
-"""How far off its goal the hand is, back along its approach and straight up, m."""
+Steps = Sequence[tuple[float, float, float]]
+"""How far off its goal the hand is, back along its approach, straight up, and level to the robot,
+m."""
+
+
+SLANTED: Steps = ((0.0, 0.2, 0.08), (0.0, 0.28, 0.14))
+"""Out from below an edge."""
 
 
 @dataclass(frozen=True)
@@ -160,10 +165,15 @@ class Ways:
         brings: whether it brings something, and does not take it.
     """
 
-    entries: Steps = tuple((back, 0.0) for back in (0.06, 0.12)) + tuple(
-        (0.0, up) for up in (0.12, 0.16, 0.2, 0.25, 0.3)
+    entries: Steps = (
+        *((back, 0.0, 0.0) for back in (0.06, 0.12)),
+        *((0.0, up, 0.0) for up in (0.12, 0.16, 0.2, 0.25, 0.3)),
+        *SLANTED,
     )
-    leaves: Steps = tuple((0.0, up) for up in (0.04, 0.08, 0.12, 0.16, 0.2, 0.24, 0.28))
+    leaves: Steps = (
+        *((0.0, up, 0.0) for up in (0.04, 0.08, 0.12, 0.16, 0.2, 0.24, 0.28)),
+        *SLANTED,
+    )
     brings: bool = False
 
 
@@ -317,8 +327,9 @@ class Reaching:
         the room on that way, m; None if there is none.
         """
         best: tuple[Array, Array, float] | None = None
-        for back, up in steps:
-            offset = np.append(-back * pose.hand[:2, 2], up - back * pose.hand[2, 2])
+        for back, up, near in steps:
+            offset = np.array((0.0, 0.0, up)) - back * pose.hand[:, 2]
+            offset[:2] -= near * self._arm.forward
             if not self._straight(pose, offset, loaded) or not (
                 loaded or self._ways.brings or _past(pose, offset)
             ):
