@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
@@ -15,6 +16,9 @@ from pytest_safemanip.errors import ConfigError
 Relation = Literal["in", "on", "beside"]
 MOST = 100
 """Changes of one episode."""
+MOST_PARTICLES = 200
+"""Of a liquid: each is a body that moves freely."""
+LIQUID_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,24 @@ class SetOpen:
     joint: str = ""
 
 
-Change = Put | SetOpen
+@dataclass(frozen=True)
+class Fill:
+    """Fills an object with a liquid before the episode begins: with small balls.
+
+    Attributes:
+        liquid: its name, a role of the episode.
+        role: the object.
+        count: number of balls, at most :data:`MOST_PARTICLES`.
+        radius: of each, m.
+    """
+
+    liquid: str
+    role: str
+    count: int = 24
+    radius: float = 0.006
+
+
+Change = Put | SetOpen | Fill
 
 
 @dataclass(frozen=True)
@@ -74,7 +95,11 @@ class Staging:
     objects: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-_KINDS: Mapping[str, type[Put] | type[SetOpen]] = {"put": Put, "open": SetOpen}
+_KINDS: Mapping[str, type[Put] | type[SetOpen] | type[Fill]] = {
+    "put": Put,
+    "open": SetOpen,
+    "fill": Fill,
+}
 
 
 def to_plain(changes: Iterable[Change]) -> list[dict[str, Any]]:
@@ -119,6 +144,12 @@ def _fits(value: object, default: object, name: str) -> bool:
         return value in get_args(Relation)
     if name == "openness":
         return _number(value)
+    if name == "count":
+        return type(value) is int and 1 <= value <= MOST_PARTICLES
+    if name == "radius":
+        return isinstance(value, int | float) and 1e-3 <= value <= 0.05
+    if name == "liquid":
+        return isinstance(value, str) and LIQUID_NAME.fullmatch(value) is not None
     if isinstance(default, tuple):
         return isinstance(value, tuple) and len(value) == len(default) and all(map(_number, value))
     return isinstance(value, type(default) if isinstance(default, bool) else str)

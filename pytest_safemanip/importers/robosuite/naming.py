@@ -33,6 +33,7 @@ from pytest_safemanip.sim.mujoco.layout import (
     RobotLayout,
 )
 from pytest_safemanip.sim.mujoco.parts import collides
+from pytest_safemanip.sim.robosuite.things import cameras_of
 from pytest_safemanip.trace.elements import ActionEntry
 
 CATEGORIES = {"SquareNut": "nut", "RoundNut": "nut"}
@@ -130,6 +131,7 @@ def derive_layout(
             for name, body in _named(model, rest).items()
             if _is_solid(model, body)
         },
+        cameras=cameras_of(model),
     )
     return _without_entries(told.apply(derived))
 

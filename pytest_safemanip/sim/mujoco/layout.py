@@ -127,6 +127,7 @@ class FixtureLayout:
             a box that is told.
         handles: boxes of handles, likewise.
         controls: boxes of knobs and buttons, likewise.
+        burners: spaces that burners heat, likewise, named like their switches.
         attributes: see :class:`~pytest_safemanip.trace.elements.Entity`.
     """
 
@@ -137,7 +138,21 @@ class FixtureLayout:
     interiors: Mapping[str, str | Region] = field(default_factory=dict)
     handles: Mapping[str, str | Region] = field(default_factory=dict)
     controls: Mapping[str, str | Region] = field(default_factory=dict)
+    burners: Mapping[str, str | Region] = field(default_factory=dict)
     attributes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class LiquidLayout:
+    """A liquid, as small bodies that move freely.
+
+    Attributes:
+        bodies: its particles, each a sphere.
+        category: what it is, such as ``water``.
+    """
+
+    bodies: tuple[str, ...]
+    category: str
 
 
 @dataclass(frozen=True)
@@ -151,6 +166,9 @@ class Layout:
         objects: by name.
         fixtures: by name.
         roles: the task's own names; every object and fixture is its own beside them.
+        cameras: what policies may see through, by name in the model: width of an image over its
+            height.
+        liquids: by name.
     """
 
     control_period: float
@@ -159,6 +177,8 @@ class Layout:
     objects: Mapping[str, ObjectLayout]
     fixtures: Mapping[str, FixtureLayout] = field(default_factory=dict)
     roles: Mapping[str, str] = field(default_factory=dict)
+    cameras: Mapping[str, float] = field(default_factory=dict)
+    liquids: Mapping[str, LiquidLayout] = field(default_factory=dict)
 
     def check(self) -> None:
         """Refuse what contradicts itself, whatever the model has.

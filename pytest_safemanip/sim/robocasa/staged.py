@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.mujoco.description import Description
+from pytest_safemanip.sim.robocasa.liquids import fill
 from pytest_safemanip.sim.robocasa.patches.environments import quick_settling
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
-from pytest_safemanip.sim.staging import Change, Put, SetOpen
+from pytest_safemanip.sim.staging import Change, Fill, Put, SetOpen
 from pytest_safemanip.trace.geometry import about, corners, matrix, multiply
 from pytest_safemanip.trace.steps import Step
 
@@ -40,8 +41,10 @@ def stage(env: Any, description: Description, step: Step, changes: Iterable[Chan
     for change in changes:
         if isinstance(change, Put):
             staged.put(change)
-        else:
+        elif isinstance(change, SetOpen):
             staged.set_open(change)
+        else:
+            staged.fill(change)
     env.sim.forward()
     _settle(env)
 
@@ -116,6 +119,11 @@ class _Stage:
         for k in [named[change.joint]] if change.joint else access:
             address = self._about.joint_qpos[k]
             self._env.sim.data.qpos[address] = change.openness * self._about.joint_open[k]
+
+    def fill(self, change: Fill) -> None:
+        entity = self._object(change.role)
+        body = self._scene.bodies[self._scene.object_index[entity]]
+        fill(self._env, change, body, self._poses[entity])
 
     def _floor(self, change: Put, target: str) -> Floats:
         """The middle of what something is put onto, beside or into (3,)."""
