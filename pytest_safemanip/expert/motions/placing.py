@@ -309,7 +309,7 @@ def set_down(arm: Arm, thing: Thing, depth: float = DEEP, speed: float = SPEED) 
         raised(arm.position, -depth),
         arm.rotation,
         speed=speed,
-        steps=LAGS + round(1.2 * depth / (0.05 * speed)),
+        steps=LAGS + round(2.5 * depth / (0.05 * speed)),
         until=lambda: carried_by_something(arm, thing) or palm_meets(arm, thing),
         required=False,
     )
