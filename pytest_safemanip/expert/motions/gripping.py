@@ -20,7 +20,7 @@ from pytest_safemanip.expert.motions.reaching import (
     go_before,
     holding,
 )
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import OPENING
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Furniture, Thing, contents, other_things
@@ -65,7 +65,7 @@ def grasp(
         yield from _pull(arm, drawer)
         ways = _known_ways(arm, thing, part, goal)
     if not ways:
-        raise SkillFailed(f"the hand has no room at {role}")
+        raise NoWay(f"the hand has no room at {role}")
     reach = arm.choices.choose("way to grasp", ways)
     yield from go_before(arm, reach)
     yield from come_in(arm, reach)

@@ -25,7 +25,7 @@ from pytest_safemanip.expert.motions.reaching import (
     go_before,
     holding,
 )
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
 from pytest_safemanip.expert.world.contacts import carried_by_something, palm_meets
 from pytest_safemanip.expert.world.room import Room, walls
@@ -196,7 +196,7 @@ def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing)
         lambda: any_heading(arm, lambda: Placing(arm, thing, spots(), attitudes).ways(held(arm))),
     )
     if not ways:
-        raise SkillFailed(f"there is no way to where {thing.entity} is to go")
+        raise NoWay(f"there is no way to where {thing.entity} is to go")
     reach = arm.choices.choose("way to bring it", ways)
     yield from holding(arm, go_before(arm, reach, thing, CARRIED), thing)
     return reach

@@ -12,7 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.base import LAG, NOTCH, NOTCHES, PACES, Base, Motion, SkillFailed
+from pytest_safemanip.expert.robot.base import (
+    LAG,
+    NOTCH,
+    NOTCHES,
+    PACES,
+    Base,
+    Motion,
+    NoWay,
+    SkillFailed,
+)
 from pytest_safemanip.expert.robot.rotations import Array, limited, rotation_vector
 from pytest_safemanip.expert.truth import Truth
 from pytest_safemanip.policies.base import Permissions
@@ -228,4 +237,4 @@ Plan = Callable[[Arm], Motion]
 """Makes the motion of a whole episode."""
 
 
-__all__ = ["Arm", "Motion", "Plan", "SkillFailed", "cut", "fold_arm", "raised"]
+__all__ = ["Arm", "Motion", "NoWay", "Plan", "SkillFailed", "cut", "fold_arm", "raised"]

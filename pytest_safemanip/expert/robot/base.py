@@ -53,6 +53,10 @@ class SkillFailed(SafemanipError):
     """A motion did not arrive; going on would only do damage."""
 
 
+class NoWay(SkillFailed):
+    """There is no way to do it as things stand, whatever is chosen."""
+
+
 STATES = 4
 """In which what has been found out is remembered: a search comes back to them."""
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, fold_arm
 from pytest_safemanip.expert.robot.choices import Alternatives, Choices
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.tasks.calls import Call
@@ -65,7 +65,7 @@ class Search:
         self._ways_on, self._perform = ways_on, perform
         self._tape, self._best = _Tape(), _Tape()
         self._left = BUDGET
-        self._done, self._reason = -1, ""
+        self._done, self._reason, self._hopeless = -1, "", False
         self._visited: set[int] = set()
         self.log: list[str] = []
 
@@ -108,6 +108,7 @@ class Search:
             self._rehearsal.begin()
             self._arm.upcoming = [c for entry in rest for c in self._named(entry)]
             reason, success = self._try(call, choices)
+            hopeless = self._hopeless
             self.log.append(f"{number} {call.text} [{choices}]: {reason or 'ok'}")
             if not reason:
                 done += 1
@@ -122,7 +123,7 @@ class Search:
             self._rehearsal.undo()
             self._tape.cut(length)
             self._arm.restore(state)
-            if done == MOST_DONE:
+            if done == MOST_DONE or hopeless:
                 break
         return False
 
@@ -132,7 +133,7 @@ class Search:
         Returns:
             What is wrong with it, empty if nothing is; whether the task succeeded.
         """
-        arm = self._arm
+        arm, self._hopeless = self._arm, False
         arm.choices = choices
         watch = Watch(arm, call.roles)
         try:
@@ -144,6 +145,7 @@ class Search:
                 if wrong := watch.wrong(arm.step):
                     return wrong, False
         except SkillFailed as error:
+            self._hopeless = isinstance(error, NoWay)
             return str(error), False
         return watch.left(arm.step), False
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.robot.arm import Arm, NoWay, SkillFailed
 from pytest_safemanip.expert.tasks.calls import read
 from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.sim.rehearsal import Rehearsal, Trials
@@ -70,7 +70,12 @@ def refuse(arm):
     raise SkillFailed("the mug is too wide")
 
 
-SKILLS = {"shift": shift, "advance": advance, "refuse": refuse}
+def despair(arm):
+    yield from go(arm, 0.0, float(arm.choices.choose("how far", (0, 1))))
+    raise NoWay("the mug is behind a wall")
+
+
+SKILLS = {"shift": shift, "advance": advance, "refuse": refuse, "despair": despair}
 
 
 def entry(skill):
@@ -150,3 +155,11 @@ def test_a_robot_that_knocks_while_it_comes_to_rest_has_not_done_it(monkeypatch)
     _, reason, search, _ = play("shift", "shift", "advance")
     assert "link5 presses" in search.log[2]
     assert reason.startswith("advance: link5 presses")
+
+
+def test_where_nothing_that_is_chosen_helps_only_what_comes_before_is_done_otherwise():
+    _, reason, search, _ = play("shift", "despair")
+    tries = [line for line in search.log if line.startswith("1 ")]
+    assert reason == "despair: the mug is behind a wall"
+    assert {line.partition(": ")[0] for line in tries} == {"1 despair [usual]"}
+    assert len(tries) == len(search.log) - len(tries) > 1
