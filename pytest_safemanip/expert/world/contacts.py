@@ -19,14 +19,19 @@ def carried_by_something(arm: Arm, thing: Thing) -> bool:
     """Whether anything but the robot, and what lies in it or on it, presses on an object from
     below.
     """
-    contacts, parts = arm.step.contacts, arm.scene.parts
+    return bool(carriers(arm, thing))
+
+
+def carriers(arm: Arm, thing: Thing) -> set[str]:
+    """The entities that press on an object from below, but for the robot."""
+    contacts, parts, found = arm.step.contacts, arm.scene.parts, set[str]()
     for row in np.flatnonzero(contacts.force >= TOUCH_FORCE).tolist():
         pair = parts[contacts.a[row]].entity, parts[contacts.b[row]].entity
         if thing.entity in pair and ROBOT not in pair:
             lift = float(contacts.normal[row, 2]) * (1.0 if pair[1] == thing.entity else -1.0)
             if lift > LIFTS:
-                return True
-    return False
+                found |= set(pair) - {thing.entity}
+    return found
 
 
 def touched(arm: Arm, thing: Thing) -> bool:
