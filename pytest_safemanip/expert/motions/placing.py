@@ -37,8 +37,9 @@ OVER = 0.008
 DEEP, INTO = 0.3, 0.02
 """How far it is lowered at most, and between the walls of a vessel, which the palm may meet, how
 far below its goal, m."""
-LAGS = 10
-"""Control steps by which the hand comes after what it is told."""
+LAGS, STRIDE = 10, 0.0125
+"""Control steps by which the hand comes after what it is told, and how far it goes down in one at
+its top speed, m: a quarter of what it is told, for it yields to its load."""
 HIGHER = (0.0, 0.015, 0.03)
 """How much higher something may be let go, m: where the palm would meet a rim."""
 DIPPED, END = (0.08, 0.1), 0.01
@@ -310,7 +311,7 @@ def set_down(arm: Arm, thing: Thing, depth: float = DEEP, speed: float = SPEED) 
         raised(arm.position, -depth),
         arm.rotation,
         speed=speed,
-        steps=LAGS + round(2.5 * depth / (0.05 * speed)),
+        steps=LAGS + round(1.2 * depth / (STRIDE * speed)),
         until=lambda: carried_by_something(arm, thing) or palm_meets(arm, thing),
         required=False,
     )
