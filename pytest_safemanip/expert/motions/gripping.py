@@ -57,8 +57,10 @@ def grasp(
         SkillFailed: if nothing of it fits, if the hand has no room, or if it was not lifted.
     """
     thing = Thing(arm, role)
-    ways = _known_ways(arm, thing, part, goal)
     drawer = drawer_around(arm, thing)
+    if drawer is not None and arm.choices.choose("drawer pulled first", (False, True)):
+        yield from _pull(arm, drawer)
+    ways = _known_ways(arm, thing, part, goal)
     for _ in range(PULLS):
         if ways or drawer is None:
             break
