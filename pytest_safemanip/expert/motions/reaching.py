@@ -472,9 +472,12 @@ def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
         yield from motion
         return
     held = to_local(load.pose, arm.position)
+    hangs = (load.centre - arm.position) @ arm.rotation
     for action in motion:
-        slipped = float(np.linalg.norm(to_world(load.pose, held) - arm.position))
-        if slipped > SLIPS:
+        # What turns in the fingers turns about them, or, a ball, about its own centre.
+        slid = to_world(load.pose, held) - arm.position
+        moved = (load.centre - arm.position) @ arm.rotation - hangs
+        if min(float(np.linalg.norm(slid)), float(np.linalg.norm(moved))) > SLIPS:
             raise SkillFailed(f"{load.entity} slipped in the fingers")
         yield action
 
