@@ -40,7 +40,7 @@ far below its goal, m."""
 LAGS, STRIDE = 10, 0.0125
 """Control steps by which the hand comes after what it is told, and how far it goes down in one at
 its top speed, m: a quarter of what it is told, for it yields to its load."""
-HIGHER = (0.0, 0.015, 0.03)
+HIGHER = (0.0, 0.015, 0.03, 0.045)
 """How much higher something may be let go, m: where the palm would meet a rim."""
 DIPPED, END = (0.08, 0.1), 0.01
 """Likewise a stick, m, and how long its end is."""
@@ -64,7 +64,7 @@ CARRIED = 0.6
 """Share of the usual speeds on the way."""
 BELOW_RIM = 0.015
 """How far below a vessel's rim what lies in it reaches at least, m."""
-FALLS = 0.045
+FALLS = 0.05
 """How far something may fall that is let go, m."""
 INSIDE = 0.025
 """How far from the edge of what it stands on a centre of mass stays, m."""
