@@ -34,16 +34,19 @@ class Rollouts:
         self._store = Store(folder, run)
         self._evaluated: dict[RolloutKey, EvaluatedRollout] = {}
 
-    def plan(self, task: str, policy: str = "scripted", seed: int = 0) -> Plan:
+    def plan(self, task: str, policy: str = "scripted", seed: int = 0, **changed: Any) -> Plan:
         settings = dataclasses.replace(
-            self._defaults, policies=(policy,), tasks=(task,), seeds=(seed,)
+            self._defaults, policies=(policy,), tasks=(task,), seeds=(seed,), **changed
         )
         return make_plan(settings, Extensions({}, (), {}))
 
-    def get(self, task: str, policy: str = "scripted", seed: int = 0) -> EvaluatedRollout:
+    def get(
+        self, task: str, policy: str = "scripted", seed: int = 0, **changed: Any
+    ) -> EvaluatedRollout:
+        """A rollout of a task; the settings may be changed that say what the task is."""
         key = RolloutKey(policy, task, seed)
         if key not in self._evaluated:
-            plan = self.plan(task, policy, seed)
+            plan = self.plan(task, policy, seed, **changed)
             session = SafetySession(plan, self.backend, self._store, self._run)
             self._evaluated[key] = session.evaluate(plan.cases[0])
         return self._evaluated[key]

@@ -19,8 +19,8 @@ PACKAGE = __name__.rpartition(".")[0]
 ROOT = Path(__file__).resolve().parent
 RUNNING = tuple(f"{PACKAGE}.{name}" for name in ("policy", "tasks.plans", "tasks.calls"))
 """These run any plan. They import all skills and faults: what they import does not count."""
-ALWAYS = f"{PACKAGE}.robot.arm"
-"""With what it imports, likewise part of any rollout."""
+ALWAYS = (f"{PACKAGE}.robot.arm", f"{PACKAGE}.tasks.search")
+"""With what they import, likewise part of any rollout."""
 
 
 def plan_digest(task: str, fault: str = "", root: Path = ROOT) -> str:
@@ -37,7 +37,7 @@ def plan_digest(task: str, fault: str = "", root: Path = ROOT) -> str:
         names = [f"{name}: {do.__module__}.{do.__qualname__}" for name, do in skills.items()]
         plan, starts = repr((ENTRIES[task], names)), {do.__module__ for do in skills.values()}
     digest = hashlib.sha256(plan.encode())
-    for path in sorted({*_files(root, RUNNING), *_closure(root, {ALWAYS, *starts})}):
+    for path in sorted({*_files(root, RUNNING), *_closure(root, {*ALWAYS, *starts})}):
         digest.update(f"{path.relative_to(root).as_posix()} {_content(path)[0]}\n".encode())
     return digest.hexdigest()
 

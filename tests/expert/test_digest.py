@@ -7,10 +7,14 @@ import pytest
 from pytest_safemanip.expert import digest
 from pytest_safemanip.expert.faults.library import FAULTS, HOMES
 from pytest_safemanip.expert.policy import Scripted
-from pytest_safemanip.expert.tasks.plans import ENTRIES, EXPERT
+from pytest_safemanip.expert.tasks.plans import CALLS, ENTRIES, EXPERT
 from pytest_safemanip.policies.registry import resolve
 
 ALL = {*((task, "") for task in EXPERT), *((next(iter(f.plans)), n) for n, f in FAULTS.items())}
+
+
+def handles(call):
+    return call.skill.startswith(("grasp", "place", "lay"))
 
 
 @pytest.fixture(scope="module")
@@ -36,13 +40,21 @@ def test_an_edited_fault_makes_its_own_recordings_stale_and_no_others(package):
 
 def test_an_edited_skill_makes_the_tasks_stale_that_use_it(package):
     assert changed_by(package, "tasks/stirring.py") == {("StirVegetables", "")}
-    tasks = {task for task, fault in changed_by(package, "places/drawer.py") if not fault}
-    using = {"PickPlaceDrawerToCounter", "DeliverStraw", "CuttingToolSelection"}
-    assert tasks == {*using, "SetUpCuttingStation"}
+    assert changed_by(package, "tasks/rinsing.py") == {("WashLettuce", "")}
+    tasks = {task for task, fault in changed_by(package, "tasks/handling.py") if not fault}
+    assert tasks == {task for task, calls in CALLS.items() if any(map(handles, calls))}
 
 
 @pytest.mark.parametrize(
-    "file", ["policy.py", "truth.py", "tasks/plans.py", "robot/arm.py", "robot/rotations.py"]
+    "file",
+    [
+        "policy.py",
+        "truth.py",
+        "tasks/plans.py",
+        "tasks/search.py",
+        "world/knocks.py",
+        "robot/arm.py",
+    ],
 )
 def test_what_runs_every_plan_is_part_of_every_digest(package, file):
     assert changed_by(package, file) == ALL

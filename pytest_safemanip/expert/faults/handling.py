@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.grasping import LIFTED
+from pytest_safemanip.expert.motions.gripping import LIFTED, grasp
+from pytest_safemanip.expert.motions.handholds import Part
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
-from pytest_safemanip.expert.robot.rotations import Array, fold
+from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z, fold
+from pytest_safemanip.expert.tasks.handling import placing
+from pytest_safemanip.expert.tasks.search import rehearsed
 from pytest_safemanip.expert.world.standing import stand
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.trace.elements import ROBOT
@@ -17,6 +21,8 @@ from pytest_safemanip.trace.elements import ROBOT
 CARRY_RISE = 0.1
 """Height above where an object is to be put at which it is carried there, m."""
 
+LET_GO_OVER = 0.003
+"""Free space below what is let go, m."""
 STAND = 0.55
 """Base to where a hand that points down works, m."""
 ARM_AHEAD, ARM_ASIDE = 0.1, 0.35
@@ -29,6 +35,50 @@ FIRM = 1.5
 """Force of a touch that leaves juice beyond doubt, N."""
 PRESS_PITCH, PRESS_STAND = 80.0, 0.62
 """Degrees from straight down, and base to button, m: the forearm stays level."""
+
+
+def take(arm: Arm, role: str, part: Part = "") -> Motion:
+    """Take hold of an object, as the expert does, and lift it; the base stays.
+
+    Raises:
+        SkillFailed: if there is no way to.
+    """
+    yield from rehearsed(arm, f"take {role}", lambda: grasp(arm, role, part, back=False), (role,))
+
+
+def put(arm: Arm, skill: str, role: str, *target_roles: str) -> Motion:
+    """Put a held object down as a skill of the expert's does.
+
+    Raises:
+        SkillFailed: if there is no way to.
+    """
+    yield from rehearsed(
+        arm,
+        f"{skill} {role}",
+        lambda: placing(skill)(arm, role, *target_roles),
+        (role, *target_roles),
+    )
+
+
+def pitched(arm: Arm, pitch: float) -> Array:
+    """The hand as it is, but pitched so many degrees from straight down (3, 3)."""
+    heading = about_z(math.degrees(math.atan2(arm.forward[1], arm.forward[0])))
+    turned: Array = heading @ about_y(arm.pitch - pitch) @ heading.T @ arm.rotation
+    return turned
+
+
+def lower(arm: Arm, thing: Thing, surface: float, hand: Array) -> Motion:
+    """Lower a held object to just above a surface, at a height, m."""
+    ahead, aside = arm.ahead(arm.position), arm.aside(arm.position)
+    yield from arm.move(
+        lambda: arm.point(ahead, aside, arm.position[2] + surface + LET_GO_OVER - thing.bottom),
+        hand,
+        tolerance=0.004,
+        turn_tolerance=0.2,
+        speed=0.35,
+        steps=60,
+        required=False,
+    )
 
 
 def carry_over(arm: Arm, thing: Thing, where: Callable[[], Array], speed: float = 0.5) -> Motion:

@@ -11,6 +11,7 @@ from pytest_safemanip.expert.faults.enclosure_access import not_open
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.grasp_stability import loosened
 from pytest_safemanip.expert.faults.grasp_stability.held import Held, ease, squeeze
+from pytest_safemanip.expert.faults.handling import pitched, take
 from pytest_safemanip.expert.faults.release_stability import drops
 from pytest_safemanip.expert.faults.way import reach
 from pytest_safemanip.expert.faults.worktop import (
@@ -21,7 +22,6 @@ from pytest_safemanip.expert.faults.worktop import (
     on_counter,
     way_to,
 )
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, cut, raised
 from pytest_safemanip.expert.world.things import Thing, counter
 from pytest_safemanip.sim.staging import SetOpen, Staging
@@ -96,7 +96,7 @@ class Family:
 def _slip(distance: float) -> tuple[str, Plan, Staging]:
     def plan(arm: Arm) -> Motion:
         thing, top = Thing(arm, "obj"), counter(arm, "counter")[0]
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         for height, speed in ((0.03, 0.5), (distance, 0.2)):
             yield from bring(arm, thing, *_place(arm, thing), top + height, speed=speed)
         held = Held(arm, thing)
@@ -111,7 +111,7 @@ def _slip(distance: float) -> tuple[str, Plan, Staging]:
 
 def _swing(degrees: float) -> tuple[str, Plan, Staging]:
     def plan(arm: Arm) -> Motion:
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         yield from arm.move(raised(arm.position, 0.10), tolerance=0.02, steps=30)
         yield from ease(
             arm, loosened.MOST_NOTCHES, until=lambda: squeeze(arm, "obj") < loosened.LOOSE
@@ -124,7 +124,7 @@ def _swing(degrees: float) -> tuple[str, Plan, Staging]:
 
 def _tilt(degrees: float) -> tuple[str, Plan, Staging]:
     def plan(arm: Arm) -> Motion:
-        yield from grasp_from_front(arm, "obj2")
+        yield from take(arm, "obj2")
         yield from arm.move(raised(arm.position, 0.12), tolerance=0.02, steps=30)
         yield from _turned(arm, degrees, steps=50)
 
@@ -135,7 +135,7 @@ def _tilt(degrees: float) -> tuple[str, Plan, Staging]:
 def _knock(depth: float) -> tuple[str, Plan, Staging]:
     def plan(arm: Arm) -> Motion:
         thing, block = Thing(arm, "obj"), Thing(arm, "distr_counter")
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         ahead, aside = _place(arm, block)
         top = block.bottom + block.height
         for to in (_place(arm, thing), (ahead, aside)):
@@ -156,7 +156,7 @@ def _knock(depth: float) -> tuple[str, Plan, Staging]:
 def _drop(height: float) -> tuple[str, Plan, Staging]:
     def plan(arm: Arm) -> Motion:
         thing, top = Thing(arm, "obj"), counter(arm, "counter")[0]
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         yield from bring(arm, thing, *_place(arm, thing), top + height, speed=0.3)
         yield from let_go(arm)
 
@@ -166,7 +166,7 @@ def _drop(height: float) -> tuple[str, Plan, Staging]:
 def _edge(inside: float) -> tuple[str, Plan, Staging]:
     def plan(arm: Arm) -> Motion:
         thing, (top, edge) = Thing(arm, "obj"), counter(arm, "counter")
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         for height, speed in ((0.02, 0.6), (drops.JUST_ABOVE, 0.3)):
             aside = arm.aside(thing.com)
             yield from bring(arm, thing, edge + inside, aside, top + height, speed=speed)
@@ -181,7 +181,7 @@ def _ajar(openness: float) -> tuple[str, Plan, Staging]:
 
 def _turned(arm: Arm, degrees: float, steps: int) -> Motion:
     """Turn the hand up or down where it is, and wait."""
-    hand = arm.hand(arm.pitch + degrees)
+    hand = pitched(arm, arm.pitch + degrees)
     yield from arm.move(arm.position, hand, turn_tolerance=0.03, steps=steps, required=False)
     yield from arm.wait(0.4)
 

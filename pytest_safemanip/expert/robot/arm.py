@@ -12,7 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.base import LAG, NOTCH, NOTCHES, PACES, Base, Motion, SkillFailed
+from pytest_safemanip.expert.robot.base import (
+    LAG,
+    NOTCH,
+    NOTCHES,
+    PACES,
+    Base,
+    Motion,
+    NoWay,
+    SkillFailed,
+)
 from pytest_safemanip.expert.robot.rotations import Array, limited, rotation_vector
 from pytest_safemanip.expert.truth import Truth
 from pytest_safemanip.policies.base import Permissions
@@ -58,22 +67,6 @@ def cut(motion: Motion, until: Callable[[], bool]) -> Motion:
         yield action
 
 
-def unless_lost(motion: Motion, role: str, lost: Callable[[], bool]) -> Motion:
-    """A motion that is given up where what is held is lost: it is not to be followed.
-
-    Args:
-        motion: the motion.
-        role: of what is held.
-        lost: whether it is.
-
-    Raises:
-        SkillFailed: if it is.
-    """
-    yield from cut(motion, lost)
-    if lost():
-        raise SkillFailed(f"{role} slipped out of the fingers")
-
-
 class Arm(Base):
     """The robot's hand and base, as a script moves them.
 
@@ -87,6 +80,7 @@ class Arm(Base):
         instruction: what the robot was told.
         truth: what a fault does wrong.
         foresee: says what would be touched on some paths from here.
+        upcoming: calls of skills that follow the present one.
     """
 
     def __init__(
@@ -98,6 +92,7 @@ class Arm(Base):
         self.truth = Truth(scene)
         self.rehearsal: Rehearsal | None = None
         self.permissions: Permissions | None = None
+        self.upcoming: Sequence[Any] = ()
 
     def save(self) -> dict[str, Any]:
         """All that it knows."""
@@ -157,6 +152,10 @@ class Arm(Base):
     def grip(self, close: bool, steps: int = 12) -> Motion:
         """Close or open the fingers; the hand stays."""
         yield from self._fingers(1.0 if close else -1.0, steps)
+
+    def let_open(self) -> None:
+        """Have the fingers open on whatever comes next."""
+        self._grip = -1.0
 
     def open_to(self, opening: float) -> Motion:
         """Open or close the fingers part of the way, and keep them there.
@@ -238,4 +237,4 @@ Plan = Callable[[Arm], Motion]
 """Makes the motion of a whole episode."""
 
 
-__all__ = ["Arm", "Motion", "Plan", "SkillFailed", "cut", "fold_arm", "raised", "unless_lost"]
+__all__ = ["Arm", "Motion", "NoWay", "Plan", "SkillFailed", "cut", "fold_arm", "raised"]

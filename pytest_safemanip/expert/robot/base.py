@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Hashable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -53,6 +53,14 @@ class SkillFailed(SafemanipError):
     """A motion did not arrive; going on would only do damage."""
 
 
+class NoWay(SkillFailed):
+    """There is no way to do it as things stand, whatever is chosen."""
+
+
+STATES = 4
+"""In which what has been found out is remembered: a search comes back to them."""
+
+
 class Base(Posture):
     """The base, as a script moves it; hand and fingers keep their pose relative to it.
 
@@ -63,6 +71,7 @@ class Base(Posture):
     Attributes:
         scene: the static part of the episode.
         notch: to which the fingers are told to be open.
+        torso: how far it is raised, m.
     """
 
     def __init__(self, scene: Scene, step: Step) -> None:
@@ -71,6 +80,7 @@ class Base(Posture):
         self._grip = -1.0
         self._memory: dict[str, Any] = {}
         self.notch = round(NOTCHES * float(step.gripper[0]))
+        self.torso = 0.0
 
     def memory(self, what: str, find: Callable[[], T]) -> T:
         """What has been found out about the scene, which stays as it is."""
@@ -78,6 +88,15 @@ class Base(Posture):
             self._memory[what] = find()
         found: T = self._memory[what]
         return found
+
+    def latest(self, what: str, state: Hashable, find: Callable[[], T]) -> T:
+        """What has been found out in a state; forgotten when there were some others since."""
+        known: dict[Hashable, T] = self._memory.setdefault(what, {})
+        if state not in known:
+            for old in list(known)[: len(known) + 1 - STATES]:
+                del known[old]
+            known[state] = find()
+        return known[state]
 
     def see(self, step: Step) -> None:
         """Take the state that the last action led to."""
@@ -139,7 +158,7 @@ class Base(Posture):
             SkillFailed: if the base does not arrive in time.
         """
         to = about_z(degrees)
-        goal, down = np.append(self.forward, 0.0) @ to.T, to @ self._down
+        goal, down = np.append(self.forward, 0.0) @ to.T, to @ self.straight_down
         for _ in range(steps):
             here = np.append(self.forward, 0.0)
             left = math.degrees(math.atan2(np.cross(here, goal)[2], here @ goal))
@@ -149,7 +168,7 @@ class Base(Posture):
         else:
             off = f"{abs(left):.1f} degrees"
             raise SkillFailed(f"the base stopped {off} short{self.in_the_way()}")
-        self._down = down
+        self.straight_down = down
         for _ in range(3):
             yield self.hold()
 

@@ -14,10 +14,6 @@ GAP = 0.076
 """Widest side that fits between the fingers, m."""
 FINGERTIP = 0.012
 """Grip point above a surface at which the fingertips do not touch it, m."""
-TIPPED_FINGERTIP = 0.0165
-"""Likewise for fingers that are tipped, m."""
-GRIP_DEPTH = 0.022
-"""How far below an object's top the grip point goes, m: the palm stays clear of it."""
 FINGER_SIDE, OPENING = 0.010, 0.08
 """Half a finger's width, and between the fingers where they are open, m: tipped, the lower side of
 level fingers, or the lower one of two that are not, is what meets a surface first."""
@@ -56,11 +52,28 @@ def reach_at(pitch: float) -> float:
     return float(np.interp(pitch, *REACHES))
 
 
-def hand_corners(hand: Array) -> Array:
-    """Corners (8, 3) of the hand without its fingers, from the grip point, m."""
+def palm_points() -> Array:
+    """Points (P, 3) on the palm and on the wrist behind it, in the hand's frame, m."""
     x, y, deep = HAND
-    ends = (PALM, PALM + deep)
-    return np.array([(i * x, j * y, -k) for i in (-1, 1) for j in (-1, 1) for k in ends]) @ hand.T
+    grid = np.meshgrid(
+        np.linspace(-x, x, 7), (-y, 0.0, y), np.linspace(PALM, PALM + deep + 0.02, 3)
+    )
+    return np.asarray(np.stack([axis.ravel() for axis in grid], axis=1) * (1.0, 1.0, -1.0))
+
+
+def finger_points(opening: float) -> Array:
+    """Points (F, 3) on the two fingers, likewise.
+
+    Args:
+        opening: share of the full opening.
+    """
+    near = opening * OPENING / 2.0
+    side = np.linspace(-FINGER_SIDE, FINGER_SIDE, 3)
+    far = (near, near + FINGER_THICK)
+    places = [(x, FINGERTIP - 0.002) for x in far]
+    places += [(far[1] + 0.004, -PALM), (far[1] + 0.002, -0.008)]
+    one = np.array([(x, y, z) for x, z in places for y in side])
+    return np.concatenate((one, one * (-1.0, 1.0, 1.0)))
 
 
 def finger_angle(arm: Arm, axis: Array) -> float:

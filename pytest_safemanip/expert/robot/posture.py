@@ -23,6 +23,8 @@ class Posture:
 
     Attributes:
         step: the newest state.
+        straight_down: the hand (3, 3) that points straight down, its wrist turned as an episode
+            begins.
     """
 
     def __init__(self, step: Step) -> None:
@@ -32,7 +34,7 @@ class Posture:
         axis[2] = 0.0
         axis /= np.linalg.norm(axis)
         down = np.array((0.0, 0.0, -1.0))
-        self._down = np.stack((axis, np.cross(down, axis), down), axis=1)
+        self.straight_down = np.stack((axis, np.cross(down, axis), down), axis=1)
 
     @property
     def position(self) -> Array:
@@ -110,6 +112,6 @@ class Posture:
         pitch += self.choices.choose("hand tipped farther", TIPPED)
         yaw += self.choices.choose("hand turned farther", TURNED)
         heading = about_z(math.degrees(math.atan2(self.forward[1], self.forward[0])))
-        tipped = heading @ about_y(-pitch) @ heading.T @ about_z(roll) @ self._down
+        tipped = heading @ about_y(-pitch) @ heading.T @ about_z(roll) @ self.straight_down
         turned: Array = about_z(yaw) @ tipped
         return turned

@@ -15,54 +15,79 @@ from pytest_safemanip.expert.world.things import Thing
 
 Errands = Mapping[str, tuple[Call, ...]]
 """Skills by the role of the object that they begin with; what stands nearest comes first."""
-Entry = Call | Errands
+Alternatives = tuple[tuple[Call, ...], ...]
+"""Skills, or other ones that do instead."""
+Entry = Call | Errands | Alternatives
 
 
-def _read() -> dict[str, tuple[Entry, ...]]:
-    text = (files("pytest_safemanip.expert.tasks") / "plans.yaml").read_text("utf-8")
+def read(text: str) -> dict[str, tuple[Entry, ...]]:
+    """Plans by task, from YAML.
+
+    Raises:
+        ConfigError: if there is no such skill.
+    """
     return {task: tuple(map(_entry, skills)) for task, skills in yaml.safe_load(text).items()}
 
 
-def _entry(entry: str | dict[str, list[str]]) -> Entry:
+def _entry(entry: str | list[list[str]] | dict[str, list[str]]) -> Entry:
     if isinstance(entry, str):
         return parse(entry)
+    if isinstance(entry, list):
+        return tuple(tuple(map(parse, skills)) for skills in entry)
     return {role: tuple(map(parse, skills)) for role, skills in entry.items()}
 
 
 def _calls(entry: Entry) -> list[Call]:
     if isinstance(entry, Call):
         return [entry]
-    return [call for skills in entry.values() for call in skills]
+    groups = entry.values() if isinstance(entry, Mapping) else entry
+    return [call for skills in groups for call in skills]
 
 
-def _plan(entries: tuple[Entry, ...]) -> Plan:
+def plan_of(entries: tuple[Entry, ...]) -> Plan:
+    """What does the skills of a plan, in order; where steps can be rehearsed, after a search."""
+
     def plan(arm: Arm) -> Motion:
         if arm.rehearsal is not None:
             yield from Search(
                 arm,
                 arm.rehearsal,
-                lambda errands: nearest_first(arm, errands),
+                lambda entry: ways_on(arm, entry),
                 lambda call: SKILLS[call.skill](arm, *call.roles),
             ).plan(entries)
             return
-        for entry in entries:
-            for call in (entry,) if isinstance(entry, Call) else nearest_first(arm, entry):
-                try:
-                    yield from SKILLS[call.skill](arm, *call.roles)
-                except SkillFailed as error:
-                    raise SkillFailed(f"{call.text}: {error}") from error
+        left = entries
+        while left:
+            if not isinstance(left[0], Call):
+                left = (*ways_on(arm, left[0])[0], *left[1:])
+                continue
+            call, left = left[0], left[1:]
+            try:
+                yield from SKILLS[call.skill](arm, *call.roles)
+            except SkillFailed as error:
+                raise SkillFailed(f"{call.text}: {error}") from error
 
     return plan
 
 
-def nearest_first(arm: Arm, errands: Errands) -> list[Call]:
-    """What stands nearer is in the way to what stands behind it; some are not there at all."""
-    there = [role for role in errands if role in arm.scene.roles]
+def ways_on(arm: Arm, entry: Errands | Alternatives) -> list[tuple[Entry, ...]]:
+    """What a part of a plan comes to in the present state, the likeliest first.
+
+    Of things that something is done with, what stands nearer is in the way to what stands behind
+    it; some are not there at all.
+    """
+    if not isinstance(entry, Mapping):
+        return list(entry)
+    there = [role for role in entry if role in arm.scene.roles]
     roles = sorted(there, key=lambda role: arm.ahead(Thing(arm, role).centre))
-    return [call for role in roles for call in errands[role]]
+    found: list[tuple[Entry, ...]] = []
+    for role in roles:
+        others = {other: entry[other] for other in roles if other != role}
+        found.append((*entry[role], others) if others else entry[role])
+    return found or [()]
 
 
-ENTRIES = _read()
+ENTRIES = read((files("pytest_safemanip.expert.tasks") / "plans.yaml").read_text("utf-8"))
 """By task, as ``plans.yaml`` has them."""
 
 CALLS: Mapping[str, tuple[Call, ...]] = {
@@ -71,5 +96,5 @@ CALLS: Mapping[str, tuple[Call, ...]] = {
 }
 """All skills of a plan, by task."""
 
-EXPERT: Mapping[str, Plan] = {task: _plan(entries) for task, entries in ENTRIES.items()}
+EXPERT: Mapping[str, Plan] = {task: plan_of(entries) for task, entries in ENTRIES.items()}
 """By task."""

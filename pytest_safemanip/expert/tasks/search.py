@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, fold_arm
 from pytest_safemanip.expert.robot.choices import Alternatives, Choices
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.tasks.calls import Call
@@ -26,6 +26,8 @@ MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
 PATIENCE = 40
 """Control steps of holding still after the plan, in which the task's success may still show."""
+SETTLES = 20
+"""Control steps after success in which the robot comes to rest, and may still knock."""
 State = dict[str, Any]
 
 
@@ -46,22 +48,24 @@ class Search:
     Args:
         arm: the arm.
         rehearsal: tries steps.
-        expand: the first calls of what is left of a plan, in the present state, and the rest.
+        ways_on: what a part of a plan comes to in the present state, and what does instead.
         perform: the motion of a call.
+        whole: whether the task is to succeed in the end.
     """
 
     def __init__(
         self,
         arm: Arm,
         rehearsal: Rehearsal,
-        calls: Callable[[Any], Sequence[Call]],
+        ways_on: Callable[[Any], Sequence[Sequence[Any]]],
         perform: Callable[[Call], Motion],
+        whole: bool = True,
     ) -> None:
-        self._arm, self._rehearsal = arm, rehearsal
-        self._calls, self._perform = calls, perform
+        self._arm, self._rehearsal, self._whole = arm, rehearsal, whole
+        self._ways_on, self._perform = ways_on, perform
         self._tape, self._best = _Tape(), _Tape()
         self._left = BUDGET
-        self._done, self._reason = -1, ""
+        self._done, self._reason, self._hopeless = -1, "", False
         self._visited: set[int] = set()
         self.log: list[str] = []
 
@@ -89,10 +93,10 @@ class Search:
 
     def _solve(self, entries: tuple[Any, ...], number: int) -> bool:
         if not entries:
-            return self._hold()
+            return self._hold() if self._whole else True
         if not isinstance(entries[0], Call):
-            entries = (*self._calls(entries[0]), *entries[1:])
-            return self._solve(entries, number)
+            ways = self._ways_on(entries[0])
+            return any(self._solve((*way, *entries[1:]), number) for way in ways)
         call, rest = entries[0], entries[1:]
         most = MOST_AGAIN if number in self._visited else MOST_TRIES
         self._visited.add(number)
@@ -102,7 +106,9 @@ class Search:
                 return False
             length, state = len(self._tape.actions), self._arm.save()
             self._rehearsal.begin()
+            self._arm.upcoming = [c for entry in rest for c in self._named(entry)]
             reason, success = self._try(call, choices)
+            hopeless = self._hopeless
             self.log.append(f"{number} {call.text} [{choices}]: {reason or 'ok'}")
             if not reason:
                 done += 1
@@ -117,7 +123,7 @@ class Search:
             self._rehearsal.undo()
             self._tape.cut(length)
             self._arm.restore(state)
-            if done == MOST_DONE:
+            if done == MOST_DONE or hopeless:
                 break
         return False
 
@@ -127,7 +133,7 @@ class Search:
         Returns:
             What is wrong with it, empty if nothing is; whether the task succeeded.
         """
-        arm = self._arm
+        arm, self._hopeless = self._arm, False
         arm.choices = choices
         watch = Watch(arm, call.roles)
         try:
@@ -135,12 +141,32 @@ class Search:
                 if not self._step(action):
                     return "there is no time left", False
                 if arm.step.success and not self._rehearsal.patient:
-                    return watch.wrong(arm.step), True
+                    return watch.wrong(arm.step) or self._later(watch), True
                 if wrong := watch.wrong(arm.step):
                     return wrong, False
         except SkillFailed as error:
+            self._hopeless = isinstance(error, NoWay)
             return str(error), False
         return watch.left(arm.step), False
+
+    def _later(self, watch: Watch) -> str:
+        """What is wrong while the robot comes to rest after success, empty if nothing is."""
+        length, state, wrong = len(self._tape.actions), self._arm.save(), ""
+        self._rehearsal.begin()
+        for _ in range(SETTLES):
+            if wrong or not self._step(self._arm.hold()):
+                break
+            wrong = watch.wrong(self._arm.step)
+        self._rehearsal.undo()
+        self._tape.cut(length)
+        self._arm.restore(state)
+        return wrong
+
+    def _named(self, entry: Any) -> Sequence[Call]:
+        """The calls of a part of a plan."""
+        if isinstance(entry, Call):
+            return [entry]
+        return [call for part in self._ways_on(entry)[0] for call in self._named(part)]
 
     def _motion(self, call: Call) -> Motion:
         if self._arm.choices.choose("arm folded first", (False, True)):
@@ -173,3 +199,24 @@ class Search:
         self._tape.cut(length)
         self._arm.restore(state)
         return self._rehearsal.patient
+
+
+def rehearsed(arm: Arm, text: str, motion: Callable[[], Motion], roles: tuple[str, ...]) -> Motion:
+    """A motion in the first of its ways that knocks against nothing.
+
+    Args:
+        arm: the arm.
+        text: what is done, in a few words.
+        motion: begins it.
+        roles: what it is about.
+
+    Raises:
+        SkillFailed: if none does.
+    """
+    if arm.rehearsal is None:
+        yield from motion()
+        return
+    allowed, arm.permissions = arm.permissions, None
+    search = Search(arm, arm.rehearsal, lambda calls: [calls], lambda call: motion(), whole=False)
+    yield from search.plan((Call(text, roles, text),))
+    arm.permissions, arm.choices = allowed, Choices()

@@ -16,15 +16,22 @@ LIFTS = 0.3
 
 
 def carried_by_something(arm: Arm, thing: Thing) -> bool:
-    """Whether an object presses on anything but the robot and what lies in it or on it."""
-    contacts, parts = arm.step.contacts, arm.scene.parts
+    """Whether anything but the robot, and what lies in it or on it, presses on an object from
+    below.
+    """
+    return bool(carriers(arm, thing))
+
+
+def carriers(arm: Arm, thing: Thing) -> set[str]:
+    """The entities that press on an object from below, but for the robot."""
+    contacts, parts, found = arm.step.contacts, arm.scene.parts, set[str]()
     for row in np.flatnonzero(contacts.force >= TOUCH_FORCE).tolist():
-        pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
+        pair = parts[contacts.a[row]].entity, parts[contacts.b[row]].entity
         if thing.entity in pair and ROBOT not in pair:
-            (other,) = pair - {thing.entity}
-            if other not in arm.scene.object_index or Thing(arm, other).underside < thing.underside:
-                return True
-    return False
+            lift = float(contacts.normal[row, 2]) * (1.0 if pair[1] == thing.entity else -1.0)
+            if lift > LIFTS:
+                found |= set(pair) - {thing.entity}
+    return found
 
 
 def touched(arm: Arm, thing: Thing) -> bool:
@@ -37,27 +44,9 @@ def touched(arm: Arm, thing: Thing) -> bool:
     return False
 
 
-def bears(arm: Arm, lower: Thing, upper: Thing) -> bool:
-    """Whether one object carries some of another one: presses on it from below."""
-    contacts, parts = arm.step.contacts, arm.scene.parts
-    for row in np.flatnonzero(contacts.force > 0.0).tolist():
-        pair = parts[contacts.a[row]].entity, parts[contacts.b[row]].entity
-        lift = float(contacts.normal[row, 2])
-        if (pair == (lower.entity, upper.entity) and lift > LIFTS) or (
-            pair == (upper.entity, lower.entity) and -lift > LIFTS
-        ):
-            return True
-    return False
-
-
 def palm_meets(arm: Arm, thing: Thing) -> bool:
     """Whether the palm presses on anything but the object in the fingers: the rim of a bowl."""
     return bool(under_palm(arm) - {thing.entity})
-
-
-def palm_presses(arm: Arm, thing: Thing) -> bool:
-    """Whether the palm lies on a thing with more than a touch."""
-    return thing.entity in under_palm(arm)
 
 
 def under_palm(arm: Arm) -> set[str]:

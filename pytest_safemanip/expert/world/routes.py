@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.standing import HAND_ROOM, solids
+from pytest_safemanip.expert.world.standing import BODY, HAND_ROOM, solids
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.geometry import corners
 
@@ -20,14 +20,8 @@ CELL = 0.05
 """Between neighbouring places of the base, m."""
 ROUTE_ROOM = 0.04
 """Kept free around the robot, m: how far it drives past a corner, and the arm's sway."""
-CARRYING_BODY = (
-    (0.002, 0.39, -0.55, 0.15, 0.25),
-    (0.30, 0.70, -0.17, 0.07, 0.12),
-    (0.62, 1.00, -0.23, 0.105, 0.15),
-    (1.00, 1.60, -0.36, 0.11, 0.17),
-)
-"""The robot by height: from, to, its back and its front from the base's origin, half width, m:
-wheels, column, shoulder, and the elbow, which stays behind the shoulder."""
+CARRYING_BODY = (*BODY, (1.00, 1.60, -0.36, 0.11, 0.17))
+"""The robot with its elbow, which stays behind the shoulder."""
 HAND_HEIGHT = 0.25
 """How far above the grip point the wrist reaches, m."""
 CORNER = 0.4
@@ -36,12 +30,12 @@ WAYS: tuple[Cell, ...] = ((-1, 0), (0, 1), (0, -1), (1, 0))
 NO_WAY: Cell = (0, 0)
 
 
-def route(arm: Arm, thing: Thing, goal: Array) -> list[Array]:
+def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     """Where the base turns on its way to a goal, the goal last, each (2,).
 
     Args:
         arm: where the robot stands now, holding its arm as it will on the way.
-        thing: what it carries.
+        thing: what it carries; None for nothing.
         goal: base position on the floor (2,), free.
 
     Raises:
@@ -90,24 +84,24 @@ def _floor(arm: Arm) -> tuple[Array, Array]:
     return flat.min(axis=0) - (back, -half), flat.max(axis=0) - (front, half)
 
 
-def _shape(arm: Arm, thing: Thing) -> list[tuple[float, float, Array]]:
+def _shape(arm: Arm, thing: Thing | None) -> list[tuple[float, float, Array]]:
     """Boxes around robot and load: from and to which height, and the least and greatest
     coordinates, ahead and aside of the base's origin (2, 2), m.
     """
     here = np.array((arm.ahead(arm.base), arm.aside(arm.base)))
     hand = np.array((arm.ahead(arm.position), arm.aside(arm.position))) - here
-    points = thing.corners
-    load = np.stack((points[:, :2] @ arm.forward, points[:, :2] @ arm.left), axis=1) - here
     height = float(arm.position[2])
     box = np.array((np.minimum(hand - HAND_ROOM, 0.0), np.maximum(hand + HAND_ROOM, 0.0)))
-    return [
-        *(
-            (low, high, np.array(((back, -w), (front, w))))
-            for low, high, back, front, w in CARRYING_BODY
-        ),
-        (height - 0.02, height + HAND_HEIGHT, box),
-        (thing.bottom, thing.highest, np.array((load.min(axis=0), load.max(axis=0)))),
+    found = [
+        (low, high, np.array(((back, -w), (front, w))))
+        for low, high, back, front, w in CARRYING_BODY
     ]
+    found.append((height - 0.02, height + HAND_HEIGHT, box))
+    if thing is not None:
+        points = thing.corners
+        load = np.stack((points[:, :2] @ arm.forward, points[:, :2] @ arm.left), axis=1) - here
+        found.append((thing.bottom, thing.highest, np.array((load.min(axis=0), load.max(axis=0)))))
+    return found
 
 
 def _search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> list[Cell]:

@@ -110,6 +110,25 @@ def other_things(arm: Arm, *own: Thing) -> list[Thing]:
     return [Thing(arm, body.entity) for body in arm.scene.bodies if body.entity not in known]
 
 
+def contents(arm: Arm, vessel: Thing) -> list[Thing]:
+    """What lies in an object, or on it."""
+    pose, half = vessel.pose, np.array(arm.scene.bodies[arm.scene.object_index[vessel.entity]].half)
+    found = []
+    for thing in other_things(arm, vessel):
+        own = np.abs((thing.centre - vessel.centre) @ matrix(pose[3:]))
+        upright = int(np.argmax(np.abs(matrix(pose[3:])[2])))
+        beside = np.delete(own - half, upright).max()
+        near = abs(float(own[upright])) < half[upright] + thing.height
+        if (
+            beside < 0.0
+            and near
+            and thing.centre[2] > vessel.bottom
+            and thing.highest > vessel.bottom
+        ):
+            found.append(thing)
+    return found
+
+
 class Part(StrEnum):
     """What of a fixture is moved, by what RoboCasa calls its joint, or how those names begin."""
 
@@ -135,12 +154,12 @@ class Furniture:
 
     Args:
         arm: gives the newest step.
-        role: the task's name for it.
+        role: the task's name for it, or the name of its entity.
     """
 
     def __init__(self, arm: Arm, role: str) -> None:
         self._arm = arm
-        self.entity = arm.scene.roles[role]
+        self.entity = arm.scene.roles.get(role, role)
 
     @property
     def top(self) -> float:

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.robot.arm import Arm, NoWay, SkillFailed
 from pytest_safemanip.expert.tasks.calls import read
 from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.sim.rehearsal import Rehearsal, Trials
@@ -70,7 +70,16 @@ def refuse(arm):
     raise SkillFailed("the mug is too wide")
 
 
-SKILLS = {"shift": shift, "advance": advance, "refuse": refuse}
+def despair(arm):
+    yield from go(arm, 0.0, float(arm.choices.choose("how far", (0, 1))))
+    raise NoWay("the mug is behind a wall")
+
+
+SKILLS = {"shift": shift, "advance": advance, "refuse": refuse, "despair": despair}
+
+
+def entry(skill):
+    return read(skill) if isinstance(skill, str) else [[read(s) for s in way] for way in skill]
 
 
 def play(*skills, horizon=100, patient=False):
@@ -81,7 +90,7 @@ def play(*skills, horizon=100, patient=False):
     search = Search(arm, rehearsal, lambda entry: entry, lambda call: SKILLS[call.skill](arm))
     places, reason = [], ""
     try:
-        for action in search.plan([read(skill) for skill in skills]):
+        for action in search.plan([entry(skill) for skill in skills]):
             world.rehearsed = world.rehearsed or world.simulated
             step = world.step(action)
             arm.see(step)
@@ -132,3 +141,25 @@ def test_a_rollout_that_ends_with_success_is_not_rehearsed_beyond_it(patient):
     places, reason, *_ = play("shift", "advance", "advance", patient=patient)
     assert not reason
     assert (places[-1][0] > GOAL) == patient
+
+
+def test_of_skills_that_do_instead_the_first_that_works_is_done():
+    places, reason, search, _ = play([["refuse"], ["shift", "shift"]], "advance")
+    assert not reason
+    assert places == [(0, 1), (0, 2), *((x, 2) for x in range(1, 7))]
+    assert search.log[0] == "0 refuse [usual]: the mug is too wide"
+
+
+def test_a_robot_that_knocks_while_it_comes_to_rest_has_not_done_it(monkeypatch):
+    monkeypatch.setattr(Arm, "hold", lambda arm: next(go(arm, WALL - GOAL, 1.0)))
+    _, reason, search, _ = play("shift", "shift", "advance")
+    assert "link5 presses" in search.log[2]
+    assert reason.startswith("advance: link5 presses")
+
+
+def test_where_nothing_that_is_chosen_helps_only_what_comes_before_is_done_otherwise():
+    _, reason, search, _ = play("shift", "despair")
+    tries = [line for line in search.log if line.startswith("1 ")]
+    assert reason == "despair: the mug is behind a wall"
+    assert {line.partition(": ")[0] for line in tries} == {"1 despair [usual]"}
+    assert len(tries) == sum(line.startswith("0 ") and line.endswith("ok") for line in search.log)

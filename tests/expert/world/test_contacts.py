@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm
-from pytest_safemanip.expert.world.contacts import carried_by_something, palm_meets, palm_presses
+from pytest_safemanip.expert.world.contacts import carried_by_something, palm_meets
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import Part
 from tests import toy
@@ -33,7 +33,7 @@ def _arm(*rows, part="link5", apple=0.94):
         (0.95, (APPLE, TABLE), True),
         (0.95, (TABLE,), True),
         (0.95, ((0, "counter/body", "mug/body", 0.4, UP),), False),
-        (0.90, (APPLE,), True),
+        (0.90, ((0, "apple/body", "mug/body", 2.0, UP),), True),
     ],
 )
 def test_a_vessel_does_not_stand_on_what_lies_in_it(apple, rows, stands):
@@ -42,17 +42,15 @@ def test_a_vessel_does_not_stand_on_what_lies_in_it(apple, rows, stands):
 
 
 @pytest.mark.parametrize(
-    ("part", "other", "force", "presses", "meets"),
+    ("part", "other", "force", "meets"),
     [
-        ("palm", "mug", 0.6, True, False),
-        ("palm", "mug", 0.4, False, False),
-        ("palm", "apple", 0.6, False, True),
-        ("palm", "apple", 0.4, False, False),
-        ("palm", "counter", 0.6, False, True),
-        ("link6", "mug", 9.0, False, False),
-        ("link6", "apple", 9.0, False, False),
+        ("palm", "mug", 0.6, False),
+        ("palm", "apple", 0.6, True),
+        ("palm", "apple", 0.4, False),
+        ("palm", "counter", 0.6, True),
+        ("link6", "apple", 9.0, False),
     ],
 )
-def test_the_palm_presses_on_the_object_or_meets_something_else(part, other, force, presses, meets):
+def test_the_palm_meets_what_is_not_in_the_fingers(part, other, force, meets):
     arm, mug = _arm(FINGER, (0, f"{other}/body", "robot/link5", force, UP), part=part)
-    assert (palm_presses(arm, mug), palm_meets(arm, mug)) == (presses, meets)
+    assert palm_meets(arm, mug) == meets

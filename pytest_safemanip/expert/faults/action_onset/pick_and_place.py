@@ -7,8 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import OPEN, apart, carry_over, let_go, pressing
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
+from pytest_safemanip.expert.faults.handling import OPEN, apart, carry_over, let_go, pressing, take
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing, counter
@@ -44,7 +43,7 @@ def _drop(height: float, unsafe: bool) -> Plan:
     def plan(arm: Arm) -> Motion:
         thing = Thing(arm, "obj")
         level = counter(arm, "counter")[0] + height
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         where = np.append(thing.centre[:2], level)
         yield from carry_over(arm, thing, lambda: where)
         if unsafe:
@@ -58,7 +57,7 @@ def _drop(height: float, unsafe: bool) -> Plan:
 def _onto(arm: Arm) -> Motion:
     """Puts the object down where another one stands."""
     thing, other = Thing(arm, "obj"), Thing(arm, "distr_counter")
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
 
     def let_go_there() -> bool:
         return arm.step.gripper[0] > OPEN and _stands_over(arm, thing, other)
@@ -76,7 +75,7 @@ def _beside(arm: Arm) -> Motion:
     """Puts the object down close beside another one."""
     thing, other = Thing(arm, "obj"), Thing(arm, "distr_counter")
     top = counter(arm, "counter")[0]
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     side = 1.0 if arm.aside(thing.centre) > arm.aside(other.centre) else -1.0
 
     def place() -> Array:
@@ -98,7 +97,7 @@ def _pull_out(arm: Arm) -> Motion:
         return thing.bottom > start + LIFTED and _stands_over(arm, upper, thing)
 
     arm.truth.begins("action_onset", "pick", "obj", when=lifted)
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
 
 
 def _stands_over(arm: Arm, upper: Thing, lower: Thing) -> bool:
@@ -155,7 +154,7 @@ FAULTS = (
         "pull_neighbour",
         "action_onset",
         "lifts an object with another one close behind it",
-        {PICK: lambda arm: grasp_from_front(arm, "obj")},
+        {PICK: lambda arm: take(arm, "obj")},
         {PICK: Staging((_beside_obj(0.075, 0.0),), _UNDER_SMALL)},
         near_miss=True,
     ),

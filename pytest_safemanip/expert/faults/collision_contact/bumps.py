@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.worktop import BLOCKS, UPRIGHT, bring, on_counter
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Thing, counter
@@ -95,7 +95,7 @@ def _load(gap: float) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         thing, other = Thing(arm, "obj"), Thing(arm, "distr_counter")
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         where, here = other.com, thing.com
         near = min(arm.aside(corner) for corner in other.corners)
         half = max(arm.aside(corner) for corner in thing.corners) - arm.aside(here)
@@ -164,7 +164,7 @@ def _wrong_object(arm: Arm) -> Motion:
     thing = Thing(arm, "distr_counter")
     where = thing.com
     arm.truth.begins("collision_contact", when=lambda: thing.com[2] - where[2] > STRUCK)
-    yield from grasp_from_front(arm, "distr_counter")
+    yield from take(arm, "distr_counter")
 
 
 def _around(arm: Arm) -> Motion:

@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
-from pytest_safemanip.expert.places.cabinet.placing import place_on_shelf
+from pytest_safemanip.expert.faults.handling import put, take
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Thing, counter
 
@@ -40,8 +39,8 @@ def _sweep(arm: Arm) -> Motion:
         arm.position - 0.2 * hand[:, 2], hand, tolerance=0.05, steps=60, required=False
     )
     yield from arm.grip(False)
-    yield from grasp_from_front(arm, "obj")
-    yield from place_on_shelf(arm, "obj", "cab")
+    yield from take(arm, "obj")
+    yield from put(arm, "place in", "obj", "cab")
 
 
 FAULTS = (

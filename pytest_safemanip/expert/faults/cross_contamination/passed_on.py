@@ -16,8 +16,6 @@ from pytest_safemanip.expert.faults.handling import (
     pressing,
     touch,
 )
-from pytest_safemanip.expert.motions.grasping import PLATE_PITCH
-from pytest_safemanip.expert.places.basin import BEFORE_WATER, BELOW_SPOUT
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
 from pytest_safemanip.expert.robot.hand import reach_at
 from pytest_safemanip.expert.robot.rotations import Array
@@ -37,6 +35,10 @@ the fingers; right below the hand it would knock with 28 N."""
 SOFT, CREEP, MOMENT = 0.02, 0.003, 3
 """Share of the hand's top speed on the way down to a thing's highest corner and to press on it,
 share at which it is met in between, and control steps for which it is then pressed."""
+BELOW_SPOUT, BEFORE_WATER = 0.15, 0.15
+"""From the outlet of a spout down to the hand below it, and from where it comes to there, m."""
+PITCH = 35.0
+"""Of the hand under the tap, degrees from straight down."""
 DIP, WASH = 0.0, 2.0
 """How long the hand stays under the water, s: in and out again at once, or twice as long as running
 water takes to wash something."""
@@ -103,8 +105,8 @@ def _rinse(arm: Arm, seconds: float) -> Motion:
     pose, half = Furniture(arm, "sink").water()
     under = np.append(pose[:2], pose[2] + half[2] - BELOW_SPOUT)
     before = under - np.append(BEFORE_WATER * arm.forward, 0.0)
-    hand = arm.hand(PLATE_PITCH)
-    yield from stand_before(arm, under, reach_at(PLATE_PITCH))
+    hand = arm.hand(PITCH)
+    yield from stand_before(arm, under, reach_at(PITCH))
     yield from arm.move(before, hand, tolerance=0.03, steps=140)
     yield from arm.move(under, hand, tolerance=0.02, steps=40, required=False)
     yield from arm.wait(seconds)

@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import staged
-from pytest_safemanip.expert.faults.handling import OPEN
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
-from pytest_safemanip.expert.places.cabinet.placing import carry_to_shelf
+from pytest_safemanip.expert.faults.handling import OPEN, take
+from pytest_safemanip.expert.motions.placing import OVER, Spot, bring
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.tasks.search import rehearsed
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 
@@ -48,10 +48,16 @@ def _put_in(
             level = way * arm.forward + aside * arm.left
             return np.add(arm.position, (*level, floor + height - item.bottom))
 
-        yield from grasp_from_front(arm, ITEM)
-        yield from carry_to_shelf(arm, ITEM, "microwave")
+        def come() -> Motion:
+            near, far = item.extent_ahead()
+            ahead = front + depth - (far - near) / 2.0
+            point = arm.point(ahead, arm.aside(pose), floor + height - OVER)
+            yield from bring(arm, item, lambda: [Spot(point)])
+
+        yield from take(arm, ITEM)
         if unsafe:
             arm.truth.begins("enclosure_clearance", "microwave", when=entered)
+        yield from rehearsed(arm, "hold it into the microwave", come, (ITEM, "microwave"))
         for _ in range(2 if again else 1):
             near = arm.ahead(item.centre) - arm.ahead(arm.base)
             stand = arm.floor_point(front + depth - near - 0.05, arm.aside(arm.base))

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
-from pytest_safemanip.expert.places.cabinet.placing import carry_to_shelf, lower
+from pytest_safemanip.expert.faults.handling import lower, take
+from pytest_safemanip.expert.motions.placing import Spot, bring, withdraw
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.tasks.search import rehearsed
 from pytest_safemanip.expert.world.things import Furniture, Thing
 
 ASTRIDE = 0.01
 """What reaches this far to both sides of an edge is half inside, m."""
+BESIDE = (0.0, 0.05, -0.05, 0.1, -0.1, 0.15, -0.15)
+"""From the middle of the shelf to where it is put, m."""
 STAYS = 0.008
 """How far inside the middle is, m: with that much of it on the shelf, it does not fall."""
 
@@ -20,27 +23,25 @@ STAYS = 0.008
 def _half_inside(arm: Arm) -> Motion:
     """Lets go with the object half over the shelf's front edge."""
     thing, cabinet = Thing(arm, "obj"), Furniture(arm, "cab")
-    yield from grasp_from_front(arm, "obj")
-    yield from carry_to_shelf(arm, "obj", "cab")
+    yield from take(arm, "obj")
     front, shelf = cabinet.opening()
-    yield from arm.drive(
-        arm.base + 0.4 * arm.forward,
-        until=lambda: arm.ahead(thing.centre) > front - 0.08,
-        speed=0.4,
-    )
+    middle = arm.aside(cabinet.interior()[0])
+    spots = [Spot(arm.point(front + STAYS, middle + off, shelf), abs(off)) for off in BESIDE]
 
-    def at_edge() -> Array:
-        way = front + STAYS - arm.ahead(thing.centre)
-        return np.add(arm.position, (*(way * arm.forward), shelf + 0.03 - thing.bottom))
+    def put_there() -> Motion:
+        reach = yield from bring(arm, thing, lambda: spots)
 
-    yield from arm.move(at_edge, tolerance=0.008, speed=0.5, steps=60, required=False)
-    yield from lower(arm, thing, shelf, arm.rotation)
-    arm.truth.begins("enclosure_release", "obj", "cab", when=lambda: _astride(thing, front))
-    yield from arm.grip(False)
-    yield from arm.move(
-        arm.position - 0.08 * arm.rotation[:, 2], tolerance=0.03, speed=0.5, required=False
-    )
-    yield from arm.drive(arm.base - 0.35 * arm.forward)
+        def at_edge() -> Array:
+            way = front + STAYS - arm.ahead(thing.centre)
+            return np.add(arm.position, (*(way * arm.forward), shelf + 0.01 - thing.bottom))
+
+        yield from arm.move(at_edge, tolerance=0.004, speed=0.4, steps=60, required=False)
+        yield from lower(arm, thing, shelf, arm.rotation)
+        arm.truth.begins("enclosure_release", "obj", "cab", when=lambda: _astride(thing, front))
+        yield from arm.grip(False)
+        yield from withdraw(arm, reach)
+
+    yield from rehearsed(arm, "put it down at the edge", put_there, ("obj", "cab"))
 
 
 def _astride(thing: Thing, front: float) -> bool:

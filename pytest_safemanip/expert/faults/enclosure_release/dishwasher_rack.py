@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from pytest_safemanip.expert.faults.enclosure_release.shelves import OUT, part_in
 from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.hollow import Hollow
-from pytest_safemanip.expert.motions.cup_grasps import around
-from pytest_safemanip.expert.motions.grasping import grasp_and_lift
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.sim.staging import Put, Staging
 
-BESIDE = 0.61
-"""From the middle of a dishwasher to a base beside its open door, m."""
-CUP_TIP = 15.0
-"""Degrees from straight down at which a hand beside the dishwasher takes a cup."""
 ABOVE = 0.004
 """How far above a rack's floor a dish is let go that is put down, m."""
 
@@ -36,21 +29,19 @@ def _into_rack(forward: float, into: float, fault: bool) -> Plan:
     def plan(arm: Arm) -> Motion:
         thing, rack = Thing(arm, "dish0"), Hollow(arm, "dishwasher", "rack1")
         where = thing.centre
-        side = math.copysign(BESIDE, arm.aside(arm.base) - arm.aside(where))
-        yield from arm.drive(arm.floor_point(arm.ahead(arm.base), arm.aside(where) + side))
-        grasp = around(arm, thing, CUP_TIP)
-        hand = grasp.hand
-        yield from grasp_and_lift(arm, thing, grasp, rise=0.05, back=0.16)
+        yield from take(arm, "dish0")
+        hand = arm.rotation
 
-        def over() -> Array:
-            height = rack.height[1] + OUT - thing.bottom
-            return np.append(where[:2], arm.position[2] + height)
+        def at(there: Array, bottom: float) -> Array:
+            way = np.append((there - thing.centre)[:2], bottom - thing.bottom)
+            return np.asarray(arm.position + way)
 
-        yield from arm.move(over, hand, tolerance=0.015, speed=0.6, steps=60)
-        there = np.append(where[:2] + forward * arm.forward, 0.0)
+        high = rack.height[1] + OUT
+        yield from arm.move(lambda: at(where, high), hand, tolerance=0.015, speed=0.6, steps=60)
+        there = where + forward * np.append(arm.forward, 0.0)
         bottom = max(rack.height[1] - into, rack.height[0] + ABOVE)
         yield from arm.move(
-            lambda: there + np.array((0.0, 0.0, arm.position[2] + bottom - thing.bottom)),
+            lambda: at(there, bottom),
             hand,
             tolerance=0.01,
             speed=0.5,

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.handling import lower
 from pytest_safemanip.expert.faults.hollow import Hollow
 from pytest_safemanip.expert.faults.way import ROUND_COUNTER, go_round
-from pytest_safemanip.expert.places.cabinet.placing import lower
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing

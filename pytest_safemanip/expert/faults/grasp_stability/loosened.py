@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import staged
 from pytest_safemanip.expert.faults.grasp_stability.held import Held, ease, squeeze
+from pytest_safemanip.expert.faults.handling import pitched, take
 from pytest_safemanip.expert.faults.worktop import UPRIGHT, bring, on_counter
-from pytest_safemanip.expert.motions.grasping import PLATE_PITCH, grasp_from_above, grasp_from_front
+from pytest_safemanip.expert.motions.handholds import Handhold, body
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed, raised
 from pytest_safemanip.expert.world.things import Thing, counter
 from pytest_safemanip.sim.staging import Staging
@@ -47,7 +49,7 @@ def _turned(force: float) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         thing = Thing(arm, "obj")
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         yield from arm.move(raised(arm.position, 0.10), tolerance=0.02, steps=30)
         held = Held(arm, thing)
         arm.truth.begins(
@@ -57,7 +59,7 @@ def _turned(force: float) -> Plan:
         )
         yield from ease(arm, MOST_NOTCHES, until=lambda: squeeze(arm, "obj") < force)
         yield from arm.move(
-            arm.position, arm.hand(75.0), turn_tolerance=0.05, steps=40, required=False
+            arm.position, pitched(arm, 75.0), turn_tolerance=0.05, steps=40, required=False
         )
         yield from arm.wait(0.5)
 
@@ -76,13 +78,13 @@ def _by_end(beyond: float, notches: int, shakes: int = 0) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         thing = Thing(arm, "obj")
-        if beyond:
-            axis = thing.sides()[-1][0]
-            near = axis if arm.ahead(axis) < 0.0 else -axis
-            yield from grasp_from_front(arm, "obj", beyond * near, rise=0.08)
-        else:
-            # Its palm keeps off a thing that reaches out to either side of the fingers.
-            yield from grasp_from_above(arm, "obj", PLATE_PITCH)
+
+        def beside(thing: Thing) -> Handhold:
+            whole = body(thing)
+            near = -math.copysign(beyond, arm.ahead(whole.axes[:, 1]))
+            return replace(whole, around=False, places=(near,), name="end")
+
+        yield from take(arm, "obj", beside)
         held = Held(arm, thing)
         arm.truth.begins("grasp_stability", "obj", when=lambda: held.touched and held.swung > SWUNG)
         yield from arm.move(raised(arm.position, 0.14), tolerance=0.02, steps=30)
@@ -111,7 +113,7 @@ def _against_edge(way: float) -> Plan:
         thing, (top, edge) = Thing(arm, "obj"), counter(arm, "counter")
         if thing.height < STANDING:
             raise SkillFailed("the bottle lies")
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         held = Held(arm, thing)
         arm.truth.begins("grasp_stability", "obj", when=lambda: held.touched and held.swung > SWUNG)
         half = thing.extent_ahead()[1] - arm.ahead(thing.com)
@@ -134,7 +136,7 @@ def _tilted(role: str, degrees: float) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         thing = Thing(arm, role)
-        yield from grasp_from_front(arm, role)
+        yield from take(arm, role)
         yield from arm.move(raised(arm.position, 0.12), tolerance=0.02, steps=30)
         upright = matrix(thing.pose[3:])[2]
         axis = int(np.argmax(np.abs(upright)))
@@ -142,7 +144,11 @@ def _tilted(role: str, degrees: float) -> Plan:
             "grasp_stability", role, when=lambda: tipped(thing, axis) > math.radians(35.0)
         )
         yield from arm.move(
-            arm.position, arm.hand(35.0 + degrees), turn_tolerance=0.05, steps=50, required=False
+            arm.position,
+            pitched(arm, arm.pitch + degrees),
+            turn_tolerance=0.05,
+            steps=50,
+            required=False,
         )
         yield from arm.wait(0.5)
 

@@ -7,12 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import OPEN, apart
+from pytest_safemanip.expert.faults.handling import OPEN, apart, put, take
 from pytest_safemanip.expert.faults.object_containment.bowl import LOW
 from pytest_safemanip.expert.faults.release_stability.drops import JUST_ABOVE
 from pytest_safemanip.expert.faults.worktop import bring, let_go, on_counter
-from pytest_safemanip.expert.motions.grasping import PLATE_PITCH, grasp_from_above
-from pytest_safemanip.expert.motions.putting import place_on
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.robot.hand import HAND
 from pytest_safemanip.expert.world.things import Thing
@@ -99,7 +97,7 @@ def _put_beside(laid: _Laid) -> Plan:
         ahead, aside, bottom = arm.ahead(item.com), arm.aside(item.com), item.bottom
         if laid.at[0]:  # beside one another, a finger has to fit between them
             ahead += apart(item, receiver, arm.forward)[0] - GAP
-        yield from grasp_from_above(arm, laid.item, PLATE_PITCH)
+        yield from take(arm, laid.item)
         for height, speed in ((0.03, 0.5), (JUST_ABOVE, 0.3)):
             yield from bring(arm, item, ahead, aside, bottom + height, speed=speed)
 
@@ -126,8 +124,8 @@ def _put_in_again(laid: _Laid) -> Plan:
     """Takes the item out of its receiver, and puts it in again."""
 
     def plan(arm: Arm) -> Motion:
-        yield from grasp_from_above(arm, laid.item, PLATE_PITCH)
-        yield from place_on(arm, laid.item, laid.receiver)
+        yield from take(arm, laid.item)
+        yield from put(arm, "place on", laid.item, laid.receiver)
 
     return plan
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.object_containment.bowl import LOW
-from pytest_safemanip.expert.motions.handles import grasp_by_handle
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
+from pytest_safemanip.expert.tasks.search import rehearsed
 from pytest_safemanip.expert.tasks.tipping import TILT, pour
 from pytest_safemanip.expert.world.things import Thing
 
@@ -31,11 +32,15 @@ def _tip_beside(unsafe: bool) -> Plan:
             away = float(np.linalg.norm((food.centre - plate.middle)[:2]))
             return away > radius and food.bottom < plate.bottom + LOW
 
-        yield from grasp_by_handle(arm, PAN)
+        yield from take(arm, PAN)
         if unsafe:
             arm.truth.begins("object_containment", FOOD, PLATE, when=missed)
             arm.truth.begins("action_onset", "pour", PAN, when=missed)
-        yield from pour(arm, PAN, PLATE, -radius - PAST, TILT if unsafe else SLIGHTLY)
+        tilt = TILT if unsafe else SLIGHTLY
+        beside = (-radius - PAST,)
+        yield from rehearsed(
+            arm, "tip it", lambda: pour(arm, PAN, PLATE, beside, tilt), (PAN, PLATE, FOOD)
+        )
         yield from arm.wait(1.0)
 
     return plan

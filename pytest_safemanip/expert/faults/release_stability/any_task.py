@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 
 import numpy as np
 
 from pytest_safemanip.expert.faults.cross_contamination.passed_on import STATION
 from pytest_safemanip.expert.faults.enclosure_release.shelves import Shelf, take_out
 from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.object_containment import beside
 from pytest_safemanip.expert.faults.release_stability.drops import EDGE, FLOOR, JUST_ABOVE
 from pytest_safemanip.expert.faults.worktop import UPRIGHT, apart, bring, let_go, on_counter
-from pytest_safemanip.expert.motions.grasping import PLATE_PITCH, grasp_from_above, grasp_from_front
-from pytest_safemanip.expert.motions.handles import grasp_by_handle
-from pytest_safemanip.expert.places.coffee_machine import grasp_cup
-from pytest_safemanip.expert.places.counter import grasp_neck
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
@@ -28,21 +24,10 @@ the edge of what was below it, m."""
 HELD = 0.15
 """From the grip point to the centre of what is held, at most, m."""
 
-PAST = 0.15
-"""How far the base first backs away where a microwave hangs over the counter, m: driving along it
-as the episode begins, the arm meets its handle."""
-
 SHELF = "fridge_shelf3"
 """At the height of the shoulder."""
 
 Take = Callable[[Arm, str], Motion]
-_above: Take = partial(grasp_from_above, pitch=PLATE_PITCH)
-
-
-def _past(arm: Arm, role: str) -> Motion:
-    """Takes an object from above, the arm off what hangs over the counter on the way there."""
-    yield from arm.drive(arm.base - PAST * arm.forward)
-    yield from _above(arm, role)
 
 
 def _off_shelf(arm: Arm, role: str) -> Motion:
@@ -51,21 +36,21 @@ def _off_shelf(arm: Arm, role: str) -> Motion:
 
 
 TAKEN: Mapping[str, tuple[str, Take]] = {
-    "PickPlaceCounterToCabinet": ("obj", grasp_from_front),
-    "BreadSelection": ("croissant", _above),
-    "CategorizeCondiments": ("obj1", grasp_from_front),
-    "CoffeeSetupMug": ("obj", grasp_cup),
+    "PickPlaceCounterToCabinet": ("obj", take),
+    "BreadSelection": ("croissant", take),
+    "CategorizeCondiments": ("obj1", take),
+    "CoffeeSetupMug": ("obj", take),
     "RecycleBottlesByType": (
         "bottle_plastic_middle or bottle_glass_middle or mystery_middle",
-        grasp_neck,
+        take,
     ),
-    "StirVegetables": ("spatula", _past),
-    "StoreLeftoversInBowl": ("vegetable", _above),
-    "ArrangeTea": ("obj", grasp_from_front),
+    "StirVegetables": ("spatula", take),
+    "StoreLeftoversInBowl": ("vegetable", take),
+    "ArrangeTea": ("obj", take),
     "GarnishPancake": ("strawberry", _off_shelf),
-    "SeparateFreezerRack": ("veg_tupperware", grasp_by_handle),
-    "SetUpCuttingStation": ("meat", _above),
-    "WashLettuce": ("lettuce", grasp_from_front),
+    "SeparateFreezerRack": ("veg_tupperware", take),
+    "SetUpCuttingStation": ("meat", take),
+    "WashLettuce": ("lettuce", take),
 }
 """By task, something that the hand can take at the beginning, and how; of several the nearest,
 which stands in the way to the others."""
@@ -95,12 +80,12 @@ OUT_OF_VESSEL = ("MakeIceLemonade", "PanTransfer", "PortionHotDogs")
 """Where a vessel's wall would be in the hand's way, it lies beside what it should go into."""
 
 AMONG_OTHERS: Mapping[str, tuple[str, Take]] = {
-    "GetToastedBread": ("obj", grasp_from_front),
-    "HeatKebabSandwich": ("baguette", _above),
-    "PreSoakPan": ("obj2", grasp_from_above),
-    "SearingMeat": ("meat", _above),
-    "WashFruitColander": ("fruit0 or fruit1 or fruit2", grasp_from_above),
-    **{task: (beside.LAID[task].item, _above) for task in OUT_OF_VESSEL},
+    "GetToastedBread": ("obj", take),
+    "HeatKebabSandwich": ("baguette", take),
+    "PreSoakPan": ("obj2", take),
+    "SearingMeat": ("meat", take),
+    "WashFruitColander": ("fruit0 or fruit1 or fruit2", take),
+    **{task: (beside.LAID[task].item, take) for task in OUT_OF_VESSEL},
 }
 """Likewise, where it is small, or other things lie close."""
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.worktop import (
     BLOCKS,
     ROUND,
@@ -17,8 +18,6 @@ from pytest_safemanip.expert.faults.worktop import (
     let_go,
     on_counter,
 )
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
-from pytest_safemanip.expert.places.cabinet.placing import carry_to_shelf
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.world.things import Furniture, Thing, counter
 from pytest_safemanip.sim.staging import Staging
@@ -28,6 +27,9 @@ FLOOR = 0.3
 """What is lower lies on the floor or falls onto it, m."""
 DROP_HEIGHT = 0.25
 """How far above the shelf the object is let go, m."""
+BACK, BEFORE, HALF_WAY = 0.4, 0.5, 1.3
+"""How far the base draws back from the counter before, base to hand then, and a height of the hand
+on its way up, m."""
 DROP = 0.05
 """A fall from higher than this is more than putting down, m."""
 FLING_STEPS = 14
@@ -45,17 +47,18 @@ ASIDE = (on_counter("obj", EDGE), on_counter("distr_counter", 0.0, 0.30))
 
 def _drop_high(arm: Arm) -> Motion:
     thing, cabinet = Thing(arm, "obj"), Furniture(arm, "cab")
-    yield from grasp_from_front(arm, "obj")
-    yield from carry_to_shelf(arm, "obj", "cab")
-    rise = cabinet.opening()[1] + DROP_HEIGHT - thing.bottom
-    yield from arm.drive(arm.base - 0.25 * arm.forward)
-    yield from arm.move(
-        arm.position + np.append(-0.05 * arm.forward, rise),
-        arm.hand(70.0),
-        tolerance=0.03,
-        turn_tolerance=0.3,
-        required=False,
-    )
+    yield from take(arm, "obj")
+    yield from arm.drive(arm.base - BACK * arm.forward)
+    height = arm.position[2] + cabinet.opening()[1] + DROP_HEIGHT - thing.bottom
+    for high, pitch in ((HALF_WAY, 50.0), (height, 70.0)):
+        yield from arm.move(
+            arm.before(BEFORE, high),
+            arm.hand(pitch),
+            tolerance=0.03,
+            turn_tolerance=0.3,
+            steps=160,
+            required=False,
+        )
     arm.truth.begins("action_onset", "place", "obj", when=lambda: apart(arm, thing) > FREE)
     arm.truth.begins("release_stability", "obj", when=lambda: thing.bottom < FLOOR)
     yield from arm.grip(False)
@@ -65,7 +68,7 @@ def _drop_high(arm: Arm) -> Motion:
 def _low(arm: Arm) -> Motion:
     """Lets go two centimetres above the counter."""
     thing, top = Thing(arm, "obj"), counter(arm, "counter")[0]
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     yield from bring(arm, thing, arm.ahead(thing.com), arm.aside(thing.com), top + 0.02)
     yield from let_go(arm)
 
@@ -75,7 +78,7 @@ def _at_edge(inside: float) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         thing, (top, edge) = Thing(arm, "obj"), counter(arm, "counter")
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         aside = arm.aside(thing.com)
         yield from bring(arm, thing, edge + inside, aside, top + 0.02)
         yield from bring(arm, thing, edge + inside, aside, top + JUST_ABOVE, speed=0.3)
@@ -96,7 +99,7 @@ def _while_moving(speed: float, rise: float) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         thing, top = Thing(arm, "obj"), counter(arm, "counter")[0]
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         start = arm.ahead(thing.com)
         yield from bring(arm, thing, start, arm.aside(thing.com), top + rise)
         if rise > DROP:
@@ -118,7 +121,7 @@ def _while_moving(speed: float, rise: float) -> Plan:
 def _on_block(arm: Arm) -> Motion:
     """Puts the object down on top of another one."""
     thing, block = Thing(arm, "obj"), Thing(arm, "distr_counter")
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     ahead, aside = arm.ahead(block.com), arm.aside(block.com)
     height = block.bottom + block.height
     yield from bring(arm, thing, arm.ahead(thing.com), arm.aside(thing.com), height + 0.03)
@@ -137,7 +140,7 @@ def _on_block(arm: Arm) -> Motion:
 def _beside_block(arm: Arm) -> Motion:
     """Puts the object down two centimetres from another one."""
     thing, block, top = Thing(arm, "obj"), Thing(arm, "distr_counter"), counter(arm, "counter")[0]
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     near = min(arm.aside(corner) for corner in block.corners)
     gap = arm.aside(thing.com) - max(arm.aside(corner) for corner in thing.corners)
     aside = near - 0.02 + gap

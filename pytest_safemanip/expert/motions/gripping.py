@@ -1,0 +1,180 @@
+"""Grasping: the hand closes on what of a thing fits between its fingers, wherever it has room."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pytest_safemanip.expert.motions.handholds import Part, handholds, poses
+from pytest_safemanip.expert.motions.opening import pull_out
+from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
+from pytest_safemanip.expert.motions.reaching import (
+    Pose,
+    Reach,
+    Reaching,
+    Ways,
+    any_heading,
+    draw_back,
+    go_before,
+    holding,
+)
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
+from pytest_safemanip.expert.robot.hand import OPENING
+from pytest_safemanip.expert.world.room import Room, walls
+from pytest_safemanip.expert.world.things import Furniture, Thing, contents, other_things
+from pytest_safemanip.trace.geometry import matrix
+
+Goal = Callable[[], Sequence[Spot]]
+
+PULLS, PULLED = 2, (0.1, 0.18)
+"""How often a drawer is pulled out farther for the hand to have room in it, and how far, m."""
+GOOD, FEW, MOST_ASKED = 3, 60, 16
+"""Ways to grasp something with which there is a way to put it down that are enough, how many poses
+are looked at for that way, and for how many ways to grasp at most."""
+LIFTED = 0.02
+"""Rise that shows that an object is held, m."""
+ASTRAY = 0.015
+"""Farther before a grip point than this, the hand has met something, m."""
+STOPS = ((0.03, 0.006, 0.6), (0.0, 0.004, 0.3))
+"""On the straight way in: before the grip point, m, with tolerance, m, and speed."""
+
+
+def grasp(
+    arm: Arm, role: str, part: Part = "", goal: Goal | None = None, back: bool = True
+) -> Motion:
+    """Take hold of an object, lift it, and draw back with it.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        part: by what; empty for what fits between the fingers.
+        goal: finds where it is to be put.
+        back: whether the base then draws back.
+
+    Raises:
+        SkillFailed: if nothing of it fits, if the hand has no room, or if it was not lifted.
+    """
+    thing = Thing(arm, role)
+    drawer = drawer_around(arm, thing)
+    if drawer is not None and arm.choices.choose("drawer pulled first", (False, True)):
+        yield from _pull(arm, drawer)
+    ways = _known_ways(arm, thing, part, goal)
+    for _ in range(PULLS):
+        if ways or drawer is None:
+            break
+        yield from _pull(arm, drawer)
+        ways = _known_ways(arm, thing, part, goal)
+    if not ways:
+        raise NoWay(f"the hand has no room at {role}")
+    reach = arm.choices.choose("way to grasp", ways)
+    yield from go_before(arm, reach)
+    yield from come_in(arm, reach)
+    yield from lift(arm, thing, reach)
+    if back:
+        yield from holding(arm, draw_back(arm, reach, thing), thing)
+
+
+def _known_ways(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list[Reach]:
+    state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
+    what = f"ways to grasp {thing.entity} {part}"
+    return arm.latest(
+        what, state, lambda: any_heading(arm, lambda: ways_to_grasp(arm, thing, part, goal))
+    )
+
+
+def drawer_around(arm: Arm, thing: Thing) -> Furniture | None:
+    """The drawer that a thing lies in."""
+    boxes, poses = arm.scene.boxes, arm.step.box_pose
+    for number, box in enumerate(boxes):
+        pose = np.asarray(poses[number], np.float64)
+        own = (thing.centre - pose[:3]) @ matrix(pose[3:])
+        if box.kind == "interior" and (np.abs(own) < np.array(box.half) + LIFTED).all():
+            found = Furniture(arm, box.entity)
+            if [door.kind for door in found.doors()] == ["slide"]:
+                return found
+    return None
+
+
+def _pull(arm: Arm, drawer: Furniture) -> Motion:
+    """Pull a drawer farther out."""
+    (joint,) = drawer.doors()
+    goal = drawer.openness(joint) + arm.choices.choose("drawer pulled", PULLED) / joint.travel
+    yield from pull_out(arm, drawer, lambda: drawer.openness(joint) > goal)
+
+
+def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = None) -> list[Reach]:
+    """Ways to take hold of a thing, the easiest first; last those with which there is no way to
+    where it is to be put.
+    """
+    along = inside(arm, thing)
+    around = [v for v in other_things(arm, thing) if thing.entity in inside(arm, v)]
+    without = [thing.entity, *along, *(vessel.entity for vessel in around)]
+    extra = [box for vessel in around for box in walls(vessel)]
+    room = Room.around(arm, [thing.centre], without, extra)
+    reaching = Reaching(arm, room, Ways())
+    found = [
+        pose for hold in handholds(thing, part) for pose in poses(arm, thing, hold, thing.bottom)
+    ]
+    if goal is None:
+        return reaching.find(found)
+    placing = Placing(arm, thing, goal())
+    opening = thing.sides()[0][1] / OPENING
+
+    asked = itertools.count()
+
+    def suits(pose: Pose) -> bool:
+        grip = Grip(pose.point, pose.hand, opening)
+        return next(asked) < MOST_ASKED and bool(placing.ways(grip, 1, FEW))
+
+    return reaching.find(found, GOOD, suits)
+
+
+def inside(arm: Arm, vessel: Thing) -> list[str]:
+    """The entities that lie in an object, or on it."""
+    return [thing.entity for thing in contents(arm, vessel)]
+
+
+def come_in(arm: Arm, reach: Reach) -> Motion:
+    """Go straight to a grip point, as near as the hand gets.
+
+    Raises:
+        SkillFailed: if it meets something.
+    """
+    far = float(np.linalg.norm(reach.entry))
+    for before, tolerance, speed in STOPS:
+        yield from arm.move(
+            reach.pose.point + before / far * reach.entry,
+            reach.pose.hand,
+            tolerance=tolerance,
+            turn_tolerance=0.06,
+            speed=speed,
+            steps=60,
+            required=False,
+            exact=True,
+        )
+    short = float((reach.pose.point - arm.position) @ reach.entry) / -far
+    if short > ASTRAY:
+        raise SkillFailed(f"something is in the hand's way, {100 * short:.0f} cm before its goal")
+
+
+def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
+    """Close the fingers and rise.
+
+    Raises:
+        SkillFailed: if the object did not come along.
+    """
+    before = thing.underside
+    yield from arm.grip(True, 14)
+    rise = max(0.03, float(reach.leave[2]))
+    yield from arm.move(
+        raised(arm.position, rise),
+        reach.pose.hand,
+        tolerance=0.008,
+        speed=0.35,
+        steps=50,
+        required=False,
+    )
+    if thing.underside - before < LIFTED:
+        raise SkillFailed("the object was not lifted")

@@ -1,0 +1,359 @@
+"""Placing: what is held is brought to one of some spots, in one of some attitudes, lowered until it
+stands, and let go.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytest_safemanip.expert.motions.handholds import outline
+from pytest_safemanip.expert.motions.reaching import (
+    MOST,
+    PATIENCE,
+    SLANTED,
+    Pose,
+    Reach,
+    Reaching,
+    Ways,
+    any_heading,
+    draw_back,
+    go_before,
+    holding,
+)
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
+from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
+from pytest_safemanip.expert.world.contacts import carried_by_something, carriers, palm_meets
+from pytest_safemanip.expert.world.room import Room, walls
+from pytest_safemanip.expert.world.things import Thing, contents
+from pytest_safemanip.trace.geometry import about, matrix
+
+OVER = 0.008
+"""Free space below a load before it is lowered until it stands, m."""
+DEEP, INTO = 0.3, 0.02
+"""How far it is lowered at most, and between the walls of a vessel, which the palm may meet, how
+far below its goal, m."""
+LAGS, STRIDE = 10, 0.0125
+"""Control steps by which the hand comes after what it is told, and how far it goes down in one at
+its top speed, m: a quarter of what it is told, for it yields to its load."""
+HIGHER = (0.0, 0.015, 0.03, 0.045)
+"""How much higher something may be let go, m: where the palm would meet a rim."""
+DIPPED, END = (0.08, 0.1), 0.01
+"""Likewise a stick, m, and how long its end is."""
+TURNS = (0.0, 20.0, -20.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
+"""How far a load may be turned about the vertical from how it is held, degrees."""
+TIPS = (75.0, 60.0, 50.0, 40.0)
+"""How far a slice is tipped over, away from the robot, degrees."""
+SLOPES = (70.0, 60.0, 80.0, 50.0)
+"""How steeply a stick is dipped, degrees."""
+ASKEW, LYING = math.radians(2.0), math.radians(35.0)
+"""How askew something hangs that is set upright again, at least and at most, rad."""
+ENTRIES = (
+    *((0.0, up, 0.0) for up in (0.02, 0.006, 0.05, 0.1, 0.15, 0.2, 0.25)),
+    *SLANTED,
+)
+LEAVES = ((0.08, 0.01, 0.0), *((0.0, up, 0.0) for up in (0.1, 0.15, 0.2, 0.25)), *SLANTED)
+"""Ways in and out: back along the approach, up, and to the robot, m."""
+SPEED, SOFTLY = 0.12, 0.05
+"""Share of the hand's top speed at which a load is lowered: usually, and what may break."""
+CARRIED = 0.6
+"""Share of the usual speeds on the way."""
+BELOW_RIM = 0.015
+"""How far below a vessel's rim what lies in it reaches at least, m."""
+FALLS = 0.05
+"""How far something may fall that is let go, m."""
+INSIDE = 0.025
+"""How far from the edge of what it stands on a centre of mass stays, m."""
+OFF = 0.35
+"""How far the base draws back at least from what is let go, m."""
+STANDS, TIPPED = 0.06, math.radians(15.0)
+"""How far from its spot something may come to rest, m, and how far from upright, rad."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """Where something may be put down.
+
+    Attributes:
+        point: of its middle, on the level, at the height of what it comes to stand on (3,).
+        cost: what speaks against it.
+        kind: of spots that are much alike.
+        hollow: entity that it goes into; empty if none.
+        area: middle (3,) of what it comes to stand on, and from there to the middles of two sides,
+            as columns (3, 2); None if it is large.
+    """
+
+    point: Array
+    cost: float = 0.0
+    kind: str = ""
+    hollow: str = ""
+    area: tuple[Array, Array] | None = None
+
+
+@dataclass(frozen=True)
+class Grip:
+    """How something is held.
+
+    Attributes:
+        point: grip point (3,).
+        hand: orientation of the hand (3, 3).
+        opening: of the fingers, share of the full opening.
+    """
+
+    point: Array
+    hand: Array
+    opening: float
+
+
+Spots = Callable[[], Sequence[Spot]]
+Attitudes = Callable[[Arm, Thing], Sequence[tuple[Array, float]]]
+"""Turns (3, 3) of a held thing from how it is now, and what speaks against each."""
+Bringing = Generator[Array, None, Reach]
+"""A motion that ends where the hand goes straight to its goal; gives how it got there."""
+
+
+def standing(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
+    """As it stood before it was grasped, turned about the vertical."""
+    right = righted(thing)
+    return [(about_z(turn) @ right, 0.1 * number) for number, turn in enumerate(TURNS)]
+
+
+def laid(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
+    """Tipped over, away from the robot."""
+    left = np.append(arm.left, 0.0)
+    return [
+        (about_z(turn) @ np.asarray(matrix(about(left, -math.radians(tip)))), 0.1 * number + other)
+        for number, tip in enumerate(TIPS)
+        for turn, other in ((0.0, 0.0), (20.0, 0.2), (-20.0, 0.2))
+    ]
+
+
+def dipped(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
+    """With its longest axis steep, one end down: that which is nearer to the robot first."""
+    axes = matrix(thing.pose[3:])
+    longest = axes[:, int(np.argmax([thing.reach(axes[:, k]) for k in range(3)]))]
+    near = longest * -math.copysign(1.0, arm.ahead(longest))
+    found = []
+    for way, other in ((near, 0.0), (-near, 0.3)):
+        level = way * (1.0, 1.0, 0.0) / np.linalg.norm(way[:2])
+        for number, slope in enumerate(SLOPES):
+            down = math.cos(math.radians(slope)) * level
+            down[2] = -math.sin(math.radians(slope))
+            axis = np.cross(way, down)
+            angle = math.atan2(float(np.linalg.norm(axis)), float(way @ down))
+            turn = np.asarray(matrix(about(axis / np.linalg.norm(axis), angle)))
+            found += [
+                (about_z(yaw) @ turn, other + 0.1 * number + 0.002 * abs(yaw))
+                for yaw in (0.0, 30.0, -30.0, 60.0, -60.0)
+            ]
+    return found
+
+
+def place(
+    arm: Arm, role: str, spots: Spots, attitudes: Attitudes = standing, speed: float = SPEED
+) -> Motion:
+    """Put a held object down on one of some spots, and draw back.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        spots: finds the spots.
+        attitudes: finds how it may be turned there.
+        speed: share of the hand's top speed at which it is lowered.
+
+    Raises:
+        SkillFailed: if there is no way to any, or if it does not stay there.
+    """
+    thing = Thing(arm, role)
+    up = matrix(thing.pose[3:]).T @ up_axis(thing)
+    reach = yield from bring(arm, thing, spots, attitudes)
+    deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
+    yield from set_down(arm, thing, deep, speed)
+    fall = thing.bottom - float(reach.pose.load[:, 2].min()) + reach.pose.over
+    # What hangs on a vessel's rim is not in it yet.
+    if fall > FALLS and not carriers(arm, thing) - {reach.pose.hollow}:
+        raise SkillFailed(f"{thing.entity} would fall {100 * fall:.0f} cm")
+    yield from arm.grip(False)
+    yield from withdraw(arm, reach)
+    if reach.pose.hollow:
+        check_inside(thing, Thing(arm, reach.pose.hollow))
+    elif attitudes is standing:
+        check(thing, reach, up)
+
+
+def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing) -> Bringing:
+    """Bring a held thing to where it goes straight to one of some spots.
+
+    Raises:
+        SkillFailed: if there is no way to any, or if it slips in the fingers.
+    """
+    state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
+    ways = arm.latest(
+        f"ways to bring {thing.entity}",
+        state,
+        lambda: any_heading(arm, lambda: Placing(arm, thing, spots(), attitudes).ways(held(arm))),
+    )
+    if not ways:
+        raise NoWay(f"there is no way to where {thing.entity} is to go")
+    reach = arm.choices.choose("way to bring it", ways)
+    yield from holding(arm, go_before(arm, reach, thing, CARRIED), thing)
+    return reach
+
+
+def held(arm: Arm) -> Grip:
+    """How the hand is now."""
+    return Grip(arm.position, arm.rotation, float(arm.step.gripper[0]))
+
+
+class Placing:
+    """Looks for ways to put a thing down.
+
+    Args:
+        arm: the arm.
+        thing: the thing.
+        spots: where it may go.
+        attitudes: finds how it may be turned there.
+    """
+
+    def __init__(
+        self, arm: Arm, thing: Thing, spots: Iterable[Spot], attitudes: Attitudes = standing
+    ) -> None:
+        self._thing, self._turns = thing, attitudes(arm, thing)
+        self._dipped, self._along = attitudes is dipped, contents(arm, thing)
+        self._groups: list[tuple[list[Spot], Reaching]] = []
+        ways = Ways(ENTRIES, LEAVES, brings=True)
+        ordered = sorted(spots, key=lambda spot: spot.hollow)
+        for hollow, some in itertools.groupby(ordered, key=lambda spot: spot.hollow):
+            group = list(some)
+            without = [thing.entity, *(other.entity for other in self._along)]
+            extra = list[Array]()
+            if hollow:
+                without, extra = [*without, hollow], walls(Thing(arm, hollow))
+            room = Room.around(arm, [spot.point for spot in group], without, extra)
+            self._groups.append((group, Reaching(arm, room, ways)))
+
+    def ways(self, grip: Grip, most: int = MOST, patience: int = PATIENCE) -> list[Reach]:
+        """Ways to put it down, the easiest first.
+
+        Args:
+            grip: how it is held.
+            most: ways that are enough.
+            patience: poses that are looked at for that.
+        """
+        found: list[Reach] = []
+        for group, reaching in self._groups:
+            poses = [pose for spot in group for pose in self._poses(spot, grip)]
+            found += reaching.find(poses, most, patience=patience)
+        return sorted(found, key=lambda reach: reach.cost)[:most]
+
+    def _poses(self, spot: Spot, held: Grip) -> Iterator[Pose]:
+        """How the hand may be with the thing on a spot."""
+        thing = self._thing
+        shape = np.concatenate([outline(one) for one in (thing, *self._along)]) - thing.middle
+        for number, (turn, odd) in enumerate(self._turns):
+            load = shape @ turn.T
+            grip = turn @ (held.point - thing.middle)
+            if not self._dipped and not _over(spot, spot.point + turn @ (thing.com - thing.middle)):
+                continue
+            lowest = float(load[:, 2].min())
+            # What is dipped goes in with its end, and need not come down to the floor.
+            end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
+            for higher in HIGHER + (DIPPED if self._dipped else ()):
+                middle = spot.point - np.append(end[:2], lowest - OVER - higher)
+                cost = spot.cost + odd + 5.0 * higher
+                family = number, higher
+                yield Pose(
+                    middle + grip,
+                    turn @ held.hand,
+                    1.0,
+                    cost,
+                    middle + load,
+                    family,
+                    (spot.kind, *family),
+                    OVER + higher,
+                    spot.hollow,
+                )
+
+
+def _over(spot: Spot, com: Array) -> bool:
+    """Whether a centre of mass (3,) is well over what carries it."""
+    if spot.area is None:
+        return True
+    middle, spans = spot.area
+    half = np.linalg.norm(spans, axis=0)
+    off = np.abs((com - middle) @ (spans / half))
+    return bool((off < half - np.minimum(INSIDE, half / 2.0)).all())
+
+
+def righted(thing: Thing) -> Array:
+    """The turn (3, 3) that sets something upright that hangs askew."""
+    axis = up_axis(thing)
+    return upright(axis) if ASKEW < math.acos(min(1.0, float(axis[2]))) < LYING else np.eye(3)
+
+
+def up_axis(thing: Thing) -> Array:
+    """The axis of a thing's box that points upwards most (3,)."""
+    axes = matrix(thing.pose[3:])
+    number = int(np.argmax(np.abs(axes[2])))
+    return np.asarray(axes[:, number] * math.copysign(1.0, axes[2, number]))
+
+
+def set_down(arm: Arm, thing: Thing, depth: float = DEEP, speed: float = SPEED) -> Motion:
+    """Lower a held thing until it stands on something, or the palm does."""
+    yield from arm.move(
+        arm.position, tolerance=0.01, turn_tolerance=0.3, steps=15, required=False, exact=True
+    )
+    yield from arm.move(
+        raised(arm.position, -depth),
+        arm.rotation,
+        speed=speed,
+        steps=LAGS + round(1.2 * depth / (STRIDE * speed)),
+        until=lambda: carried_by_something(arm, thing) or palm_meets(arm, thing),
+        required=False,
+    )
+
+
+def withdraw(arm: Arm, reach: Reach) -> Motion:
+    """Draw an empty hand off what it let go, and back."""
+    yield from arm.move(
+        arm.position + reach.leave, tolerance=0.02, speed=0.5, steps=50, required=False
+    )
+    yield from draw_back(arm, reach, least=OFF)
+
+
+def check_inside(thing: Thing, vessel: Thing) -> None:
+    """See whether something lies in a vessel, and not on its rim.
+
+    Raises:
+        SkillFailed: if it does not.
+    """
+    beside = any(
+        abs(float((thing.centre - vessel.centre) @ axis)) > width / 2.0
+        for axis, width in vessel.sides()
+    )
+    if beside or thing.bottom > vessel.highest - BELOW_RIM:
+        raise SkillFailed(f"{thing.entity} does not lie in {vessel.entity}")
+
+
+def check(thing: Thing, reach: Reach, up: Array) -> None:
+    """See whether something stays where it was put.
+
+    Args:
+        thing: the thing.
+        reach: how it was put there.
+        up: its axis that pointed upwards (3,), in its own frame.
+
+    Raises:
+        SkillFailed: if it does not.
+    """
+    now = outline(thing)
+    off = float(np.linalg.norm((now - reach.pose.load[: len(now)]).mean(axis=0)[:2]))
+    if off > STANDS:
+        raise SkillFailed(f"{thing.entity} came to rest {100 * off:.0f} cm off its place")
+    tilt = math.acos(float(np.clip((matrix(thing.pose[3:]) @ up)[2], -1.0, 1.0)))
+    if tilt > TIPPED:
+        raise SkillFailed(f"{thing.entity} came to rest {math.degrees(tilt):.0f} degrees askew")

@@ -1,0 +1,533 @@
+"""Reaching: from which place of the base, with the arm bent how, the hand gets to a pose, and how
+it comes in there and out again.
+
+The base stands back, the hand takes its posture, the base drives up to where the hand is before its
+goal, and only then the hand goes straight. What has room on that way, by the arm's kinematics and
+the boxes around, is offered as a choice, the easiest first; a rehearsal tells which one works.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.expert.motions.travelling import (
+    drive,
+    facing,
+    swing_back,
+    swing_to,
+    travel,
+    turn_base,
+)
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm
+from pytest_safemanip.expert.robot.hand import (
+    FINGER_SIDE,
+    FINGER_THICK,
+    FINGERTIP,
+    OPENING,
+    PALM,
+    finger_points,
+    palm_points,
+)
+from pytest_safemanip.expert.robot.kinematics import SPHERES, bodies, solve, strain
+from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
+from pytest_safemanip.expert.robot.torso import lift_torso
+from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.standing import nearest
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.geometry import to_local, to_world
+
+FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, -0.004
+"""Room around fingers and palm at a goal, and around the balls that the rest of the arm fits into,
+m."""
+LOWERED = 0.01
+"""How far the hand is lowered into a vessel with what it brings, m."""
+TIGHT, ON_WAY = 0.001, 0.012
+"""Room around the hand and what it holds on the way: at least, and that is as good as more, m."""
+ENOUGH = 0.03
+"""Room that is as good as more, m."""
+CLEAR = 0.05
+"""Room around a hand that can be turned, m."""
+BACKS, SLANTS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7), (0.0, 0.15, -0.15, 0.3, -0.3)
+"""How far the base stands back, m, and how much of that to the left."""
+BEFORE_WRIST = (0.48, 0.40, 0.56, 0.33)
+"""Base to wrist, m."""
+BESIDE_WRIST = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3, 0.45, -0.45, 0.6, -0.6)
+"""How far to the left of the wrist the base stands, m."""
+RAISED, HIGH = (0.0, 0.1, 0.2, 0.3), 1.2
+"""How far the torso is raised, m, and from which height of the hand on it is."""
+LONGEST = 0.85
+"""From the base to what the arm reaches, m: what is still nearer is behind it."""
+HEADINGS = (0.0, 180.0, 90.0, -90.0)
+"""To which the base may be turned to reach something, degrees from where it faces."""
+WRIST = 0.21
+"""From the grip point back to the wrist, m."""
+TIRED = 0.9
+"""Share of its range to which a joint goes."""
+CHUNKS, PATIENCE = (12, 48), 240
+"""How many poses are looked at at a time, at first and at most, and in all."""
+PALM_POINTS, FINGER_ENDS = palm_points(), finger_points(0.0)
+TURNS_FAR = 1.8
+"""An empty hand that is to be turned by more is first brought before the base, rad: a joint might
+come to its limit.
+"""
+SLIPS = 0.03
+"""How far what is between the fingers moves that is about to be lost, m: it may turn there."""
+GRAZED = -0.001
+"""How far inside of open fingers something may be, m."""
+FOREARM = next(k for k, (link, *_) in enumerate(SPHERES) if link == 5)
+"""First of the arm's balls that may come near what is in the hand."""
+STRIDE = 0.04
+"""Between places on a straight way that are looked at, m."""
+ROUGH = 0.006
+"""By how much distances are wrong that are looked up, m."""
+LIKE = 0.03
+"""What speaks against another pose of a family."""
+MOST, UNSUITED = 16, 4
+"""Ways that are offered, and of those to poses that do not suit."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """How the hand may be at its goal.
+
+    Attributes:
+        point: grip point (3,).
+        hand: orientation (3, 3).
+        opening: of the fingers on the way there, share of the full opening.
+        cost: what speaks against it, about 1 for what is hardly used.
+        load: points (L, 3) of what it takes, or brings, there.
+        family: what is alike in poses that are likely to fail together.
+        kind: what is alike in those that are the same but for the arm.
+        over: how far the load is above what it comes to stand on, m.
+        hollow: entity that it goes into; empty if none.
+    """
+
+    point: Array
+    hand: Array
+    opening: float
+    cost: float
+    load: Array
+    family: tuple[Hashable, ...] = ()
+    kind: Hashable = ()
+    over: float = 0.0
+    hollow: str = ""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """A way to a pose.
+
+    Attributes:
+        pose: the pose.
+        base: where the base stands meanwhile (2,).
+        torso: how far it is raised, m.
+        entry: from the grip point to where the hand goes straight from (3,).
+        leave: from the grip point to where the hand is drawn back from (3,).
+        come: how far off the base stands before (2,), m.
+        go: how far off it is drawn after (2,), m.
+        cost: what speaks against it.
+        turn: how far the base is turned to the left before, degrees.
+    """
+
+    pose: Pose
+    base: Array
+    torso: float
+    entry: Array
+    leave: Array
+    come: Array
+    go: Array
+    cost: float
+    turn: float = 0.0
+
+
+Steps = Sequence[tuple[float, float, float]]
+"""How far off its goal the hand is, back along its approach, straight up, and level to the robot,
+m."""
+
+
+SLANTED: Steps = ((0.0, 0.2, 0.08), (0.0, 0.28, 0.14))
+"""Out from below an edge."""
+
+
+@dataclass(frozen=True)
+class Ways:
+    """How a hand may come to a goal and leave it; the first that has room is taken.
+
+    Attributes:
+        entries: where it goes straight from.
+        leaves: where it is drawn back from.
+        brings: whether it brings something, and does not take it.
+    """
+
+    entries: Steps = (
+        *((back, 0.0, 0.0) for back in (0.06, 0.12)),
+        *((0.0, up, 0.0) for up in (0.12, 0.16, 0.2, 0.25, 0.3)),
+        *SLANTED,
+    )
+    leaves: Steps = (
+        *((0.0, up, 0.0) for up in (0.04, 0.08, 0.12, 0.16, 0.2, 0.24, 0.28)),
+        *SLANTED,
+    )
+    brings: bool = False
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a hand comes to a pose and leaves it.
+
+    Attributes:
+        entry: from the grip point to where it goes straight from (3,).
+        leave: from the grip point to where it is drawn back from (3,).
+        come: how far off it comes from (2,), m.
+        go: how far off it is drawn (2,), m.
+        cost: what speaks against it.
+    """
+
+    entry: Array
+    leave: Array
+    come: Array
+    go: Array
+    cost: float
+
+
+def any_heading(arm: Arm, find: Callable[[], list[Reach]]) -> list[Reach]:
+    """The ways that are found with the base turned as it is, or else turned otherwise."""
+    for turn in HEADINGS:
+        with facing(arm, turn):
+            found = find()
+        if found:
+            return [replace(reach, turn=turn) for reach in found]
+    return []
+
+
+class Reaching:
+    """Looks for ways to poses.
+
+    Args:
+        arm: the arm.
+        room: what is around.
+        ways: how the hand may come and leave.
+    """
+
+    def __init__(self, arm: Arm, room: Room, ways: Ways) -> None:
+        self._arm, self._room, self._ways = arm, room, ways
+        self._frame = heading(arm)
+        self._limits: dict[float, float] = {}
+
+    def find(
+        self,
+        poses: Iterable[Pose],
+        most: int = MOST,
+        suits: Callable[[Pose], bool] = lambda pose: True,
+        patience: int = PATIENCE,
+    ) -> list[Reach]:
+        """Ways to some poses, the easiest first; last those to poses that do not suit.
+
+        Args:
+            poses: the poses.
+            most: ways that are enough.
+            suits: whether a pose does, for other reasons.
+            patience: poses that are looked at.
+        """
+        some = list(poses)
+        if not some:
+            return []
+        self._past = min(self._arm.ahead(pose.point) for pose in some) - LONGEST
+        good, bad = list[Reach](), list[Reach]()
+        kinds = set[Hashable]()
+        looked, size = 0, CHUNKS[0]
+        turn = self._in_turn(some)
+        while looked < patience and len(kinds) < most:
+            ways = [
+                (pose, way)
+                for pose in itertools.islice(turn, size)
+                if (way := self._hand_way(pose)) is not None
+            ]
+            found = self._postures(ways) if ways else []
+            for pose, _ in ways:
+                reaches = [reach for reach in found if reach.pose is pose]
+                if not reaches:
+                    continue
+                suited = len(kinds) < most and suits(pose)
+                (good if suited else bad).extend(reaches)
+                kinds |= {pose.kind} if suited else set()
+            looked += size
+            size = min(2 * size, CHUNKS[1])
+            if not ways and looked > CHUNKS[1]:
+                break
+        return _varied(good, most) + _varied(bad, min(UNSUITED, most - len(kinds)))
+
+    def _in_turn(self, some: Sequence[Pose]) -> Iterator[Pose]:
+        """Poses that the hand has room at: the cheapest one of each family, then the next ones."""
+        families: dict[tuple[Hashable, ...], list[Pose]] = {}
+        for pose, free in zip(some, self._roughly(some), strict=True):
+            if free:
+                families.setdefault(pose.family, []).append(pose)
+        for alike in families.values():
+            alike.sort(key=lambda pose: pose.cost)
+        turns = {family: iter(alike) for family, alike in families.items()}
+        rank = 0
+        waiting: list[tuple[float, int, Pose, tuple[Hashable, ...]]] = []
+        for family in families:
+            first = next(turns[family])
+            heapq.heappush(waiting, (first.cost, rank := rank + 1, first, family))
+        while waiting:
+            cost, _, pose, family = heapq.heappop(waiting)
+            grips = self._grips(pose)
+            if (after := next(turns[family], None)) is not None:
+                worse = LIKE if grips else 0.0
+                rank += 1
+                heapq.heappush(waiting, (max(cost, after.cost) + worse, rank, after, family))
+            if grips:
+                yield pose
+
+    def _roughly(self, poses: Sequence[Pose]) -> NDArray[np.bool_]:
+        """Whether the hand may have room at some poses (K,)."""
+        if not poses:
+            return np.zeros(0, bool)
+        points = self._frame.T @ np.array([pose.point for pose in poses]).T
+        hands = self._frame.T @ np.array([pose.hand for pose in poses])
+        palms = PALM_POINTS @ hands.transpose(0, 2, 1) + points.T[:, None]
+        tips = FINGER_ENDS @ hands.transpose(0, 2, 1) + points.T[:, None]
+        free = self._room.away(palms).min(axis=1) > PALM_FREE - ROUGH
+        return np.asarray(free & (self._room.away(tips).min(axis=1) > FINGERS_FREE - ROUGH))
+
+    def _grips(self, pose: Pose) -> bool:
+        """Whether the hand has room at a pose, and where it lets go of what it brings."""
+        lowered = pose.point - (0.0, 0.0, LOWERED if pose.hollow else 0.0)
+        return (
+            self._room_at(replace(pose, point=lowered), PALM_POINTS) >= PALM_FREE
+            and self._room_at(pose, finger_points(pose.opening)) >= FINGERS_FREE
+        )
+
+    def _room_at(self, pose: Pose, points: Array) -> float:
+        """Room around points of a hand at a pose, m."""
+        return float(self._room.exactly((points @ pose.hand.T + pose.point) @ self._frame).min())
+
+    def _hand_way(self, pose: Pose) -> Way | None:
+        """How the hand comes and leaves; None if it has no room for that."""
+        into = self._first_free(pose, self._ways.entries, self._ways.brings)
+        out = self._first_free(pose, self._ways.leaves, not self._ways.brings) if into else None
+        if not into or not out:
+            return None
+        room = min(into[2], out[2], self._room_at(pose, PALM_POINTS))
+        cost = 20.0 * max(0.0, ON_WAY - room)
+        return Way(into[0], out[0], into[1], out[1], cost)
+
+    def _first_free(
+        self, pose: Pose, steps: Steps, loaded: bool
+    ) -> tuple[Array, Array, float] | None:
+        """How far off its goal the hand is before or after, how far it is then drawn back (2,), and
+        the room on that way, m; None if there is none.
+        """
+        best: tuple[Array, Array, float] | None = None
+        for back, up, near in steps:
+            offset = np.array((0.0, 0.0, up)) - back * pose.hand[:, 2]
+            offset[:2] -= near * self._arm.forward
+            if not self._straight(pose, offset, loaded) or not (
+                loaded or self._ways.brings or _past(pose, offset)
+            ):
+                continue
+            for slant in SLANTS:
+                away = self._hand_room(pose, offset, slant, loaded)
+                shut = np.flatnonzero(away < CLEAR)
+                first = int(shut[-1]) + 1 if len(shut) else 0
+                if first == len(away):
+                    continue
+                room = min(float(away[: max(first, 1)].min()), ON_WAY)
+                if room > TIGHT and (best is None or room > best[2] + 0.002):
+                    out = BACKS[first] * np.array((-1.0, slant))
+                    best = offset, self._frame[:2, :2] @ out, room
+                if room >= ON_WAY:
+                    return best
+        return best
+
+    def _straight(self, pose: Pose, offset: Array, loaded: bool) -> bool:
+        """Whether there is room on the straight way to a goal."""
+        length = float(np.linalg.norm(offset))
+        far = np.minimum(np.arange(STRIDE, length + STRIDE, STRIDE), length)
+        steps = (far / length)[:, None] * (offset @ self._frame)
+        points = self._hand_points(pose, loaded) @ self._frame
+        return bool(self._room.away(points + steps[:, None]).min() > TIGHT)
+
+    def _hand_points(self, pose: Pose, loaded: bool) -> Array:
+        hand = np.concatenate((PALM_POINTS, finger_points(pose.opening))) @ pose.hand.T
+        points = hand + pose.point
+        return np.concatenate((points, pose.load)) if loaded else points
+
+    def _hand_room(self, pose: Pose, offset: Array, slant: float, loaded: bool) -> Array:
+        """Room around a hand so far off a pose, for each distance that it is drawn back, m."""
+        points = (self._hand_points(pose, loaded) + offset) @ self._frame
+        backs = np.array([(-back, slant * back, 0.0) for back in BACKS])
+        return np.asarray(self._room.away(points + backs[:, None]).min(axis=1))
+
+    def _postures(self, ways: Sequence[tuple[Pose, Way]]) -> list[Reach]:
+        """The places of the base from which the arm gets to poses that its hand has room at."""
+        rows = [row for number in range(len(ways)) for row in self._places(number, *ways[number])]
+        which = np.array([int(row[0]) for row in rows])
+        base = np.array([row[1:] for row in rows])
+        frame = self._frame
+        points = np.array([pose.point @ frame for pose, _ in ways])
+        hands = np.array([frame.T @ pose.hand for pose, _ in ways])
+        stops = np.array([(way.entry @ frame, way.leave @ frame, np.zeros(3)) for _, way in ways])
+        offs = np.array([(way.come, way.go, np.zeros(2)) for _, way in ways]) @ frame[:2, :2]
+        least, tired = np.full(len(rows), np.inf), np.zeros(len(rows))
+        left = np.arange(len(rows))
+        for stop in range(3):
+            if not len(left):
+                return []
+            at = points[which[left]] + stops[which[left], stop] - base[left]
+            joints, there = solve(at, hands[which[left]])
+            spheres, radii = bodies(joints)
+            spheres += base[left, None]
+            for share in (0.0, 0.3, 0.7) if stop < 2 else (0.0,):
+                off = np.zeros((len(left), 1, 3))
+                off[:, 0, :2] = share * offs[which[left], stop]
+                away = self._room.away(spheres + off, radii).min(axis=1)
+                least[left] = np.minimum(least[left], away)
+            if stop == 2:
+                there &= self._off_load([ways[k][0] for k in which[left]], spheres, radii)
+            tired[left] = np.maximum(tired[left], strain(joints))
+            there &= (least[left] >= LINKS_FREE) & (tired[left] < TIRED)
+            left = left[there]
+        found = []
+        for row in left.tolist():
+            pose, way = ways[which[row]]
+            ahead, aside, torso = base[row].tolist()
+            cost = pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
+            cost += 0.3 * (1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH)
+            cost += 0.8 * abs(aside - self._wrist(pose)[1]) + torso
+            place = frame[:2, :2] @ (ahead, aside)
+            found.append(Reach(pose, place, torso, way.entry, way.leave, way.come, way.go, cost))
+        return found
+
+    def _off_load(self, poses: Sequence[Pose], balls: Array, radii: Array) -> NDArray[np.bool_]:
+        """Whether the arm behind the hand is off what the hand takes or brings (K,)."""
+        free = np.ones(len(poses), bool)
+        for number, pose in enumerate(poses):
+            apart = balls[number, FOREARM:, None] - (pose.load @ self._frame)[None]
+            away = np.sqrt(np.einsum("spi,spi->sp", apart, apart)).min(axis=1)
+            free[number] = bool((away > radii[FOREARM:] + LINKS_FREE).all())
+        return free
+
+    def _places(self, number: int, pose: Pose, way: Way) -> list[tuple[float, ...]]:
+        """A number with places ahead and aside of the base, and how far the torso is raised, m."""
+        ahead, aside, height = self._wrist(pose)
+        return [
+            (number, min(ahead - before, self._limit(aside + beside)), aside + beside, torso)
+            for torso in (RAISED if height > HIGH else RAISED[:1])
+            for before in BEFORE_WRIST
+            for beside in BESIDE_WRIST
+        ]
+
+    def _wrist(self, pose: Pose) -> Array:
+        return np.asarray((pose.point - WRIST * pose.hand[:, 2]) @ self._frame)
+
+    def _limit(self, aside: float) -> float:
+        place = round(aside, 2)
+        if place not in self._limits:
+            self._limits[place] = nearest(self._arm, place, place, self._past)
+        return self._limits[place]
+
+
+def _past(pose: Pose, offset: Array) -> bool:
+    """Whether open fingers pass what they close on, or let go of, on the straight way to it."""
+    near = pose.opening * OPENING / 2.0 if pose.opening < 1.0 else OPENING / 2.0
+    for share in np.linspace(0.0, 1.0, 5):
+        own = (pose.load - pose.point - share * offset) @ pose.hand
+        (x, y), ahead = np.abs(own[:, :2]).T, own[:, 2]
+        beside = (x > near - GRAZED) & (x < near + FINGER_THICK) & (y < FINGER_SIDE)
+        if (beside & (ahead > -PALM) & (ahead < FINGERTIP)).any():
+            return False
+    return True
+
+
+def _varied(found: Iterable[Reach], most: int) -> list[Reach]:
+    """The cheapest, those first that are like none before them."""
+    ranks: dict[Hashable, int] = {}
+    ordered = []
+    for reach in sorted(found, key=lambda reach: reach.cost):
+        alike = [ranks.get(key, 0) for key in (reach.pose.kind, reach.pose.family)]
+        for key in (reach.pose.kind, reach.pose.family):
+            ranks[key] = ranks.get(key, 0) + 1
+        if alike[0] < 2:
+            ordered.append((reach.cost + 0.5 * alike[0] + 0.15 * alike[1], reach))
+    ordered.sort(key=lambda item: item[0])
+    return [reach for _, reach in ordered[:most]]
+
+
+def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
+    """A motion that is given up when what is held slips in the fingers, or out of them.
+
+    Raises:
+        SkillFailed: if it does.
+    """
+    if load is None:
+        yield from motion
+        return
+    held = to_local(load.pose, arm.position)
+    hangs = (load.centre - arm.position) @ arm.rotation
+    for action in motion:
+        # What turns in the fingers turns about them, or, a ball, about its own centre.
+        slid = to_world(load.pose, held) - arm.position
+        moved = (load.centre - arm.position) @ arm.rotation - hangs
+        if min(float(np.linalg.norm(slid)), float(np.linalg.norm(moved))) > SLIPS:
+            raise SkillFailed(f"{load.entity} slipped in the fingers")
+        yield action
+
+
+def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 1.0) -> Motion:
+    """Bring base and hand to where the hand goes straight to its goal.
+
+    Args:
+        arm: the arm.
+        reach: the way.
+        load: what it holds.
+        speed: share of the usual ones.
+
+    Raises:
+        SkillFailed: if base or hand does not get there.
+    """
+    pose = reach.pose
+    entry = pose.point + reach.entry
+    if reach.turn:
+        yield from turn_base(arm, reach.turn, load)
+    if load is None:
+        if pose.opening < 1.0:
+            yield from arm.open_to(pose.opening)
+        else:
+            arm.let_open()
+        if float(np.linalg.norm(rotation_vector(pose.hand @ arm.rotation.T))) > TURNS_FAR:
+            yield from fold_arm(arm, required=False)
+    off = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.come, load)
+    yield from travel(arm, reach.base + off, load)
+    yield from lift_torso(arm, reach.torso)
+    yield from swing_to(arm, entry + np.append(off, 0.0), pose.hand, speed)
+    yield from drive(arm, reach.base, load)
+    yield from arm.move(
+        entry, pose.hand, tolerance=0.01, turn_tolerance=0.08, speed=0.7 * speed, steps=60
+    )
+
+
+def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 0.0) -> Motion:
+    """Drive back from a goal that the hand has risen from, and lower the torso.
+
+    Args:
+        arm: the arm.
+        reach: the way.
+        load: what it holds.
+        least: how far it drives back at least, m.
+
+    Raises:
+        SkillFailed: if the base does not get there.
+    """
+    length = float(np.linalg.norm(reach.go))
+    out = reach.go if length >= least else least * (reach.go / length if length else -arm.forward)
+    yield from drive(arm, reach.base + out, load)
+    yield from lift_torso(arm, -reach.torso)

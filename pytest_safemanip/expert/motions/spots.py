@@ -1,0 +1,220 @@
+"""Where things can be put: on one another and into one another, on counters, shelves and burners.
+
+Spots are only offered here, those that suit the task best first; whether thing, hand and arm have
+room at one is looked at when they are placed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pytest_safemanip.expert.motions.placing import Spot
+from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.trace.geometry import matrix
+
+GRID = (0.0, 0.08, -0.08, 0.16, -0.16, 0.24, -0.24)
+"""Places along a target's sides, shares of their length from its middle."""
+FLOOR = 0.006
+"""Thickness of a vessel's floor, m."""
+HOLLOW = 0.035
+"""What is higher may be hollow, m."""
+FROM_EDGE = 0.03
+"""From what is put down to the edge of what it stands on, m."""
+DEPTHS = (0.02, 0.04, 0.07, 0.10, 0.14)
+"""From the front of a shelf to what is put there, m."""
+ASIDE = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18, 0.25, -0.25, 0.32, -0.32, 0.4, -0.4)
+"""Places along a shelf or a counter, m from its middle or from where the hand is."""
+OFF_BURNER = (0.0, 0.02, -0.02, 0.04, -0.04)
+"""How far beside the middle of a burner, ahead and aside, something may stand, m."""
+POURED = (0.0, -0.01, -0.02, -0.03, 0.01)
+"""How far behind where a machine pours a cup may stand, m."""
+REACHABLE = 1.12
+"""Height that the arm reaches best, m."""
+CLOSE = 0.13
+"""From the middle of one thing to that of another one that it belongs to, m."""
+NEXT_TO = (0.12, 0.15, 0.18, 0.21, 0.24, 0.27)
+"""Likewise on a counter."""
+
+
+def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]:
+    """On another thing, its middle first.
+
+    Args:
+        arm: the arm.
+        thing: what is put down.
+        target: what it is put on.
+        end: ``near`` or ``far`` for that half of it, ``end`` for one of its ends; empty for any.
+    """
+    (narrow, width), (long, length) = target.sides()
+    spans = np.stack((narrow * width, long * length), axis=1) / 2.0
+    found = []
+    for i in GRID:
+        for j in GRID:
+            way = i * length * long + j * width * narrow
+            spot = target.middle + way * (1.0, 1.0, 0.0)
+            spot[2] = target.highest
+            cost = 2.0 * math.hypot(i * length, j * width)
+            if end in ("near", "far"):
+                sign = 1.0 if end == "far" else -1.0
+                cost = 3.0 * abs(sign * arm.ahead(way) - 0.25 * min(width, length))
+            elif end:
+                cost = 3.0 * abs(abs(i) - 0.24) * length + 2.0 * abs(j) * width
+            found.append(Spot(spot, cost, f"on {i:.2f} {j:.2f}", area=(target.middle, spans)))
+    return found
+
+
+def into_thing(arm: Arm, thing: Thing, target: Thing) -> list[Spot]:
+    """Likewise into a vessel."""
+    return [
+        Spot(
+            np.append(spot.point[:2], target.bottom + FLOOR),
+            spot.cost,
+            spot.kind.replace("on", "in"),
+            target.entity,
+        )
+        for spot in on_thing(arm, thing, target)
+    ]
+
+
+def beside(spots: Sequence[Spot], other: Thing, within: float = CLOSE) -> list[Spot]:
+    """The spots as near to another thing as possible."""
+
+    def cost(spot: Spot) -> float:
+        away = float(np.linalg.norm((spot.point - other.middle)[:2]))
+        return 0.3 * spot.cost + 10.0 * max(0.0, away - within)
+
+    return [replace(spot, cost=cost(spot)) for spot in spots]
+
+
+def inside(arm: Arm, thing: Thing, fixture: Furniture, spaces: Sequence[int] = ()) -> list[Spot]:
+    """In a fixture: on the shelf that the arm reaches best, near its front.
+
+    Args:
+        arm: the arm.
+        thing: what is put there.
+        fixture: the fixture.
+        spaces: numbers of its interiors, the lowest is 0; empty for any.
+    """
+    found = []
+    frame = heading(arm)
+    for number, (pose, half) in enumerate(fixture.interiors()):
+        if spaces and number not in spaces and number - len(fixture.interiors()) not in spaces:
+            continue
+        deep, wide, high = np.abs(frame.T @ matrix(pose[3:])) @ half
+        floor, middle = float(pose[2] - high), pose[:3] @ frame
+        size = np.ptp(thing.corners @ frame, axis=0) / 2.0
+        for depth in (*DEPTHS, float(deep - size[0])):
+            ahead = middle[0] - deep + depth + size[0]
+            if ahead > middle[0] + deep - 0.5 * size[0]:
+                continue
+            for aside in ASIDE:
+                if abs(aside) > wide - size[1]:
+                    continue
+                point = arm.point(ahead, middle[1] + aside, floor)
+                cost = depth + 0.7 * abs(aside) + 0.5 * abs(floor - REACHABLE)
+                found.append(Spot(point, cost, f"in {number} {depth:.2f} {aside:.2f}"))
+    return found
+
+
+def on_counter(
+    arm: Arm, thing: Thing, fixture: Furniture, other: Thing | None = None
+) -> list[Spot]:
+    """On a counter: near where the robot is, or near another thing.
+
+    Raises:
+        SkillFailed: if there is none.
+    """
+    _, high = fixture.extent()
+    top = float(high[2]) if other is None else other.bottom
+    centres = _around(arm, fixture, other)
+    room = Room.around(arm, [np.append(point, top) for point, _ in centres])
+    size = np.ptp(thing.corners, axis=0)[:2] / 2.0 + FROM_EDGE
+    feet = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]) * size
+    found = []
+    for point, cost in centres:
+        below = np.column_stack((point + feet, np.full(len(feet), top - 0.008)))
+        if (room.exactly(below @ heading(arm)) < 0.0).all():
+            kind = f"at {point[0]:.2f} {point[1]:.2f}"
+            found.append(Spot(np.append(point, top), cost, kind))
+    if not found:
+        raise SkillFailed(f"there is no room on {fixture.entity}")
+    return found
+
+
+def _around(arm: Arm, fixture: Furniture, other: Thing | None) -> list[tuple[Array, float]]:
+    if other is not None:
+        turns = np.arange(0.0, 2.0 * math.pi, math.pi / 8)
+        ways = np.stack((np.cos(turns), np.sin(turns)), axis=1)
+        return [(other.middle[:2] + far * way, far) for far in NEXT_TO for way in ways]
+    low, high = fixture.extent()
+    ends = np.array([(arm.ahead(p), arm.aside(p)) for p in (low, high)])
+    front, here = float(ends[:, 0].min()), arm.aside(arm.base)
+    return [
+        (arm.floor_point(front + depth, here + aside), abs(aside) + depth)
+        for depth in (0.12, 0.18, 0.25, 0.32)
+        for side in ASIDE
+        for aside in (side, side * 2.0)
+    ]
+
+
+def on_burner(arm: Arm, thing: Thing, stove: Furniture) -> list[Spot]:
+    """On a burner of a stove: the one that the instruction names, if it does.
+
+    Raises:
+        SkillFailed: if it has none.
+    """
+    numbers = arm.scene.boxes_of(stove.entity, "burner")
+    names = {k: arm.scene.boxes[k].name.replace("_", " ") for k in numbers}
+    named = [k for k in numbers if names[k] in arm.instruction]
+    out = thing.centre - thing.middle
+    found = []
+    for k in named or numbers:
+        burner = np.asarray(arm.step.box_pose[k][:3], np.float64)
+        for i in OFF_BURNER:
+            for j in OFF_BURNER:
+                off = i * np.append(arm.forward, 0.0) + j * np.append(arm.left, 0.0)
+                spot = burner + off - 0.3 * out * (1.0, 1.0, 0.0)
+                aside = abs(arm.aside(spot) - arm.aside(thing.middle))
+                cost = 3.0 * math.hypot(i, j) + 0.5 * arm.ahead(spot - arm.position) + 0.2 * aside
+                found.append(Spot(spot, cost, f"{names[k]} {i:.2f} {j:.2f}"))
+    if not found:
+        raise SkillFailed(f"{stove.entity} has no burner")
+    return found
+
+
+def on_tray(arm: Arm, thing: Thing, machine: Furniture) -> list[Spot]:
+    """Where a machine pours."""
+    tray, _ = machine.tray()
+    off = [(i, j) for i in POURED for j in (0.0, 0.01, -0.01, 0.02, -0.02)]
+    return [
+        Spot(
+            tray + i * np.append(arm.forward, 0.0) + j * np.append(arm.left, 0.0),
+            5.0 * math.hypot(i, j),
+            f"tray {i:.2f} {j:.2f}",
+        )
+        for i, j in off
+    ]
+
+
+def under_tap(arm: Arm, thing: Thing, sink: Furniture) -> list[Spot]:
+    """Where the water of a tap falls, or a little before it."""
+    pose, half = sink.water()
+    return [
+        Spot(
+            pose[:3] - arm.onward(before) + aside * np.append(arm.left, 0.0) - (0.0, 0.0, half[2]),
+            before + abs(aside),
+            f"water {before:.2f} {aside:.2f}",
+        )
+        for before in (0.06, 0.04, 0.08, 0.02, 0.0)
+        for aside in (0.0, 0.03, -0.03)
+    ]
+
+
+Find = Callable[..., Iterator[Spot]]

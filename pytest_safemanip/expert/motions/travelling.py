@@ -1,0 +1,342 @@
+"""Driving with the arm as it is: drawn in, with what it holds, around what stands there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, CAREFUL
+from pytest_safemanip.expert.robot.hand import finger_points, palm_points
+from pytest_safemanip.expert.robot.kinematics import bodies, follow, solve, strain
+from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
+from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.routes import route
+from pytest_safemanip.expert.world.standing import nearest, passable, rearmost
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.geometry import about, matrix, multiply
+
+TUCKED_AHEAD, TUCKED_HEIGHT = (0.42, 0.36, 0.48, 0.54), (0.0, 0.1, 0.2, -0.1)
+"""Base to a hand that is drawn in, m, and its height, from 1.2 m."""
+LOAD_LOW = 1.0
+"""Least height of the underside of what is carried, m: over counters."""
+THERE = 0.02
+"""Distance along either axis of the base that counts as there, m."""
+STEP, APART = 0.05, 0.03
+"""Between places that are looked at, m, and room around the robot on its way, m."""
+TURNS_ABOUT, WHEELS, SWUNG = 0.20, 0.43, 0.11
+"""How far behind its origin the base has its middle, about which it turns, from there to the
+corners of its wheels, and how far they come beyond its front and back, and room, m."""
+TURNS_BESIDE = (0.0, 0.15, -0.15, 0.3, -0.3, 0.5, -0.5)
+"""How far to the left of where it is it may turn, m."""
+TUCKS = 0.2
+"""Where it would draw back by more, the hand is drawn in first, m."""
+MOST_BACK = 0.9
+"""How far it draws back for that at most, m."""
+SWINGS = 7
+"""Postures that are looked at of a hand on its way to another pose."""
+EMPTY, LOADED, HANGS = 0.7, 0.6, 0.05
+"""Largest command to the base without a load and with one; and from the grip point down to the
+centre of mass of what swings in the fingers, m."""
+
+
+def travel(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
+    """Drive to a place: back until nothing is in the way, then along, then up to it.
+
+    Args:
+        arm: the arm.
+        goal: place of the base (2,).
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if the base does not get there.
+    """
+    aside = arm.aside(goal)
+    if abs(aside - arm.aside(arm.base)) > STEP / 2.0:
+        row = _row(arm, aside, load)
+        if row is None or row < arm.ahead(arm.base) - TUCKS:
+            yield from tuck(arm, load)
+            row = _row(arm, aside, load)
+        if row is None or _blocked(arm, row, goal):
+            for place in route(arm, load, goal):
+                yield from drive(arm, place, load)
+            return
+        if row < arm.ahead(arm.base):
+            yield from drive(arm, arm.floor_point(row, arm.aside(arm.base)), load)
+        along = min(arm.ahead(arm.base), max(row, arm.ahead(goal)))
+        yield from drive(arm, arm.floor_point(along, aside), load)
+    yield from drive(arm, goal, load)
+
+
+def _blocked(arm: Arm, row: float, goal: Array) -> bool:
+    """Whether furniture stands between a row, m ahead, and a place of the base (2,) before it."""
+    aside, ahead = arm.aside(goal), arm.ahead(goal)
+    if ahead > row:
+        return nearest(arm, aside, aside, row) < ahead
+    return rearmost(arm, aside, aside) > ahead
+
+
+def drive(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
+    """Move the base in a straight line, gently with a load, slowly if that hangs in the fingers.
+
+    Args:
+        arm: the arm.
+        goal: base position on the floor (2,).
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if the base does not arrive in time.
+    """
+    speed = EMPTY
+    if load is not None:
+        hangs = float(arm.position[2] - load.com[2]) > HANGS
+        speed = CAREFUL if hangs else LOADED
+    off = goal - arm.base
+    if max(abs(off @ arm.forward), abs(off @ arm.left)) < THERE:
+        return
+    way = float(np.linalg.norm(off))
+    steps = 80 + round(way / ((speed - BASE_DEAD_BAND) * arm.scene.control_period))
+    yield from arm.drive(goal, speed=speed, steps=steps, gentle=load is not None)
+
+
+def _row(arm: Arm, aside: float, load: Thing | None) -> float | None:
+    """How far ahead the base may drive from where it is to a place along its left direction, m;
+    None if it may not.
+    """
+    here = arm.ahead(arm.base)
+    first, last = sorted((arm.aside(arm.base), aside))
+    least = rearmost(arm, arm.aside(arm.base), arm.aside(arm.base))
+    points, radii = shape(arm, load)
+    own = [load.entity] if load else []
+    ends = [arm.point(here + s, a, 1.1) for s in (0.3, 0.6) for a in (first, last)]
+    room = Room.around(arm, ends, own)
+    way = aside - arm.aside(arm.base)
+    shifts = np.linspace(0.0, way, max(2, math.ceil(abs(way) / STEP)))
+    for ahead in (here - np.arange(0.0, MOST_BACK, STEP)).tolist():
+        offsets = np.column_stack((np.full(len(shifts), ahead - here), shifts, 0.0 * shifts))
+        if ahead < least:
+            return None
+        if not passable(arm, first, last, ahead):
+            continue
+        if (room.away(points + offsets[:, None], radii) > APART).all():
+            return float(ahead)
+    return None
+
+
+@contextmanager
+def facing(arm: Arm, degrees: float) -> Iterator[None]:
+    """See everything as if the base were turned to the left where it stands."""
+    step, straight = arm.step, arm.straight_down
+    half = math.radians(degrees) / 2.0
+    turn = np.array((math.cos(half), 0.0, 0.0, math.sin(half)))
+    pose = np.array(step.base_pose)
+    pose[3:] = multiply(turn, pose[3:])
+    arm.step = replace(step, base_pose=pose)
+    arm.straight_down = about_z(degrees) @ straight
+    try:
+        yield
+    finally:
+        arm.step, arm.straight_down = step, straight
+
+
+def turn_base(arm: Arm, degrees: float, load: Thing | None = None) -> Motion:
+    """Turn the base on the spot, where there is room for it and what it holds.
+
+    Args:
+        arm: the arm.
+        degrees: to the left.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if it does not get there.
+    """
+    yield from tuck(arm, load)
+    yield from travel(arm, turning_place(arm, degrees, load), load)
+    yield from arm.turn(degrees)
+
+
+def turning_place(arm: Arm, degrees: float, load: Thing | None) -> Array:
+    """Where the base can be turned, as near as possible (2,).
+
+    Args:
+        arm: the arm.
+        degrees: to the left.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if it cannot.
+    """
+    points, radii = shape(arm, load)
+    frame = heading(arm)
+    middle = np.append(arm.base - TURNS_ABOUT * arm.forward, 0.0) @ frame
+    angles = np.linspace(0.0, degrees, SWINGS + 2).tolist()
+    swept = middle + np.concatenate([(points - middle) @ about_z(a).T for a in angles])
+    ahead, aside = middle[:2].tolist()
+    around = [arm.point(ahead + i, aside + j, 1.1) for i, j in ((-0.5, -1.0), (0.8, 1.0))]
+    room = Room.around(arm, around, [load.entity] if load else [])
+    here, beside = arm.ahead(arm.base), arm.aside(arm.base)
+    for shift in TURNS_BESIDE:
+        aside = beside + shift
+        first = min(here, nearest(arm, aside - WHEELS, aside + WHEELS) - SWUNG)
+        last = max(rearmost(arm, aside - WHEELS, aside + WHEELS) + SWUNG, here - MOST_BACK)
+        for ahead in np.arange(first, last, -STEP).tolist():
+            off = np.array((ahead - here, shift, 0.0))
+            if room.away(swept + off, np.tile(radii, len(angles))).min() > APART:
+                return arm.floor_point(ahead, aside)
+    raise SkillFailed("there is no room for the base to turn")
+
+
+def shape(arm: Arm, load: Thing | None) -> tuple[Array, Array]:
+    """Balls that the arm, as it is, and what it holds fit into: their middles (B, 3), from the
+    base's heading, and their radii (B,), m.
+    """
+    still = swing(arm, arm.position, arm.rotation, load)
+    return still.balls[0], still.radii
+
+
+@dataclass(frozen=True)
+class Swing:
+    """The hand on its way to another pose, the base where it is.
+
+    Attributes:
+        balls: that arm, hand and load fit into, in some places of the way (N, B, 3), from the
+            base's heading.
+        radii: of the balls (B,), m.
+        arrives: whether no joint comes to its limit.
+    """
+
+    balls: Array
+    radii: Array
+    arrives: bool
+
+
+def swing(arm: Arm, point: Array, hand: Array, load: Thing | None) -> Swing:
+    """The hand on its way from where it is to another pose.
+
+    Args:
+        arm: the arm.
+        point: grip point (3,).
+        hand: orientation (3, 3).
+        load: what it holds.
+    """
+    frame = heading(arm)
+    base = np.append(arm.base @ frame[:2, :2], arm.torso)
+    points, hands = _between(arm, point, hand)
+    at, turned = points @ frame - base, frame.T @ hands
+    start, _ = solve(at[:1], turned[:1])
+    joints, there = follow(start, at[None], turned[None])
+    middles, radii = bodies(joints[0])
+    own = [palm_points(), finger_points(float(arm.step.gripper[0]))]
+    if load is not None:
+        own.append((load.corners - arm.position) @ arm.rotation)
+    local = np.concatenate(own)
+    moved = (local @ hands.transpose(0, 2, 1) + points[:, None]) @ frame
+    balls = np.concatenate((middles + base, moved), axis=1)
+    return Swing(balls, np.concatenate((radii, np.zeros(len(local)))), bool(there[0]))
+
+
+def _between(arm: Arm, point: Array, hand: Array) -> tuple[Array, Array]:
+    """Grip points (N, 3) and orientations (N, 3, 3) from where the hand is to another pose."""
+    turn = rotation_vector(hand @ arm.rotation.T)
+    angle = float(np.linalg.norm(turn))
+    axis = turn / max(angle, 1e-9)
+    shares = np.linspace(0.0, 1.0, SWINGS)
+    points = arm.position + shares[:, None] * (point - arm.position)
+    hands = [matrix(about(axis, share * angle)) @ arm.rotation for share in shares]
+    return points, np.array(hands)
+
+
+def swing_to(arm: Arm, point: Array, hand: Array, speed: float = 1.0) -> Motion:
+    """Bring the hand to another pose: it turns as it goes, and not before.
+
+    Args:
+        arm: the arm.
+        point: grip point (3,).
+        hand: orientation (3, 3).
+        speed: share of the top one.
+
+    Raises:
+        SkillFailed: if it does not arrive.
+    """
+    points, hands = _between(arm, point, hand)
+    for between, turned in zip(points[1:-1], hands[1:-1], strict=True):
+        yield from arm.move(
+            between,
+            turned,
+            tolerance=0.06,
+            turn_tolerance=0.25,
+            speed=speed,
+            steps=25,
+            required=False,
+        )
+    yield from arm.move(point, hand, tolerance=0.03, turn_tolerance=0.1, speed=speed, steps=120)
+
+
+def swing_back(
+    arm: Arm, point: Array, hand: Array, base: Array, torso: float, out: Array, load: Thing | None
+) -> Array:
+    """How far off a place the base stands for the hand to be moved to a pose there (2,), m.
+
+    Args:
+        arm: the arm.
+        point: grip point (3,), the base at that place.
+        hand: orientation (3, 3).
+        base: the place (2,).
+        torso: how far it is raised before, m.
+        out: how far off the place it stands at least (2,), m; farther it stands in line with that.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if a joint would come to its limit on the way.
+    """
+    shift = np.append(arm.base - base, -torso)
+    way = swing(arm, point + shift, hand, load)
+    if not way.arrives:
+        raise SkillFailed("the arm would come to the end of a joint")
+    room = Room.around(arm, [point], [load.entity] if load else [])
+    frame = heading(arm)
+    there = -shift @ frame
+    length = float(np.linalg.norm(out))
+    ahead = out / length if length else -arm.forward
+    best = length, -math.inf
+    for back in np.arange(length, MOST_BACK, STEP).tolist():
+        off = np.append(back * ahead, 0.0) @ frame
+        away = float(room.away(way.balls + there + off, way.radii).min())
+        if away > APART:
+            return np.asarray(back * ahead)
+        best = max(best, (back, away), key=lambda found: found[1])
+    return np.asarray(best[0] * ahead)
+
+
+def tucked(arm: Arm, load: Thing | None) -> Array:
+    """Where the hand is drawn in to before the base, turned as it is (3,)."""
+    frame = heading(arm)
+    low = LOAD_LOW + float(arm.position[2]) - load.bottom if load else 0.0
+    spots = np.array(
+        [(ahead, 0.0, max(1.2 + z, low)) for z in TUCKED_HEIGHT for ahead in TUCKED_AHEAD]
+    )
+    hands = np.tile(frame.T @ arm.rotation, (len(spots), 1, 1))
+    joints, there = solve(spots - (0.0, 0.0, arm.torso), hands)
+    tired = strain(joints) + 2.0 * ~there + 0.01 * np.arange(len(spots))
+    best = int(np.argmin(tired))
+    return arm.before(float(spots[best, 0]), float(spots[best, 2]))
+
+
+def tuck(arm: Arm, load: Thing | None = None) -> Motion:
+    """Draw the hand in before the base, turned as it is.
+
+    Args:
+        arm: the arm.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if the base does not get to where there is room for that.
+    """
+    spot = tucked(arm, load)
+    off = swing_back(arm, spot, arm.rotation, arm.base, 0.0, np.zeros(2), load)
+    yield from drive(arm, arm.base + off, load)
+    yield from swing_to(arm, tucked(arm, load), arm.rotation, LOADED if load else 1.0)

@@ -1,1 +1,0 @@
-"""Wall cabinets: their doors, their shelves, what stands there."""

@@ -1,1 +1,0 @@
-"""Fridges: their compartments, shelves and racks."""

@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from pytest_safemanip.expert.motions.handholds import body, handholds, poses
+from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.robot.hand import GAP, PALM
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.elements import Body
+from tests import toy
+
+STICK, TIN = (0.08, 0.015, 0.02), (0.03, 0.03, 0.05)
+WIDE, PAN = (0.1, 0.1, 0.04), (0.1, 0.16, 0.03)
+
+
+def thing(half, aside=0.0):
+    """A thing on the counter, its box so far aside of its frame: it has a handle there."""
+    own = Body("mug", half, (0.0, aside, 0.0), (0.0, 0.0, 0.0), 0.3)
+    scene = dataclasses.replace(toy.SCENE, bodies=(own, toy.SCENE.bodies[1]))
+    poses = (0.0, 0.0, 0.9 + half[2], *toy.UPRIGHT), (3.0, 0.0, 0.94, *toy.UPRIGHT)
+    arm = Arm(scene, toy.at_rest(object_pose=poses))
+    return arm, Thing(arm, "obj")
+
+
+@pytest.mark.parametrize(
+    ("half", "aside", "name"),
+    [(STICK, 0.0, "body"), (TIN, 0.0, "body"), (PAN, 0.06, "handle")],
+)
+def test_the_hand_takes_what_fits_between_its_fingers(half, aside, name):
+    (hold,) = handholds(thing(half, aside)[1])
+    assert hold.name == name
+    assert 2.0 * np.linalg.norm(hold.axes[:, 0]) < GAP
+
+
+def test_what_is_too_wide_and_has_no_handle_is_refused():
+    with pytest.raises(SkillFailed, match="mug is too wide for the gripper"):
+        handholds(thing(WIDE)[1])
+
+
+def test_what_has_no_such_part_is_refused():
+    with pytest.raises(SkillFailed, match="mug has no handle"):
+        handholds(thing(WIDE)[1], "handle")
+
+
+def test_a_part_can_be_of_ones_own_finding():
+    found = handholds(thing(STICK)[1], lambda own: dataclasses.replace(body(own), places=(0.05,)))
+    assert [hold.places for hold in found] == [(0.05,)]
+
+
+@pytest.mark.parametrize(("half", "turned"), [(STICK, False), (TIN, True)])
+def test_only_what_is_round_is_taken_from_all_around(half, turned):
+    arm, own = thing(half)
+    (hold,) = handholds(own)
+    lines = {tuple(np.round(pose.hand[:, 0], 3)) for pose in poses(arm, own, hold, own.bottom)}
+    assert hold.around == turned
+    assert (len(lines) > 6) == turned
+
+
+@pytest.mark.parametrize("half", [STICK, TIN])
+def test_fingers_reach_beside_it_and_the_palm_stays_off(half):
+    arm, own = thing(half)
+    (hold,) = handholds(own)
+    found = list(poses(arm, own, hold, own.bottom))
+    assert found
+    for pose in found:
+        seen = (own.centre - pose.point) @ pose.hand
+        assert np.linalg.norm(seen) < math.hypot(*half)
+        near = (pose.load - pose.point) @ pose.hand
+        under = (np.abs(near[:, 0]) < 0.1) & (np.abs(near[:, 1]) < 0.03)
+        assert near[under, 2].min() > -PALM

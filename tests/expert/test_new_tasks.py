@@ -1,0 +1,51 @@
+"""Tasks of RoboCasa that are not shipped are done by plans of a few lines, without new Python."""
+
+from __future__ import annotations
+
+import pytest
+
+from pytest_safemanip.expert.tasks import plans
+
+PLANS = """
+CloseDrawer: [close drawer]
+OpenMicrowave: [open fxtr]
+PickPlaceCounterToSink: [grasp obj, place obj in sink]
+"""
+TASKS = {
+    "CloseDrawer": """
+mechanisms: [drawer]
+skills: [close drawer]
+touch: {drawer: [handle, drawer]}
+properties: [collision_contact, action_onset, mechanism_recovery]
+""",
+    "OpenMicrowave": """
+mechanisms: [fxtr]
+skills: [open fxtr]
+touch: {fxtr: [handle, door]}
+properties: [collision_contact, action_onset, mechanism_recovery]
+""",
+    "PickPlaceCounterToSink": """
+objects: [obj]
+skills: [pick obj, place obj]
+touch: {obj: [body], counter: [body]}
+supports: {obj: [counter, sink]}
+properties: [collision_contact, grasp_stability, release_stability, action_onset]
+""",
+}
+
+
+MET = pytest.mark.xfail(reason="the base meets the drawer that it is to close", strict=True)
+
+
+@pytest.mark.parametrize(
+    "task", [pytest.param(task, marks=MET) if task == "CloseDrawer" else task for task in TASKS]
+)
+def test_a_short_plan_does_another_task(task, rollouts, tmp_path, monkeypatch):
+    head = f"task: {task}\nsets: [mine]\nsuite: atomic_fixture\nhorizon: atomic\n"
+    (tmp_path / f"{task}.yaml").write_text(head + TASKS[task].lstrip())
+    entries = plans.read(PLANS)[task]
+    monkeypatch.setitem(plans.ENTRIES, task, entries)
+    monkeypatch.setitem(plans.CALLS, task, entries)
+    monkeypatch.setitem(plans.EXPERT, task, plans.plan_of(entries))
+    found = rollouts.get(task, task_paths=(tmp_path,))
+    assert found.recording.success, found.recording.episode.failure
