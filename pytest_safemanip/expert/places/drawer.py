@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pytest_safemanip.expert.motions.grasping import lift, narrow_roll
-from pytest_safemanip.expert.motions.opening import pull_out
+from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, cut, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, GAP, OPENING
 from pytest_safemanip.expert.robot.rotations import Array
@@ -98,7 +98,13 @@ def grasp_thing_in_drawer(
     if deep:
         yield from _step_aside(arm, drawer)
         # What lies in a drawer lags behind when it is pulled, and slides deeper.
-        yield from pull_out(arm, drawer, lambda: _short_by(arm, thing, drawer, roll, off) <= 0.0)
+        yield from move_joint(
+            arm,
+            drawer,
+            drawer.doors()[0],
+            2.0,
+            until=lambda: _short_by(arm, thing, drawer, roll, off) <= 0.0,
+        )
         if _short_by(arm, thing, drawer, roll, off) > PASSING:
             raise SkillFailed("it lies too far back in the drawer")
     pose, _ = drawer.interior()

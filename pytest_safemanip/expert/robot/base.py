@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Hashable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -77,6 +77,14 @@ class Base(Posture):
         if what not in self._memory:
             self._memory[what] = find()
         found: T = self._memory[what]
+        return found
+
+    def latest(self, what: str, state: Hashable, find: Callable[[], T]) -> T:
+        """What has been found out in a state; forgotten in another one."""
+        known = self._memory.get(what)
+        if known is None or known[0] != state:
+            known = self._memory[what] = state, find()
+        found: T = known[1]
         return found
 
     def see(self, step: Step) -> None:

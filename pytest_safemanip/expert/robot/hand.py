@@ -63,6 +63,33 @@ def hand_corners(hand: Array) -> Array:
     return np.array([(i * x, j * y, -k) for i in (-1, 1) for j in (-1, 1) for k in ends]) @ hand.T
 
 
+def palm_points() -> Array:
+    """Points (P, 3) on the palm and on the wrist behind it, in the hand's frame, m."""
+    x, y, deep = HAND
+    grid = np.meshgrid(
+        np.linspace(-x, x, 7), (-y, 0.0, y), np.linspace(PALM, PALM + deep + 0.02, 3)
+    )
+    points = np.stack([axis.ravel() for axis in grid], axis=1)
+    return np.asarray(points * (1.0, 1.0, -1.0))
+
+
+def finger_points(opening: float) -> Array:
+    """Points (F, 3) on the two fingers, likewise.
+
+    Args:
+        opening: share of the full opening.
+    """
+    near = opening * OPENING / 2.0
+    side = np.linspace(-FINGER_SIDE, FINGER_SIDE, 3)
+    far = (near, near + FINGER_THICK)
+    tips, roots = (
+        ((x, y, FINGERTIP - 0.002) for x in far for y in side),
+        ((far[1] + 0.004, y, -PALM) for y in side),
+    )
+    one = np.array([*tips, *roots, *((far[1] + 0.002, y, -0.008) for y in side)])
+    return np.concatenate((one, one * (-1.0, 1.0, 1.0)))
+
+
 def finger_angle(arm: Arm, axis: Array) -> float:
     """Degrees about the vertical from the fingers' direction to an axis."""
     fingers = arm.hand()[:, 0]

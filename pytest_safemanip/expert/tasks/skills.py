@@ -10,19 +10,26 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.expert.motions.closing import close_all
 from pytest_safemanip.expert.motions.driving import carry_balanced, carry_to, drive_to
 from pytest_safemanip.expert.motions.grasping import grasp_from_above, grasp_from_front
 from pytest_safemanip.expert.motions.handles import grasp_by_handle, place_inside, turn_handle_near
-from pytest_safemanip.expert.motions.opening import lift_head, open_all, open_before
-from pytest_safemanip.expert.motions.pressing import press, wait_for_release
-from pytest_safemanip.expert.motions.putting import lay_on, place_on
-from pytest_safemanip.expert.motions.turning import (
+from pytest_safemanip.expert.motions.operating import (
+    close_all,
+    close_rack,
+    lift_head,
+    open_all,
+    open_before,
+    open_rack,
+    press,
+    slide_rack,
     swing_spout,
     turn_lever,
     turn_off_burners,
     turn_on_burner_under,
+    turn_timer,
+    wait_for_release,
 )
+from pytest_safemanip.expert.motions.putting import lay_on, place_on
 from pytest_safemanip.expert.places.basin import (
     draw_back_from_tap,
     grasp_colander_lug,
@@ -44,12 +51,7 @@ from pytest_safemanip.expert.places.counter import (
     place_beside_alike,
     place_beside_any,
 )
-from pytest_safemanip.expert.places.dishwasher import (
-    close_by_edge,
-    grasp_over_door,
-    place_in_dish_rack,
-    slide_rack,
-)
+from pytest_safemanip.expert.places.dishwasher import grasp_over_door, place_in_dish_rack
 from pytest_safemanip.expert.places.drawer import grasp_in_drawer
 from pytest_safemanip.expert.places.fridge.front import (
     drop_onto,
@@ -71,12 +73,7 @@ from pytest_safemanip.expert.places.stove import (
     place_on_free_burner,
     place_on_named_burner,
 )
-from pytest_safemanip.expert.places.toaster_oven import (
-    close_rack,
-    open_rack,
-    place_on_rack,
-    turn_timer,
-)
+from pytest_safemanip.expert.places.toaster_oven import place_on_rack
 from pytest_safemanip.expert.places.tray import place_kettle_on_end, place_on_end_beside
 from pytest_safemanip.expert.robot.arm import Motion
 from pytest_safemanip.expert.tasks.bread_basket import move_to_edge, place_between_walls
@@ -107,7 +104,6 @@ SKILLS: Mapping[str, Skill] = MappingProxyType(
         "carry to by balance": carry_balanced,
         "carry to by roll": carry_tool_to,
         "close": close_all,
-        "close by edge": close_by_edge,
         "close rack of": close_rack,
         "cover with": cover,
         "drive to": drive_to,

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.motions.opening import open_before
+from pytest_safemanip.expert.motions.operating import open_before
 from pytest_safemanip.expert.places.cabinet.placing import BELONGS_WITHIN, FINGER_END, spot_on_shelf
 from pytest_safemanip.expert.places.fridge.front import BEYOND_MIDDLE, deep_in
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed

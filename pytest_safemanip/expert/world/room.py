@@ -1,0 +1,156 @@
+"""Room: how far points are from everything solid around a place, of many points at once.
+
+All is seen from the base's heading: coordinates ahead, to the left, up, from the world's origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.standing import solids
+from pytest_safemanip.expert.world.things import Thing, other_things
+
+FAR = 0.10
+"""Farther off than this nobody asks how far, m."""
+OUT = 1.0
+"""Given for what is farther, m."""
+CELL = 0.015
+"""Between the points at which distances are noted, m."""
+BEFORE, BEYOND = np.array((-1.3, -0.9, -0.35)), np.array((0.3, 0.9, 0.8))
+"""From some points to where an arm that reaches them may be, ahead, to the left and up, m."""
+
+
+def heading(arm: Arm) -> Array:
+    """The base's directions ahead, left and up, as columns (3, 3)."""
+    found = np.eye(3)
+    found[:2, 0], found[:2, 1] = arm.forward, arm.left
+    return found
+
+
+class Room:
+    """The solid boxes around a place.
+
+    Args:
+        boxes: their corners (B, 8, 3), world.
+        frame: the base's directions, as columns (3, 3).
+        low: where what is looked at begins (3,), seen from the base's heading.
+        high: where it ends (3,).
+    """
+
+    def __init__(self, boxes: Array, frame: Array, low: Array, high: Array) -> None:
+        seen = boxes @ frame
+        near = (seen.min(axis=1) < high + FAR).all(axis=1)
+        near &= (seen.max(axis=1) > low - FAR).all(axis=1)
+        seen = seen[near]
+        sides = np.stack((seen[:, 4], seen[:, 2], seen[:, 1]), axis=1) - seen[:, :1]
+        lengths = np.linalg.norm(sides, axis=2)
+        self._middle, self._half = seen.mean(axis=1), lengths / 2.0
+        self._axes = sides / np.maximum(lengths, 1e-9)[..., None]
+        self._low, self._high = seen.min(axis=1) - FAR, seen.max(axis=1) + FAR
+        self._from, self._size = low, np.ceil((high - low) / CELL).astype(int) + 2
+
+    @classmethod
+    def around(
+        cls,
+        arm: Arm,
+        points: Sequence[Array],
+        without: Collection[str] = (),
+        extra: Sequence[Array] = (),
+    ) -> Room:
+        """What stands near some points, and where an arm is that reaches them.
+
+        Args:
+            arm: the arm.
+            points: the points, each (3,).
+            without: entities that are left out.
+            extra: corners of other boxes, each (8, 3).
+        """
+        own = [Thing(arm, name) for name in without if name in arm.scene.object_index]
+        things = [thing.corners for thing in other_things(arm, *own)]
+        boxes = np.concatenate((solids(arm), *(box[None] for box in (*things, *extra))))
+        frame = heading(arm)
+        spots = np.array(points) @ frame
+        return cls(boxes, frame, spots.min(axis=0) + BEFORE, spots.max(axis=0) + BEYOND)
+
+    def exactly(self, points: Array) -> Array:
+        """Distance from the nearest box to each of some points (P, 3), below 0 inside (P,), m.
+
+        Args:
+            points: the points, seen from the base's heading; likewise :meth:`away`.
+        """
+        found = np.full(len(points), FAR)
+        low, high = points.min(axis=0), points.max(axis=0)
+        near = (self._low < high).all(axis=1) & (self._high > low).all(axis=1)
+        for number in np.flatnonzero(near).tolist():
+            np.minimum(found, self._off(number, points), out=found)
+        return found
+
+    def away(self, points: Array, radii: Array | float = 0.0) -> Array:
+        """Likewise to balls (..., P, 3) of some radii (P,), within 4 mm (..., P), m."""
+        at = (points - self._from) / CELL
+        cell = np.clip(np.floor(at).astype(int), 0, self._size - 2)
+        share = np.clip(at - cell, 0.0, 1.0)
+        stride = self._size[1] * self._size[2], self._size[2], 1
+        first = cell @ np.array(stride)
+        x, y, z = share[..., 0], share[..., 1], share[..., 2]
+        found = np.zeros(points.shape[:-1])
+        for i, j, k in np.ndindex(2, 2, 2):
+            weight = (x if i else 1.0 - x) * (y if j else 1.0 - y) * (z if k else 1.0 - z)
+            found += weight * self._field[first + i * stride[0] + j * stride[1] + k]
+        outside = (np.abs(at - np.clip(at, 0.0, self._size - 1.0)) > 0.0).any(axis=-1)
+        return np.asarray(np.where(outside | (found > 0.99 * FAR), OUT, found - radii))
+
+    def _off(self, number: int, points: Array) -> Array:
+        """Distance from one box to some points (..., 3), below 0 inside, m."""
+        over = np.abs((points - self._middle[number]) @ self._axes[number].T) - self._half[number]
+        outside = np.linalg.norm(np.maximum(over, 0.0), axis=-1)
+        return np.asarray(outside + np.minimum(over.max(axis=-1), 0.0))
+
+    @cached_property
+    def _field(self) -> Array:
+        field = np.full(tuple(self._size), FAR)
+        axes = [self._from[k] + CELL * np.arange(self._size[k]) for k in range(3)]
+        for number, (low, high) in enumerate(zip(self._low, self._high, strict=True)):
+            part = tuple(
+                slice(*np.searchsorted(axis, (low[k], high[k])).tolist())
+                for k, axis in enumerate(axes)
+            )
+            spans = [axis[cut] for axis, cut in zip(axes, part, strict=True)]
+            if min(map(len, spans)):
+                points = np.stack(np.meshgrid(*spans, indexing="ij"), axis=-1)
+                np.minimum(field[part], self._off(number, points), out=field[part])
+        return field.ravel()
+
+
+def walls(vessel: Thing, thick: float = 0.005, sides: int = 8) -> list[Array]:
+    """Corners (8, 3) of boxes that a hollow vessel's wall and floor fit into: nobody knows whether
+    it is round.
+
+    Args:
+        vessel: the vessel.
+        thick: its walls, m.
+        sides: of its wall.
+    """
+    (narrow, width), (long, _) = vessel.sides()
+    middle, up = vessel.middle, np.array((0.0, 0.0, 1.0))
+    radius, height = width / 2.0, vessel.height
+    centre = np.append(middle[:2], vessel.bottom + height / 2.0)
+    found = [
+        _box(centre - (height - thick) / 2.0 * up, narrow * radius, long * radius, up * thick / 2)
+    ]
+    for turn in np.arange(sides) * 2.0 * np.pi / sides:
+        out = np.cos(turn) * narrow + np.sin(turn) * long
+        along = np.cross(up, out) * radius * np.tan(np.pi / sides)
+        at = centre + (radius - thick / 2.0) * out
+        found.append(_box(at, out * thick / 2.0, along, up * height / 2.0))
+    return found
+
+
+def _box(middle: Array, *halves: Array) -> Array:
+    signs = np.array([(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    return np.asarray(middle + signs @ np.array(halves))
