@@ -58,7 +58,7 @@ EDGE, SLIPPED, FOR_PULLING, FOR_PUSHING, HOOKED, CROWDED = 1.2, 0.8, 0.6, 1.0, 0
 """Costs: of pinching what is not made for it, or what slipped; of pushing what is to be opened, of
 pinching what is to be closed, of one finger alone, and for each m by which the hand would be in
 something later."""
-SPOTS, MOST, LIKELY = 24, 500, 150
+SPOTS, MOST, LIKELY = 24, 1000, 400
 """Places that are pushed, holds that are looked at, and those that are offered."""
 
 

@@ -34,8 +34,8 @@ STUCK = 0.02
 """A hold that takes it less far along, share of its travel, is the last one."""
 REACHES, SHIFTS = (0.64, 0.54, 0.74), (0.0, 0.13, -0.13, 0.3, -0.3, 0.45, -0.45)
 """Base to hand, and how much farther to the left than in line with it the base stands, m."""
-LONGEST = 0.86
-"""Base to hand at most, m."""
+LONGEST, STAYS = 0.86, 0.6
+"""Base to hand at most, m, and the cost of staying where it is."""
 BEFORE, NEAR = 0.12, 0.03
 """From where a hand comes straight in, and slowly, m."""
 STRAIGHT, OVER, *ROUND = range(4)
@@ -172,13 +172,22 @@ class _Takes:
         effort = 0.3 * np.repeat(range(len(REACHES)), len(SHIFTS)) + 1.5 * np.abs(shift)
         aside = points[:, 1:2] - far * np.sin(bearing)[:, None] + shift
         ahead = points[:, :1] - far * np.cos(bearing)[:, None]
-        limit, passing = self._limits(aside)
-        stand = np.minimum(ahead, limit)
-        blocked = passing < np.maximum(stand, arm.ahead(arm.base))
-        cost = np.array([h.cost for h in found])[:, None] + effort + 2.0 * (ahead - stand)
-        cost[points[:, :1] - stand > LONGEST] = np.inf
+        here = arm.ahead(arm.base), arm.aside(arm.base)
+        ahead, aside = (
+            np.append(places, np.full((len(found), 1), stays), axis=1)
+            for places, stays in zip((ahead, aside), here, strict=True)
+        )
+        front, rear, passing, backing = self._limits(aside)
+        stand = np.maximum(np.minimum(ahead, front), rear)
+        cost = np.array([h.cost for h in found])[:, None] + np.append(effort, STAYS)
+        cost += 2.0 * np.abs(ahead - stand)
+        cost[(points[:, :1] - stand > LONGEST) | (stand > front)] = np.inf
         self._at = np.stack((stand, aside), axis=2)
         routes = np.arange(ROUND[-1] + 1)
+        drawn = np.minimum(stand, here[0])[..., None] - np.array(BACKS)
+        self._back = np.maximum(drawn, backing[..., None])
+        straight = np.repeat(np.maximum(stand, here[0])[..., None], ROUND[0], axis=2)
+        blocked = passing[..., None] < np.append(straight, self._back, axis=2)
         pushed = np.array([not h.pinched for h in found])
         own = np.concatenate(
             (points / 0.08, hands[:, :, 2] / 0.5, hands[:, :, 0] / 0.7, pushed[:, None] * 1.5),
@@ -194,9 +203,7 @@ class _Takes:
             axis=3,
         )
         self._points, self._hands, self._shape = points, hands, shape
-        total = (
-            cost[:, :, None] + 0.25 * routes + BLOCKED * blocked[:, :, None] * (routes < ROUND[0])
-        )
+        total = cost[:, :, None] + 0.25 * routes + BLOCKED * blocked
         cells = np.round(self._at / GRID).astype(int).reshape(-1, 2)
         place = np.unique(cells, axis=0, return_inverse=True)[1].reshape(*cost.shape, 1)
         drives = place * len(routes) + np.maximum(routes, OVER)
@@ -235,10 +242,8 @@ class _Takes:
             return [stand, *legs], hold.opening
         if route == OVER:
             return [stand, Leg(raised(before, ABOVE), hand, 0.03), *legs], hold.opening
-        here = arm.aside(arm.base)
-        back = min(ahead, arm.ahead(arm.base)) - BACKS[route - ROUND[0]]
-        back = max(back, rearmost(arm, here, here))
-        drawn = [Leg(arm.floor_point(back, side)) for side in (here, aside)]
+        back = float(self._back[which, place, route - ROUND[0]])
+        drawn = [Leg(arm.floor_point(back, side)) for side in (arm.aside(arm.base), aside)]
         posed = Leg(before - arm.onward(ahead - back), hand, 0.03)
         return [*drawn, posed, stand, *legs], hold.opening
 
@@ -250,18 +255,23 @@ class _Takes:
         tired = strain(joints)
         return np.where(there, np.maximum(0.0, tired - TIRED) / (1.0 - TIRED), np.inf)
 
-    def _limits(self, aside: Array) -> tuple[Array, Array]:
-        """How far ahead the base may stand at some places sideways, and how far on the way there
-        from where it is, m.
+    def _limits(self, aside: Array) -> tuple[Array, Array, Array, Array]:
+        """How far ahead, and how far back, the base may stand at some places sideways, and on the
+        way there from where it is, m.
         """
-        here = round(self._arm.aside(self._arm.base) / GRID)
+        arm = self._arm
+        here = round(arm.aside(arm.base) / GRID)
         cells = np.round(aside / GRID).astype(int)
         first, last = min(here, int(cells.min())), max(here, int(cells.max()))
-        free = np.array([nearest(self._arm, n * GRID, n * GRID) for n in range(first, last + 1)])
-        start = here - first
-        right = np.minimum.accumulate(free[start::-1])[::-1]
-        passing = np.concatenate((right, np.minimum.accumulate(free[start:])[1:]))
-        return free[cells - first], passing[cells - first]
+        places, start = [n * GRID for n in range(first, last + 1)], here - first
+        front = np.array([nearest(arm, at, at) for at in places])
+        rear = np.array([rearmost(arm, at, at) for at in places])
+        passing, backing = (
+            np.append(least(side[start::-1])[::-1], least(side[start:])[1:])
+            for side, least in ((front, np.minimum.accumulate), (rear, np.maximum.accumulate))
+        )
+        index = cells - first
+        return front[index], rear[index], passing[index], backing[index]
 
 
 SLOWEST, FASTEST, PULLED, BRAKE = 0.02, 0.15, 0.08, 1.0
@@ -345,9 +355,10 @@ def follow(
         )
         # The hand turns in between.
         if base and (by_base or number % 2):
-            yield _drive(arm, ahead.point - arm.position, wanted)
+            driven = _drive(arm, ahead.point - arm.position, wanted)
         else:
-            yield arm.towards(ahead.point, ahead.hand)
+            driven = None
+        yield arm.towards(ahead.point, ahead.hand) if driven is None else driven
 
 
 def _stretched(arm: Arm, target: Array, within: float) -> bool:
@@ -356,23 +367,28 @@ def _stretched(arm: Arm, target: Array, within: float) -> bool:
     return not (NEAREST + within < ahead < FARTHEST - within and aside < ASIDE - within)
 
 
-def _drive(arm: Arm, way: Array, speed: float) -> Array:
-    """The action that drives the base along a way, at a speed, m/s; back, where something is."""
+def _drive(arm: Arm, way: Array, speed: float) -> Array | None:
+    """The action that drives the base along a way, at a speed, m/s, or back where something stands
+    there; None if it cannot drive.
+    """
     ahead, aside = arm.ahead(way), arm.aside(way)
     length = math.hypot(ahead, aside)
     if length < 1e-6:
-        return arm.hold()
+        return None
     ahead, aside = ahead / length, aside / length
     here = arm.ahead(arm.base), arm.aside(arm.base)
     ends = sorted((here[1], here[1] + LOOKAHEAD * aside))
     if nearest(arm, *ends) < here[0] + LOOKAHEAD * max(0.0, ahead):
         ahead, aside = -1.0, 0.0
+    if ahead < 0.0 and rearmost(arm, *ends) > here[0] + LOOKAHEAD * ahead:
+        ahead = 0.0
     command = float(np.clip(speed / BASE_SPEED, BASE_DEAD_BAND, 0.6))
-    action = arm.hold()
+    action, drives = arm.hold(), False
     for number, share in enumerate((ahead, aside)):
         if abs(share) > 0.3:
             action[7 + number] = math.copysign(max(BASE_DEAD_BAND, command * abs(share)), share)
-    return action
+            drives = True
+    return action if drives else None
 
 
 def _radius(joint: Joint, point: Array) -> float:
