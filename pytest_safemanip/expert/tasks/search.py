@@ -26,6 +26,8 @@ MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
 PATIENCE = 40
 """Control steps of holding still after the plan, in which the task's success may still show."""
+ENDING = 20
+"""Control steps after success that are looked at: what moves then comes to rest."""
 State = dict[str, Any]
 
 
@@ -135,12 +137,25 @@ class Search:
                 if not self._step(action):
                     return "there is no time left", False
                 if arm.step.success and not self._rehearsal.patient:
-                    return watch.wrong(arm.step), True
+                    return watch.wrong(arm.step) or self._ending(watch), True
                 if wrong := watch.wrong(arm.step):
                     return wrong, False
         except SkillFailed as error:
             return str(error), False
         return watch.left(arm.step), False
+
+    def _ending(self, watch: Watch) -> str:
+        """What would be wrong when the rollout ends here, the robot holding still."""
+        self._rehearsal.begin()
+        length, state, wrong = len(self._tape.actions), self._arm.save(), ""
+        for _ in range(ENDING):
+            if wrong or not self._step(self._arm.hold()):
+                break
+            wrong = watch.wrong(self._arm.step)
+        self._rehearsal.undo()
+        self._tape.cut(length)
+        self._arm.restore(state)
+        return wrong
 
     def _motion(self, call: Call) -> Motion:
         if self._arm.choices.choose("arm folded first", (False, True)):
