@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.motions.holds import Hold, holds, motion
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND
-from pytest_safemanip.expert.robot.kinematics import solve, strain
+from pytest_safemanip.expert.robot.kinematics import bodies, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.candidates import OPTIONS, Candidates
-from pytest_safemanip.expert.world.standing import nearest, rearmost
-from pytest_safemanip.expert.world.things import Furniture
+from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.standing import nearest, rearmost, solids
+from pytest_safemanip.expert.world.things import Furniture, other_things
 from pytest_safemanip.expert.world.ways import Leg, go
 from pytest_safemanip.trace.elements import ROBOT, Joint
 
@@ -46,6 +47,9 @@ BLOCKED = 2.0
 """Cost of driving straight where something stands."""
 TIRED = 0.85
 """Share of its range up to which a joint goes easily."""
+MEETS, ROUGHLY = 60.0, 0.01
+"""Cost of each m by which the balls around a link are in something, and by how much they are larger
+than it, m."""
 GRID = 0.02
 """Between places sideways at which it is looked how far ahead the base may stand, m."""
 LETS_GO = 0.10
@@ -208,7 +212,7 @@ class _Takes:
         place = np.unique(cells, axis=0, return_inverse=True)[1].reshape(*cost.shape, 1)
         drives = place * len(routes) + np.maximum(routes, OVER)
         table = features.reshape(total.size, own.shape[1] + 3)
-        self._all = Candidates(total.ravel(), table, drives.ravel(), self._hard)
+        self._all = Candidates(total.ravel(), table, own.shape[1], drives.ravel(), self._hard)
 
     def free(self, number: int, joint: Joint) -> tuple[Hold, Sequence[Leg]]:
         """The number-th of those whose way is free, and that way.
@@ -248,12 +252,28 @@ class _Takes:
         return [*drawn, posed, stand, *legs], hold.opening
 
     def _hard(self, numbers: NDArray[np.intp]) -> Array:
-        """How hard the postures of some are for the arm."""
+        """How hard the postures of some are for the arm, and how deep its links would be in
+        something.
+        """
         which, place, _ = np.unravel_index(numbers, self._shape)
         stands = np.concatenate((self._at[which, place], np.zeros((len(which), 1))), axis=1)
         joints, there = solve(self._points[which] - stands, self._hands[which])
-        tired = strain(joints)
-        return np.where(there, np.maximum(0.0, tired - TIRED) / (1.0 - TIRED), np.inf)
+        tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
+        found = np.full(len(numbers), np.inf)
+        found[there] = tired[there] + MEETS * self._deep(joints[there], stands[there])
+        return found
+
+    def _deep(self, joints: Array, stands: Array) -> Array:
+        """How deep the links are in something, m."""
+        if not len(joints):
+            return np.zeros(0)
+        arm, (middles, radii) = self._arm, bodies(joints)
+        seen = (middles + stands[:, None]).reshape(-1, 3)
+        boxes = [thing.corners for thing in other_things(arm)]
+        boxes = np.concatenate((solids(arm), *(box[None] for box in boxes)))
+        room = Room(boxes, heading(arm), seen.min(axis=0), seen.max(axis=0))
+        away = room.exactly(seen).reshape(len(joints), -1) - radii
+        return np.asarray(np.maximum(0.0, -away.min(axis=1) - ROUGHLY))
 
     def _limits(self, aside: Array) -> tuple[Array, Array, Array, Array]:
         """How far ahead, and how far back, the base may stand at some places sideways, and on the

@@ -17,8 +17,10 @@ OPTIONS = 12
 """Of a choice between free ways."""
 AT_ONCE = 150
 """Candidates that are looked at more closely at a time."""
-ALIKE = 1.5
-"""What is like a candidate that was looked at is less likely to bring anything, by this cost."""
+ALIKE, THERE = 1.5, 0.4
+"""What is like a candidate that was looked at is less likely to bring anything, by this cost; where
+the hand did not get on from where the base took it, the way there makes so much less of a
+difference."""
 
 
 class Candidates:
@@ -27,6 +29,7 @@ class Candidates:
     Args:
         cost: of each candidate: 1 is a good reason against it (N,).
         features: what they differ in, in units of what makes a difference (N, K).
+        own: how many of the features, the first ones, are not those of the way there.
         drives: which drives a way begins with, by number: what cannot be driven is not tried again
             (N,).
         refine: what some candidates, by number (M,), cost more than that (M,).
@@ -36,10 +39,11 @@ class Candidates:
         self,
         cost: Array,
         features: Array,
+        own: int,
         drives: Array,
         refine: Callable[[NDArray[np.intp]], Array],
     ) -> None:
-        self._cost, self._features = cost.copy(), features
+        self._cost, self._features, self._own = cost.copy(), features, own
         self._drives, self._refine = drives, refine
         self._known: set[int] = set()
         self._free: list[int] = []
@@ -73,7 +77,11 @@ class Candidates:
             self._looks += 1
             legs, opening = way(best)
             answer = foresee(arm, legs, permits, opening)
-            apart = np.linalg.norm(self._features - self._features[best], axis=1)
+            last = max((n for n, leg in enumerate(legs) if len(leg.point) == 2), default=-1)
+            apart = self._features - self._features[best]
+            if not answer.free and answer.waypoint > last:
+                apart[:, self._own :] *= THERE
+            apart = np.linalg.norm(apart, axis=1)
             self._cost += ALIKE * np.exp(-(apart**2))
             self._cost[best] = np.inf
             if answer.free:
