@@ -58,7 +58,10 @@ EDGE, SLIPPED, FOR_PULLING, FOR_PUSHING, HOOKED, CROWDED = 1.2, 0.8, 0.6, 1.0, 0
 """Costs: of pinching what is not made for it, or what slipped; of pushing what is to be opened, of
 pinching what is to be closed, of one finger alone, and for each m by which the hand would be in
 something later."""
-SPOTS, MOST, LIKELY = 24, 1000, 400
+APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.2
+"""Of places that are alike only one is looked at, m; costs of each m off the middle of what slides,
+and of a face that is narrower than a finger."""
+SPOTS, MOST, LIKELY = 36, 1500, 400
 """Places that are pushed, holds that are looked at, and those that are offered."""
 
 
@@ -252,8 +255,10 @@ def _spots(
     """Places on faces that point against the motion, so far from their edges, m: the cost of each,
     the place (3,), and the normal of the face (3,), the cheapest first.
     """
-    found: list[tuple[float, Array, Array]] = []
-    farthest = _farthest(joint, part)
+    found: dict[tuple[int, ...], tuple[float, Array, Array]] = {}
+    farthest, ends = _farthest(joint, part), [corners(p.pose, p.half) for p in part]
+    middle = (np.min(ends, axis=(0, 1)) + np.max(ends, axis=(0, 1))) / 2.0
+    axis = np.asarray(joint.axis)
     for piece in part:
         for out, sign in product(range(3), (1.0, -1.0)):
             normal = sign * piece.axes[:, out]
@@ -268,9 +273,13 @@ def _spots(
                 if normal @ moved > -AGAINST or radius < LEVERAGE * farthest:
                     continue
                 cost = FOR_PULLING * (way > 0) + 1.0 - min(radius, farthest) / farthest
-                cost += 1.5 * (abs(u) + abs(v)) if math.isinf(radius) else 0.0
-                found.append((cost, spot, normal))
-    return sorted(found, key=lambda item: item[0])[:SPOTS]
+                if math.isinf(radius):
+                    cost += OFF_MIDDLE * float(np.linalg.norm(np.cross(axis, spot - middle)))
+                cost += NARROW * float(min(piece.half[first], piece.half[second]) < FINGER_SIDE)
+                cell = tuple(np.round(np.append(spot / APART, normal)).astype(int).tolist())
+                if cell not in found or found[cell][0] > cost:
+                    found[cell] = cost, spot, normal
+    return sorted(found.values(), key=lambda item: item[0])[:SPOTS]
 
 
 def _off(normal: Array, hand: Array, finger: int = 0) -> Array:
