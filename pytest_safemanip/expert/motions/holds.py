@@ -138,16 +138,17 @@ def holds(
     """
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
     found = [*_pinched(arm, joint, part, bars, way, slips), *_pushed(arm, joint, part, way)]
-    found.sort(key=lambda hold: hold.cost)
-    found = found[:MOST]
-    for openness in np.linspace(first, goal, 3).tolist():
-        later = [hold.moved(joint, openness - first, float(hold.pinched)) for hold in found]
-        away = _away(arm, joint, openness, later)
+    for most, times, rows in ((MOST, 3, 7), (LIKELY, 7, 13)):
+        found = sorted(found, key=lambda hold: hold.cost)[:most]
+        crowded = np.zeros(len(found))
+        for openness in np.linspace(first, goal, times).tolist():
+            later = [hold.moved(joint, openness - first, float(hold.pinched)) for hold in found]
+            crowded = np.maximum(crowded, _deep(arm, joint, openness, later, rows))
         found = [
-            replace(hold, cost=hold.cost + CROWDED * max(0.0, -room))
-            for hold, room in zip(found, away, strict=True)
+            replace(hold, cost=hold.cost + CROWDED * float(deep))
+            for hold, deep in zip(found, crowded, strict=True)
         ]
-    return sorted(found, key=lambda hold: hold.cost)[:LIKELY]
+    return sorted(found, key=lambda hold: hold.cost)
 
 
 def motion(joint: Joint, point: Array, way: float) -> tuple[Array, float]:
@@ -308,28 +309,31 @@ def _twisted(arm: Arm, hand: Array) -> float:
     return (yaw / 60.0) ** 2 + (roll / 150.0) ** 2
 
 
-def _away(arm: Arm, joint: Joint, openness: float, later: Sequence[Hold]) -> list[float]:
-    """Room around hands when a part is as open as that, m."""
+def _deep(arm: Arm, joint: Joint, openness: float, later: Sequence[Hold], rows: int) -> Array:
+    """How deep hands are in something when a part is as open as that (H,), m.
+
+    Args:
+        arm: the arm.
+        joint: moves the part.
+        openness: of the part then.
+        later: the holds then (H).
+        rows: of points along the palm.
+    """
     if not later:
-        return []
+        return np.zeros(0)
     moved = [corners(p.pose, p.half)[None] for p in pieces(arm, joint, openness)]
     things = [thing.corners[None] for thing in other_things(arm)]
-    frame = heading(arm)
-    own = [palm_points(), finger_points(0.0)]
+    palm, frame = palm_points(rows), heading(arm)
     points = np.array(
         [
-            np.concatenate((own[0], finger_points(hold.opening) if hold.opening else own[1]))
-            @ hold.hand.T
-            + hold.point
+            np.concatenate((palm, finger_points(hold.opening))) @ hold.hand.T + hold.point
             for hold in later
         ]
     )
-    seen = points @ frame
-    flat = seen.reshape(-1, 3)
+    flat = (points @ frame).reshape(-1, 3)
     boxes = np.concatenate((solids(arm, but=joint.key), *moved, *things))
     room = Room(boxes, frame, flat.min(axis=0), flat.max(axis=0))
-    found: list[float] = room.exactly(flat).reshape(len(later), -1).min(axis=1).tolist()
-    return found
+    return np.maximum(0.0, -room.exactly(flat).reshape(len(later), -1).min(axis=1))
 
 
 def _farthest(joint: Joint, part: Sequence[Piece]) -> float:

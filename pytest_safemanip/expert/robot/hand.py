@@ -63,11 +63,15 @@ def hand_corners(hand: Array) -> Array:
     return np.array([(i * x, j * y, -k) for i in (-1, 1) for j in (-1, 1) for k in ends]) @ hand.T
 
 
-def palm_points() -> Array:
-    """Points (P, 3) on the palm and on the wrist behind it, in the hand's frame, m."""
+def palm_points(rows: int = 7) -> Array:
+    """Points (P, 3) on the palm and on the wrist behind it, in the hand's frame, m.
+
+    Args:
+        rows: of them along the palm.
+    """
     x, y, deep = HAND
     grid = np.meshgrid(
-        np.linspace(-x, x, 7), (-y, 0.0, y), np.linspace(PALM, PALM + deep + 0.02, 3)
+        np.linspace(-x, x, rows), (-y, 0.0, y), np.linspace(PALM, PALM + deep + 0.02, 3)
     )
     points = np.stack([axis.ravel() for axis in grid], axis=1)
     return np.asarray(points * (1.0, 1.0, -1.0))
