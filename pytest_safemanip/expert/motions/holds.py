@@ -15,6 +15,7 @@ from itertools import product
 import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.robot.base import NOTCH
 from pytest_safemanip.expert.robot.hand import (
     FINGER_SIDE,
     FINGER_THICK,
@@ -54,10 +55,12 @@ LEVERAGE, SMALL, ON_AXIS = 0.5, 0.07, 0.02
 farther from its hinge than this, m, is held this near to it, m, and turned with the hand."""
 BACKWARDS, UPWARDS = -0.1, 0.3
 """A hand points neither back towards the base nor up by more, as cosines."""
-EDGE, SLIPPED, FOR_PULLING, FOR_PUSHING, HOOKED, CROWDED = 1.2, 0.8, 0.6, 1.0, 0.2, 80.0
+EDGE, SLIPPED, FOR_PULLING, FOR_PUSHING, HOOKED = 1.2, 0.8, 0.6, 1.0, 0.2
 """Costs: of pinching what is not made for it, or what slipped; of pushing what is to be opened, of
-pinching what is to be closed, of one finger alone, and for each m by which the hand would be in
-something later."""
+pinching what is to be closed, of one finger alone."""
+CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.002
+"""Costs for each m by which the hand would be in something some time, and of that at all, if it is
+more than what boxes around pieces are too large, m."""
 APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.2
 """Of places that are alike only one is looked at, m; costs of each m off the middle of what slides,
 and of a face that is narrower than a finger."""
@@ -145,7 +148,7 @@ def holds(
             later = [hold.moved(joint, openness - first, float(hold.pinched)) for hold in found]
             crowded = np.maximum(crowded, _deep(arm, joint, openness, later, rows))
         found = [
-            replace(hold, cost=hold.cost + CROWDED * float(deep))
+            replace(hold, cost=hold.cost + CROWDED * float(deep) + MEETS * float(deep > ROUGHLY))
             for hold, deep in zip(found, crowded, strict=True)
         ]
     return sorted(found, key=lambda hold: hold.cost)
@@ -216,7 +219,7 @@ def _hands(
         thick: half of how deep it is, m.
         cost: of the place.
     """
-    opening = min(1.0, 2.0 * (width + BESIDE) / OPENING)
+    opening = min(1.0, NOTCH * math.ceil(2.0 * (width + BESIDE) / OPENING / NOTCH))
     for tilt in TILTS:
         approach = np.asarray(matrix(about(travel, math.radians(tilt)))) @ -out
         if approach[:2] @ arm.forward < BACKWARDS:

@@ -105,7 +105,7 @@ def move_joint(
         hold = hold.moved(joint, fixture.openness(joint) - before, 0.0)
         yield from let_go(arm, hold)
         yield from _settled(arm, joint)
-        slips = hold.pinched
+        slips = hold.pinched and not passed(next_)
         if abs(fixture.openness(joint) - before) < STUCK:
             break
     if not there():
@@ -438,9 +438,9 @@ def _settled(arm: Arm, joint: Joint) -> Motion:
 
 
 def let_go(arm: Arm, hold: Hold) -> Motion:
-    """Open the fingers around a part, and draw the hand back from it."""
+    """Open the fingers around a part as far as they were, and draw the hand back from it."""
     if hold.pinched:
-        yield from arm.grip(False, 6)
+        yield from arm.open_to(hold.opening)
     for away in (hold.clear, hold.clear - LETS_GO * hold.into):
         if away.any():
             to = hold.point + away if hold.clear.any() else arm.position + away

@@ -87,7 +87,7 @@ def finger_points(opening: float) -> Array:
     side = np.linspace(-FINGER_SIDE, FINGER_SIDE, 3)
     far = (near, near + FINGER_THICK)
     tips, roots = (
-        ((x, y, FINGERTIP - 0.002) for x in far for y in side),
+        ((x, y, FINGERTIP) for x in far for y in side),
         ((far[1] + 0.004, y, -PALM) for y in side),
     )
     one = np.array([*tips, *roots, *((far[1] + 0.002, y, -0.008) for y in side)])
