@@ -37,9 +37,10 @@ WIDEST = 0.064
 BESIDE, OFF_FACE, SIDEWAYS = 0.009, 0.006, 0.5
 """Kept free between what is pinched and the fingers that come in, and before a face that they come
 in along, m; and with how much of its approach along a face a hand does that, as a cosine."""
-DEEPEST, BEYOND, BEFORE_BACK = 0.018, 0.010, 0.0135
-"""How far behind a piece's edge it is pinched at most, how far beyond its middle if it is thin, and
-how far before its back for the fingertips to stay before what is behind it, m."""
+SHALLOWEST, DEEPEST, BEYOND, BEFORE_BACK = -0.005, 0.018, 0.010, (0.0135, 0.0185)
+"""How far behind a piece's edge it is pinched at least and at most, how far beyond its middle if it
+is thin, and how far before its back for fingertips, straight or tipped, to stay before what is
+behind it, m."""
 TILTS, SLANTS = (0.0, 20.0, -20.0, 40.0, -40.0), (0.0, 30.0, -30.0)
 """How far a hand that pinches may be turned about the line between its pads, and about a bar, for
 one finger to be behind it, degrees."""
@@ -55,9 +56,9 @@ LEVERAGE, SMALL, ON_AXIS = 0.5, 0.07, 0.02
 farther from its hinge than this, m, is held this near to it, m, and turned with the hand."""
 BACKWARDS, UPWARDS = -0.1, 0.3
 """A hand points neither back towards the base nor up by more, as cosines."""
-EDGE, SLIPPED, FOR_PULLING, FOR_PUSHING, HOOKED = 1.2, 0.8, 0.6, 1.0, 0.2
+EDGE, SLIPPED, FOR_PULLING, FOR_PUSHING, HOOKED, TO_TWIST = 1.2, 0.8, 0.6, 1.0, 0.2, 1.5
 """Costs: of pinching what is not made for it, or what slipped; of pushing what is to be opened, of
-pinching what is to be closed, of one finger alone."""
+pinching what is to be closed, of one finger alone, of pushing what is small enough to twist."""
 CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.002
 """Costs for each m by which the hand would be in something some time, and of that at all, if it is
 more than what boxes around pieces are too large, m."""
@@ -141,17 +142,32 @@ def holds(
     """
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
     found = [*_pinched(arm, joint, part, bars, way, slips), *_pushed(arm, joint, part, way)]
-    for most, times, rows in ((MOST, 3, 7), (LIKELY, 7, 13)):
-        found = sorted(found, key=lambda hold: hold.cost)[:most]
-        crowded = np.zeros(len(found))
-        for openness in np.linspace(first, goal, times).tolist():
-            later = [hold.moved(joint, openness - first, float(hold.pinched)) for hold in found]
-            crowded = np.maximum(crowded, _deep(arm, joint, openness, later, rows))
-        found = [
-            replace(hold, cost=hold.cost + CROWDED * float(deep) + MEETS * float(deep > ROUGHLY))
-            for hold, deep in zip(found, crowded, strict=True)
-        ]
+    found = sorted(found, key=lambda hold: hold.cost)[:MOST]
+    rough = _crowded(arm, joint, found, np.linspace(first, goal, 3), 7)
+    likely = np.argsort([hold.cost for hold in rough], kind="stable")[:LIKELY]
+    found = [found[number] for number in likely.tolist()]
+    found = _crowded(arm, joint, found, np.linspace(first, goal, 7), 13)
     return sorted(found, key=lambda hold: hold.cost)
+
+
+def _crowded(arm: Arm, joint: Joint, found: Sequence[Hold], times: Array, rows: int) -> list[Hold]:
+    """Holds, with the cost of what the hand would be in.
+
+    Args:
+        arm: the arm.
+        joint: moves the part.
+        found: the holds now.
+        times: openness at which they are looked at, the first one that is now.
+        rows: of points along the palm.
+    """
+    deepest = np.zeros(len(found))
+    for openness in times.tolist():
+        later = [hold.moved(joint, openness - times[0], float(hold.pinched)) for hold in found]
+        deepest = np.maximum(deepest, _deep(arm, joint, openness, later, rows))
+    costs = CROWDED * deepest + MEETS * (deepest > ROUGHLY)
+    return [
+        replace(hold, cost=hold.cost + float(more)) for hold, more in zip(found, costs, strict=True)
+    ]
 
 
 def motion(joint: Joint, point: Array, way: float) -> tuple[Array, float]:
@@ -277,6 +293,7 @@ def _spots(
                 if normal @ moved > -AGAINST or radius < LEVERAGE * farthest:
                     continue
                 cost = FOR_PULLING * (way > 0) + 1.0 - min(radius, farthest) / farthest
+                cost += TO_TWIST * (farthest < SMALL)
                 if math.isinf(radius):
                     cost += OFF_MIDDLE * float(np.linalg.norm(np.cross(axis, spot - middle)))
                 cost += NARROW * float(min(piece.half[first], piece.half[second]) < FINGER_SIDE)
@@ -300,8 +317,8 @@ def _depths(thick: float) -> list[float]:
     Args:
         thick: half of how deep the piece is, m.
     """
-    wanted = (thick + BEYOND, thick, 2.0 * thick - BEFORE_BACK)
-    return list(dict.fromkeys(float(np.clip(deep, -0.001, DEEPEST)) for deep in wanted))
+    wanted = (thick + BEYOND, thick, *(2.0 * thick - before for before in BEFORE_BACK))
+    return list(dict.fromkeys(float(np.clip(deep, SHALLOWEST, DEEPEST)) for deep in wanted))
 
 
 def _twisted(arm: Arm, hand: Array) -> float:
