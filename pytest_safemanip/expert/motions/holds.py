@@ -353,7 +353,8 @@ def _deep(arm: Arm, joint: Joint, openness: float, later: Sequence[Hold], rows: 
     flat = (points @ frame).reshape(-1, 3)
     boxes = np.concatenate((solids(arm, but=joint.key), *moved, *things))
     room = Room(boxes, frame, flat.min(axis=0), flat.max(axis=0))
-    return np.maximum(0.0, -room.exactly(flat).reshape(len(later), -1).min(axis=1))
+    away = room.exactly(flat).reshape(len(later), -1).min(axis=1)
+    return np.asarray(np.maximum(0.0, -away))
 
 
 def _farthest(joint: Joint, part: Sequence[Piece]) -> float:
