@@ -65,6 +65,9 @@ more than what boxes around pieces are too large, m."""
 APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.2
 """Of places that are alike only one is looked at, m; costs of each m off the middle of what slides,
 and of a face that is narrower than a finger."""
+KIND, AGAIN = 0.4, 0.1
+"""Hands that point the same way within this, as cosines, are of a kind, and the cost of each
+further one of a kind."""
 SPOTS, MOST, LIKELY = 36, 1500, 400
 """Places that are pushed, holds that are looked at, and those that are offered."""
 
@@ -142,12 +145,27 @@ def holds(
     """
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
     found = [*_pinched(arm, joint, part, bars, way, slips), *_pushed(arm, joint, part, way)]
-    found = sorted(found, key=lambda hold: hold.cost)[:MOST]
+    found = [found[number] for number in _likeliest(found, MOST)]
     rough = _crowded(arm, joint, found, np.linspace(first, goal, 3), 7)
-    likely = np.argsort([hold.cost for hold in rough], kind="stable")[:LIKELY]
-    found = [found[number] for number in likely.tolist()]
+    found = [found[number] for number in _likeliest(rough, LIKELY)]
     found = _crowded(arm, joint, found, np.linspace(first, goal, 7), 13)
     return sorted(found, key=lambda hold: hold.cost)
+
+
+def _likeliest(found: Sequence[Hold], most: int) -> list[int]:
+    """The numbers of the cheapest holds, of all kinds of hands: which ones the arm can reach is not
+    known yet.
+    """
+    seen: dict[tuple[int, ...], int] = {}
+    costs = np.zeros(len(found))
+    for number in np.argsort([hold.cost for hold in found], kind="stable").tolist():
+        hold = found[number]
+        ways = np.append(hold.hand[:, 2], hold.normal) / KIND
+        kind = (hold.finger, *np.round(ways).astype(int).tolist())
+        costs[number] = hold.cost + AGAIN * seen.setdefault(kind, 0)
+        seen[kind] += 1
+    order: list[int] = np.argsort(costs, kind="stable")[:most].tolist()
+    return order
 
 
 def _crowded(arm: Arm, joint: Joint, found: Sequence[Hold], times: Array, rows: int) -> list[Hold]:

@@ -175,7 +175,8 @@ class _Takes:
         far, shift = (a.ravel() for a in np.meshgrid(REACHES, SHIFTS, indexing="ij"))
         effort = 0.3 * np.repeat(range(len(REACHES)), len(SHIFTS)) + 1.5 * np.abs(shift)
         aside = points[:, 1:2] - far * np.sin(bearing)[:, None] + shift
-        ahead = points[:, :1] - far * np.cos(bearing)[:, None]
+        nearer = far - np.sqrt(np.maximum(far**2 - shift**2, NEAREST**2))
+        ahead = points[:, :1] - far * np.cos(bearing)[:, None] + nearer
         here = arm.ahead(arm.base), arm.aside(arm.base)
         ahead, aside = (
             np.append(places, np.full((len(found), 1), stays), axis=1)

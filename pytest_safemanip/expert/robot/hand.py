@@ -23,8 +23,6 @@ FINGER_SIDE, OPENING = 0.010, 0.08
 level fingers, or the lower one of two that are not, is what meets a surface first."""
 WRIST = 0.21
 """From the grip point back to the wrist, m."""
-FINGER_HALF_THICK = 0.012
-"""Half the thickness of a finger, m."""
 FINGER_THICK = 0.0145
 """Of a finger, along the fingers' travel, m."""
 PALM = 0.026

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -188,22 +187,6 @@ class Furniture:
         """Corners (8, 3) of that box."""
         return np.asarray(corners(self.part(joint), np.asarray(joint.half)), np.float64)
 
-    def foremost(self, joint: Joint) -> Array:
-        """Corners (8, 3) of the solid piece that stands out farthest of what a joint moves, closed:
-        the fin of a knob.
-
-        Raises:
-            SkillFailed: if nothing of it is solid.
-        """
-        pieces = [
-            np.asarray(corners(np.array(s.pose), s.half), np.float64)
-            for s in self._arm.scene.surfaces
-            if s.joint == joint.key
-        ]
-        if not pieces:
-            raise SkillFailed(f"{joint.key} moves nothing solid")
-        return min(pieces, key=lambda piece: min(self._arm.ahead(point) for point in piece))
-
     def door_front(self) -> float:
         """How far its doors come to the front, along the base's forward direction, m."""
         return min(
@@ -272,22 +255,6 @@ class Furniture:
             SkillFailed: if it has none.
         """
         return self._box("handle", joint.name)
-
-    def behind_handle(self, joint: Joint) -> float:
-        """From the middle of that to the door or drawer behind, m."""
-        scene, openness = self._arm.scene, np.array(self.openness(joint))
-        pose, half = self.handle(joint)
-        frame = matrix(pose[3:])
-        depths = []
-        for surface in scene.surfaces:
-            if surface.joint != joint.key:
-                continue
-            where = carried(joint, np.array(surface.pose), openness)
-            own = (corners(where, np.array(surface.half)) - pose[:3]) @ frame
-            low, high = own.min(axis=0), own.max(axis=0)
-            if low[1] > half[1] and (low[[0, 2]] < 0).all() and (high[[0, 2]] > 0).all():
-                depths.append(float(low[1]))
-        return min(depths, default=math.inf)
 
     def control(self, name: str) -> tuple[Array, Array]:
         """Pose (7,) and half extents (3,) of a control, by name."""
