@@ -1,4 +1,10 @@
-"""A dishwasher, from beside its open door: dishes go into its upper rack."""
+"""A dishwasher, from beside its open door: its racks slide, dishes go into the upper one, and it is
+shut.
+
+The arm does not get under the door's end, which lies 40 cm above the floor. But its liner is
+hollow: from above, the fingers pinch a side edge of the door like a pan's handle, and it turns
+between them while they lift it.
+"""
 
 from __future__ import annotations
 
@@ -9,21 +15,170 @@ import numpy as np
 from pytest_safemanip.expert.motions.cup_grasps import CUP_SIDES, around, yaws_around
 from pytest_safemanip.expert.motions.grasping import come_in, lift
 from pytest_safemanip.expert.motions.handles import handle, lug_length
+from pytest_safemanip.expert.motions.operating import SHUT, close_all, close_rack
 from pytest_safemanip.expert.motions.putting import held_over, set_upon
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
-from pytest_safemanip.expert.robot.hand import GAP, Grasp, finger_angle
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm, raised
+from pytest_safemanip.expert.robot.hand import FINGERTIP, GAP, Grasp, finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_z, fold
 from pytest_safemanip.expert.world.standing import nearest, solids
 from pytest_safemanip.expert.world.things import Furniture, Part, Thing, halves, other_things
+from pytest_safemanip.trace.elements import Joint
+from pytest_safemanip.trace.kinematics import carried
 
 RISEN = 1.10
 """Height from which the hand comes back to the base, m: lower, its wrist is at its limit there."""
+RACK_BACK = 0.35
+"""How far the base draws back from the rack that it has pushed in, m: the hand from under the
+counter."""
+DOOR_EDGE = 0.035
+"""Width of the door's side edge, m."""
+IN_HOLLOW = 0.026
+"""From the door's front to the grip point, m: the inner fingertip is in its hollow liner."""
+OFF_DOOR_END = 0.036
+"""From the door's end to where its side edge is pinched, m: the palm has no room farther in when
+the door is steep."""
+OVER_EDGE = 0.07
+"""How far above the edge the hand comes to rest before it takes it, m."""
+LIFT_AHEAD = 0.32
+"""How far before the base the hand pinches the edge, m."""
+LIFT_LEAD, LIFT_SPEED = 0.3, 0.75
+"""Share of the door's travel by which the hand aims ahead of it, and its speed, share of the top
+speed: it yields to the door's weight, which is more for it than its own."""
+DOOR_LIFTED = 0.33
+"""Openness at which the door is let go, for the wrist to stay before the counter; its hinge holds
+it."""
+
+PUSHED = 0.55
+"""Height at which the door is pushed, share of its own: the hand stays below its handle."""
+IN_FROM = 0.05
+"""From its side to where it is pushed, m: beside its handle."""
+PUSH_PITCH, PUSH_YAW = 50.0, 25.0
+"""Degrees towards the door: nearly along the arm."""
+PUSH_AHEAD = 0.58
+"""How far before the base the hand pushes, m."""
+PUSH_GAP = 0.10
+"""From the grip point to the door before it is touched, m: the palm is over the fingertips."""
+PUSH_LAST = 0.12
+"""Openness at which the arm takes over from the base, which cannot stop as gently."""
+PUSH_LEAD, PUSH_SPEED = 0.15, 0.3
+"""Share of the door's travel by which the hand then aims ahead of it, and its speed, share of the
+top speed: more slowly, the hinge's friction stops it."""
+
+
+def close_by_edge(arm: Arm, fixture_role: str) -> Motion:
+    """Push in the upper rack of a dishwasher, lift its door by its side edge, pinched from above,
+    and push it shut.
+
+    Raises:
+        SkillFailed: if it does not shut.
+    """
+    if arm.choices.choose("as any other door", (False, True)):
+        yield from close_rack(arm, fixture_role)
+        yield from close_all(arm, fixture_role)
+        return
+    fixture = Furniture(arm, fixture_role)
+    joint = fixture.joint(Part.DOOR)
+    yield from rise_and_fold(arm)
+    yield from move_rack(arm, fixture, fixture.upper_rack(), 0.0)
+    yield from arm.drive(arm.base - RACK_BACK * arm.forward)
+    yield from rise_and_fold(arm)
+    yield from _lift_edge(arm, fixture, joint)
+    yield from rise_and_fold(arm)
+    yield from _push_face(arm, fixture, joint)
+    if fixture.openness(joint) > SHUT:
+        raise SkillFailed(f"{joint.key} stayed {fixture.openness(joint):.1%} open")
+
+
+def rise_and_fold(arm: Arm) -> Motion:
+    """Bring the hand back in front of the base: from there every joint turns as far as it takes."""
+    yield from rise_off(arm)
+    yield from fold_arm(arm, required=False)
 
 
 def rise_off(arm: Arm) -> Motion:
     """Draw the hand straight up, out of the rack or off the door."""
     up = raised(arm.position, max(0.0, RISEN - float(arm.position[2])))
     yield from arm.move(up, tolerance=0.06, required=False)
+
+
+def _lift_edge(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
+    """Pinch the side edge of the open door near its end, and lift it most of the way."""
+    anchor, middle, half = (np.asarray(v) for v in (joint.anchor, joint.pose[:3], joint.half))
+    side = math.copysign(1.0, arm.aside(arm.base) - arm.aside(middle))
+    aside = arm.aside(middle) + side * (half[0] - DOOR_EDGE / 2.0)
+    shut = arm.point(arm.ahead(anchor) + IN_HOLLOW, aside, middle[2] + half[2] - OFF_DOOR_END)
+
+    def edge(openness: float) -> Array:
+        return _door_point(joint, shut, openness)
+
+    def come_down(over: float, tolerance: float, speed: float) -> Motion:
+        yield from arm.move(
+            lambda: raised(edge(fixture.openness(joint)), over),
+            hand,
+            tolerance=tolerance,
+            turn_tolerance=0.06,
+            speed=speed,
+            steps=80,
+            required=False,
+            exact=True,
+        )
+
+    hand, start = arm.hand(), edge(fixture.openness(joint))
+    yield from arm.drive(arm.floor_point(arm.ahead(start) - LIFT_AHEAD, arm.aside(arm.base)))
+    yield from arm.grip(False)
+    yield from arm.move(raised(start, 0.30), hand, tolerance=0.04, turn_tolerance=0.1, steps=140)
+    yield from come_down(OVER_EDGE, 0.008, 0.8)
+    yield from come_down(0.0, 0.005, 0.3)
+    yield from arm.grip(True)
+    yield from arm.move(
+        lambda: edge(fixture.openness(joint) - LIFT_LEAD),
+        hand,
+        speed=LIFT_SPEED,
+        steps=150,
+        until=lambda: fixture.openness(joint) < DOOR_LIFTED,
+        required=False,
+    )
+    if fixture.openness(joint) > DOOR_LIFTED:
+        raise SkillFailed(f"{joint.key} was not lifted")
+    yield from arm.grip(False)
+
+
+def _door_point(joint: Joint, spot: Array, openness: float) -> Array:
+    """A point of the shut door, where it is at an openness (3,)."""
+    pose = np.append(spot, (1.0, 0.0, 0.0, 0.0))
+    return np.asarray(carried(joint, pose, np.array(openness))[:3])
+
+
+def _push_face(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
+    """Push a door that is nearly shut with the fingertips, beside its handle."""
+    anchor, middle, half = (np.asarray(v) for v in (joint.anchor, joint.pose[:3], joint.half))
+    side = math.copysign(1.0, arm.aside(arm.base) - arm.aside(middle))
+    aside = arm.aside(middle) + side * (half[0] - IN_FROM)
+    face = arm.point(arm.ahead(anchor), aside, anchor[2] + PUSHED * 2.0 * half[2])
+    hand = arm.hand(PUSH_PITCH, yaw=-side * PUSH_YAW)
+
+    def pushed(openness: float) -> Array:
+        return _door_point(joint, face, openness) - FINGERTIP * hand[:, 2]
+
+    lean = (face[2] - anchor[2]) * math.tan(fixture.openness(joint) * joint.travel)
+    start = face - arm.onward(lean + PUSH_GAP)
+    yield from arm.grip(True)
+    yield from arm.drive(arm.floor_point(arm.ahead(start) - PUSH_AHEAD, arm.aside(arm.base)))
+    yield from arm.move(start, hand, tolerance=0.03, turn_tolerance=0.2, steps=140)
+    yield from arm.drive(
+        arm.base + (lean + PUSH_GAP) * arm.forward,
+        speed=0.4,
+        until=lambda: fixture.openness(joint) < PUSH_LAST,
+    )
+    yield from arm.move(
+        lambda: pushed(fixture.openness(joint) - PUSH_LEAD),
+        hand,
+        speed=PUSH_SPEED,
+        steps=100,
+        until=lambda: fixture.openness(joint) <= SHUT,
+        required=False,
+    )
+    yield from arm.move(arm.position - 0.15 * hand[:, 2], tolerance=0.03, required=False)
 
 
 BESIDE_RACK = 0.295
@@ -184,3 +339,66 @@ def _free_spot(arm: Arm, fixture: Furniture, thing: Thing) -> Array:
         if all(np.linalg.norm((other - spot)[:2]) > DISHES_APART / 2.0 for other in others):
             return spot
     raise SkillFailed("the rack is full")
+
+
+RACK_PITCH = 35.0
+RACK_YAW = 35.0
+"""Degrees towards the rack: the hand stays in line with the arm."""
+RACK_REACH = 0.53
+"""Base to where the hand goes down at the rail, m: it reaches 0.57 m above the floor there."""
+RACK_CLEAR = 0.12
+"""How far before the rail the hand goes down, m."""
+RAIL_END = 0.06
+"""From the end of a rail to where it is pushed or pulled, m."""
+BESIDE_DOOR = 0.32
+"""From the side of a rack to the base, m: half the base's width, and the door's edge."""
+RAIL_GAP = 0.03
+"""From the middle of closed fingers to the rail before it is touched, m."""
+RAIL_DEPTH = 0.02
+"""How far below the rail's upper edge the grip point is, m."""
+
+
+def move_rack(arm: Arm, fixture: Furniture, joint: Joint, goal: float) -> Motion:
+    """Pull a rack by its front rail, or push it, with closed fingers, while the base drives.
+
+    Args:
+        arm: the arm.
+        fixture: whose rack it is.
+        joint: the rack.
+        goal: openness to stop at.
+
+    Raises:
+        SkillFailed: if it does not get there.
+    """
+    way = math.copysign(1.0, goal - fixture.openness(joint))
+    middle = fixture.part(joint)[:3]
+    along, across = halves(arm, joint)
+    side = math.copysign(1.0, arm.aside(arm.base) - arm.aside(middle))
+    rail = arm.ahead(middle) - along
+    top = float(middle[2] + joint.half[2]) - RAIL_DEPTH
+    near = arm.aside(middle) + side * (across - RAIL_END)
+    spot_ahead = rail + way * RAIL_GAP
+    spot = arm.point(spot_ahead, near, top)
+    # To push, the palm stands upright in front of the rail; to pull, it must not straddle it.
+    roll = 0.0 if way > 0 else -side * 90.0
+    hand = arm.hand(RACK_PITCH, roll, -side * RACK_YAW)
+    ahead = np.append(arm.forward, 0.0)
+    yield from arm.grip(True)
+    # The open door sticks out in front of the rack: the base stays beside it.
+    beside = arm.aside(middle) + side * (across + BESIDE_DOOR)
+    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), beside))
+    yield from arm.drive(arm.floor_point(spot_ahead - RACK_REACH, beside))
+    # Down in front of the counter's edge, then under it.
+    clear = raised(spot - RACK_CLEAR * ahead, 0.15)
+    yield from arm.move(clear, hand, tolerance=0.03, turn_tolerance=0.2, steps=160)
+    yield from arm.move(raised(spot, 0.08), hand, tolerance=0.025, steps=60)
+    yield from arm.move(spot, hand, tolerance=0.02, speed=0.5, steps=60)
+    yield from arm.drive(
+        arm.base - way * (joint.travel + 0.1) * arm.forward,
+        until=lambda: (fixture.openness(joint) - goal) * way >= -0.02,
+        speed=0.4,
+    )
+    yield from arm.drive(arm.base + way * 0.02 * arm.forward, tolerance=0.01)
+    yield from arm.move(raised(arm.position, 0.12), tolerance=0.03, steps=50, required=False)
+    if abs(fixture.openness(joint) - goal) > 0.05:
+        raise SkillFailed(f"{joint.key} stopped at {fixture.openness(joint):.0%}")

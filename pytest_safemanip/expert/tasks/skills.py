@@ -15,11 +15,9 @@ from pytest_safemanip.expert.motions.grasping import grasp_from_above, grasp_fro
 from pytest_safemanip.expert.motions.handles import grasp_by_handle, place_inside, turn_handle_near
 from pytest_safemanip.expert.motions.operating import (
     close_all,
-    close_rack,
     lift_head,
     open_all,
     open_before,
-    open_rack,
     press,
     slide_rack,
     swing_spout,
@@ -51,7 +49,11 @@ from pytest_safemanip.expert.places.counter import (
     place_beside_alike,
     place_beside_any,
 )
-from pytest_safemanip.expert.places.dishwasher import grasp_over_door, place_in_dish_rack
+from pytest_safemanip.expert.places.dishwasher import (
+    close_by_edge,
+    grasp_over_door,
+    place_in_dish_rack,
+)
 from pytest_safemanip.expert.places.drawer import grasp_in_drawer
 from pytest_safemanip.expert.places.fridge.front import (
     drop_onto,
@@ -73,7 +75,7 @@ from pytest_safemanip.expert.places.stove import (
     place_on_free_burner,
     place_on_named_burner,
 )
-from pytest_safemanip.expert.places.toaster_oven import place_on_rack
+from pytest_safemanip.expert.places.toaster_oven import close_rack, open_rack, place_on_rack
 from pytest_safemanip.expert.places.tray import place_kettle_on_end, place_on_end_beside
 from pytest_safemanip.expert.robot.arm import Motion
 from pytest_safemanip.expert.tasks.bread_basket import move_to_edge, place_between_walls
@@ -104,6 +106,7 @@ SKILLS: Mapping[str, Skill] = MappingProxyType(
         "carry to by balance": carry_balanced,
         "carry to by roll": carry_tool_to,
         "close": close_all,
+        "close by edge": close_by_edge,
         "close rack of": close_rack,
         "cover with": cover,
         "drive to": drive_to,
