@@ -68,9 +68,6 @@ SLIPPED = 0.05
 press its palm on the oven's front with 277 N."""
 SLOWLY = 0.06
 """Speed at which a long thing is set down, share of the top speed."""
-TIMED = 0.6
-"""Angle to which a timer is turned, rad: RoboCasa wants a tenth of its 3.4 rad, and it runs
-down."""
 
 
 def open_rack(arm: Arm, role: str) -> Motion:
