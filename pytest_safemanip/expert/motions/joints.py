@@ -236,11 +236,11 @@ class _Takes:
         arm, hold, (ahead, aside) = self._arm, self._holds[which], self._at[which, place].tolist()
         hand, near = hold.hand, hold.point + hold.clear
         before = near - BEFORE * hold.into
-        stand = Leg(arm.floor_point(ahead, aside))
+        stand, near_by = Leg(arm.floor_point(ahead, aside)), 0.006 if hold.pinched else 0.012
         legs = [
             Leg(before, hand, 0.02),
-            Leg(near - NEAR * hold.into, hand, 0.006, 0.6, 80, exact=True),
-            *([Leg(near, hand, 0.005, 0.3, 50, exact=True)] if hold.clear.any() else []),
+            Leg(near - NEAR * hold.into, hand, near_by, 0.6, 80, exact=True),
+            *([Leg(near, hand, near_by, 0.3, 50, exact=True)] if hold.clear.any() else []),
             Leg(hold.point, hand, 0.008, 0.3, 50, touches=True),
         ]
         if route == STRAIGHT:
