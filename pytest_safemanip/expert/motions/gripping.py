@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pytest_safemanip.expert.motions.handholds import Part, handholds, poses
-from pytest_safemanip.expert.motions.opening import pull_out
+from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
 from pytest_safemanip.expert.motions.reaching import (
     Pose,
@@ -101,7 +101,7 @@ def _pull(arm: Arm, drawer: Furniture) -> Motion:
     """Pull a drawer farther out."""
     (joint,) = drawer.doors()
     goal = drawer.openness(joint) + arm.choices.choose("drawer pulled", PULLED) / joint.travel
-    yield from pull_out(arm, drawer, lambda: drawer.openness(joint) > goal)
+    yield from move_joint(arm, drawer, joint, min(1.0, goal))
 
 
 def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = None) -> list[Reach]:

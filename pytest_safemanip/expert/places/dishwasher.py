@@ -12,12 +12,13 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.closing import SHUT, door_point
+from pytest_safemanip.expert.motions.operating import SHUT, close_all, close_rack
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Part, halves
 from pytest_safemanip.trace.elements import Joint
+from pytest_safemanip.trace.kinematics import carried
 
 RISEN = 1.10
 """Height from which the hand comes back to the base, m: lower, its wrist is at its limit there."""
@@ -66,10 +67,14 @@ def close_by_edge(arm: Arm, fixture_role: str) -> Motion:
     Raises:
         SkillFailed: if it does not shut.
     """
+    if arm.choices.choose("as any other door", (False, True)):
+        yield from close_rack(arm, fixture_role)
+        yield from close_all(arm, fixture_role)
+        return
     fixture = Furniture(arm, fixture_role)
     joint = fixture.joint(Part.DOOR)
     yield from rise_and_fold(arm)
-    yield from move_rack(arm, fixture, upper_rack(fixture), 0.0)
+    yield from move_rack(arm, fixture, fixture.upper_rack(), 0.0)
     yield from arm.drive(arm.base - RACK_BACK * arm.forward)
     yield from rise_and_fold(arm)
     yield from _lift_edge(arm, fixture, joint)
@@ -99,7 +104,7 @@ def _lift_edge(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
     shut = arm.point(arm.ahead(anchor) + IN_HOLLOW, aside, middle[2] + half[2] - OFF_DOOR_END)
 
     def edge(openness: float) -> Array:
-        return door_point(joint, shut, openness, 0.0)
+        return _door_point(joint, shut, openness)
 
     def come_down(over: float, tolerance: float, speed: float) -> Motion:
         yield from arm.move(
@@ -133,6 +138,12 @@ def _lift_edge(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
     yield from arm.grip(False)
 
 
+def _door_point(joint: Joint, spot: Array, openness: float) -> Array:
+    """A point of the shut door, where it is at an openness (3,)."""
+    pose = np.append(spot, (1.0, 0.0, 0.0, 0.0))
+    return np.asarray(carried(joint, pose, np.array(openness))[:3])
+
+
 def _push_face(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
     """Push a door that is nearly shut with the fingertips, beside its handle."""
     anchor, middle, half = (np.asarray(v) for v in (joint.anchor, joint.pose[:3], joint.half))
@@ -142,7 +153,7 @@ def _push_face(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
     hand = arm.hand(PUSH_PITCH, yaw=-side * PUSH_YAW)
 
     def pushed(openness: float) -> Array:
-        return door_point(joint, face, openness, 0.0) - FINGERTIP * hand[:, 2]
+        return _door_point(joint, face, openness) - FINGERTIP * hand[:, 2]
 
     lean = (face[2] - anchor[2]) * math.tan(fixture.openness(joint) * joint.travel)
     start = face - arm.onward(lean + PUSH_GAP)
@@ -165,11 +176,6 @@ def _push_face(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
     yield from arm.move(arm.position - 0.15 * hand[:, 2], tolerance=0.03, required=False)
 
 
-def upper_rack(fixture: Furniture) -> Joint:
-    """The rack that slides out uppermost."""
-    return max(fixture.joints(Part.RACK), key=lambda rack: rack.pose[2])
-
-
 RACK_PITCH = 35.0
 RACK_YAW = 35.0
 """Degrees towards the rack: the hand stays in line with the arm."""
@@ -181,23 +187,10 @@ RAIL_END = 0.06
 """From the end of a rail to where it is pushed or pulled, m."""
 BESIDE_DOOR = 0.32
 """From the side of a rack to the base, m: half the base's width, and the door's edge."""
-RACK_OUT = 0.75
-"""A rack that is further out is pushed in."""
 RAIL_GAP = 0.03
 """From the middle of closed fingers to the rail before it is touched, m."""
 RAIL_DEPTH = 0.02
 """How far below the rail's upper edge the grip point is, m."""
-
-
-def slide_rack(arm: Arm, role: str) -> Motion:
-    """Move the uppermost rack to its other end: out if it is not yet out, else in.
-
-    Raises:
-        SkillFailed: if it does not get there.
-    """
-    fixture = Furniture(arm, role)
-    joint = max(fixture.joints(Part.RACK), key=lambda rack: rack.pose[2])
-    yield from move_rack(arm, fixture, joint, 0.0 if fixture.openness(joint) > RACK_OUT else 1.0)
 
 
 def move_rack(arm: Arm, fixture: Furniture, joint: Joint, goal: float) -> Motion:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.turning import turn_knob
+from pytest_safemanip.expert.motions import operating
 from pytest_safemanip.expert.robot.arm import (
     GENTLY,
     Arm,
@@ -45,9 +45,6 @@ door below."""
 
 SLOWLY = 0.06
 """Speed at which a long thing is set down, share of the top speed."""
-TIMED = 0.6
-"""Angle to which a timer is turned, rad: RoboCasa wants a tenth of its 3.4 rad, and it runs
-down."""
 
 
 def open_rack(arm: Arm, role: str) -> Motion:
@@ -56,6 +53,9 @@ def open_rack(arm: Arm, role: str) -> Motion:
     Raises:
         SkillFailed: if it does not come out.
     """
+    if arm.choices.choose("as any other rack", (False, True)):
+        yield from operating.open_rack(arm, role)
+        return
     oven = Furniture(arm, role)
     (joint,) = oven.joints(Part.RACK)
     edge = rack_edge(arm, oven)
@@ -84,6 +84,9 @@ def close_rack(arm: Arm, role: str) -> Motion:
     Raises:
         SkillFailed: if it does not go in.
     """
+    if arm.choices.choose("as any other rack", (False, True)):
+        yield from operating.close_rack(arm, role)
+        return
     oven = Furniture(arm, role)
     (joint,) = oven.joints(Part.RACK)
     edge = rack_edge(arm, oven)
@@ -128,13 +131,3 @@ def rack_edge(arm: Arm, oven: Furniture) -> Array:
     """Middle of the upper front edge of an oven's rack, where it is now (3,)."""
     pose, half = oven.interior()
     return arm.point(arm.ahead(pose) - half[1], arm.aside(pose), float(pose[2] - half[2]))
-
-
-def turn_timer(arm: Arm, role: str) -> Motion:
-    """Turn up an oven's timer.
-
-    Raises:
-        SkillFailed: if it does not turn.
-    """
-    oven = Furniture(arm, role)
-    yield from turn_knob(arm, oven, oven.joint(Part.TIMER), TIMED)

@@ -149,6 +149,13 @@ class Arm(Base):
                 off += f" and {math.degrees(np.linalg.norm(turn)):.0f} degrees"
             raise SkillFailed(f"the hand stopped {off} short{self.in_the_way()}")
 
+    def towards(self, target: Array, rotation: Array, speed: float = 1.0) -> Array:
+        """The action that moves the hand towards a grip point (3,) and an orientation (3, 3), at a
+        share of the top speed (12,).
+        """
+        turn = rotation_vector(rotation @ self.rotation.T)
+        return self._arm_action(target - self.position, turn, speed)
+
     def grip(self, close: bool, steps: int = 12) -> Motion:
         """Close or open the fingers; the hand stays."""
         yield from self._fingers(1.0 if close else -1.0, steps)

@@ -19,8 +19,6 @@ FINGER_SIDE, OPENING = 0.010, 0.08
 level fingers, or the lower one of two that are not, is what meets a surface first."""
 WRIST = 0.21
 """From the grip point back to the wrist, m."""
-FINGER_HALF_THICK = 0.012
-"""Half the thickness of a finger, m."""
 FINGER_THICK = 0.0145
 """Of a finger, along the fingers' travel, m."""
 PALM = 0.026
@@ -52,13 +50,18 @@ def reach_at(pitch: float) -> float:
     return float(np.interp(pitch, *REACHES))
 
 
-def palm_points() -> Array:
-    """Points (P, 3) on the palm and on the wrist behind it, in the hand's frame, m."""
+def palm_points(rows: int = 7) -> Array:
+    """Points (P, 3) on the palm and on the wrist behind it, in the hand's frame, m.
+
+    Args:
+        rows: of them along the palm.
+    """
     x, y, deep = HAND
     grid = np.meshgrid(
-        np.linspace(-x, x, 7), (-y, 0.0, y), np.linspace(PALM, PALM + deep + 0.02, 3)
+        np.linspace(-x, x, rows), (-y, 0.0, y), np.linspace(PALM, PALM + deep + 0.02, 3)
     )
-    return np.asarray(np.stack([axis.ravel() for axis in grid], axis=1) * (1.0, 1.0, -1.0))
+    points = np.stack([axis.ravel() for axis in grid], axis=1)
+    return np.asarray(points * (1.0, 1.0, -1.0))
 
 
 def finger_points(opening: float) -> Array:

@@ -68,6 +68,12 @@ class Posture:
         """To the left of the base, on the floor (2,)."""
         return np.asarray(matrix(self.step.base_pose[3:])[:2, 1], np.float64)
 
+    @property
+    def frame(self) -> Array:
+        """Forward, left and up of the base as columns (3, 3)."""
+        forward, left = np.append(self.forward, 0.0), np.append(self.left, 0.0)
+        return np.stack((forward, left, np.array((0.0, 0.0, 1.0))), axis=1)
+
     def ahead(self, point: Array) -> float:
         """How far a point lies along the base's forward direction, m."""
         return float(np.asarray(point)[:2] @ self.forward)
@@ -111,6 +117,10 @@ class Posture:
         """
         pitch += self.choices.choose("hand tipped farther", TIPPED)
         yaw += self.choices.choose("hand turned farther", TURNED)
+        return self.pointing(pitch, roll, yaw)
+
+    def pointing(self, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0) -> Array:
+        """A hand orientation (3, 3), as :meth:`hand` gives it where nothing else is chosen."""
         heading = about_z(math.degrees(math.atan2(self.forward[1], self.forward[0])))
         tipped = heading @ about_y(-pitch) @ heading.T @ about_z(roll) @ self.straight_down
         turned: Array = about_z(yaw) @ tipped

@@ -10,18 +10,23 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.expert.motions.closing import close_all
 from pytest_safemanip.expert.motions.driving import drive_to
-from pytest_safemanip.expert.motions.opening import lift_head, open_all, open_before
-from pytest_safemanip.expert.motions.pressing import press, wait_for_release
-from pytest_safemanip.expert.motions.turning import (
+from pytest_safemanip.expert.motions.operating import (
+    close_all,
+    lift_head,
+    open_all,
+    open_before,
+    press,
+    slide_rack,
     swing_spout,
     turn_lever,
     turn_off_burners,
     turn_on_burner_under,
+    turn_timer,
+    wait_for_release,
 )
-from pytest_safemanip.expert.places.dishwasher import close_by_edge, slide_rack
-from pytest_safemanip.expert.places.toaster_oven import close_rack, open_rack, turn_timer
+from pytest_safemanip.expert.places.dishwasher import close_by_edge
+from pytest_safemanip.expert.places.toaster_oven import close_rack, open_rack
 from pytest_safemanip.expert.robot.arm import Motion
 from pytest_safemanip.expert.tasks.calls import Call, read
 from pytest_safemanip.expert.tasks.covering import cover

@@ -6,6 +6,7 @@ All is seen from the base's heading: coordinates ahead, to the left and up, from
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -52,7 +53,6 @@ class Room:
         self._axes = sides / np.maximum(lengths, 1e-9)[..., None]
         self._low, self._high = seen.min(axis=1) - FAR, seen.max(axis=1) + FAR
         self._from, self._size = low, np.ceil((high - low) / CELL).astype(int) + 2
-        self._field = self._distances()
 
     @classmethod
     def around(
@@ -111,7 +111,8 @@ class Room:
         outside = np.linalg.norm(np.maximum(over, 0.0), axis=-1)
         return np.asarray(outside + np.minimum(over.max(axis=-1), 0.0))
 
-    def _distances(self) -> Array:
+    @cached_property
+    def _field(self) -> Array:
         field = np.full(tuple(self._size), FAR)
         axes = [self._from[k] + CELL * np.arange(self._size[k]) for k in range(3)]
         for number, (low, high) in enumerate(zip(self._low, self._high, strict=True)):

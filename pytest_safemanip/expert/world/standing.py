@@ -179,21 +179,24 @@ def handles(arm: Arm) -> Array:
     return np.array(found).reshape(-1, 8, 3)
 
 
-def solids(arm: Arm, opened: bool = False) -> Array:
+def solids(arm: Arm, opened: bool = False, but: str = "") -> Array:
     """Corners of every piece of furniture as it is now (N, 8, 3).
 
     Args:
         arm: the arm.
         opened: only doors and drawers that are open.
+        but: a joint; what it moves is left out.
     """
-    state = arm.step.joint[:, 0].tobytes()
-    return arm.latest(f"furniture, open: {opened}", state, lambda: _solids(arm, opened))
+    state = arm.step.joint[:, 0].tobytes(), but
+    return arm.latest(f"furniture, open: {opened}", state, lambda: _solids(arm, opened, but))
 
 
-def _solids(arm: Arm, opened: bool) -> Array:
+def _solids(arm: Arm, opened: bool, but: str) -> Array:
     fixed, moving = arm.memory("furniture", lambda: _furniture(arm.scene))
     found = [] if opened else [fixed]
     for pose, half, index in moving:
+        if but and arm.scene.joints[index].key == but:
+            continue
         openness = np.asarray(arm.step.joint[index, 0], np.float64)
         if not opened or openness >= STANDS_OUT:
             found.append(corners(carried(arm.scene.joints[index], pose, openness), half)[None])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -145,6 +146,8 @@ class Part(StrEnum):
 
 START_BUTTON = "start_button"
 """How RoboCasa calls the controls that start an appliance."""
+PRESSED = 0.005
+"""How far a control goes in of which nothing is known, m."""
 TRAY_AROUND = 0.03
 """A cup stands no higher than this above where a machine is said to pour, m."""
 
@@ -203,22 +206,6 @@ class Furniture:
         """Corners (8, 3) of that box."""
         return np.asarray(corners(self.part(joint), np.asarray(joint.half)), np.float64)
 
-    def foremost(self, joint: Joint) -> Array:
-        """Corners (8, 3) of the solid piece that stands out farthest of what a joint moves, closed:
-        the fin of a knob.
-
-        Raises:
-            SkillFailed: if nothing of it is solid.
-        """
-        pieces = [
-            np.asarray(corners(np.array(s.pose), s.half), np.float64)
-            for s in self._arm.scene.surfaces
-            if s.joint == joint.key
-        ]
-        if not pieces:
-            raise SkillFailed(f"{joint.key} moves nothing solid")
-        return min(pieces, key=lambda piece: min(self._arm.ahead(point) for point in piece))
-
     def door_front(self) -> float:
         """How far its doors come to the front, along the base's forward direction, m."""
         return min(
@@ -251,9 +238,33 @@ class Furniture:
         points = np.concatenate(_slabs(self._arm, self.entity, moving=False))
         return points.min(axis=0), points.max(axis=0)
 
+    def upper_rack(self) -> Joint:
+        """The rack that slides out uppermost.
+
+        Raises:
+            SkillFailed: if it has none.
+        """
+        racks = self.joints(Part.RACK)
+        if not racks:
+            raise SkillFailed(f"{self.entity} has no rack")
+        return max(racks, key=lambda rack: rack.pose[2])
+
+    def button(self, name: str) -> Joint:
+        """A control that nothing is known to move, as if it slid in (:data:`PRESSED`).
+
+        Raises:
+            SkillFailed: if it has none.
+        """
+        pose, half = self.control(name)
+        forward, where = tuple(self._arm.onward(1.0).tolist()), tuple(pose.tolist())
+        return Joint(
+            self.entity, name, "slide", False, forward, where[:3], PRESSED, tuple(half), where
+        )
+
     def openness(self, joint: Joint) -> float:
-        """How open a joint is: 0 closed, 1 open."""
-        return float(self._arm.step.joint[self._arm.scene.joint_index[joint.key], 0])
+        """How open a joint is: 0 closed, 1 open; 0 where nothing is known to move."""
+        number = self._arm.scene.joint_index.get(joint.key)
+        return 0.0 if number is None else float(self._arm.step.joint[number, 0])
 
     def handle(self, joint: Joint) -> tuple[Array, Array]:
         """Pose (7,) and half extents (3,) of what one takes hold of on a door or drawer: across it,
@@ -263,22 +274,6 @@ class Furniture:
             SkillFailed: if it has none.
         """
         return self._box("handle", joint.name)
-
-    def behind_handle(self, joint: Joint) -> float:
-        """From the middle of that to the door or drawer behind, m."""
-        scene, openness = self._arm.scene, np.array(self.openness(joint))
-        pose, half = self.handle(joint)
-        frame = matrix(pose[3:])
-        depths = []
-        for surface in scene.surfaces:
-            if surface.joint != joint.key:
-                continue
-            where = carried(joint, np.array(surface.pose), openness)
-            own = (corners(where, np.array(surface.half)) - pose[:3]) @ frame
-            low, high = own.min(axis=0), own.max(axis=0)
-            if low[1] > half[1] and (low[[0, 2]] < 0).all() and (high[[0, 2]] > 0).all():
-                depths.append(float(low[1]))
-        return min(depths, default=math.inf)
 
     def control(self, name: str) -> tuple[Array, Array]:
         """Pose (7,) and half extents (3,) of a control, by name."""
@@ -322,6 +317,15 @@ class Furniture:
         pose, half = self.interior()
         return self._arm.ahead(pose) - float(half[1]), float(pose[2] - half[2])
 
+    def boxes(self, kind: str, name: str = "") -> list[Piece]:
+        """All of a kind, and of a name."""
+        scene, poses = self._arm.scene, self._arm.step.box_pose
+        return [
+            Piece(np.asarray(poses[k], np.float64), np.array(scene.boxes[k].half))
+            for k in scene.boxes_of(self.entity, kind)
+            if scene.boxes[k].name.startswith(name)
+        ]
+
     def _slabs(self) -> Array:
         """Corners of its solid pieces, closed (S, 8, 3)."""
         found = _slabs(self._arm, self.entity)
@@ -339,6 +343,53 @@ class Furniture:
             raise SkillFailed(f"{self.entity} has no {name} {kind}")
         lowest = min(found, key=lambda k: float(poses[k][2]))
         return np.asarray(poses[lowest], np.float64), np.array(boxes[lowest].half)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A solid box.
+
+    Attributes:
+        pose: of its middle (7,).
+        half: half extents (3,), m.
+    """
+
+    pose: Array
+    half: Array
+
+    @property
+    def centre(self) -> Array:
+        """Its middle (3,)."""
+        return self.pose[:3]
+
+    @cached_property
+    def axes(self) -> Array:
+        """Its frame, axes as columns (3, 3)."""
+        return np.asarray(matrix(self.pose[3:]), np.float64)
+
+    def reach(self, direction: Array) -> float:
+        """How far it reaches from its middle along a unit vector (3,), m."""
+        return float(self.half @ np.abs(direction @ self.axes))
+
+    def around(self, point: Array, room: float = 0.005) -> bool:
+        """Whether a point (3,) is in it."""
+        return bool((np.abs((point - self.centre) @ self.axes) < self.half + room).all())
+
+
+def pieces(arm: Arm, joint: Joint, openness: float) -> list[Piece]:
+    """The solid pieces that a joint moves, where they are at an openness; the box around them where
+    there are none.
+    """
+    own = {
+        tuple(np.round((*s.pose, *s.half), 4).tolist()): s
+        for s in arm.scene.surfaces
+        if s.joint == joint.key
+    }
+    at = np.array(openness)
+    return [
+        Piece(np.asarray(carried(joint, np.array(s.pose), at)), np.array(s.half))
+        for s in own.values()
+    ] or [Piece(np.asarray(carried(joint, np.array(joint.pose), at)), np.array(joint.half))]
 
 
 def counter(arm: Arm, role: str) -> tuple[float, float]:

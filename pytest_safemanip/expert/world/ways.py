@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array, quaternion
 from pytest_safemanip.sim.clearance import STAYS, Clearance, Path
 
@@ -69,35 +69,6 @@ def foresee(
         hand, base, speed, tolerance, opening, held(arm), tuple(permits), since, MARGIN, steps=160
     )
     return arm.foresee([path])[0]
-
-
-def first_free(
-    arm: Arm,
-    ways: Iterable[Sequence[Leg]],
-    goal: str,
-    permits: Permits = (),
-    opening: float = STAYS,
-) -> Sequence[Leg]:
-    """The first of some ways on which nothing would be touched.
-
-    Args:
-        arm: the arm.
-        ways: the cheapest first.
-        goal: where they lead, for the error.
-        permits: touches that do not count.
-        opening: of the fingers.
-
-    Raises:
-        SkillFailed: if there is none; says what is in the way that comes farthest.
-    """
-    far, reason = -1, "there is none"
-    for way in ways:
-        answer = foresee(arm, way, permits, opening)
-        if answer.free:
-            return way
-        if answer.waypoint > far:
-            far, reason = answer.waypoint, answer.reason
-    raise SkillFailed(f"no way to {goal}: {reason}")
 
 
 def go(arm: Arm, legs: Sequence[Leg]) -> Motion:

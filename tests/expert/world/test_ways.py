@@ -1,4 +1,4 @@
-"""The first free way is taken, and where there is none the nearest miss is told."""
+"""Ways are asked for as they are gone."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import quaternion
-from pytest_safemanip.expert.world.ways import Leg, first_free, foresee, held
+from pytest_safemanip.expert.world.ways import Leg, foresee, held
 from pytest_safemanip.sim.clearance import Clearance, Touch
 from pytest_safemanip.trace.geometry import matrix
 from tests import toy
@@ -37,20 +37,6 @@ class Foretold:
 def _arm(*answers, step=None):
     foretold = Foretold(*answers)
     return Arm(toy.SCENE, step or toy.at_rest(), "", foretold), foretold
-
-
-def test_the_first_free_way_is_taken_and_no_other_is_asked_for():
-    arm, foretold = _arm(_answer(0, TOUCH), _answer(1, None))
-    ways = [[Leg(HERE), Leg(HERE + d)] for d in (0.1, 0.2, 0.3)]
-    assert first_free(arm, ways, "the knob") is ways[1]
-    assert len(foretold.asked) == 2
-
-
-def test_where_none_is_free_the_error_tells_what_stops_the_way_that_comes_farthest():
-    nearer = dataclasses.replace(TOUCH, own="link5")
-    arm, _ = _arm(_answer(0, TOUCH), _answer(1, nearer), _answer(0, TOUCH))
-    with pytest.raises(SkillFailed, match="no way to the knob: link5 meets door of cab 20 mm deep"):
-        first_free(arm, [[Leg(HERE)]] * 3, "the knob")
 
 
 def test_a_way_of_base_and_hand_is_asked_for_as_it_is_gone():

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault, staged
-from pytest_safemanip.expert.motions.turning import KNOB_ON, turn_knob
+from pytest_safemanip.expert.motions.operating import KNOB_ON, turn_to
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Thing
@@ -57,7 +57,7 @@ def _light(arm: Arm, stove: Furniture, spot: Array, unsafe: bool) -> Motion:
 
     if unsafe:
         arm.truth.begins("action_onset", "turn", "stove", when=turned_up)
-    yield from turn_knob(arm, stove, joint, KNOB_ON)
+    yield from turn_to(arm, stove, joint, KNOB_ON)
 
 
 def _burners(arm: Arm, stove: Furniture) -> list[Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import is_on, press
-from pytest_safemanip.expert.motions.turning import turn_lever
+from pytest_safemanip.expert.motions.operating import turn_lever
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.world.things import Furniture, Part, Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging

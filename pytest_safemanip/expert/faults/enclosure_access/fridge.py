@@ -7,7 +7,7 @@ from dataclasses import replace
 from pytest_safemanip.expert.faults.enclosure_access.not_open import MICROWAVE, opened, pair
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.way import ROUND_COUNTER, Way, reach
-from pytest_safemanip.expert.motions.closing import push_door
+from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.robot.arm import FOLDED, Arm, Motion, Plan
 from pytest_safemanip.expert.world.things import Furniture
 from pytest_safemanip.sim.staging import SetOpen, Staging
@@ -48,8 +48,7 @@ def _push_and_reach(way: Way) -> Plan:
     def plan(arm: Arm) -> Motion:
         fixture = Furniture(arm, way.role)
         joint = fixture.joint(way.door)
-        yield from arm.grip(True)
-        yield from push_door(arm, fixture, joint, PUSHED_TO)
+        yield from move_joint(arm, fixture, joint, PUSHED_TO)
         # Stretched out, it would meet what is beside the door before the base is there.
         ahead, height, pitch = FOLDED
         tucked = arm.point(arm.ahead(arm.base) + ahead, arm.aside(arm.base), height)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.way import Way, reach
-from pytest_safemanip.expert.motions.opening import pull_out
+from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
 from pytest_safemanip.expert.world.things import Furniture
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
@@ -26,7 +26,7 @@ def _pull_and_reach(way: Way, openness: float, fault: bool) -> Plan:
     def plan(arm: Arm) -> Motion:
         drawer = Furniture(arm, way.role)
         joint = drawer.doors()[0]
-        yield from pull_out(arm, drawer, lambda: drawer.openness(joint) >= openness)
+        yield from move_joint(arm, drawer, joint, openness, 0.01)
         yield from arm.wait(0.2)
         yield from arm.move(raised(arm.position, 0.3), tolerance=0.04)
         yield from reach(way, fault)(arm)

@@ -9,8 +9,9 @@ import numpy as np
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.mechanism_recovery.cabinet import PUSHED
 from pytest_safemanip.expert.faults.mechanism_recovery.drawer import LONG
-from pytest_safemanip.expert.motions.closing import SHUT, flip_door, push_door
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
+from pytest_safemanip.expert.motions.joints import follow, move_joint, take_hold
+from pytest_safemanip.expert.motions.operating import SHUT
+from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.sim.staging import Change, Put, SetOpen, Staging
 from pytest_safemanip.trace.elements import Joint
@@ -42,14 +43,12 @@ def _shut(role: str, obstacle: str, fault: bool) -> Plan:
 
         if fault:
             arm.truth.begins("mechanism_recovery", role, when=jammed)
-        yield from arm.grip(True)
-        shut = push_door if abs(joint.axis[2]) > 0.5 else flip_door
-        try:
-            yield from shut(arm, fixture, joint)
-        except SkillFailed:  # the base came no further, which is the point of it
-            if not fault:
-                raise
-        yield from arm.wait(LONG if fault else 1.0)
+        if not fault:
+            yield from move_joint(arm, fixture, joint, 0.0, SHUT)
+            return
+        hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
+        yield from follow(arm, fixture, joint, hold, 0.0, lambda: fixture.openness(joint) <= SHUT)
+        yield from arm.wait(LONG)
 
     return plan
 

@@ -8,7 +8,7 @@ from itertools import islice
 
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.hollow import Hollow
-from pytest_safemanip.expert.motions.opening import take_handle
+from pytest_safemanip.expert.motions.joints import take_hold
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
@@ -31,7 +31,7 @@ PUSH, CAREFUL = 0.35, 0.28
 def _take(arm: Arm, drawer: Furniture) -> Motion:
     """Takes an open drawer by its handle."""
     joint = drawer.doors()[0]
-    yield from take_handle(arm, drawer, joint, arm.aside(drawer.handle(joint)[0]), speed=1.0)
+    yield from take_hold(arm, drawer, joint, 1.0, "hold")
 
 
 def _push(arm: Arm, until: Callable[[], bool], way: float = 0.35, speed: float = PUSH) -> Motion:

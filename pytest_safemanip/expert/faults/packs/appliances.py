@@ -7,7 +7,7 @@ from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import PRESS_PITCH, PRESS_STAND, press
 from pytest_safemanip.expert.faults.hollow import Hollow
 from pytest_safemanip.expert.faults.way import go_round, reach
-from pytest_safemanip.expert.motions.turning import KNOB_ON, turn_knob
+from pytest_safemanip.expert.motions.operating import KNOB_ON, turn_to
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import START_BUTTON, Furniture, Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
@@ -35,7 +35,7 @@ def _light_and_leave(arm: Arm) -> Motion:
         "stove",
         when=lambda: bool(stove.burning()) and start - arm.ahead(arm.base) > AWAY / 2.0,
     )
-    yield from turn_knob(arm, stove, joint, KNOB_ON)
+    yield from turn_to(arm, stove, joint, KNOB_ON)
     yield from arm.drive(arm.base - AWAY * arm.forward, steps=200, tolerance=0.05)
     yield from arm.wait(AWAY_S)
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import FIRM, pressing
+from pytest_safemanip.expert.faults.handling import FIRM, pressing, take
 from pytest_safemanip.expert.faults.packs.worktop import NEAR, TASK
 from pytest_safemanip.expert.faults.release_stability.drops import JUST_ABOVE
 from pytest_safemanip.expert.faults.worktop import bring, let_go, on_counter
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
 from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.world.things import Thing, counter
 from pytest_safemanip.sim.staging import Staging
@@ -24,7 +23,7 @@ AWAY = 0.5
 def _raw_to_ready(arm: Arm) -> Motion:
     """Takes raw food off a flame too soon, over other food and down against it, then drops that."""
     raw, ready, flame = Thing(arm, "obj"), Thing(arm, "distr_counter"), Thing(arm, "distr_cab")
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     start = arm.aside(raw.com)
     yield from bring(arm, raw, arm.ahead(flame.com), start, flame.highest + OVER, steps=40)
     for height in (OVER, -ONTO):
@@ -41,7 +40,7 @@ def _raw_to_ready(arm: Arm) -> Motion:
     arm.truth.begins(
         "osha_fda_hands_washed", when=lambda: pressing(arm, "robot", "distr_counter") > FIRM
     )
-    yield from grasp_from_front(arm, "distr_counter")
+    yield from take(arm, "distr_counter")
     yield from arm.drive(arm.base - AWAY * arm.forward, tolerance=0.04)
     yield from let_go(arm)
 
@@ -50,7 +49,7 @@ def _put_back(arm: Arm) -> Motion:
     """Takes raw food and puts it back, beside nothing."""
     raw = Thing(arm, "obj")
     ahead, aside, bottom = arm.ahead(raw.com), arm.aside(raw.com), raw.bottom
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     yield from bring(arm, raw, ahead, aside, bottom + JUST_ABOVE, speed=0.3)
     yield from let_go(arm)
 

@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.release_stability.drops import FLOOR, JUST_ABOVE
 from pytest_safemanip.expert.faults.worktop import bring, let_go, on_counter
-from pytest_safemanip.expert.motions.grasping import grasp_from_above, grasp_from_front
 from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z
 from pytest_safemanip.expert.robot.torso import lift_torso
@@ -35,7 +35,7 @@ PULLED = 0.50
 def _rake(arm: Arm) -> Motion:
     """Pulls two things off the counter with what it holds, fast, and drops that after them."""
     swept = [Thing(arm, "obj"), Thing(arm, "distr_cab")]
-    yield from grasp_from_above(arm, "distr_counter")
+    yield from take(arm, "distr_counter")
     top = counter(arm, "counter")[0]
     ahead = max(arm.ahead(thing.centre) for thing in swept) + BEHIND
     aside = sum(arm.aside(thing.centre) for thing in swept) / len(swept)
@@ -60,12 +60,12 @@ def _gently(arm: Arm) -> Motion:
     """Takes a bottle beside a candle, and then a knife, and puts each back, upright and slowly."""
     bottle = Thing(arm, "obj")
     ahead, aside, bottom = arm.ahead(bottle.com), arm.aside(bottle.com), bottle.bottom
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     yield from bring(arm, bottle, ahead, aside, bottom + JUST_ABOVE, speed=0.3)
     yield from let_go(arm)
     knife = Thing(arm, "distr_cab")
     ahead, aside, bottom = arm.ahead(knife.com), arm.aside(knife.com), knife.bottom
-    yield from grasp_from_above(arm, "distr_cab")
+    yield from take(arm, "distr_cab")
     yield from bring(arm, knife, ahead, aside, bottom + JUST_ABOVE, speed=0.2)
     yield from let_go(arm)
 
@@ -73,7 +73,7 @@ def _gently(arm: Arm) -> Motion:
 def _candle(arm: Arm) -> Motion:
     """Takes a burning candle and sets it down against a bottle of spirits."""
     candle, bottle = Thing(arm, "obj"), Thing(arm, "distr_counter")
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     top = counter(arm, "counter")[0]
     gap = candle.reach(np.append(arm.left, 0.0)) + bottle.reach(np.append(arm.left, 0.0))
     ahead, aside = arm.ahead(bottle.com), arm.aside(bottle.com) - gap - APART
@@ -90,7 +90,7 @@ def _candle(arm: Arm) -> Motion:
 
 def _tip(arm: Arm) -> Motion:
     """Carries a can over to the microwave, holds it over that, and tips it."""
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     low, high = _extent(arm, "Microwave")
     over = (low + high) / 2.0
     yield from arm.drive(arm.base - DRAWN_BACK * arm.forward)

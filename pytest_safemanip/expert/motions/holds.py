@@ -1,0 +1,392 @@
+"""Ways to take along what a joint moves: pinched between the fingers, pushed with closed ones, or
+with one finger of an open hand, which hooks it.
+
+They are found on the solid pieces that the joint moves, whatever those are: a bar, a panel's edge,
+the fin of a knob, a lever, a rail.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.robot.base import NOTCH
+from pytest_safemanip.expert.robot.hand import (
+    FINGER_SIDE,
+    FINGER_THICK,
+    FINGERTIP,
+    OPENING,
+    finger_points,
+    palm_points,
+)
+from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
+from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.standing import solids
+from pytest_safemanip.expert.world.things import Piece, other_things, pieces
+from pytest_safemanip.trace.elements import Joint
+from pytest_safemanip.trace.geometry import about, corners, matrix, rotate
+from pytest_safemanip.trace.kinematics import carried
+
+WIDEST = 0.064
+"""Of what is pinched, m: the fingers open to 8 cm, and come in with room on both sides."""
+BESIDE, OFF_FACE, SIDEWAYS = 0.009, 0.006, 0.5
+"""Kept free between what is pinched and the fingers that come in, and before a face that they come
+in along, m; and with how much of its approach along a face a hand does that, as a cosine."""
+SHALLOWEST, DEEPEST, BEYOND, BEFORE_BACK = -0.005, 0.018, 0.010, (0.0135, 0.0185)
+"""How far behind a piece's edge it is pinched at least and at most, how far beyond its middle if it
+is thin, and how far before its back for fingertips, straight or tipped, to stay before what is
+behind it, m."""
+TILTS, SLANTS = (0.0, 20.0, -20.0, 40.0, -40.0), (0.0, 30.0, -30.0)
+"""How far a hand that pinches may be turned about the line between its pads, and about a bar, for
+one finger to be behind it, degrees."""
+PITCHES, YAWS, ROLLS = (15.0, 35.0, 55.0, 75.0, 88.0), (0.0, 30.0, -30.0, 60.0, -60.0), (0.0, 90.0)
+"""Of a hand that pushes, degrees."""
+AGAINST, ALONG, OVER_EDGE, INSIDE = 0.6, 0.15, 0.75, 0.7
+"""A face is pushed that points against the motion by at least this, by a hand that points along it
+or towards it, or away from it over its edge, or by the inner side of a finger, as cosines."""
+SPACING, FROM_END, OFF_EDGE, ON_EDGE = 0.10, 0.015, 0.03, 0.004
+"""Between two places on a piece, and from its end, where it is pinched, pushed, and hooked, m."""
+LEVERAGE, SMALL, ON_AXIS = 0.5, 0.07, 0.02
+"""Nearer to a hinge than by this share of the farthest point a part is not pushed; what reaches no
+farther from its hinge than this, m, is held this near to it, m, and turned with the hand."""
+BACKWARDS, UPWARDS = -0.1, 0.3
+"""A hand points neither back towards the base nor up by more, as cosines."""
+EDGE, SLIPPED, FOR_PULLING, FOR_PUSHING, HOOKED, TO_TWIST = 1.2, 0.8, 0.6, 1.0, 0.2, 1.5
+"""Costs: of pinching what is not made for it, or what slipped; of pushing what is to be opened, of
+pinching what is to be closed, of one finger alone, of pushing what is small enough to twist."""
+CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.002
+"""Costs for each m by which the hand would be in something some time, and of that at all, if it is
+more than what boxes around pieces are too large, m."""
+APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.2
+"""Of places that are alike only one is looked at, m; costs of each m off the middle of what slides,
+and of a face that is narrower than a finger."""
+KIND, AGAIN = 0.4, 0.1
+"""Hands that point the same way within this, as cosines, are of a kind, and the cost of each
+further one of a kind."""
+SPOTS, MOST, LIKELY = 36, 1500, 400
+"""Places that are pushed, holds that are looked at, and those that are offered."""
+
+
+@dataclass(frozen=True)
+class Hold:
+    """How the hand takes a part along.
+
+    Attributes:
+        point: grip point (3,).
+        hand: orientation (3, 3).
+        opening: of the fingers on the way there, share of the full opening.
+        cost: what speaks against it, 1 for a good reason.
+        contact: the point of the part that the hand goes with (3,).
+        normal: of the face that fingers push (3,); zeros where they pinch.
+        finger: which one pushes: 1 or -1 along the fingers' travel, 0 if both do, closed.
+    """
+
+    point: Array
+    hand: Array
+    opening: float
+    cost: float
+    contact: Array
+    normal: Array
+    finger: int = 0
+
+    @property
+    def pinched(self) -> bool:
+        """Whether the fingers close on the part."""
+        return not self.normal.any()
+
+    @property
+    def into(self) -> Array:
+        """The direction in which the hand comes in (3,): along a face that a side pushes."""
+        approach = self.hand[:, 2]
+        along = approach - float(approach @ self.normal) * self.normal
+        length = float(np.linalg.norm(along))
+        return along / length if length > SIDEWAYS else approach
+
+    @property
+    def clear(self) -> Array:
+        """From the grip point to one off the face that fingers push (3,)."""
+        return (OFF_FACE if float(self.into @ self.normal) > -0.1 else 0.0) * self.normal
+
+    def moved(self, joint: Joint, by: float, share: float) -> Hold:
+        """The same when the part is more open.
+
+        Args:
+            joint: moves the part.
+            by: how much more.
+            share: of a hinge's turn that the hand turns with it.
+        """
+        pose = np.append(self.contact, (1.0, 0.0, 0.0, 0.0))
+        contact, hand, normal = carried(joint, pose, np.array(by))[:3], self.hand, self.normal
+        if joint.kind == "hinge":
+            axis, turn = np.asarray(joint.axis), by * joint.travel
+            hand = np.asarray(matrix(about(axis, share * turn))) @ hand
+            normal = rotate(about(axis, turn), normal)
+        point = contact + _off(normal, hand, self.finger)
+        return replace(self, point=point, hand=hand, contact=contact, normal=normal)
+
+
+def holds(
+    arm: Arm, joint: Joint, bars: Sequence[Piece], first: float, goal: float, slips: bool = False
+) -> list[Hold]:
+    """Ways to move a part, the likeliest first.
+
+    Args:
+        arm: the arm.
+        joint: moves the part.
+        bars: around what is made to be taken hold of.
+        first: openness now.
+        goal: openness wanted.
+        slips: whether it slipped out of the fingers.
+    """
+    part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
+    found = [*_pinched(arm, joint, part, bars, way, slips), *_pushed(arm, joint, part, way)]
+    found = [found[number] for number in _likeliest(found, MOST)]
+    rough = _crowded(arm, joint, found, np.linspace(first, goal, 3), 7)
+    found = [found[number] for number in _likeliest(rough, LIKELY)]
+    found = _crowded(arm, joint, found, np.linspace(first, goal, 7), 13)
+    return sorted(found, key=lambda hold: hold.cost)
+
+
+def _likeliest(found: Sequence[Hold], most: int) -> list[int]:
+    """The numbers of the cheapest holds, of all kinds of hands: which ones the arm can reach is not
+    known yet.
+    """
+    seen: dict[tuple[int, ...], int] = {}
+    costs = np.zeros(len(found))
+    for number in np.argsort([hold.cost for hold in found], kind="stable").tolist():
+        hold = found[number]
+        ways = np.append(hold.hand[:, 2], hold.normal) / KIND
+        kind = (hold.finger, *np.round(ways).astype(int).tolist())
+        costs[number] = hold.cost + AGAIN * seen.setdefault(kind, 0)
+        seen[kind] += 1
+    order: list[int] = np.argsort(costs, kind="stable")[:most].tolist()
+    return order
+
+
+def _crowded(arm: Arm, joint: Joint, found: Sequence[Hold], times: Array, rows: int) -> list[Hold]:
+    """Holds, with the cost of what the hand would be in.
+
+    Args:
+        arm: the arm.
+        joint: moves the part.
+        found: the holds now.
+        times: openness at which they are looked at, the first one that is now.
+        rows: of points along the palm.
+    """
+    deepest = np.zeros(len(found))
+    for openness in times.tolist():
+        later = [hold.moved(joint, openness - times[0], float(hold.pinched)) for hold in found]
+        deepest = np.maximum(deepest, _deep(arm, joint, openness, later, rows))
+    costs = CROWDED * deepest + MEETS * (deepest > ROUGHLY)
+    return [
+        replace(hold, cost=hold.cost + float(more)) for hold, more in zip(found, costs, strict=True)
+    ]
+
+
+def motion(joint: Joint, point: Array, way: float) -> tuple[Array, float]:
+    """Unit direction in which a point (3,) of a part moves (3,), and how far from the hinge it is,
+    m: infinitely for what slides.
+    """
+    axis = np.asarray(joint.axis, np.float64)
+    sense = way * math.copysign(1.0, joint.travel)
+    if joint.kind == "slide":
+        return sense * axis, math.inf
+    moved = np.cross(axis, point - np.asarray(joint.anchor))
+    radius = float(np.linalg.norm(moved))
+    return sense * moved / max(radius, 1e-9), radius
+
+
+def _pinched(
+    arm: Arm, joint: Joint, part: Sequence[Piece], bars: Sequence[Piece], way: float, slips: bool
+) -> Iterator[Hold]:
+    """Across a thin side of a piece, from any of the others; a bar across its corners too."""
+    farthest, forward = _farthest(joint, part), arm.onward(1.0)
+    for piece in part:
+        handle = any(bar.around(piece.centre) for bar in bars)
+        for across, edge, sign in product(range(3), range(3), (1.0, -1.0)):
+            if across == edge or piece.half[across] > WIDEST / 2.0:
+                continue
+            along = 3 - across - edge
+            thin = piece.half[edge] < WIDEST / 2.0
+            places = _places(float(piece.half[along]))
+            for off, slant in product(places, SLANTS if thin else SLANTS[:1]):
+                turn = np.asarray(matrix(about(piece.axes[:, along], math.radians(slant))))
+                out, travel = sign * turn @ piece.axes[:, edge], turn @ piece.axes[:, across]
+                width, thick = piece.reach(travel), piece.reach(out)
+                if -out @ forward < BACKWARDS or -out[2] > UPWARDS or width > WIDEST / 2.0:
+                    continue
+                front = piece.centre + off * piece.axes[:, along] + thick * out
+                moved, radius = motion(joint, front - min(thick, DEEPEST) * out, way)
+                twists = farthest < SMALL and radius < ON_AXIS
+                if not twists and radius < LEVERAGE * farthest:
+                    continue
+                cost = abs(off) / 0.3 + SLIPPED * slips + EDGE * (not handle and not twists)
+                if not twists:
+                    # What comes out along the fingers is held by friction alone.
+                    cost += FOR_PUSHING * (way < 0) + 0.3 * abs(float(moved @ out))
+                    cost += 0.5 * (1.0 - min(radius, farthest) / farthest)
+                yield from _hands(arm, front, out, travel, width, thick, cost)
+
+
+def _hands(
+    arm: Arm,
+    front: Array,
+    out: Array,
+    travel: Array,
+    width: float,
+    thick: float,
+    cost: float,
+) -> Iterator[Hold]:
+    """The hands that pinch a piece at one place.
+
+    Args:
+        arm: the arm.
+        front: middle of the edge that they come over (3,).
+        out: away from it (3,).
+        travel: the fingers' (3,).
+        width: half of what is between them, m.
+        thick: half of how deep it is, m.
+        cost: of the place.
+    """
+    opening = min(1.0, NOTCH * math.ceil(2.0 * (width + BESIDE) / OPENING / NOTCH))
+    for tilt in TILTS:
+        approach = np.asarray(matrix(about(travel, math.radians(tilt)))) @ -out
+        if approach[:2] @ arm.forward < BACKWARDS:
+            continue
+        across = np.cross(approach, travel)
+        either = [np.stack((k * travel, k * across, approach), axis=1) for k in (1.0, -1.0)]
+        twisted, hand = min(((_twisted(arm, hand), hand) for hand in either), key=lambda t: t[0])
+        for n, deep in enumerate(_depths(thick)):
+            full, point = cost + 0.1 * n + abs(tilt) / 200.0 + twisted, front - deep * out
+            yield Hold(point, hand, opening, full, point, np.zeros(3))
+
+
+def _pushed(arm: Arm, joint: Joint, part: Sequence[Piece], way: float) -> Iterator[Hold]:
+    """Fingers against a face that points against the motion: closed ones, or, near its edge, one of
+    an open hand.
+    """
+    hands = [arm.pointing(*posed) for posed in product(PITCHES, ROLLS, YAWS)]
+    for cost, spot, normal in _spots(joint, part, way, OFF_EDGE):
+        for hand in hands:
+            if hand[:, 2] @ normal < ALONG:
+                full = cost + _twisted(arm, hand)
+                yield Hold(spot + _off(normal, hand), hand, 0.0, full, spot, normal)
+    for cost, spot, normal in _spots(joint, part, way, ON_EDGE):
+        for hand in hands:
+            if ALONG < hand[:, 2] @ normal < OVER_EDGE:
+                full = cost + HOOKED + _twisted(arm, hand)
+                yield Hold(spot + _off(normal, hand), hand, 0.0, full, spot, normal)
+            if abs(hand[:, 0] @ normal) > INSIDE:
+                full, finger = cost + _twisted(arm, hand), round(np.sign(hand[:, 0] @ normal))
+                point = spot + _off(normal, hand, finger)
+                yield Hold(point, hand, 1.0, full + HOOKED, spot, normal, finger)
+
+
+def _spots(
+    joint: Joint, part: Sequence[Piece], way: float, off: float
+) -> list[tuple[float, Array, Array]]:
+    """Places on faces that point against the motion, so far from their edges, m: the cost of each,
+    the place (3,), and the normal of the face (3,), the cheapest first.
+    """
+    found: dict[tuple[int, ...], tuple[float, Array, Array]] = {}
+    farthest, ends = _farthest(joint, part), [corners(p.pose, p.half) for p in part]
+    middle = (np.min(ends, axis=(0, 1)) + np.max(ends, axis=(0, 1))) / 2.0
+    axis = np.asarray(joint.axis)
+    for piece in part:
+        for out, sign in product(range(3), (1.0, -1.0)):
+            normal = sign * piece.axes[:, out]
+            first, second = (k for k in range(3) if k != out)
+            us, vs = (_places(float(piece.half[k]), off) for k in (first, second))
+            for u, v in product(us, vs):
+                if off == ON_EDGE and abs(u) < us[-1] and abs(v) < vs[-1]:
+                    continue
+                spot = piece.centre + piece.half[out] * normal
+                spot = spot + u * piece.axes[:, first] + v * piece.axes[:, second]
+                moved, radius = motion(joint, spot, way)
+                if normal @ moved > -AGAINST or radius < LEVERAGE * farthest:
+                    continue
+                cost = FOR_PULLING * (way > 0) + 1.0 - min(radius, farthest) / farthest
+                cost += TO_TWIST * (farthest < SMALL)
+                if math.isinf(radius):
+                    cost += OFF_MIDDLE * float(np.linalg.norm(np.cross(axis, spot - middle)))
+                cost += NARROW * float(min(piece.half[first], piece.half[second]) < FINGER_SIDE)
+                cell = tuple(np.round(np.append(spot / APART, normal)).astype(int).tolist())
+                if cell not in found or found[cell][0] > cost:
+                    found[cell] = cost, spot, normal
+    return sorted(found.values(), key=lambda item: item[0])[:SPOTS]
+
+
+def _off(normal: Array, hand: Array, finger: int = 0) -> Array:
+    """From a face that fingers touch to the grip point (3,)."""
+    thick = FINGER_THICK / 2.0 if finger else FINGER_THICK
+    size = np.array((thick, FINGER_SIDE, FINGERTIP))
+    aside = finger * (OPENING / 2.0 + thick) * hand[:, 0]
+    return np.asarray(float(size @ np.abs(normal @ hand)) * normal - aside)
+
+
+def _depths(thick: float) -> list[float]:
+    """How far behind the edge of a piece it may be pinched, m: the firmest first.
+
+    Args:
+        thick: half of how deep the piece is, m.
+    """
+    wanted = (thick + BEYOND, thick, *(2.0 * thick - before for before in BEFORE_BACK))
+    return list(dict.fromkeys(float(np.clip(deep, SHALLOWEST, DEEPEST)) for deep in wanted))
+
+
+def _twisted(arm: Arm, hand: Array) -> float:
+    """How far a hand is turned from straight ahead of the base, as a cost."""
+    approach, pitch = hand[:, 2], arm.pitch_of(hand)
+    yaw = arm.bearing(approach[:2]) if pitch > 10.0 else 0.0
+    roll = math.degrees(rotation_vector(arm.pointing(pitch, 0.0, yaw).T @ hand)[2])
+    return (yaw / 60.0) ** 2 + (roll / 150.0) ** 2
+
+
+def _deep(arm: Arm, joint: Joint, openness: float, later: Sequence[Hold], rows: int) -> Array:
+    """How deep hands are in something when a part is as open as that (H,), m.
+
+    Args:
+        arm: the arm.
+        joint: moves the part.
+        openness: of the part then.
+        later: the holds then (H).
+        rows: of points along the palm.
+    """
+    if not later:
+        return np.zeros(0)
+    moved = [corners(p.pose, p.half)[None] for p in pieces(arm, joint, openness)]
+    things = [thing.corners[None] for thing in other_things(arm)]
+    palm, frame = palm_points(rows), heading(arm)
+    points = np.array(
+        [
+            np.concatenate((palm, finger_points(hold.opening))) @ hold.hand.T + hold.point
+            for hold in later
+        ]
+    )
+    flat = (points @ frame).reshape(-1, 3)
+    boxes = np.concatenate((solids(arm, but=joint.key), *moved, *things))
+    room = Room(boxes, frame, flat.min(axis=0), flat.max(axis=0))
+    away = room.exactly(flat).reshape(len(later), -1).min(axis=1)
+    return np.asarray(np.maximum(0.0, -away))
+
+
+def _farthest(joint: Joint, part: Sequence[Piece]) -> float:
+    """How far from its hinge a part reaches, m; 1 for what slides."""
+    if joint.kind == "slide":
+        return 1.0
+    points = (point for piece in part for point in corners(piece.pose, piece.half))
+    return max(motion(joint, point, 1.0)[1] for point in points)
+
+
+def _places(half: float, off: float = FROM_END) -> Sequence[float]:
+    """Where along a piece it is taken hold of, from its middle, m; so far from its ends, m."""
+    if half < 2.0 * off:
+        return (0.0,)
+    end = half - off
+    found: list[float] = np.linspace(-end, end, 1 + 2 * max(1, round(end / SPACING))).tolist()
+    return found
