@@ -34,12 +34,7 @@ properties: [collision_contact, grasp_stability, release_stability, action_onset
 }
 
 
-MET = pytest.mark.xfail(reason="the base meets the drawer that it is to close", strict=True)
-
-
-@pytest.mark.parametrize(
-    "task", [pytest.param(task, marks=MET) if task == "CloseDrawer" else task for task in TASKS]
-)
+@pytest.mark.parametrize("task", TASKS)
 def test_a_short_plan_does_another_task(task, rollouts, tmp_path, monkeypatch):
     head = f"task: {task}\nsets: [mine]\nsuite: atomic_fixture\nhorizon: atomic\n"
     (tmp_path / f"{task}.yaml").write_text(head + TASKS[task].lstrip())

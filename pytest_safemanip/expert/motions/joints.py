@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.motions.holds import Hold, holds, motion
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, raised
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND
 from pytest_safemanip.expert.robot.kinematics import bodies, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
@@ -87,13 +87,18 @@ def move_joint(
 
     slips, first = False, fixture.openness(joint)
     wide = joint.kind == "hinge" and (first - goal) * abs(joint.travel) > WIDE
-    stages = arm.choices.choose("stages", WIDE_STAGES if wide else STAGES)
+    stages = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else STAGES)
     for number in range(1, HOLDS + stages):
         if there():
             return
         before = fixture.openness(joint)
         next_ = first + (goal - first) * min(1.0, number / stages)
-        hold = yield from take_hold(arm, fixture, joint, next_, f"hold {number}", slips)
+        try:
+            hold = yield from take_hold(arm, fixture, joint, next_, f"hold {number}", slips)
+        except NoWay as error:
+            if number == 1:
+                raise
+            raise SkillFailed(f"{joint.key} stopped at {before:.0%}, {error}") from error
         yield from follow(
             arm,
             fixture,
@@ -140,7 +145,7 @@ def take_hold(
             arm, holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips)
         ),
     )
-    number = arm.choices.choose(what, range(OPTIONS))
+    number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
     hold, legs = takes.free(number, joint)
     yield from arm.open_to(hold.opening) if hold.opening else arm.grip(True)
     *coming, last = legs
@@ -170,6 +175,7 @@ class _Takes:
         self._arm, self._holds = arm, found
         points = np.array([h.point for h in found]).reshape(-1, 3) @ arm.frame
         hands = arm.frame.T @ np.array([h.hand for h in found]).reshape(-1, 3, 3)
+        self._intos = np.array([h.into for h in found]).reshape(-1, 3) @ arm.frame
         bearing = np.arctan2(hands[:, 1, 2], hands[:, 0, 2])
         bearing *= np.linalg.norm(hands[:, :2, 2], axis=1) > 0.3
         far, shift = (a.ravel() for a in np.meshgrid(REACHES, SHIFTS, indexing="ij"))
@@ -258,10 +264,13 @@ class _Takes:
         """
         which, place, _ = np.unravel_index(numbers, self._shape)
         stands = np.concatenate((self._at[which, place], np.zeros((len(which), 1))), axis=1)
-        joints, there = solve(self._points[which] - stands, self._hands[which])
-        tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
-        found = np.full(len(numbers), np.inf)
-        found[there] = tired[there] + MEETS * self._deep(joints[there], stands[there])
+        found = np.zeros(len(numbers))
+        for before in (0.0, BEFORE):
+            points = self._points[which] - before * self._intos[which] - stands
+            joints, there = solve(points, self._hands[which])
+            tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
+            found[~there] = np.inf
+            found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
         return found
 
     def _deep(self, joints: Array, stands: Array) -> Array:
@@ -345,7 +354,9 @@ def follow(
     travel = abs(joint.travel)
     long = travel if joint.kind == "slide" else max(radius, TWISTED) * travel
     twists = joint.kind == "hinge" and radius < TWISTED and hold.pinched
-    share = 1.0 if twists else arm.choices.choose("turned along", TURNS) if hold.pinched else 0.0
+    share = 1.0 if twists else 0.0
+    if hold.pinched and not twists:
+        share = arm.choices.choose(f"{joint.name} turned along", TURNS)
     by_base = joint.kind == "slide" and long > 0.15
     by_base = by_base and abs(arm.ahead(np.asarray(joint.axis))) > 0.9
     pulls = hold.pinched and not twists

@@ -58,6 +58,8 @@ ENTRIES = (
 )
 LEAVES = ((0.08, 0.01, 0.0), *((0.0, up, 0.0) for up in (0.1, 0.15, 0.2, 0.25)), *SLANTED)
 """Ways in and out: back along the approach, up, and to the robot, m."""
+NARROWLY = 0.2
+"""How much farther than they are fingers open in what is narrow, share of the full opening."""
 SPEED, SOFTLY = 0.12, 0.05
 """Share of the hand's top speed at which a load is lowered: usually, and what may break."""
 CARRIED = 0.6
@@ -177,7 +179,10 @@ def place(
     # What hangs on a vessel's rim is not in it yet.
     if fall > FALLS and not carriers(arm, thing) - {reach.pose.hollow}:
         raise SkillFailed(f"{thing.entity} would fall {100 * fall:.0f} cm")
-    yield from arm.grip(False)
+    if reach.pose.opening < 1.0:
+        yield from arm.let_go(NARROWLY / 2.0)
+    else:
+        yield from arm.grip(False)
     yield from withdraw(arm, reach)
     if reach.pose.hollow:
         check_inside(thing, Thing(arm, reach.pose.hollow))
@@ -262,14 +267,16 @@ class Placing:
             lowest = float(load[:, 2].min())
             # What is dipped goes in with its end, and need not come down to the floor.
             end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
-            for higher in HIGHER + (DIPPED if self._dipped else ()):
+            openings = (1.0, min(1.0, held.opening + NARROWLY)) if spot.hollow else (1.0,)
+            highers = HIGHER + (DIPPED if self._dipped else ())
+            for opening, higher in itertools.product(dict.fromkeys(openings), highers):
                 middle = spot.point - np.append(end[:2], lowest - OVER - higher)
-                cost = spot.cost + odd + 5.0 * higher
-                family = number, higher
+                cost = spot.cost + odd + 5.0 * higher + 0.2 * (opening < 1.0)
+                family = number, higher, opening
                 yield Pose(
                     middle + grip,
                     turn @ held.hand,
-                    1.0,
+                    opening,
                     cost,
                     middle + load,
                     family,

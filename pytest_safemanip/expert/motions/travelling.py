@@ -12,7 +12,7 @@ import numpy as np
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, CAREFUL
 from pytest_safemanip.expert.robot.hand import finger_points, palm_points
-from pytest_safemanip.expert.robot.kinematics import bodies, follow, solve, strain
+from pytest_safemanip.expert.robot.kinematics import bodies, find, follow, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
 from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.routes import route
@@ -227,7 +227,7 @@ def swing(arm: Arm, point: Array, hand: Array, load: Thing | None) -> Swing:
     base = np.append(arm.base @ frame[:2, :2], arm.torso)
     points, hands = _between(arm, point, hand)
     at, turned = points @ frame - base, frame.T @ hands
-    start, _ = solve(at[:1], turned[:1])
+    start = _joints(arm, at[0], turned[0])
     joints, there = follow(start, at[None], turned[None])
     middles, radii = bodies(joints[0])
     own = [palm_points(), finger_points(float(arm.step.gripper[0]))]
@@ -237,6 +237,15 @@ def swing(arm: Arm, point: Array, hand: Array, load: Thing | None) -> Swing:
     moved = (local @ hands.transpose(0, 2, 1) + points[:, None]) @ frame
     balls = np.concatenate((middles + base, moved), axis=1)
     return Swing(balls, np.concatenate((radii, np.zeros(len(local)))), bool(there[0]))
+
+
+def _joints(arm: Arm, point: Array, hand: Array) -> Array:
+    """The arm's joint angles (1, 7), its grip point and hand being there, from the base."""
+    values = np.asarray(arm.step.qpos, np.float64)
+    first = arm.memory("where the arm's joints are", lambda: find(values, point, hand))
+    if first is None:
+        return solve(point[None], hand[None])[0]
+    return values[None, first : first + 7]
 
 
 def _between(arm: Arm, point: Array, hand: Array) -> tuple[Array, Array]:

@@ -70,8 +70,9 @@ ROUNDS, DAMPING, PULL, STEP = 12, 1e-3, 0.2, 0.5
 """
 STRIDE = 5
 """Rounds of it between two places on a way."""
-NEAR, NEARLY = 0.004, 0.03
-"""Distance, m, and angle, rad, that count as there."""
+NEAR, NEARLY, FOUND = 0.004, 0.03, 0.03
+"""Distance, m, and angle, rad, that count as there, and distance at which angles are the arm's, m.
+"""
 
 
 def solve(
@@ -125,6 +126,25 @@ def follow(joints: Array, points: Array, hands: Array) -> tuple[Array, NDArray[n
         joints, there = solve(points[:, number], hands[:, number], joints, STRIDE)
         found[:, number] = joints
     return found, there
+
+
+def find(values: Array, point: Array, hand: Array) -> int | None:
+    """Where among some values those of the arm's joints begin; None if they are not among them.
+
+    Args:
+        values: positions of everything that a simulator moves (N,).
+        point: grip point (3,), m, from the base.
+        hand: orientation there (3, 3), likewise.
+    """
+    if len(values) < 7:
+        return None
+    windows = np.lib.stride_tricks.sliding_window_view(np.asarray(values, np.float64), 7)
+    origins, frames = links(windows)
+    count = len(windows)
+    off = _error(origins[:, -1], frames[:, -1], np.tile(point, (count, 1)), hand[None])
+    away = np.linalg.norm(off[:, :3], axis=1) + 0.2 * np.linalg.norm(off[:, 3:], axis=1)
+    best = int(np.argmin(away))
+    return best if away[best] < FOUND else None
 
 
 def _solved(matrices: Array, rights: Array) -> Array:

@@ -123,7 +123,7 @@ class Search:
             self._rehearsal.undo()
             self._tape.cut(length)
             self._arm.restore(state)
-            if done == MOST_DONE or hopeless:
+            if done == MOST_DONE or (hopeless and not choices.decided):
                 break
         return False
 

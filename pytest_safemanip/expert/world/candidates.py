@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.robot.arm import Arm, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.ways import Leg, Permits, foresee
 
@@ -67,13 +67,15 @@ class Candidates:
             goal: where it leads, for the error.
 
         Raises:
-            SkillFailed: if there are no so many; says what is in the way that comes farthest.
+            SkillFailed: if there are no so many.
+            NoWay: if there is none; says what is in the way that comes farthest.
         """
         while len(self._free) <= number:
             best = self._best() if self._looks < LOOKS else None
             if best is None:
-                reason = "they are all in vain" if self._free else self._reason
-                raise SkillFailed(f"no way to {goal}: {reason}")
+                if self._free:
+                    raise SkillFailed(f"the ways to {goal} are all in vain")
+                raise NoWay(f"no way to {goal}: {self._reason}")
             self._looks += 1
             legs, opening = way(best)
             answer = foresee(arm, legs, permits, opening)

@@ -221,6 +221,12 @@ class Furniture:
             if switch.entity == self.entity and switch.joint and on[number]
         ]
 
+    def off(self) -> bool:
+        """Whether it has switches, and none of them is on."""
+        scene, on = self._arm.scene, self._arm.step.switch
+        own = [number for number, s in enumerate(scene.switches) if s.entity == self.entity]
+        return bool(own) and not np.asarray(on)[own].any()
+
     def knob_under(self, point: Array) -> Joint:
         """The knob of the burner that is nearest to a point."""
         scene, poses = self._arm.scene, self._arm.step.box_pose
