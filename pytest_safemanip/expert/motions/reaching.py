@@ -409,11 +409,16 @@ class Reaching:
 
     def _off_load(self, poses: Sequence[Pose], balls: Array, radii: Array) -> NDArray[np.bool_]:
         """Whether the arm behind the hand is off what the hand takes or brings (K,)."""
-        free = np.ones(len(poses), bool)
-        for number, pose in enumerate(poses):
-            apart = balls[number, FOREARM:, None] - (pose.load @ self._frame)[None]
-            away = np.sqrt(np.einsum("spi,spi->sp", apart, apart)).min(axis=1)
-            free[number] = bool((away > radii[FOREARM:] + LINKS_FREE).all())
+        free, first = np.ones(len(poses), bool), 0
+        least = (radii[FOREARM:] + LINKS_FREE) ** 2
+        for _, rows in itertools.groupby(poses, key=id):
+            alike = list(rows)
+            load, last = alike[0].load @ self._frame, first + len(alike)
+            near = balls[first:last, FOREARM:]
+            # Distances squared, by products, for a table of all differences would be large.
+            apart = (load**2).sum(axis=1) - 2.0 * near @ load.T
+            away = (near**2).sum(axis=2) + apart.min(axis=2)
+            free[first:last], first = (away > least).all(axis=1), last
         return free
 
     def _places(self, number: int, pose: Pose, way: Way) -> list[tuple[float, ...]]:

@@ -92,24 +92,23 @@ def solve(
     if start is None:
         start = np.tile(HOME, (len(points), 1))
         start[:, 0] = np.arctan2(points[:, 1], points[:, 0])
-    joints = start
-    eye = DAMPING * np.eye(6)
+    joints = np.ascontiguousarray(start.T)
+    there, wanted = points.T, hands.transpose(1, 2, 0)
+    low, high = LOW[:, None], HIGH[:, None]
     for number in range(rounds + 1):
-        origins, frames = links(joints)
-        error = _error(origins[:, -1], frames[:, -1], points, hands)
+        origins, frames = _chain(joints)
+        error = _error(origins[7], frames[7], there, wanted)
         if number == rounds:
             break
-        axes = frames[:, :7, :, 2]
-        arms = origins[:, -1:] - origins[:, :7]
-        jac = np.concatenate((np.cross(axes, arms), axes), axis=2).transpose(0, 2, 1)
-        home = PULL * (HOME - joints)
-        wanted = error - (jac @ home[..., None])[..., 0]
-        push = _solved(jac @ jac.transpose(0, 2, 1) + eye, wanted)
-        turn = home + (jac.transpose(0, 2, 1) @ push[..., None])[..., 0]
-        most = np.abs(turn).max(axis=1, keepdims=True)
-        joints = np.clip(joints + turn * np.minimum(1.0, STEP / np.maximum(most, STEP)), LOW, HIGH)
-    off = np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1)
-    return joints, (off[0] < NEAR) & (off[1] < NEARLY)
+        axes = frames[:7, :, 2]
+        jac = np.concatenate((_cross(axes, origins[7] - origins[:7]), axes), axis=1)
+        home = PULL * (HOME[:, None] - joints)
+        push = _damped(jac, error - (jac * home[:, None]).sum(axis=0))
+        turn = home + (jac * push).sum(axis=1)
+        most = np.abs(turn).max(axis=0)
+        joints = np.clip(joints + turn * np.minimum(1.0, STEP / np.maximum(most, STEP)), low, high)
+    off = np.linalg.norm(error[:3], axis=0), np.linalg.norm(error[3:], axis=0)
+    return joints.T, (off[0] < NEAR) & (off[1] < NEARLY)
 
 
 def follow(joints: Array, points: Array, hands: Array) -> tuple[Array, NDArray[np.bool_]]:
@@ -139,38 +138,58 @@ def find(values: Array, point: Array, hand: Array) -> int | None:
     if len(values) < 7:
         return None
     windows = np.lib.stride_tricks.sliding_window_view(np.asarray(values, np.float64), 7)
-    origins, frames = links(windows)
-    count = len(windows)
-    off = _error(origins[:, -1], frames[:, -1], np.tile(point, (count, 1)), hand[None])
-    away = np.linalg.norm(off[:, :3], axis=1) + 0.2 * np.linalg.norm(off[:, 3:], axis=1)
+    origins, frames = _chain(windows.T)
+    off = _error(origins[7], frames[7], point[:, None], hand[..., None])
+    away = np.linalg.norm(off[:3], axis=0) + 0.2 * np.linalg.norm(off[3:], axis=0)
     best = int(np.argmin(away))
     return best if away[best] < FOUND else None
 
 
-def _solved(matrices: Array, rights: Array) -> Array:
-    """Solutions (K, N) of positive definite systems (K, N, N): by hand, for a library's threads
-    wait for one another longer than this takes.
+def _damped(jac: Array, rights: Array) -> Array:
+    """Solutions (6, K) of the damped normal equations of some Jacobians (7, 6, K): by hand, for a
+    library's threads wait for one another longer than this takes.
     """
-    size = rights.shape[1]
-    table = np.concatenate((matrices, rights[..., None]), axis=2)
-    for row in range(size):
-        table[:, row] /= table[:, row, row, None]
-        others = [other for other in range(size) if other != row]
-        table[:, others] -= table[:, others, row, None] * table[:, None, row]
-    return np.asarray(table[..., -1])
+    table = np.empty((6, 7, rights.shape[1]))
+    for row in range(6):
+        table[row, : row + 1] = (jac[:, row, None] * jac[:, : row + 1]).sum(axis=0)
+        table[: row + 1, row] = table[row, : row + 1]
+        table[row, row] += DAMPING
+    table[:, 6] = rights
+    for row in range(6):
+        table[row, row + 1 :] /= table[row, row]
+        for other in range(6):
+            if other != row:
+                table[other, row + 1 :] -= table[other, row] * table[row, row + 1 :]
+    return table[:, 6]
 
 
 def links(joints: Array) -> tuple[Array, Array]:
     """Origins (K, 8, 3) and frames (K, 8, 3, 3) of the seven links and of the hand."""
-    count = len(joints)
-    origin, frame = np.tile((0.0, 0.0, SHOULDER), (count, 1)), np.tile(np.eye(3), (count, 1, 1))
-    origins, frames = np.empty((count, 8, 3)), np.empty((count, 8, 3, 3))
+    origins, frames = _chain(joints.T)
+    return origins.transpose(2, 0, 1), frames.transpose(3, 0, 1, 2)
+
+
+def _chain(joints: Array) -> tuple[Array, Array]:
+    """Likewise (8, 3, K) and (8, 3, 3, K), of joints (7, K): numpy is quick along the last axis."""
+    count = joints.shape[1]
+    origins, frames = np.empty((8, 3, count)), np.empty((8, 3, 3, count))
+    origin = np.tile(np.array(((0.0,), (0.0,), (SHOULDER,))), count)
+    x, y, z = (np.tile(column[:, None], count) for column in np.eye(3))
+    cosines, sines = np.cos(joints), np.sin(joints)
     for number, (offset, twist) in enumerate(CHAIN):
-        origin = origin + frame @ np.array(offset)
-        frame = frame @ _about_x(twist) @ _about_z(joints[:, number])
-        origins[:, number], frames[:, number] = origin, frame
-    origins[:, 7] = origin + GRIP * frame[..., 2]
-    frames[:, 7] = frame @ _about_z(np.array([HAND_TURN]))
+        for length, axis in zip(offset, (x, y, z), strict=True):
+            origin = origin + length * axis if length else origin
+        y, z = (
+            math.cos(twist) * y + math.sin(twist) * z,
+            math.cos(twist) * z - math.sin(twist) * y,
+        )
+        c, s = cosines[number], sines[number]
+        x, y = c * x + s * y, c * y - s * x
+        origins[number] = origin
+        frames[number, :, 0], frames[number, :, 1], frames[number, :, 2] = x, y, z
+    c, s = math.cos(HAND_TURN), math.sin(HAND_TURN)
+    origins[7] = origin + GRIP * z
+    frames[7, :, 0], frames[7, :, 1], frames[7, :, 2] = c * x + s * y, c * y - s * x, z
     return origins, frames
 
 
@@ -190,28 +209,17 @@ def strain(joints: Array) -> Array:
 
 
 def _error(point: Array, frame: Array, points: Array, hands: Array) -> Array:
-    """Way and turn that are left (K, 6)."""
-    turn = hands @ frame.transpose(0, 2, 1)
-    axis = np.stack(
-        (
-            turn[:, 2, 1] - turn[:, 1, 2],
-            turn[:, 0, 2] - turn[:, 2, 0],
-            turn[:, 1, 0] - turn[:, 0, 1],
-        ),
-        axis=1,
-    )
-    sine = np.linalg.norm(axis, axis=1) / 2.0
-    angle = np.arctan2(sine, (np.trace(turn, axis1=1, axis2=2) - 1.0) / 2.0)
+    """Way and turn that are left (6, K), from grip points (3, K) and orientations (3, 3, K)."""
+    axis = sum(_cross(frame[:, k], hands[:, k]) for k in range(3))
+    cosine = ((frame * hands).sum(axis=(0, 1)) - 1.0) / 2.0
+    sine = np.linalg.norm(axis, axis=0) / 2.0
+    angle = np.arctan2(sine, cosine)
     scale = np.where(sine > 1e-8, angle / np.maximum(2.0 * sine, 1e-8), 0.5)
-    return np.concatenate((points - point, axis * scale[:, None]), axis=1)
+    return np.concatenate((np.broadcast_to(points - point, axis.shape), axis * scale))
 
 
-def _about_x(turn: float) -> Array:
-    c, s = math.cos(turn), math.sin(turn)
-    return np.array(((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)))
-
-
-def _about_z(turns: Array) -> Array:
-    c, s, zero = np.cos(turns), np.sin(turns), np.zeros_like(turns)
-    rows = np.stack((c, -s, zero, s, c, zero, zero, zero, zero + 1.0), axis=-1)
-    return np.asarray(rows.reshape(*turns.shape, 3, 3))
+def _cross(one: Array, other: Array) -> Array:
+    """Products (..., 3, K)."""
+    a, b = np.moveaxis(one, -2, 0), np.moveaxis(other, -2, 0)
+    found = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return np.stack(found, axis=-2)
