@@ -64,6 +64,11 @@ ON_HANDLE = (0.018, 0.030, 0.045)
 """From a vessel's wall to the grip point on its handle, m: half a finger's width, and room."""
 LUG = 0.040
 """Length of a lug that stands out on two sides of a vessel, m."""
+RIM, RIM_LONG, RIM_DEEP, WALLS = 0.012, 0.04, 0.04, 0.9
+"""Of a vessel's wall: how thick it is at most, how much of it is pinched, along it and down, m, and
+what share of the way from the vessel's middle is before it."""
+HOLLOW = 0.035
+"""What is higher may be hollow, m."""
 BOW = 0.020
 """Thickness of a kettle's bow, m."""
 
@@ -186,6 +191,25 @@ def outline(thing: Thing) -> Array:
     return np.concatenate((points, handle(thing).surface()))
 
 
+def rims(thing: Thing) -> list[Handhold]:
+    """The walls of a vessel, upright, in the middle of its four sides."""
+    found = []
+    for axis, width in thing.sides():
+        for out in (axis, -axis):
+            at = np.append(thing.middle[:2], thing.highest - RIM_DEEP / 2.0)
+            axes = np.stack((out * RIM, np.cross(UP, out) * RIM_LONG, UP * RIM_DEEP), axis=1) / 2.0
+            middle = at + (width - RIM) / 2.0 * out
+            found.append(Handhold(middle, axes, False, (0.0,), "rim"))
+    return found
+
+
+def hollowed(thing: Thing) -> Array:
+    """Points (P, 3) on a vessel, none of them over its opening."""
+    whole = body(thing)
+    own = np.linalg.solve(whole.axes, (outline(thing) - whole.middle).T)
+    return outline(thing)[(own[2] < WALLS) | (np.hypot(*own[:2]) > WALLS)]
+
+
 PARTS = {"body": body, "end": ends, "handle": handle, "lug": lug, "bow": bow}
 Part = str | Callable[[Thing], Handhold]
 """What is pinched: empty for what fits between the fingers, a thing itself or its handle."""
@@ -209,7 +233,9 @@ def handholds(thing: Thing, part: Part = "") -> list[Handhold]:
     if fits[:2].any():
         return [whole]
     if handle_way(thing) is None:
-        raise SkillFailed(f"{thing.entity} is too wide for the gripper")
+        if thing.height < HOLLOW:
+            raise SkillFailed(f"{thing.entity} is too wide for the gripper")
+        return rims(thing)
     return [handle(thing)]
 
 
@@ -222,7 +248,7 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
         hold: the part.
         floor: height of what the fingertips stay above, m.
     """
-    load = outline(thing)
+    load = hollowed(thing) if hold.name == "rim" else outline(thing)
     whole = body(thing)
     own = whole.rounded() if hold.name in ("body", "end") else load
     along = hold.axes[:, 1] / np.linalg.norm(hold.axes[:, 1])
@@ -335,5 +361,9 @@ def _grip(
     back = float(np.max(PALM_OFF - PALM - local[under, 2], initial=0.0))
     point = point - back * hand[:, 2]
     pads = np.abs(np.linalg.solve(hold.axes, point + PADS * hand[:, 2] - hold.middle))
-    fine = pads[1] < 1.0 and pads[2] < 1.0 if hold.name == "handle" else np.hypot(*pads[1:]) < HOLDS
+    fine = (
+        pads[1] < 1.0 and pads[2] < 1.0
+        if hold.name in ("handle", "rim")
+        else np.hypot(*pads[1:]) < HOLDS
+    )
     return np.asarray(point) if fine else None

@@ -23,8 +23,6 @@ GRID = (0.0, 0.08, -0.08, 0.16, -0.16, 0.24, -0.24)
 """Places along a target's sides, shares of their length from its middle."""
 FLOOR = 0.006
 """Thickness of a vessel's floor, m."""
-HOLLOW = 0.035
-"""What is higher may be hollow, m."""
 FROM_EDGE = 0.03
 """From what is put down to the edge of what it stands on, m."""
 DEPTHS = (0.02, 0.04, 0.07, 0.10, 0.14)

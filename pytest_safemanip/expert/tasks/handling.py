@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from pytest_safemanip.expert.motions import spots
 from pytest_safemanip.expert.motions.gripping import grasp
+from pytest_safemanip.expert.motions.handholds import HOLLOW
 from pytest_safemanip.expert.motions.placing import SOFTLY, Spot, laid, place
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.tasks.calls import Call
@@ -22,7 +23,7 @@ def on(arm: Arm, role: str, target_role: str, *others: str) -> list[Spot]:
     if entity in scene.object_index:
         target = Thing(arm, target_role)
         found = spots.on_thing(arm, thing, target)
-        if target.height > spots.HOLLOW:
+        if target.height > HOLLOW:
             found = spots.into_thing(arm, thing, target) + found
     elif scene.boxes_of(entity, "burner"):
         found = spots.on_burner(arm, thing, Furniture(arm, target_role))

@@ -14,7 +14,7 @@ from pytest_safemanip.trace.elements import Body
 from tests import toy
 
 STICK, TIN = (0.08, 0.015, 0.02), (0.03, 0.03, 0.05)
-WIDE, PAN = (0.1, 0.1, 0.04), (0.1, 0.16, 0.03)
+WIDE, PAN, PLATE = (0.1, 0.1, 0.04), (0.1, 0.16, 0.03), (0.1, 0.1, 0.01)
 
 
 def thing(half, aside=0.0):
@@ -36,9 +36,22 @@ def test_the_hand_takes_what_fits_between_its_fingers(half, aside, name):
     assert 2.0 * np.linalg.norm(hold.axes[:, 0]) < GAP
 
 
-def test_what_is_too_wide_and_has_no_handle_is_refused():
+def test_what_is_too_wide_low_and_has_no_handle_is_refused():
     with pytest.raises(SkillFailed, match="mug is too wide for the gripper"):
-        handholds(thing(WIDE)[1])
+        handholds(thing(PLATE)[1])
+
+
+def test_a_wide_vessel_without_a_handle_is_taken_by_its_rim_one_finger_inside():
+    arm, own = thing(WIDE)
+    holds = handholds(own)
+    assert len(holds) == 4
+    for hold in holds:
+        found = list(poses(arm, own, hold, own.bottom))
+        assert found
+        for pose in found:
+            reach = np.abs((pose.point - own.centre)[:2]).max()
+            assert reach == pytest.approx(0.1, abs=0.04)
+            assert abs(pose.hand[:2, 0] @ (pose.point - own.centre)[:2]) > 0.5 * reach
 
 
 def test_what_has_no_such_part_is_refused():
