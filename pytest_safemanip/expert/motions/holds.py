@@ -26,7 +26,7 @@ from pytest_safemanip.expert.robot.hand import (
 )
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.world.room import Room, heading
-from pytest_safemanip.expert.world.standing import solids
+from pytest_safemanip.expert.world.standing import handles, solids
 from pytest_safemanip.expert.world.things import Piece, other_things, pieces
 from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import about, corners, matrix, rotate
@@ -369,7 +369,8 @@ def _deep(arm: Arm, joint: Joint, openness: float, later: Sequence[Hold], rows: 
         ]
     )
     flat = (points @ frame).reshape(-1, 3)
-    boxes = np.concatenate((solids(arm, but=joint.key), *moved, *things))
+    still = solids(arm, but=joint.key), handles(arm, joint.key)
+    boxes = np.concatenate((*still, *moved, *things))
     room = Room(boxes, frame, flat.min(axis=0), flat.max(axis=0))
     away = room.exactly(flat).reshape(len(later), -1).min(axis=1)
     return np.asarray(np.maximum(0.0, -away))

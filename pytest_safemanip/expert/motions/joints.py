@@ -86,6 +86,8 @@ def move_joint(
         return (fixture.openness(joint) - end) * way >= 0.0 or there(0.7)
 
     slips, first = False, fixture.openness(joint)
+    # Another hold is likelier to help than other stages, and is asked for first.
+    arm.choices.choose(f"hold 1 of {joint.name}", range(OPTIONS))
     wide = joint.kind == "hinge" and (first - goal) * abs(joint.travel) > WIDE
     stages = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else STAGES)
     for number in range(1, HOLDS + stages):

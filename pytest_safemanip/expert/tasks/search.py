@@ -24,6 +24,8 @@ MOST_TRIES, MOST_AGAIN = 24, 6
 """Ways to do a skill that are tried, and of one that has been done before, in another state."""
 MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
+FOLDED = "arm folded first"
+"""What may be chosen of any skill."""
 PATIENCE = 40
 """Control steps of holding still after the plan, in which the task's success may still show."""
 SETTLES = 20
@@ -147,6 +149,9 @@ class Search:
         except SkillFailed as error:
             self._hopeless = isinstance(error, NoWay)
             return str(error), False
+        finally:
+            # Last, for the arm's posture is what it hangs on least often.
+            choices.choose(FOLDED, (False, True))
         return watch.left(arm.step), False
 
     def _later(self, watch: Watch) -> str:
@@ -169,7 +174,7 @@ class Search:
         return [call for part in self._ways_on(entry)[0] for call in self._named(part)]
 
     def _motion(self, call: Call) -> Motion:
-        if self._arm.choices.choose("arm folded first", (False, True)):
+        if self._arm.choices.decided.get(FOLDED):
             yield from fold_arm(self._arm, required=False)
         yield from self._perform(call)
 

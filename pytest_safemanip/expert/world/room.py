@@ -12,7 +12,7 @@ import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.standing import solids
+from pytest_safemanip.expert.world.standing import handles, solids
 from pytest_safemanip.expert.world.things import Thing, other_things
 
 FAR = 0.10
@@ -72,7 +72,8 @@ class Room:
         """
         own = [Thing(arm, name) for name in without if name in arm.scene.object_index]
         things = [thing.corners for thing in other_things(arm, *own)]
-        boxes = np.concatenate((solids(arm), *(box[None] for box in (*things, *extra))))
+        others = [box[None] for box in (*things, *extra)]
+        boxes = np.concatenate((solids(arm), handles(arm), *others))
         frame = heading(arm)
         spots = np.array(points) @ frame
         return cls(boxes, frame, spots.min(axis=0) + BEFORE, spots.max(axis=0) + BEYOND)

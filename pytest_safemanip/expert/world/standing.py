@@ -168,13 +168,18 @@ def _extents(arm: Arm) -> tuple[Array, Array, Array]:
     return along, across, height
 
 
-def handles(arm: Arm) -> Array:
-    """Corners of what is pulled on furniture (N, 8, 3)."""
+def handles(arm: Arm, but: str = "") -> Array:
+    """Corners of what is pulled on furniture (N, 8, 3).
+
+    Args:
+        arm: the arm.
+        but: a joint, as ``entity/joint``; what is pulled to move that is left out.
+    """
     boxes, poses = arm.scene.boxes, arm.step.box_pose
     found = [
         corners(np.asarray(poses[k], np.float64), box.half)
         for k, box in enumerate(boxes)
-        if box.kind == "handle"
+        if box.kind == "handle" and f"{box.entity}/{box.name}" != but
     ]
     return np.array(found).reshape(-1, 8, 3)
 
