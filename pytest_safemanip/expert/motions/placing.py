@@ -48,6 +48,9 @@ TURNS = (0.0, 20.0, -20.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 """How far a load may be turned about the vertical from how it is held, degrees."""
 TIPS = (75.0, 60.0, 50.0, 40.0)
 """How far a slice is tipped over, away from the robot, degrees."""
+TIPPINGS = (25.0, 50.0, -25.0)
+"""How far what goes into a vessel may be tipped, for the hand to fit between its walls, degrees.
+"""
 SLOPES = (70.0, 60.0, 80.0, 50.0)
 """How steeply a stick is dipped, degrees."""
 ASKEW, LYING = math.radians(2.0), math.radians(35.0)
@@ -122,6 +125,16 @@ def standing(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
     """As it stood before it was grasped, turned about the vertical."""
     right = righted(thing)
     return [(about_z(turn) @ right, 0.1 * number) for number, turn in enumerate(TURNS)]
+
+
+def tipped(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
+    """Tipped towards the robot or away from it, as what falls into a vessel may be."""
+    left = np.append(arm.left, 0.0)
+    return [
+        (about_z(turn) @ np.asarray(matrix(about(left, math.radians(tip)))), 0.5 + 0.1 * number)
+        for number, tip in enumerate(TIPPINGS)
+        for turn in TURNS[:3]
+    ]
 
 
 def laid(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
@@ -229,6 +242,7 @@ class Placing:
     ) -> None:
         self._thing, self._turns = thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
+        self._tipped = tipped(arm, thing) if attitudes is standing and not self._along else []
         self._groups: list[tuple[list[Spot], Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
         ordered = sorted(spots, key=lambda spot: spot.hollow)
@@ -259,7 +273,8 @@ class Placing:
         """How the hand may be with the thing on a spot."""
         thing = self._thing
         shape = np.concatenate([outline(one) for one in (thing, *self._along)]) - thing.middle
-        for number, (turn, odd) in enumerate(self._turns):
+        turns = [*self._turns, *self._tipped] if spot.hollow else self._turns
+        for number, (turn, odd) in enumerate(turns):
             load = shape @ turn.T
             grip = turn @ (held.point - thing.middle)
             if not self._dipped and not _over(spot, spot.point + turn @ (thing.com - thing.middle)):

@@ -7,7 +7,7 @@ room at one is looked at when they are placed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,8 +21,8 @@ from pytest_safemanip.trace.geometry import matrix
 
 GRID = (0.0, 0.08, -0.08, 0.16, -0.16, 0.24, -0.24)
 """Places along a target's sides, shares of their length from its middle."""
-FLOOR = 0.006
-"""Thickness of a vessel's floor, m."""
+FLOOR, WALL = 0.006, 0.008
+"""Thickness of a vessel's floor and of its wall, at most, m."""
 FROM_EDGE = 0.03
 """From what is put down to the edge of what it stands on, m."""
 DEPTHS = (0.02, 0.04, 0.07, 0.10, 0.14)
@@ -69,7 +69,8 @@ def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]
 
 
 def into_thing(arm: Arm, thing: Thing, target: Thing) -> list[Spot]:
-    """Likewise into a vessel."""
+    """Likewise into a vessel: off its middle only where what is put there fits beside it."""
+    room = (target.sides()[0][1] - thing.sides()[1][1]) / 2.0 - WALL
     return [
         Spot(
             np.append(spot.point[:2], target.bottom + FLOOR),
@@ -78,6 +79,7 @@ def into_thing(arm: Arm, thing: Thing, target: Thing) -> list[Spot]:
             target.entity,
         )
         for spot in on_thing(arm, thing, target)
+        if np.linalg.norm((spot.point - target.middle)[:2]) <= max(0.0, room)
     ]
 
 
@@ -213,6 +215,3 @@ def under_tap(arm: Arm, thing: Thing, sink: Furniture) -> list[Spot]:
         for before in (0.06, 0.04, 0.08, 0.02, 0.0)
         for aside in (0.0, 0.03, -0.03)
     ]
-
-
-Find = Callable[..., Iterator[Spot]]

@@ -206,12 +206,6 @@ class Furniture:
         """Corners (8, 3) of that box."""
         return np.asarray(corners(self.part(joint), np.asarray(joint.half)), np.float64)
 
-    def door_front(self) -> float:
-        """How far its doors come to the front, along the base's forward direction, m."""
-        return min(
-            self._arm.ahead(corner) for door in self.doors() for corner in self.outline(door)
-        )
-
     def burning(self) -> list[Joint]:
         """The knobs of its burners that are on."""
         scene, on = self._arm.scene, self._arm.step.switch
