@@ -25,7 +25,7 @@ from pytest_safemanip.expert.motions.reaching import (
     go_before,
     holding,
 )
-from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
+from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
 from pytest_safemanip.expert.world.contacts import carried_by_something, carriers, palm_meets
 from pytest_safemanip.expert.world.room import Room, walls
@@ -191,7 +191,7 @@ def place(
     fall = thing.bottom - float(reach.pose.load[:, 2].min()) + reach.pose.over
     # What hangs on a vessel's rim is not in it yet.
     if fall > FALLS and not carriers(arm, thing) - {reach.pose.hollow}:
-        raise SkillFailed(f"{thing.entity} would fall {100 * fall:.0f} cm")
+        raise IllHeld(f"{thing.entity} would fall {100 * fall:.0f} cm")
     if reach.pose.opening < 1.0:
         yield from arm.let_go(NARROWLY / 2.0)
     else:

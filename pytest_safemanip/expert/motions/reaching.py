@@ -24,7 +24,7 @@ from pytest_safemanip.expert.motions.travelling import (
     travel,
     turn_base,
 )
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm
+from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, fold_arm
 from pytest_safemanip.expert.robot.hand import (
     FINGER_SIDE,
     FINGER_THICK,
@@ -471,7 +471,7 @@ def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
     """A motion that is given up when what is held slips in the fingers, or out of them.
 
     Raises:
-        SkillFailed: if it does.
+        IllHeld: if it does.
     """
     if load is None:
         yield from motion
@@ -483,7 +483,7 @@ def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
         slid = to_world(load.pose, held) - arm.position
         moved = (load.centre - arm.position) @ arm.rotation - hangs
         if min(float(np.linalg.norm(slid)), float(np.linalg.norm(moved))) > SLIPS:
-            raise SkillFailed(f"{load.entity} slipped in the fingers")
+            raise IllHeld(f"{load.entity} slipped in the fingers")
         yield action
 
 

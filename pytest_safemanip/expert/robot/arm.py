@@ -18,6 +18,7 @@ from pytest_safemanip.expert.robot.base import (
     NOTCHES,
     PACES,
     Base,
+    IllHeld,
     Motion,
     NoWay,
     SkillFailed,
@@ -244,4 +245,4 @@ Plan = Callable[[Arm], Motion]
 """Makes the motion of a whole episode."""
 
 
-__all__ = ["Arm", "Motion", "NoWay", "Plan", "SkillFailed", "cut", "fold_arm", "raised"]
+__all__ = ["Arm", "IllHeld", "Motion", "NoWay", "Plan", "SkillFailed", "cut", "fold_arm", "raised"]

@@ -57,6 +57,10 @@ class NoWay(SkillFailed):
     """There is no way to do it as things stand, whatever is chosen."""
 
 
+class IllHeld(SkillFailed):
+    """It failed for how something is held: another grasp is likelier to help than another way."""
+
+
 STATES = 4
 """In which what has been found out is remembered: a search comes back to them."""
 

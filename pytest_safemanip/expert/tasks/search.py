@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, fold_arm
+from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, fold_arm
 from pytest_safemanip.expert.robot.choices import Alternatives, Choices
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.tasks.calls import Call
@@ -22,6 +22,8 @@ BUDGET = 8_000
 """Control steps that are rehearsed for one plan at most."""
 MOST_TRIES, MOST_AGAIN = 24, 6
 """Ways to do a skill that are tried, and of one that has been done before, in another state."""
+MOST_ILL = 3
+"""Ways that fail for how something is held before it is given up that another one helps."""
 MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
 FOLDED = "arm folded first"
@@ -67,7 +69,8 @@ class Search:
         self._ways_on, self._perform = ways_on, perform
         self._tape, self._best = _Tape(), _Tape()
         self._left = BUDGET
-        self._done, self._reason, self._hopeless = -1, "", False
+        self._done, self._reason = -1, ""
+        self._hopeless = self._ill = False
         self._visited: set[int] = set()
         self.log: list[str] = []
 
@@ -102,7 +105,7 @@ class Search:
         call, rest = entries[0], entries[1:]
         most = MOST_AGAIN if number in self._visited else MOST_TRIES
         self._visited.add(number)
-        done = 0
+        done = ill = 0
         for choices in itertools.islice(Alternatives(), most):
             if self._left <= 0:
                 return False
@@ -110,7 +113,7 @@ class Search:
             self._rehearsal.begin()
             self._arm.upcoming = [c for entry in rest for c in self._named(entry)]
             reason, success = self._try(call, choices)
-            hopeless = self._hopeless
+            hopeless, ill = self._hopeless, ill + self._ill
             self.log.append(f"{number} {call.text} [{choices}]: {reason or 'ok'}")
             if not reason:
                 done += 1
@@ -125,7 +128,8 @@ class Search:
             self._rehearsal.undo()
             self._tape.cut(length)
             self._arm.restore(state)
-            if done == MOST_DONE or (hopeless and not choices.decided):
+            hopeless &= not choices.decided
+            if hopeless or done == MOST_DONE or (number and ill == MOST_ILL):
                 break
         return False
 
@@ -135,7 +139,8 @@ class Search:
         Returns:
             What is wrong with it, empty if nothing is; whether the task succeeded.
         """
-        arm, self._hopeless = self._arm, False
+        arm = self._arm
+        self._hopeless = self._ill = False
         arm.choices = choices
         watch = Watch(arm, call.roles)
         try:
@@ -147,7 +152,7 @@ class Search:
                 if wrong := watch.wrong(arm.step):
                     return wrong, False
         except SkillFailed as error:
-            self._hopeless = isinstance(error, NoWay)
+            self._hopeless, self._ill = isinstance(error, NoWay), isinstance(error, IllHeld)
             return str(error), False
         finally:
             # Last, for the arm's posture is what it hangs on least often.

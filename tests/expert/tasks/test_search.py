@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.robot.arm import Arm, NoWay, SkillFailed
+from pytest_safemanip.expert.robot.arm import Arm, IllHeld, NoWay, SkillFailed
 from pytest_safemanip.expert.tasks.calls import read
 from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.sim.rehearsal import Rehearsal, Trials
@@ -75,7 +75,18 @@ def despair(arm):
     raise NoWay("the mug is behind a wall")
 
 
-SKILLS = {"shift": shift, "advance": advance, "refuse": refuse, "despair": despair}
+def lose(arm):
+    yield from go(arm, 0.0, float(arm.choices.choose("how far", range(10))))
+    raise IllHeld("the mug slipped")
+
+
+SKILLS = {
+    "shift": shift,
+    "advance": advance,
+    "refuse": refuse,
+    "despair": despair,
+    "lose": lose,
+}
 
 
 def entry(skill):
@@ -163,3 +174,10 @@ def test_where_nothing_that_is_chosen_helps_only_what_comes_before_is_done_other
     assert reason == "despair: the mug is behind a wall"
     assert {line.partition(": ")[0] for line in tries} == {"1 despair [usual]"}
     assert len(tries) == sum(line.startswith("0 ") and line.endswith("ok") for line in search.log)
+
+
+def test_where_a_thing_is_held_badly_what_comes_before_is_soon_done_otherwise():
+    *_, reason, search, _ = play("shift", "lose")
+    assert reason == "lose: the mug slipped"
+    calls = [line[:6] for line in search.log]
+    assert calls[:5] == ["0 shif", *["1 lose"] * 3, "0 shif"]
