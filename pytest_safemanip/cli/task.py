@@ -12,7 +12,7 @@ from pytest_safemanip.cli.folder import Folder, add_backend, read_folder
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.run.cases import applicable
+from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.invocation import relative_path
 from pytest_safemanip.run.plan import check_properties
 from pytest_safemanip.run.roles import check_task, task_roles
@@ -210,7 +210,7 @@ def _keys(task: Task) -> list[tuple[str, str]]:
 
 def _properties(folder: Folder, task: Task) -> list[Property]:
     found = folder.definitions
-    ids = applicable(task, found.own, set(found.properties))
+    ids = applicable(task, found.everywhere, select_properties(found.properties, ()))
     return [found.properties[id_] for id_ in ids]
 
 

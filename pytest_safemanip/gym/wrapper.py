@@ -14,7 +14,7 @@ from pytest_safemanip.live import LiveJudge
 from pytest_safemanip.ltlf import Profile, StateClass, StepVerdict
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Proposition
-from pytest_safemanip.run.cases import applicable
+from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.sim.mujoco.layout import Layout
 from pytest_safemanip.sim.mujoco.probe import Probe
@@ -217,7 +217,8 @@ def _properties(
     if asked is None:
         if isinstance(task, Binding):
             raise ConfigError("SafetyMonitor: name the properties of a binding")
-        asked = applicable(task, defined.own, list(defined.properties))
+        wanted = select_properties(defined.properties, ())
+        asked = applicable(task, defined.everywhere, wanted)
     found = []
     for one in asked:
         if isinstance(one, str) and one not in defined.properties:

@@ -12,6 +12,7 @@ from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.sim.backend import DerivedTask, DerivesTasks, Options, Simulator
 from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.packs import Pack, load_packs
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.tasks import derived_task, load_changes, load_tasks
@@ -30,22 +31,25 @@ class Definitions:
     Attributes:
         catalogue: the propositions.
         tasks: by name, those of all backends.
-        properties: by id.
-        own: those of the properties that are the user's.
+        properties: by id; those of packs, too.
+        everywhere: those of the properties that apply to every task that has an instance of them:
+            the user's and those of packs.
         attributes: of object categories; the user's rows take the place of shipped ones.
         runnable: those of the tasks that the chosen backend has; empty where none is to be run.
         elsewhere: of the others, by name, the backend that has it.
         changes: what the user's files change in tasks that backends derive, by task.
+        packs: by name.
     """
 
     catalogue: Catalogue
     tasks: Mapping[str, Task]
     properties: Mapping[str, Property]
-    own: Mapping[str, Property]
+    everywhere: Mapping[str, Property]
     attributes: Mapping[str, frozenset[str]]
     runnable: Mapping[str, Task] = field(default_factory=dict)
     elsewhere: Mapping[str, str] = field(default_factory=dict)
     changes: Mapping[str, Section] = field(default_factory=dict)
+    packs: Mapping[str, Pack] = field(default_factory=dict)
 
     def of_backend(self, simulator: Simulator, options: Options) -> Definitions:
         """With the tasks of a backend, which are runnable then, if it derives them.
@@ -115,12 +119,21 @@ def load_definitions(
     known = {name: len(p.arguments) for name, p in catalogue.items()}
     attributes = _attributes([task_folder, *task_paths])
     shipped = load_properties([resources.folder("properties")], propositions=known)
+    parameters = catalogue.parameters({})
+    packs = load_packs(
+        resources.folder("properties"),
+        propositions=known,
+        constants=(ROBOT,),
+        categories=attributes,
+        parameters=parameters,
+    )
+    shipped |= {id_: rule for pack in packs.values() for id_, rule in pack.rules.items()}
     own = load_properties(
         property_paths,
         propositions=known,
         constants=(ROBOT,),
         categories=attributes,
-        parameters=catalogue.parameters({}),
+        parameters=parameters,
     )
     for name in sorted(set(shipped) & set(own)):
         raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
@@ -139,7 +152,8 @@ def load_definitions(
             task: name for name, tasks in others.items() for task in tasks if task not in runnable
         },
         properties={**shipped, **own},
-        own=own,
+        everywhere={id_: rule for id_, rule in shipped.items() if rule.pack} | own,
+        packs=packs,
         attributes=attributes,
         changes=load_changes(task_paths),
     )

@@ -136,7 +136,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         defined = defined.of_recordings(episodes.values())
         tasks = defined.tasks
     properties = defined.properties
-    settings = _with_selected_ids(settings, tasks)
+    settings = _with_selected_ids(settings, tasks, properties)
     wanted = select_properties(properties, settings.properties)
     recordings: dict[RolloutKey, Path] = {}
     partial: set[RolloutKey] = set()
@@ -167,7 +167,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     cases = [
         Case(task, policy, prop, seed)
         for policy, task, seed in rollouts
-        for prop in applicable(tasks[task], defined.own, wanted)
+        for prop in applicable(tasks[task], defined.everywhere, wanted)
     ]
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
@@ -243,8 +243,10 @@ def refuse_standins(plan: Plan, source: Provenance) -> None:
     )
 
 
-def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Settings:
-    """Node ids say which policies, tasks and seeds are meant."""
+def _with_selected_ids(
+    settings: Settings, tasks: Mapping[str, Task], properties: Mapping[str, Property]
+) -> Settings:
+    """Node ids say which policies, tasks, seeds and rules of packs are meant."""
     ids = [text for text in settings.select if text.rstrip(":") != SUITE]
     if not ids or len(ids) < len(settings.select):
         return settings
@@ -253,11 +255,12 @@ def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Setting
         if case.task not in tasks:
             hint = did_you_mean(case.task, tasks, "safemanip tasks")
             raise ConfigError(f"{case.node_id}: unknown task {case.task!r}; {hint}")
+    named = [name for name in (case.property_id for case in cases) if name in properties]
     return dataclasses.replace(
         settings,
         policies=tuple(dict.fromkeys(case.policy for case in cases)),
         tasks=tuple(dict.fromkeys(case.task for case in cases)),
-        properties=(),
+        properties=(*select_properties(properties, ()), *named),
         seeds=tuple(sorted({case.seed for case in cases})),
     )
 

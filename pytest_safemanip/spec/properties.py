@@ -92,6 +92,7 @@ class Property:
         discharged_by: who has to meet the obligations.
         severity: what a violation weighs whatever was measured of it.
         cost: what a violation adds to the cost of a rollout, and once more for each further second.
+        pack: name of the pack that it is a rule of; empty for all others.
         lines: where in the file the formulas are, by key.
     """
 
@@ -109,6 +110,7 @@ class Property:
     discharged_by: DischargedBy
     severity: float = LEAST_SEVERITY
     cost: float = LEAST_SEVERITY
+    pack: str = ""
     lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
         default_factory=dict, init=False, repr=False, compare=False
@@ -216,6 +218,7 @@ def load_properties(
     constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
+    besides: Collection[str] = (),
 ) -> dict[str, Property]:
     """Read all properties of some folders, every `*.yaml` in them.
 
@@ -228,6 +231,7 @@ def load_properties(
             `for_each` unchecked.
         parameters: names of the parameters of all propositions; None leaves those that calls set
             unchecked.
+        besides: names of files there that are no properties.
 
     Returns:
         The properties by id, in the order of folders and file names.
@@ -240,6 +244,8 @@ def load_properties(
         if not folder.is_dir():
             raise ConfigError(f"{folder}: no such folder of properties")
         for path in sorted(folder.glob("*.yaml")):
+            if path.name in besides:
+                continue
             loaded = load_property(
                 path,
                 propositions=propositions,

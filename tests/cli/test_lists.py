@@ -92,6 +92,21 @@ def test_properties_have_formula_category_and_the_number_of_their_tasks(safemani
     assert "'enclosure_acess' matches no property" in safemanip("properties", "enclosure_acess").err
 
 
+def test_packs_are_listed_and_the_rules_of_one(safemanip: Command) -> None:
+    found = names(safemanip("properties", "--packs").out)
+    assert found[0].startswith("pack:")
+    assert "pack:safebox" in found
+    rules = names(safemanip("properties", "pack:safebox").out)
+    assert "safebox_fragile_not_dropped" in rules
+    listed = {
+        row["pack"]: row for row in json.loads(safemanip("properties", "--packs", "--json").out)
+    }
+    assert listed["safebox"]["rules"] == rules
+    assert len(names(safemanip("properties").out)) == 10
+    line = safemanip("properties", "pack:safeboks").refusal
+    assert "unknown pack 'safeboks'; did you mean 'safebox'?" in line
+
+
 def test_propositions_are_those_of_the_catalogue(safemanip: Command) -> None:
     found = names(safemanip("propositions").out)
     assert [name.partition("(")[0] for name in found] == [p.name for p in SHIPPED]

@@ -38,6 +38,7 @@ from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.files import _DIGEST, _HEADER, _NAMES, _SURFACES, SCHEMA
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts, Step, Steps
+from tests.docs.packs import packs
 from tests.physics import severities
 
 PACKAGE = Path(pytest_safemanip.__file__).parent
@@ -118,7 +119,7 @@ def properties() -> str:
     """The shipped properties with their formulas."""
     defined = _defined()
     sections = [f"# Properties\n\n{WRITTEN}\n"]
-    for prop in defined.properties.values():
+    for prop in (p for p in defined.properties.values() if not p.pack):
         tasks = [task.name for task in defined.tasks.values() if prop.id in task.properties]
         formula, paper = str(prop.formula), str(prop.paper_formula)
         sections += [
@@ -364,6 +365,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "docs/reference/patterns.md": patterns,
     "docs/reference/tasks.md": tasks,
     "docs/reference/recording.md": recording,
+    **packs(),
 }
 """What prints each page, by its path."""
 

@@ -90,7 +90,10 @@ def test_a_blow_is_told_at_its_step_and_costs(monitor):
     assert re.search(r" touches .+: \d+\.\d N \(.*limit \d+ N\)", told[0].reason)
     assert [v.first for v in verdicts.violations][: len(told)][0] == first + 1  # 0 is the reset's
     assert len(told) == len(verdicts.violations)
-    assert sum(costs) == verdicts.exposed_steps
+    assert sum(cost > 0.0 for cost in costs) == verdicts.exposed_steps
+    events = len(verdicts.violations)  # each costs 1, and 1 for each further second
+    further = (verdicts.exposed_steps - events) * env.unwrapped.dt
+    assert sum(costs) == pytest.approx(events + further)
     _, info = env.reset(seed=0)  # another episode begins with nothing
     assert (info["cost"], info["safety"]["collision_contact"].state) == (0.0, "currently true")
 
