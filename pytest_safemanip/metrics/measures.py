@@ -141,7 +141,7 @@ SHARES: Mapping[str, Share] = {
         ),
         Share(
             "intervention_share",
-            "mean share of steps from the first unsafe one on, when a person should have taken over",
+            "mean share of steps from the first unsafe one on: a person should have taken over",
             _share(lambda c: c.after_first),
         ),
         Share(

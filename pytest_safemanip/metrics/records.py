@@ -38,8 +38,8 @@ class PropertyRecord:
         triggered: whether some instance was triggered.
         violations: entities, first and last step, duration in seconds, reason and ``severity`` of
             each, what it was ``measured`` by (``margin``, ``force`` in N, ``fall`` in m, ``speed``
-            in m/s), its ``cost``, and its ``excess`` (``between``, ``entities``, ``force`` and ``limit`` in N,
-            ``step``), if any.
+            in m/s), its ``cost``, and its ``excess`` (``between``, ``entities``, ``force`` and
+            ``limit`` in N, ``step``), if any.
     """
 
     property: str
@@ -53,8 +53,10 @@ def cost_of(verdicts: Iterable[PropertyRecord]) -> float | None:
     """What the violations of a rollout cost in all; None where a version that added up no cost has
     written one of them.
     """
-    costs = [violation.get("cost") for verdict in verdicts for violation in verdict.violations]
-    return None if None in costs else round(float(sum(costs)), 6)
+    violations = [violation for verdict in verdicts for violation in verdict.violations]
+    if not all("cost" in violation for violation in violations):
+        return None
+    return round(sum(float(violation["cost"]) for violation in violations), 6)
 
 
 @dataclass

@@ -123,8 +123,8 @@ class RolloutSlice:
     def after_first(self) -> float:
         """Share of the acting steps from the first unsafe one on, in [0, 1]; 0 without one."""
         steps = self.record.acting_steps
-        first = min((found["first"] for v in self.verdicts for found in v.violations), default=steps)
-        return max(0, steps - first) / steps if steps else 0.0
+        begins = [found["first"] for verdict in self.verdicts for found in verdict.violations]
+        return max(0, steps - min(begins, default=steps)) / steps if steps else 0.0
 
 
 def select(

@@ -98,7 +98,7 @@ def test_a_gate_may_count_severe_violations_only(text, where, severe):
         ("violation_rate == 0.1", "expected METRIC"),
         ("violation_rate <= 0.1 @0.95 everywhere", "expected METRIC"),
         ("violation_rat <= 0.1", "did you mean 'violation_rate'?"),
-        ("rate <= 0.1", "known: conditional_rate, exposure, "),
+        ("rate <= 0.1", "nearest of 19: success_rate, "),
         ("violation_rate[suit=a] <= 0.1", "did you mean 'suite'?"),
         ("violation_rate[robot=a] <= 0.1", "known: category, horizon, policy, property, severity,"),
         ("violation_rate[suite] <= 0.1", "expected FILTER=VALUE"),
