@@ -157,7 +157,7 @@ def _seed(text: str) -> int:
 
 def _roles(folder: Folder, task: Task, scene: Scene | None) -> Iterator[RoleRow]:
     """All roles of the task; with a scene, those that it has."""
-    described = _described(folder, task.name)
+    described = _described(folder, task.simulated)
     roles = {role.name: role for role in task_roles(task, described)}
     for name in dict.fromkeys([*roles, *(scene.roles if scene else ())]):
         touch = task.touch.get(name, ())

@@ -107,7 +107,9 @@ def _is_selected(task: Task, selector: str) -> bool:
     if name:
         groups = {"suite": (task.suite,), "horizon": (task.horizon,), "set": task.sets}
         return name in groups.get(kind, ())
-    if selector == "all" or selector in task.sets:
+    if selector == "all":
+        return not task.base
+    if selector in task.sets:
         return True
     return fnmatch.fnmatchcase(task.name, selector)
 
