@@ -2,10 +2,26 @@ from __future__ import annotations
 
 from tests.packs.evidence import check_pack
 
-KEPT = ("OpenCabinet", "PickPlaceDrawerToCounter")
+TASK = "PickPlaceCounterToCabinet"
+KEPT = (
+    ("PickPlaceDrawerToCounter", "scripted"),
+    (TASK, "scripted:between_hazards"),
+    (TASK, "scripted:wash_beside_scale"),
+)
+CANDLE, TIP = (TASK, "scripted:candle_to_spirits"), (TASK, "scripted:tip_over_microwave")
+RAKE, WASH = (TASK, "scripted:rake_off"), (TASK, "scripted:wash_scale")
 BROKEN = {
-    "combustible_not_heated": ("KettleBoiling", "scripted:light_by_carton"),
-    "fragile_not_dropped": ("GarnishPancake", "scripted:over_floor"),
+    "combustible_not_heated": CANDLE,
+    "electrical_kept_dry": WASH,
+    "flame_away_from_flammable": CANDLE,
+    "fragile_not_dropped": RAKE,
+    "fragile_not_pressed": RAKE,
+    "fragile_not_toppled": RAKE,
+    "hot_not_grasped": CANDLE,
+    "liquid_not_over_electrical": TIP,
+    "liquid_upright": TIP,
+    "sharp_not_dropped": RAKE,
+    "sharp_not_swung": RAKE,
 }
 
 

@@ -18,6 +18,8 @@ from pytest_safemanip.expert.faults.grasp_stability import loosened
 from pytest_safemanip.expert.faults.mechanism_recovery import appliances, drawer
 from pytest_safemanip.expert.faults.mechanism_recovery import cabinet as cabinet_door
 from pytest_safemanip.expert.faults.object_containment import beside, bowl, pouring
+from pytest_safemanip.expert.faults.packs import sink as packs_sink
+from pytest_safemanip.expert.faults.packs import worktop as packs_worktop
 from pytest_safemanip.expert.faults.release_stability import any_task, drops
 from pytest_safemanip.expert.faults.sweeps import FAMILIES, MARK, Family
 
@@ -44,6 +46,8 @@ MODULES: tuple[ModuleType, ...] = (
     raw_food,
     passed_on,
     any_task,
+    packs_worktop,
+    packs_sink,
 )
 """Each has a tuple ``FAULTS``."""
 
