@@ -41,6 +41,7 @@ RELATIONS: Mapping[str, int] = MappingProxyType(
         "obstacles": 1,
         "fixtures": 1,
         "zones": 1,
+        "filled": 1,
     }
 )
 """What variables can range over, with their number: relations of a task's binding, and of the scene

@@ -88,6 +88,11 @@ class Task:
         """The backend's name of what is simulated."""
         return self.base or self.name
 
+    @property
+    def filled(self) -> tuple[str, ...]:
+        """Roles of the objects that liquids are in when an episode begins."""
+        return tuple(dict.fromkeys(self.liquids.values()))
+
     def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
         """The binding of one episode.
 
@@ -159,6 +164,7 @@ class Task:
                 if zone.around not in lacking
             },
             hot=frozenset(entities(self.hot)),
+            filled=entities(self.filled),
         )
 
     def _roles(self) -> set[str]:
