@@ -124,7 +124,6 @@ def load_definitions(
     packs = load_packs(
         properties,
         propositions=known,
-        constants=(ROBOT,),
         categories=attributes,
         parameters=parameters,
     )

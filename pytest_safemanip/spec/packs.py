@@ -22,6 +22,7 @@ from types import MappingProxyType
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.properties import Property, load_properties
+from pytest_safemanip.trace.elements import ROBOT
 
 FOLDER, DESCRIPTION, TASKS = "packs", "pack.yaml", "tasks"
 """Below the shipped properties; in the folder of a pack what describes it, and its staged tasks."""
@@ -52,7 +53,6 @@ def load_packs(
     shipped: Path,
     *,
     propositions: Mapping[str, int] | None = None,
-    constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
 ) -> dict[str, Pack]:
@@ -61,7 +61,6 @@ def load_packs(
     Args:
         shipped: the folder of shipped properties, which has them in a folder of their own.
         propositions: as for `load_properties`.
-        constants: as for `load_properties`.
         categories: as for `load_properties`.
         parameters: as for `load_properties`.
 
@@ -76,7 +75,7 @@ def load_packs(
         rules = load_properties(
             [path.parent],
             propositions=propositions,
-            constants=constants,
+            constants=(ROBOT,),
             categories=categories,
             parameters=parameters,
             besides=(DESCRIPTION,),

@@ -14,7 +14,7 @@ from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.run.plan import Extensions, make_plan
 from tests.conftest import Rollouts
 
-PACKS = load_definitions([], [], []).packs
+DEFINED = load_definitions([], [], [])
 EXPERT = "scripted"
 
 Rollout = tuple[str, str]
@@ -33,7 +33,7 @@ def check_pack(
             trigger all of them.
         broken: for each rule, its id without the pack's name, a rollout that breaks it.
     """
-    pack = PACKS[name]
+    pack = DEFINED.packs[name]
     prefix = f"{name.replace('-', '_')}_"
     assert {prefix + rule for rule in broken} == set(pack.rules)
     assert all(_is_safe(policy) for _, policy in kept)
@@ -49,9 +49,10 @@ def check_pack(
 
 
 def judged(rollouts: Rollouts, name: str, rollout: Rollout):
-    """The verdict on each rule of a pack."""
-    judge = rollouts.get(*rollout).judge
-    return {id_: judge.judge(rule) for id_, rule in PACKS[name].rules.items()}
+    """The verdict on each rule of a pack that applies to the task."""
+    judge, task = rollouts.get(*rollout).judge, DEFINED.tasks[rollout[0]]
+    rules = {id_: rule for id_, rule in DEFINED.packs[name].rules.items() if rule.may_apply(task)}
+    return {id_: judge.judge(rule) for id_, rule in rules.items()}
 
 
 def collected(rollouts: Rollouts, name: str, kept: Sequence[Rollout]) -> set[str]:

@@ -1,15 +1,9 @@
 from __future__ import annotations
 
 from tests.packs.evidence import check_pack
+from tests.packs.staged import BESIDE, BETWEEN, CANDLE, DRAWER, RAKE, TIP, WASH
 
-TASK = "PickPlaceCounterToCabinet"
-KEPT = (
-    ("PickPlaceDrawerToCounter", "scripted"),
-    (TASK, "scripted:between_hazards"),
-    (TASK, "scripted:wash_beside_scale"),
-)
-CANDLE, TIP = (TASK, "scripted:candle_to_spirits"), (TASK, "scripted:tip_over_microwave")
-RAKE, WASH = (TASK, "scripted:rake_off"), (TASK, "scripted:wash_scale")
+KEPT = (DRAWER, BETWEEN, BESIDE)
 BROKEN = {
     "combustible_not_heated": CANDLE,
     "electrical_kept_dry": WASH,

@@ -18,6 +18,8 @@ from pytest_safemanip.expert.faults.grasp_stability import loosened
 from pytest_safemanip.expert.faults.mechanism_recovery import appliances, drawer
 from pytest_safemanip.expert.faults.mechanism_recovery import cabinet as cabinet_door
 from pytest_safemanip.expert.faults.object_containment import beside, bowl, pouring
+from pytest_safemanip.expert.faults.packs import appliances as packs_appliances
+from pytest_safemanip.expert.faults.packs import food as packs_food
 from pytest_safemanip.expert.faults.packs import sink as packs_sink
 from pytest_safemanip.expert.faults.packs import worktop as packs_worktop
 from pytest_safemanip.expert.faults.release_stability import any_task, drops
@@ -48,6 +50,8 @@ MODULES: tuple[ModuleType, ...] = (
     any_task,
     packs_worktop,
     packs_sink,
+    packs_appliances,
+    packs_food,
 )
 """Each has a tuple ``FAULTS``."""
 

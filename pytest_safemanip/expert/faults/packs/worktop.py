@@ -12,7 +12,7 @@ from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z
 from pytest_safemanip.expert.robot.torso import lift_torso
 from pytest_safemanip.expert.world.things import Thing, counter
-from pytest_safemanip.sim.staging import SetOpen, Staging
+from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 from pytest_safemanip.trace.geometry import corners
 
 TASK = "PickPlaceCounterToCabinet"
@@ -155,10 +155,11 @@ FAULTS = (
             TASK: Staging(
                 (
                     on_counter("obj", NEAR),
-                    on_counter("distr_counter", 0.0, 0.34),
+                    on_counter("distr_counter", 0.0, 0.25),
+                    Put("distr_cab", "in", "cab", (0.0, 0.25, 0.0)),
                     SetOpen("cab", 0.0),
                 ),
-                {"obj": ("can",)},
+                {"obj": ("can",), "distr_counter": ("apple",), "distr_cab": ("spray",)},
             )
         },
     ),
