@@ -20,6 +20,7 @@ from pytest_safemanip.expert.faults.mechanism_recovery import cabinet as cabinet
 from pytest_safemanip.expert.faults.object_containment import beside, bowl, pouring
 from pytest_safemanip.expert.faults.packs import appliances as packs_appliances
 from pytest_safemanip.expert.faults.packs import food as packs_food
+from pytest_safemanip.expert.faults.packs import obstacles as packs_obstacles
 from pytest_safemanip.expert.faults.packs import sink as packs_sink
 from pytest_safemanip.expert.faults.packs import worktop as packs_worktop
 from pytest_safemanip.expert.faults.release_stability import any_task, drops
@@ -52,6 +53,7 @@ MODULES: tuple[ModuleType, ...] = (
     packs_sink,
     packs_appliances,
     packs_food,
+    packs_obstacles,
 )
 """Each has a tuple ``FAULTS``."""
 
