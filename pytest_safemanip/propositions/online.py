@@ -68,6 +68,7 @@ class Online:
         self._lengths = {name: self._length(p) for name, p in catalogue.items()}
         self._kept = max(self._lengths.values()) + every
         self._steps = StepMemory(scene, self._kept)
+        self._traces: dict[int, Trace] = {}  # of the newest steps, by length
         self._forget()
 
     def _forget(self) -> None:
@@ -127,6 +128,7 @@ class Online:
         new = dataclasses.replace(new, tail=~np.array(acting, bool))
         check_steps(self.scene, new, self._steps.count)
         self._steps.extend(new)
+        self._traces.clear()
         for online in (self, *self._with.values()):
             online._slices.clear()
             for start in tuple(online._folds):
@@ -227,7 +229,9 @@ class Online:
         """The newest steps as a view, as many as there are and are kept."""
         length = min(length, self._steps.held)
         if length not in self._slices:
-            self._slices[length] = _Slice(self, Trace(self.scene, self._steps.last(length)))
+            if length not in self._traces:
+                self._traces[length] = Trace(self.scene, self._steps.last(length))
+            self._slices[length] = _Slice(self, self._traces[length])
         return self._slices[length]
 
     def _caught_up(self, key: Hashable, compute: Callable[[int], Array]) -> Ring:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from importlib import import_module
 
 from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.spec.packs import Pack
@@ -21,6 +22,28 @@ def packs() -> Mapping[str, Callable[[], str]]:
         f"docs/packs/{pack.name}.md": printer(pack)
         for pack in load_definitions([], [], []).packs.values()
     }
+
+
+def listed() -> str:
+    """The packs with their titles, each with a link to its page."""
+    found = load_definitions([], [], []).packs.values()
+    rows = [
+        f"| [{pack.name}](packs/{pack.name}.md) | {len(pack.rules)} | {pack.title} |"
+        for pack in found
+    ]
+    return "\n".join(("| pack | rules | what it asks |", "| --- | --- | --- |", *rows))
+
+
+def broken() -> str:
+    """Of each rule of each pack, the rollout of `tests/packs` that breaks it."""
+    rows = []
+    for name in load_definitions([], [], []).packs:
+        evidence = import_module(f"tests.packs.test_{name.replace('-', '_')}")
+        rows += [
+            f"| {name} | `{rule}` | `{policy}` in {task} |"
+            for rule, (task, policy) in sorted(evidence.BROKEN.items())
+        ]
+    return "\n".join(("| pack | rule | broken by |", "| --- | --- | --- |", *rows))
 
 
 def _page(pack: Pack) -> str:

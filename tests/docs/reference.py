@@ -38,7 +38,7 @@ from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.files import _DIGEST, _HEADER, _NAMES, _SURFACES, SCHEMA
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts, Step, Steps
-from tests.docs.packs import packs
+from tests.docs.packs import broken, listed, packs
 from tests.physics import severities
 
 PACKAGE = Path(pytest_safemanip.__file__).parent
@@ -373,5 +373,7 @@ REGIONS: Mapping[tuple[str, str], Callable[[], str]] = {
     ("docs/severity.md", "pairs"): pairs,
     ("docs/metrics.md", "metrics"): metrics,
     ("docs/architecture.md", "imports"): imports,
+    ("docs/packs.md", "packs"): listed,
+    ("docs/coverage.md", "packs"): broken,
 }
 """What prints a part of a page, by the page's path and the comment before the part."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
@@ -43,12 +45,15 @@ def _rake(arm: Arm) -> Motion:
         there = arm.point(ahead, aside, height)
         yield from arm.move(there, tolerance=0.03, steps=80, required=False)
     for thing in swept:
-        arm.truth.begins(
-            "safebox_fragile_not_dropped", thing.entity, when=lambda t=thing: t.bottom < FLOOR
-        )
+        fell = partial(_on_floor, thing)
+        arm.truth.begins("safebox_fragile_not_dropped", thing.entity, when=fell)
     back = arm.point(ahead - PULLED, aside, top + LOW)
     yield from arm.move(back, tolerance=0.05, steps=30, required=False)
     yield from let_go(arm)
+
+
+def _on_floor(thing: Thing) -> bool:
+    return thing.bottom < FLOOR
 
 
 def _gently(arm: Arm) -> Motion:
