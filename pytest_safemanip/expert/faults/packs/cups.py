@@ -16,7 +16,7 @@ from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.sim.staging import Staging
 from pytest_safemanip.trace.geometry import about, matrix
 
-TIPPED, HIGH = 90.0, 0.15
+TIPPED, HIGH = 130.0, 0.15
 """How far the cup is turned, degrees, and how high it is lifted before, m."""
 
 
@@ -37,7 +37,7 @@ def _carried(turn: float) -> Plan:
             forward = np.append(arm.forward, 0.0)
             hand = matrix(about(forward, math.radians(turn))) @ arm.rotation
             yield from arm.move(arm.position, hand, turn_tolerance=0.2, steps=40, required=False)
-            yield from arm.wait(1.0)
+            yield from arm.wait(0.5)
         else:
             yield from bring(arm, cup, ahead, aside, bottom + JUST_ABOVE, speed=0.3)
             yield from let_go(arm)
