@@ -30,7 +30,7 @@ the categories or groups drawn in it), ``staging`` (what is changed in the scene
 `spec/staged.py`).
 
 A file with ``base`` is that task in a scene that is staged otherwise: its keys stand for the
-base's. ``all`` does not choose it; its name and its ``sets`` do.
+base's. ``all`` does not choose it; its name, its ``suite`` and its ``sets`` do.
 
 A backend may derive its tasks from files of its simulator's. Of such a task a file has ``base:
 derived`` and those keys alone that are to be different:
@@ -154,7 +154,7 @@ def load_staged(folders: Sequence[Path], bases: Mapping[str, Task]) -> dict[str,
         if base not in bases:
             hint = did_you_mean(base, bases, "safemanip tasks")
             raise section.error("base", f"unknown task {base!r}; {hint}; or {DERIVED!r}")
-        section.check_keys(("task", "base", "sets"), (*_REQUIRED, *_OPTIONAL))
+        section.check_keys(("task", "base", "sets", "suite"), (*_REQUIRED, *_OPTIONAL))
         task = replace(_task(section.over(yamlfile.load(bases[base].path))), base=base)
         if task.name in {*bases, *found}:
             taken = {**bases, **found}[task.name].path
