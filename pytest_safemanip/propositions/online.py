@@ -78,6 +78,7 @@ class Online:
         self._folds: dict[Callable[[View], Fold], tuple[Fold, _Series]] = {}
         self._shared: dict[Hashable, Any] = {}
         self._with: dict[tuple[str, ...], Online] = {}
+        self._resolved: dict[Call, tuple[Online, Call]] = {}
 
     def setting(self, name: str, settings: Settings) -> Online:
         """What evaluates the same steps, with those parameters changed that a call sets."""
@@ -174,10 +175,9 @@ class Online:
         self, kind: str, call: Call, look: Callable[..., Array], length: int
     ) -> Array:
         """A series of values or margins of a proposition at the newest steps."""
-        own, settings = split(self.catalogue[call[0]], call[1:])
-        if settings:
-            online = self.setting(call[0], settings)
-            return online._of_proposition(kind, (call[0], *own), look, length)
+        online, call = self._resolved.get(call) or self._resolve(call)
+        if online is not self:
+            return online._of_proposition(kind, call, look, length)
         key = (kind, call)
         if key not in self._series:
             check_call(self.catalogue[call[0]], call[1:], self.scene, self.binding.zones)
@@ -189,6 +189,13 @@ class Online:
             return look(asked, self.catalogue[call[0]], call[1:])
 
         return self._caught_up(key, compute).last(length)
+
+    def _resolve(self, call: Call) -> tuple[Online, Call]:
+        """Who evaluates a call, and what is left of it without the parameters that it sets."""
+        own, settings = split(self.catalogue[call[0]], call[1:])
+        found = self.setting(call[0], settings), (call[0], *own)
+        self._resolved[call] = found
+        return found
 
     def points(
         self, compute: Callable[..., A], arguments: Hashable, length: int, seconds: float = 0.0
