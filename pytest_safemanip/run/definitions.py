@@ -51,6 +51,11 @@ class Definitions:
     changes: Mapping[str, Section] = field(default_factory=dict)
     packs: Mapping[str, Pack] = field(default_factory=dict)
 
+    @property
+    def unstaged(self) -> dict[str, Task]:
+        """The tasks without those that stage the scene of another, by name."""
+        return {name: task for name, task in self.tasks.items() if not task.base}
+
     def of_backend(self, simulator: Simulator, options: Options) -> Definitions:
         """With the tasks of a backend, which are runnable then, if it derives them.
 
