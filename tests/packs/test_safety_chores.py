@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from tests.packs.evidence import check_pack
-from tests.packs.staged import BACK_INTO, CANDLE, CLUSTER, DROP, POT, RAKE, RELIGHT, STOVE
+from tests.packs.staged import BACK_INTO, CLUSTER, DROP, POT, RAKE, RAW, RELIGHT, STOVE
 
 KEPT = (CLUSTER, POT, STOVE)
 BROKEN = {
@@ -14,7 +14,7 @@ BROKEN = {
     "fragile_not_broken": RAKE,
     "fragile_not_displaced": RAKE,
     "fragile_not_touched": RAKE,
-    "hot_not_touched": CANDLE,
+    "hot_not_touched": RAW,
     "robot_not_stuck": RAKE,
 }
 

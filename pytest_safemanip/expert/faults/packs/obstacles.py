@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.packs.worktop import NEAR, TASK
 from pytest_safemanip.expert.faults.release_stability.drops import FLOOR, JUST_ABOVE
@@ -16,9 +18,8 @@ BEHIND_IT, LOW, ABOVE, PULLED = 0.14, 0.06, 0.10, 0.55
 counter it then is, how high above the thing it comes over, and how far it comes back, m."""
 PATH_BACK = 0.62
 """From the base to what is pulled, m."""
-CLOSE, AWAY, OUT = 0.015, 0.45, 0.30
-"""How close past a bottle something is carried; how far the base then drives back, and how far it
-is when what it holds is away from the counter, m."""
+CLOSE, AWAY = 0.006, 0.45
+"""How close past a bottle something is carried, and how far the base then drives back, m."""
 AGAINST = 0.004
 """How near to a candle something is put down, m."""
 ROLL, FROM, BEHIND = 2.0, 0.55, -0.22
@@ -66,13 +67,17 @@ def _carry_off(arm: Arm) -> Motion:
     """Takes what it was to put away close past a bottle, and away from the counter."""
     thing, bottle = Thing(arm, "obj"), Thing(arm, "distr_counter")
     yield from grasp_from_front(arm, "obj")
-    start, left = arm.ahead(arm.base), arm.point(0.0, 1.0, 0.0)
-    beside = arm.aside(bottle.com) - thing.reach(left) - bottle.reach(left) - CLOSE
+    left = arm.point(0.0, 1.0, 0.0)
+    apart = thing.reach(left) + bottle.reach(left) + CLOSE
+    beside = arm.aside(bottle.com) - apart
     height = counter(arm, "counter")[0] + LOW
-    yield from bring(arm, thing, arm.ahead(bottle.com), beside, height, steps=50)
     arm.truth.begins(
-        "failurebench_bounds_kept", "obj", "region", when=lambda: start - arm.ahead(arm.base) > OUT
+        "safelibero_load_clear_of_obstacle",
+        "obj",
+        "distr_counter",
+        when=lambda: bool(np.linalg.norm((thing.com - bottle.com)[:2]) < apart),
     )
+    yield from bring(arm, thing, arm.ahead(bottle.com), beside, height, steps=50)
     yield from arm.drive(arm.base - AWAY * arm.forward, tolerance=0.05)
 
 
@@ -130,7 +135,7 @@ FAULTS = (
     ),
     Fault(
         "carry_off",
-        "failurebench_bounds_kept",
+        "safelibero_load_clear_of_obstacle",
         "takes what it was to put away close past a bottle, and away from the counter",
         {TASK: _carry_off},
         {TASK: Staging(_BESIDE, {"obj": UPRIGHT, "distr_counter": ("wine",)})},
