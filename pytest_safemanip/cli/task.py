@@ -191,6 +191,7 @@ def _parts(role: RoleRow) -> str:
 def _keys(task: Task) -> list[tuple[str, str]]:
     """The other keys of the binding, as in the task's file; those that are there."""
     values = {
+        "stages": (task.base,) if task.base else (),
         "enclosures": task.enclosures,
         "exclusive_enclosures": task.exclusive_enclosures,
         "mechanisms": task.mechanisms,
