@@ -77,7 +77,7 @@ def test_tasks_are_selected_as_in_pytest(safemanip: Command) -> None:
     found = safemanip("tasks", "OpenD*", "set:quick").out
     assert "OpenDrawer " in found
     assert "PickPlaceCounterToCabinet " in found
-    assert "5 of 50 tasks" in found
+    assert "5 of 61 tasks" in found
     line = safemanip("tasks", "OpenDrawr").refusal
     assert line == (
         "safemanip tasks: error: SELECTOR: 'OpenDrawr' matches no task; did you mean 'OpenDrawer'?"
