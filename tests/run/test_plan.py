@@ -269,7 +269,7 @@ def test_the_users_objects_are_added_to_the_shipped_ones_and_replace_them(plan, 
 def test_a_zone_that_no_task_has_is_refused(refusal, folder):
     own = PROPERTY.replace("o in objects", "z in zones of protcted").replace(
         "{held: obj_grasped(o), still: settled(o)}",
-        "{held: in_zone(robot, z), still: near(robot, z)}",
+        '{held: "in_zone(robot, z)", still: "near(robot, z)"}',
     )
     found = refusal(property_paths=folder(gentle=own))
     assert "gentle.yaml: no task has a zone 'protcted'; did you mean 'protected'?" in found
