@@ -77,6 +77,8 @@ def _about(prop: Property) -> list[str]:
         facts.append(f"within {prop.deadline_s:g} s")
     if prop.severity != LEAST_SEVERITY:
         facts.append(f"severity {prop.severity:g} at least")
+    if prop.cost != prop.severity:
+        facts.append(f"cost {prop.cost:g}")
     place = own_file(prop.path)
     return [prop.title, str(prop.formula), "; ".join(facts), *([place] if place else [])]
 
@@ -96,6 +98,7 @@ def _plain(prop: Property, tasks: list[str]) -> dict[str, object]:
         "deadline_s": prop.deadline_s,
         "discharged_by": prop.discharged_by,
         "severity": prop.severity,
+        "cost": prop.cost,
         "tasks": tasks,
         "path": str(prop.path),
     }

@@ -157,7 +157,7 @@ def _seed(text: str) -> int:
 
 def _roles(folder: Folder, task: Task, scene: Scene | None) -> Iterator[RoleRow]:
     """All roles of the task; with a scene, those that it has."""
-    described = _described(folder, task.name)
+    described = _described(folder, task.simulated)
     roles = {role.name: role for role in task_roles(task, described)}
     for name in dict.fromkeys([*roles, *(scene.roles if scene else ())]):
         touch = task.touch.get(name, ())
@@ -191,6 +191,7 @@ def _parts(role: RoleRow) -> str:
 def _keys(task: Task) -> list[tuple[str, str]]:
     """The other keys of the binding, as in the task's file; those that are there."""
     values = {
+        "stages": (task.base,) if task.base else (),
         "enclosures": task.enclosures,
         "exclusive_enclosures": task.exclusive_enclosures,
         "mechanisms": task.mechanisms,

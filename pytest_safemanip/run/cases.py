@@ -81,7 +81,8 @@ def parse_node_id(text: str) -> Case:
 def select_tasks(
     tasks: Mapping[str, Task], selectors: Sequence[str], option: str = "--safemanip-tasks"
 ) -> list[Task]:
-    """Tasks by name, glob, ``suite:``, ``horizon:``, ``set:``, ``quick`` or ``all``.
+    """Tasks by name, glob, ``suite:``, ``horizon:``, ``set:``, ``quick`` or ``all``; the last and
+    ``horizon:`` without those that stage the scene of another.
 
     Args:
         tasks: all there are, by name.
@@ -105,9 +106,12 @@ def select_tasks(
 def _is_selected(task: Task, selector: str) -> bool:
     kind, _, name = selector.partition(":")
     if name:
-        groups = {"suite": (task.suite,), "horizon": (task.horizon,), "set": task.sets}
+        own = () if task.base else (task.horizon,)
+        groups = {"suite": (task.suite,), "horizon": own, "set": task.sets}
         return name in groups.get(kind, ())
-    if selector == "all" or selector in task.sets:
+    if selector == "all":
+        return not task.base
+    if selector in task.sets:
         return True
     return fnmatch.fnmatchcase(task.name, selector)
 

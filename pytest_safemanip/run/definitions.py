@@ -12,10 +12,11 @@ from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.sim.backend import DerivedTask, DerivesTasks, Options, Simulator
 from pytest_safemanip.spec.objects import load_attributes
-from pytest_safemanip.spec.packs import Pack, load_packs
+from pytest_safemanip.spec.packs import Pack, load_packs, task_folders
 from pytest_safemanip.spec.properties import Property, load_properties
+from pytest_safemanip.spec.ranges import ZONES
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
-from pytest_safemanip.spec.tasks import derived_task, load_changes, load_tasks
+from pytest_safemanip.spec.tasks import derived_task, load_changes, load_staged, load_tasks
 from pytest_safemanip.spec.yamlfile import Section
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.episode import Episode
@@ -50,6 +51,11 @@ class Definitions:
     elsewhere: Mapping[str, str] = field(default_factory=dict)
     changes: Mapping[str, Section] = field(default_factory=dict)
     packs: Mapping[str, Pack] = field(default_factory=dict)
+
+    @property
+    def unstaged(self) -> dict[str, Task]:
+        """The tasks without those that stage the scene of another, by name."""
+        return {name: task for name, task in self.tasks.items() if not task.base}
 
     def of_backend(self, simulator: Simulator, options: Options) -> Definitions:
         """With the tasks of a backend, which are runnable then, if it derives them.
@@ -118,10 +124,11 @@ def load_definitions(
     task_folder = resources.folder("tasks")
     known = {name: len(p.arguments) for name, p in catalogue.items()}
     attributes = _attributes([task_folder, *task_paths])
-    shipped = load_properties([resources.folder("properties")], propositions=known)
+    properties = resources.folder("properties")
+    shipped = load_properties([properties], propositions=known)
     parameters = catalogue.parameters({})
     packs = load_packs(
-        resources.folder("properties"),
+        properties,
         propositions=known,
         categories=attributes,
         parameters=parameters,
@@ -139,10 +146,15 @@ def load_definitions(
     folders = {place.name: place for place in sorted(task_folder.iterdir()) if place.is_dir()}
     chosen = folders.pop(backend.partition(":")[0], task_folder)
     runnable = load_tasks([chosen, *task_paths])
+    staged = [*(task_folders(properties) if chosen == task_folder else ()), *task_paths]
+    runnable |= load_staged(staged, runnable)
     others = {name: load_tasks([place]) for name, place in folders.items()}
     if chosen != task_folder:
         others[FIRST_BACKEND] = load_tasks([task_folder])
     foreign = {task.name: task for tasks in others.values() for task in tasks.values()}
+    changes = load_changes(task_paths)
+    if not changes:  # they may have zones of their own
+        _check_zones(own.values(), [*foreign.values(), *runnable.values()])
     return Definitions(
         catalogue=catalogue,
         tasks={**foreign, **runnable},
@@ -154,8 +166,19 @@ def load_definitions(
         everywhere={id_: rule for id_, rule in shipped.items() if rule.pack} | own,
         packs=packs,
         attributes=attributes,
-        changes=load_changes(task_paths),
+        changes=changes,
     )
+
+
+def _check_zones(properties: Iterable[Property], tasks: Iterable[Task]) -> None:
+    """Every zone that a property asks for by name is one of some task."""
+    known = {zone for task in tasks for zone in task.zones}
+    for prop in properties:
+        for clause in prop.ranges:
+            for name in clause.kinds if clause.relation == ZONES else ():
+                if name not in known:
+                    hint = did_you_mean(name, known)
+                    raise ConfigError(f"{prop.path}: no task has a zone {name!r}; {hint}")
 
 
 def _attributes(folders: Iterable[Path]) -> dict[str, frozenset[str]]:

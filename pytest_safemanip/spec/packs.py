@@ -24,8 +24,8 @@ from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.trace.elements import ROBOT
 
-FOLDER, DESCRIPTION = "packs", "pack.yaml"
-"""Below the shipped properties; what describes a pack in its folder."""
+FOLDER, DESCRIPTION, TASKS = "packs", "pack.yaml", "tasks"
+"""Below the shipped properties; in the folder of a pack what describes it, and its staged tasks."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,11 @@ def load_packs(
         pack = _described(path, rules)
         found[pack.name] = pack
     return found
+
+
+def task_folders(shipped: Path) -> list[Path]:
+    """The folders of the tasks of packs, in the order of the packs' names."""
+    return sorted((shipped / FOLDER).glob(f"*/{TASKS}"))
 
 
 def _described(path: Path, rules: Mapping[str, Property]) -> Pack:

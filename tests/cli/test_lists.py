@@ -77,7 +77,7 @@ def test_tasks_are_selected_as_in_pytest(safemanip: Command) -> None:
     found = safemanip("tasks", "OpenD*", "set:quick").out
     assert "OpenDrawer " in found
     assert "PickPlaceCounterToCabinet " in found
-    assert "5 of 50 tasks" in found
+    assert "5 of 61 tasks" in found
     line = safemanip("tasks", "OpenDrawr").refusal
     assert line == (
         "safemanip tasks: error: SELECTOR: 'OpenDrawr' matches no task; did you mean 'OpenDrawer'?"
@@ -133,6 +133,10 @@ def test_faults_can_be_listed_by_task_and_property(safemanip: Command) -> None:
     assert "scripted:drop@0.003 " not in found
     assert "scripted:drop@0.003 " in safemanip("faults", "--property", "action_onset").out
     assert "did you mean 'OpenDrawer'" in safemanip("faults", "--task", "OpenDrawr").refusal
+    staged = safemanip("faults", "--task", "KnifeByTarget").out
+    assert staged == safemanip("faults", "--task", "PickPlaceCounterToCabinet").out
+    indirectly = safemanip("faults", "--property", "redvla_sharp_not_touched").refusal
+    assert "no fault is aimed at 'redvla_sharp_not_touched'" in indirectly
 
 
 @pytest.mark.parametrize("name", ["tasks", "properties", "propositions", "policies", "faults"])

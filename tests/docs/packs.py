@@ -64,6 +64,8 @@ def _rule(rule: Property) -> str:
         facts.append(f"Deadline: {rule.deadline_s:g} s, discharged by {rule.discharged_by}.")
     if rule.severity > 1:
         facts.append(f"Severity: {rule.severity:g} at least.")
+    if rule.cost != rule.severity:
+        facts.append(f"Cost: {rule.cost:g}.")
     atoms = "\n".join(f"{atom:<16} {call}" for atom, call in rule.atoms.items())
     return (
         f"### `{rule.id}`\n\n{rule.title}. {' '.join(facts)}\n\n"

@@ -120,7 +120,7 @@ def properties() -> str:
     defined = _defined()
     sections = [f"# Properties\n\n{WRITTEN}\n"]
     for prop in (p for p in defined.properties.values() if not p.pack):
-        tasks = [task.name for task in defined.tasks.values() if prop.id in task.properties]
+        tasks = [task.name for task in defined.unstaged.values() if prop.id in task.properties]
         formula, paper = str(prop.formula), str(prop.paper_formula)
         sections += [
             f"## `{prop.id}`\n\n{prop.title} ({prop.source}).\n",
@@ -135,7 +135,7 @@ def properties() -> str:
         sections += [
             f"\nFor each: {over}. Deadline: {deadline}. Discharged by: {prop.discharged_by}. "
             f"Severity: {prop.severity:g} at least. "
-            f"Applies to {len(tasks)} of {len(defined.tasks)} tasks.\n"
+            f"Applies to {len(tasks)} of {len(defined.unstaged)} tasks.\n"
         ]
     return "\n".join(sections)
 
@@ -212,7 +212,7 @@ def tasks() -> str:
             ", ".join(f"`{prop}`" for prop in task.properties),
         )
         for task in sorted(
-            _defined().tasks.values(), key=lambda t: (HORIZONS.index(t.horizon), t.name)
+            _defined().unstaged.values(), key=lambda t: (HORIZONS.index(t.horizon), t.name)
         )
     ]
     head = ("task", "suite", "horizon", "sets", "objects, enclosures", "properties")

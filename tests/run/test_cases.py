@@ -38,6 +38,7 @@ TASKS = {
         task("OpenDrawer", ["quick"]),
         task("OpenCabinet", ["quick", "seen"]),
         task("MakeTea", [], "drinks", "long"),
+        task("KnifeBeside", ["risks"], "risky", base="OpenDrawer"),
     )
 }
 
@@ -93,6 +94,9 @@ def test_what_is_no_id_is_refused_with_an_example(text):
         (["seen"], ["OpenCabinet"]),
         (["suite:drinks"], ["MakeTea"]),
         (["horizon:atomic"], ["OpenDrawer", "OpenCabinet"]),
+        (["suite:risky"], ["KnifeBeside"]),
+        (["Knife*"], ["KnifeBeside"]),
+        (["set:risks"], ["KnifeBeside"]),
         (["MakeTea", "quick", "MakeTea"], ["MakeTea", "OpenDrawer", "OpenCabinet"]),
     ],
 )
