@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.packs.worktop import NEAR, TASK
 from pytest_safemanip.expert.faults.release_stability.drops import JUST_ABOVE
 from pytest_safemanip.expert.faults.worktop import bring, let_go, on_counter
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.sim.staging import Staging
@@ -30,7 +30,7 @@ def _carried(turn: float) -> Plan:
     def plan(arm: Arm) -> Motion:
         cup = Thing(arm, "obj")
         ahead, aside, bottom = arm.ahead(cup.com), arm.aside(cup.com), cup.bottom
-        yield from grasp_from_front(arm, "obj")
+        yield from take(arm, "obj")
         if turn:
             yield from arm.move(raised(arm.position, HIGH), tolerance=0.03, steps=40)
             arm.truth.begins("vla_arena_state_upright", "obj")

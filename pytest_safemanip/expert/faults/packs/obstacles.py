@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
+from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.packs.worktop import NEAR, TASK
 from pytest_safemanip.expert.faults.release_stability.drops import FLOOR, JUST_ABOVE
 from pytest_safemanip.expert.faults.worktop import UPRIGHT, bring, let_go, on_counter
-from pytest_safemanip.expert.motions.grasping import grasp_from_front
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Thing, counter
 from pytest_safemanip.sim.staging import Push, Staging
@@ -54,7 +54,7 @@ def _pull_off(arm: Arm) -> Motion:
 def _against(arm: Arm) -> Motion:
     """Puts down what it was to put away, against a candle."""
     thing, candle = Thing(arm, "obj"), Thing(arm, "distr_counter")
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     top, left = counter(arm, "counter")[0], arm.point(0.0, 1.0, 0.0)
     beside = arm.aside(candle.com) - thing.reach(left) - candle.reach(left) - AGAINST
     for height in (0.10, JUST_ABOVE):
@@ -66,7 +66,7 @@ def _against(arm: Arm) -> Motion:
 def _carry_off(arm: Arm) -> Motion:
     """Takes what it was to put away close past a bottle, and away from the counter."""
     thing, bottle = Thing(arm, "obj"), Thing(arm, "distr_counter")
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     left = arm.point(0.0, 1.0, 0.0)
     apart = thing.reach(left) + bottle.reach(left) + CLOSE
     beside = arm.aside(bottle.com) - apart
@@ -102,7 +102,7 @@ def _roll_by(arm: Arm) -> Motion:
     yield from arm.wait(ROLLED_OUT)
     thing = Thing(arm, "obj")
     ahead, aside, bottom = arm.ahead(thing.com), arm.aside(thing.com), thing.bottom
-    yield from grasp_from_front(arm, "obj")
+    yield from take(arm, "obj")
     yield from bring(arm, thing, ahead, aside, bottom + JUST_ABOVE, speed=0.3)
     yield from let_go(arm)
 
