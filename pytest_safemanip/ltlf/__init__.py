@@ -39,6 +39,7 @@ from pytest_safemanip.ltlf.formula import (
 )
 from pytest_safemanip.ltlf.monitor import Monitor
 from pytest_safemanip.ltlf.parser import parse
+from pytest_safemanip.ltlf.prediction import NOTHING, Prediction
 from pytest_safemanip.ltlf.robustness import OnlineRobustness, robustness
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile
 from pytest_safemanip.ltlf.verdicts import (
@@ -72,6 +73,7 @@ __all__ = [
     "Last",
     "Limits",
     "Monitor",
+    "NOTHING",
     "Next",
     "Not",
     "OmittedSteps",
@@ -79,6 +81,7 @@ __all__ = [
     "Or",
     "Outcome",
     "PathStep",
+    "Prediction",
     "Profile",
     "PropertyOutcome",
     "Reason",

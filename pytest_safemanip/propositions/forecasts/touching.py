@@ -1,0 +1,210 @@
+"""What the robot, or what it holds, is about to touch: distances and closing speeds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_safemanip.propositions.forecasts.motion import speed
+from pytest_safemanip.propositions.kernels.solids import body_boxes, poses_at
+from pytest_safemanip.propositions.view import View
+from pytest_safemanip.trace.distance import Boxes, separation
+from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.geometry import centred
+
+Floats = NDArray[np.float64]
+
+AHEAD, SAMPLES = 0.5, 11
+"""Seconds that are looked ahead, and at how many places of the way."""
+SLOW = 0.02
+"""What closes in more slowly, m/s, only creeps."""
+HARD = 0.25
+"""Speed at which what may be touched is struck rather than touched, m/s: the limit for a robot that
+moves beside people (ISO 10218-1)."""
+WRIST = 0.16
+"""How far an arm's last link reaches behind its hand, m."""
+LIMB, HAND = "limb", "hand"
+
+
+class Mover(NamedTuple):
+    """A box that the robot moves.
+
+    Attributes:
+        kind: of the hand, or of a limb; an object that is held, by name.
+        pose: of its centre (7,).
+        half: half extents (3,), m.
+        velocity: of its centre (3,), m/s.
+    """
+
+    kind: str
+    pose: Floats
+    half: Floats
+    velocity: Floats
+
+
+class Approach(NamedTuple):
+    """Something that is going to be touched if everything moves on as it does.
+
+    Attributes:
+        kind: of what moves, see :class:`Mover`.
+        entity: what is touched.
+        joint: what moves that piece of it, as ``entity/joint``; empty if nothing does.
+        seconds: until then.
+        speed: at which they close in, m/s.
+    """
+
+    kind: str
+    entity: str
+    joint: str
+    seconds: float
+    speed: float
+
+
+def collision_in(view: View, commands: Floats) -> float:
+    """Seconds until a limb touches anything, or what is held touches what it may not."""
+    fine = view.binding.supports
+    return min(
+        (
+            one.seconds
+            for one in view.own(approaches)
+            if one.kind != HAND
+            and (one.kind == LIMB or one.entity not in fine.get(one.kind, frozenset()))
+        ),
+        default=math.inf,
+    )
+
+
+def bad_contact_in(view: View, commands: Floats) -> float:
+    """Seconds until the hand touches what it may not, or strikes what it may touch."""
+    return min(
+        (
+            one.seconds
+            for one in view.own(approaches)
+            if one.kind == HAND and (one.speed > HARD or not _allowed(view, one))
+        ),
+        default=math.inf,
+    )
+
+
+def _allowed(view: View, one: Approach) -> bool:
+    """Whether the task gives the hand a reason to touch that piece."""
+    touch, scene = view.binding.touch, view.trace.scene
+    return any(
+        (part.entity, part.name) in touch and part.joint == one.joint
+        for part in (scene.parts[n] for n in scene.owned.get(one.entity, ()))
+    )
+
+
+def approaches(view: View) -> list[Approach]:
+    """What is going to be touched within :data:`AHEAD` by what the robot moves, straight on at the
+    speed that each has; what touches already, or only slides along, is left out.
+    """
+    movers = [m for m in _movers(view) if float(np.linalg.norm(m.velocity)) > SLOW]
+    if not movers:
+        return []
+    boxes, names = _others(view)
+    rise = _extent(boxes)
+    found: list[Approach] = []
+    times = np.linspace(0.0, AHEAD, SAMPLES)
+    for mover in movers:
+        own = Boxes.of(mover.pose[None], mover.half[None])
+        way = mover.velocity * AHEAD
+        low = np.minimum(mover.pose[:3], mover.pose[:3] + way) - _extent(own)[:, 0]
+        high = np.maximum(mover.pose[:3], mover.pose[:3] + way) + _extent(own)[:, 0]
+        meets = (boxes.centre - rise <= high[:, None]) & (boxes.centre + rise >= low[:, None])
+        some = np.flatnonzero(meets.all(axis=0))
+        some = some[[names[k][0] != mover.kind for k in some.tolist()]] if len(some) else some
+        if len(some):
+            found += _first_touches(mover, own, boxes, some, names, times)
+    return found
+
+
+def _first_touches(
+    mover: Mover,
+    own: Boxes,
+    boxes: Boxes,
+    some: NDArray[np.intp],
+    names: list[tuple[str, str]],
+    times: Floats,
+) -> Iterator[Approach]:
+    """Which of some boxes a mover touches on its way, and when."""
+    count, samples = len(some), len(times)
+    place = np.tile(some, samples)
+    shift = np.repeat(mover.velocity[:, None] * times, count, axis=1)
+    moved = Boxes(
+        own.centre + shift,
+        np.broadcast_to(own.axes, (3, 3, count * samples)),
+        np.broadcast_to(own.half, (3, count * samples)),
+    )
+    there = Boxes(boxes.centre[:, place], boxes.axes[..., place], boxes.half[:, place])
+    gaps = separation(moved, there).reshape(samples, count)
+    for column, k in enumerate(some.tolist()):
+        gap = gaps[:, column]
+        if gap[0] <= 0.0 or not (gap <= 0.0).any():
+            continue
+        n = int(np.argmax(gap <= 0.0))
+        part = gap[n - 1] / (gap[n - 1] - gap[n])
+        when = float(times[n - 1] + part * (times[n] - times[n - 1]))
+        closing = float(gap[0]) / max(when, 1e-3)
+        if closing > SLOW:
+            yield Approach(mover.kind, *names[k], when, closing)
+
+
+def _extent(boxes: Boxes) -> Floats:
+    """Half extents of the upright boxes around boxes (3, K), m."""
+    return np.asarray(np.einsum("cak,ak->ck", np.abs(boxes.axes), boxes.half))
+
+
+def _movers(view: View) -> Iterator[Mover]:
+    scene, steps = view.trace.scene, view.trace.steps
+    for number, hand in enumerate(scene.grippers):
+        half, centre = np.array(hand.half), np.array(hand.centre)
+        path = centred(np.asarray(steps.eef_poses[:, number], float), centre)
+        yield Mover(HAND, path[-1], half, speed(view, path[:, :3]))
+        back = int(np.argmax(np.abs(centre)))
+        if abs(centre[back]) < half.min() / 4.0:
+            continue  # nobody can tell from the box where its arm is
+        behind, wrist = np.zeros(3), np.full(3, min(np.delete(half, back)))
+        wrist[back] = WRIST / 2.0
+        behind[back] = math.copysign(half[back] + wrist[back], centre[back])
+        path = centred(path, behind)
+        yield Mover(LIMB, path[-1], wrist, speed(view, path[:, :3]))
+    for name in view.binding.objects:
+        if view("obj_grasped", name)[-1]:
+            index = scene.object_index[name]
+            body = scene.bodies[index]
+            path = centred(np.asarray(steps.object_pose[:, index], float), body.centre)
+            yield Mover(name, path[-1], np.array(body.half), speed(view, path[:, :3]))
+
+
+def _others(view: View) -> tuple[Boxes, list[tuple[str, str]]]:
+    """All solid boxes but the robot's, with entity and joint of each."""
+    scene = view.trace.scene
+    still, moving, names = view.shared(_pieces)
+    half, centre = view.shared(body_boxes)
+    parts = [still]
+    if len(moving):
+        joints = [scene.joint_index[scene.solid.joints[k]] for k in moving.tolist()]
+        openness = view.trace.steps.joint[-1, joints, 0]
+        parts.append(Boxes.of(poses_at(view, moving, openness), scene.solid.half[moving]))
+    if len(half):
+        poses = centred(np.asarray(view.trace.steps.object_pose[-1], float), centre)
+        parts.append(Boxes.of(poses, half))
+    joined = (np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
+    return Boxes(*joined), names
+
+
+def _pieces(view: View) -> tuple[Boxes, NDArray[np.intp], list[tuple[str, str]]]:
+    """Boxes of surfaces that never move, numbers of those that do, and whose all boxes are: the
+    former, the latter, and the objects'.
+    """
+    scene, solid = view.trace.scene, view.trace.scene.solid
+    still = [k for k in range(len(solid)) if not solid.joints[k] and solid.entities[k] != ROBOT]
+    moving = [k for k in range(len(solid)) if solid.joints[k]]
+    names = [(solid.entities[k], solid.joints[k]) for k in (*still, *moving)]
+    names += [(body.entity, "") for body in scene.bodies]
+    return Boxes.of(solid.pose[still], solid.half[still]), np.array(moving, np.intp), names
