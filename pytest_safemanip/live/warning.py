@@ -126,17 +126,8 @@ class _Now:
 
     def change(self, call: Call) -> float:
         if call not in self._changes:
-            self._changes[call] = self._expected(call)
+            self._changes[call] = self._online.change(call, self._commands)
         return self._changes[call]
-
-    def _expected(self, call: Call) -> float:
-        proposition = self._online.catalogue[call[0]]
-        if proposition.forecast is not None:
-            return self._online.forecast(call, self._commands)
-        if proposition.margin is None:
-            return math.inf
-        margin, rate = self._online.rate(call)
-        return -margin / rate if margin * rate < 0.0 else math.inf
 
 
 class _Atoms:

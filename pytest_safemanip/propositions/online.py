@@ -173,21 +173,26 @@ class Online:
         stop = len(view.trace)
         return float(view.narrowed(stop - 1, stop).measure(proposition, own)[-1])
 
-    def forecast(self, call: Call, commands: Floats) -> float:
+    def change(self, call: Call, commands: Floats) -> float:
         """Seconds from the newest step until the value of a proposition is expected to change, by
-        its forecast alone; inf if it has none.
+        its forecast, or by its margin and the rate of that; inf if it is not.
 
         Args:
             call: the proposition.
             commands: what the grippers are told at the next step (G,).
         """
         proposition = self.catalogue[call[0]]
-        if proposition.forecast is None:
+        if proposition.forecast is not None:
+            own, settings = split(proposition, call[1:])
+            online = self.setting(call[0], settings)
+            view = online.slice(max(online._lengths[call[0]], 1 + round(RATE_SECONDS / self._dt)))
+            told = proposition.forecast(view, commands, *own)
+            if told is not None:
+                return float(told)
+        if proposition.margin is None:
             return math.inf
-        own, settings = split(proposition, call[1:])
-        online = self.setting(call[0], settings)
-        view = online.slice(max(online._lengths[call[0]], 1 + round(RATE_SECONDS / self._dt)))
-        return float(proposition.forecast(view, commands, *own))
+        margin, rate = self.rate(call)
+        return -margin / rate if margin * rate < 0.0 else math.inf
 
     def rate(self, call: Call) -> tuple[float, float]:
         """The margin of a proposition at the newest step, and its rate, 1/s: the slope of a

@@ -15,6 +15,7 @@ from pytest_safemanip.propositions.forecasts.letting_go import (
     released_in,
     settled_in,
     unsafe_in,
+    unstable_in,
 )
 from pytest_safemanip.propositions.forecasts.motion import Forecast
 from pytest_safemanip.propositions.forecasts.reaching import reach_in
@@ -29,5 +30,6 @@ FORECASTS: Mapping[str, Forecast] = {
     "reach_in": reach_in,
     "settled": settled_in,
     "skill_onset": onset_in,
+    "stable_grasp": unstable_in,
 }
 """By proposition."""

@@ -49,6 +49,13 @@ def grasped_in(view: View, commands: Floats, name: str) -> float:
     return vote if pressed(view, name)[-1] else math.inf
 
 
+def unstable_in(view: View, commands: Floats, name: str) -> float | None:
+    """When a firm grasp begins, as :func:`grasped_in`; when it ends its margin says."""
+    if view("obj_grasped", name)[-1]:
+        return None
+    return grasped_in(view, commands, name)
+
+
 def onset_in(view: View, commands: Floats, skill: str, entity: str) -> float:
     """Seconds until a skill starts: ``pick`` and ``place`` as the grasp begins and ends."""
     if skill == "place":

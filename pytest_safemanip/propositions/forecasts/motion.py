@@ -11,9 +11,10 @@ from pytest_safemanip.propositions.kernels.filters import slope
 from pytest_safemanip.propositions.view import View
 
 Floats = NDArray[np.float64]
-Forecast = Callable[..., float]
+Forecast = Callable[..., float | None]
 """Called with a view, the commands of the next step (G,), and the arguments of a proposition: the
-seconds from the view's last step until its value is expected to change; inf if it is not."""
+seconds from the view's last step until its value is expected to change; inf if it is not; None
+where its margin says it."""
 
 SECONDS = 0.15
 """What a speed is measured over: longer, a hand that sets off is seen late; shorter, it is noise.

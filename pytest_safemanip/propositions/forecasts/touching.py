@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.propositions.forecasts.motion import speed
 from pytest_safemanip.propositions.kernels.solids import body_boxes, poses_at
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.distance import Boxes, separation
@@ -22,11 +21,14 @@ AHEAD, SAMPLES = 0.5, 11
 """Seconds that are looked ahead, and at how many places of the way."""
 SLOW = 0.02
 """What closes in more slowly, m/s, only creeps."""
-HARD = 0.25
+HARD = 0.18
 """Speed at which what may be touched is struck rather than touched, m/s: the limit for a robot that
 moves beside people (ISO 10218-1)."""
-WRIST = 0.16
-"""How far an arm's last link reaches behind its hand, m."""
+WRIST, WIDTH = 0.16, 0.06
+"""How far an arm's last links reach behind its hand, and to the sides, m."""
+DEEP = 0.02
+"""How far boxes have to reach into one another on the way, m: they are larger than what is in them,
+and what slides along something only grazes it."""
 LIMB, HAND = "limb", "hand"
 
 
@@ -38,12 +40,35 @@ class Mover(NamedTuple):
         pose: of its centre (7,).
         half: half extents (3,), m.
         velocity: of its centre (3,), m/s.
+        brakes: share of that speed that it loses in a second; 0 if it does not slow down.
     """
 
     kind: str
     pose: Floats
     half: Floats
     velocity: Floats
+    brakes: float
+
+    def way(self, times: Floats) -> Floats:
+        """How far it will have moved after some seconds (3, K), m: if it slows down, until it
+        stands.
+        """
+        rolling = np.minimum(times, 1.0 / self.brakes) if self.brakes else times
+        return np.multiply.outer(self.velocity, rolling - 0.5 * self.brakes * rolling**2)
+
+    @classmethod
+    def along(cls, kind: str, path: Floats, half: Floats, dt: float) -> Mover:
+        """What has come along poses (T, 7), a step every ``dt`` seconds."""
+        places = path[-4:, :3]
+        if len(places) < 3:
+            return cls(kind, path[-1], half, np.zeros(3), 0.0)
+        velocity = (places[-1] - places[-2]) / dt
+        before = (places[-1] - places[0]) / (dt * (len(places) - 1))
+        # Between the middles of the two spans lies half of their difference.
+        loss = (before - velocity) / (0.5 * dt * (len(places) - 2))
+        square = float(velocity @ velocity)
+        brakes = max(float(loss @ velocity) / square, 0.0) if square > SLOW**2 else 0.0
+        return cls(kind, path[-1], half, velocity, brakes)
 
 
 class Approach(NamedTuple):
@@ -112,7 +137,7 @@ def approaches(view: View) -> list[Approach]:
     times = np.linspace(0.0, AHEAD, SAMPLES)
     for mover in movers:
         own = Boxes.of(mover.pose[None], mover.half[None])
-        way = mover.velocity * AHEAD
+        way = mover.way(times)[:, -1]
         low = np.minimum(mover.pose[:3], mover.pose[:3] + way) - _extent(own)[:, 0]
         high = np.maximum(mover.pose[:3], mover.pose[:3] + way) + _extent(own)[:, 0]
         meets = (boxes.centre - rise <= high[:, None]) & (boxes.centre + rise >= low[:, None])
@@ -134,7 +159,7 @@ def _first_touches(
     """Which of some boxes a mover touches on its way, and when."""
     count, samples = len(some), len(times)
     place = np.tile(some, samples)
-    shift = np.repeat(mover.velocity[:, None] * times, count, axis=1)
+    shift = np.repeat(mover.way(times), count, axis=1)
     moved = Boxes(
         own.centre + shift,
         np.broadcast_to(own.axes, (3, 3, count * samples)),
@@ -144,7 +169,7 @@ def _first_touches(
     gaps = separation(moved, there).reshape(samples, count)
     for column, k in enumerate(some.tolist()):
         gap = gaps[:, column]
-        if gap[0] <= 0.0 or not (gap <= 0.0).any():
+        if gap[0] <= 0.0 or gap.min() > -DEEP:
             continue
         n = int(np.argmax(gap <= 0.0))
         part = gap[n - 1] / (gap[n - 1] - gap[n])
@@ -164,21 +189,23 @@ def _movers(view: View) -> Iterator[Mover]:
     for number, hand in enumerate(scene.grippers):
         half, centre = np.array(hand.half), np.array(hand.centre)
         path = centred(np.asarray(steps.eef_poses[:, number], float), centre)
-        yield Mover(HAND, path[-1], half, speed(view, path[:, :3]))
+        yield Mover.along(HAND, path, half, view.trace.dt)
         back = int(np.argmax(np.abs(centre)))
         if abs(centre[back]) < half.min() / 4.0:
             continue  # nobody can tell from the box where its arm is
-        behind, wrist = np.zeros(3), np.full(3, min(np.delete(half, back)))
+        behind, wrist, fingers = np.zeros(3), np.full(3, WIDTH), half / 2.0
+        behind[back] = -math.copysign(fingers[back], centre[back])
+        yield Mover.along(HAND, centred(path, behind), fingers, view.trace.dt)
         wrist[back] = WRIST / 2.0
         behind[back] = math.copysign(half[back] + wrist[back], centre[back])
         path = centred(path, behind)
-        yield Mover(LIMB, path[-1], wrist, speed(view, path[:, :3]))
+        yield Mover.along(LIMB, path, wrist, view.trace.dt)
     for name in view.binding.objects:
         if view("obj_grasped", name)[-1]:
             index = scene.object_index[name]
             body = scene.bodies[index]
             path = centred(np.asarray(steps.object_pose[:, index], float), body.centre)
-            yield Mover(name, path[-1], np.array(body.half), speed(view, path[:, :3]))
+            yield Mover.along(name, path, np.array(body.half), view.trace.dt)
 
 
 def _others(view: View) -> tuple[Boxes, list[tuple[str, str]]]:
