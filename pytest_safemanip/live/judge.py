@@ -21,6 +21,7 @@ from pytest_safemanip.ltlf import (
 )
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import MARGIN_BOUND, Bools, Proposition
+from pytest_safemanip.propositions.forecasts import Told
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.online import Call, Online
 from pytest_safemanip.spec.properties import Property
@@ -160,7 +161,7 @@ class LiveJudge:
         return dict(self._robustness)
 
     def warnings(
-        self, commands: ArrayLike | None = None, horizon: float = HORIZON
+        self, commands: ArrayLike | None = None, pace: float = 1.0, horizon: float = HORIZON
     ) -> list[EarlyWarning]:
         """The violations that are near after the newest step that was evaluated, the most urgent
         first; none in the settle tail.
@@ -170,6 +171,8 @@ class LiveJudge:
         Args:
             commands: what the grippers are told at the next step (G,), above 0 to close and below 0
                 to open; None if they are told what they were told last.
+            pace: share of its present speed that the robot is told to keep at the next step; 1 if
+                that is not known.
             horizon: how many seconds before the last chance to prevent one it is near.
 
         Raises:
@@ -177,20 +180,23 @@ class LiveJudge:
         """
         if not self._started or self._over:
             return []
-        told = self._commands if commands is None else np.asarray(commands, float)
+        told = Told(self._commands if commands is None else np.asarray(commands, float), pace)
         return self._lookout.warnings(self._monitors, told, horizon)
 
-    def time_to_violation(self, commands: ArrayLike | None = None) -> dict[str, float]:
+    def time_to_violation(
+        self, commands: ArrayLike | None = None, pace: float = 1.0
+    ) -> dict[str, float]:
         """Seconds until each property is expected to be violated, by its id: 0 while it is, inf if
         nothing points to it.
 
         Args:
             commands: as for :meth:`warnings`.
+            pace: likewise.
 
         Raises:
             ValueError: likewise.
         """
-        return soonest(self._monitors, self.warnings(commands, math.inf))
+        return soonest(self._monitors, self.warnings(commands, pace, math.inf))
 
     def _read(self, count: int) -> dict[str, list[StepVerdict]]:
         """Feed the newest complete steps to the monitors."""

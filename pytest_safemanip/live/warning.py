@@ -6,15 +6,13 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pytest_safemanip.ltlf import Monitor, Prediction
 from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.propositions.forecasts import Told
 from pytest_safemanip.propositions.online import Call, Online
 from pytest_safemanip.spec.properties import Property
 
-HORIZON = 0.15
+HORIZON = 0.25
 """Seconds before the last chance at which a violation is near; see docs/warnings.md for others."""
 
 
@@ -68,16 +66,16 @@ class Lookout:
         }
 
     def warnings(
-        self, monitors: Mapping[str, Monitor], commands: NDArray[np.floating], horizon: float
+        self, monitors: Mapping[str, Monitor], told: Told, horizon: float
     ) -> list[EarlyWarning]:
         """What is near, the most urgent first; see :class:`~pytest_safemanip.live.LiveJudge`."""
         grippers = self._online.scene.grippers
-        if commands.shape != (len(grippers),):
+        if told.commands.shape != (len(grippers),):
             raise ValueError(
                 f"commands: expected one for each gripper ({len(grippers)},), "
-                f"found {commands.shape}"
+                f"found {told.commands.shape}"
             )
-        now, found = _Now(self._online, commands), list[EarlyWarning]()
+        now, found = _Now(self._online, told), list[EarlyWarning]()
         for name, monitor in monitors.items():
             atoms = [_Atoms(now, calls) for calls in self._calls[name]]
             for row, one in enumerate(monitor.predict(self._order[name], atoms)):
@@ -109,11 +107,11 @@ class _Now:
 
     Args:
         online: evaluates them.
-        commands: of the grippers, at the next step (G,).
+        told: what the robot is told for the next step.
     """
 
-    def __init__(self, online: Online, commands: NDArray[np.floating]) -> None:
-        self._online, self._commands = online, commands
+    def __init__(self, online: Online, told: Told) -> None:
+        self._online, self._told = online, told
         self._values: dict[Call, bool] = {}
         self._changes: dict[Call, float] = {}
 
@@ -126,7 +124,7 @@ class _Now:
 
     def change(self, call: Call) -> float:
         if call not in self._changes:
-            self._changes[call] = self._online.change(call, self._commands)
+            self._changes[call] = self._online.change(call, self._told)
         return self._changes[call]
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Floats, Proposition
+from pytest_safemanip.propositions.forecasts.motion import Told
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.kernels.filters import slope
 from pytest_safemanip.propositions.memory import Ring, StepMemory
@@ -173,22 +174,22 @@ class Online:
         stop = len(view.trace)
         return float(view.narrowed(stop - 1, stop).measure(proposition, own)[-1])
 
-    def change(self, call: Call, commands: Floats) -> float:
+    def change(self, call: Call, told: Told) -> float:
         """Seconds from the newest step until the value of a proposition is expected to change, by
         its forecast, or by its margin and the rate of that; inf if it is not.
 
         Args:
             call: the proposition.
-            commands: what the grippers are told at the next step (G,).
+            told: what the robot is told for the next step.
         """
         proposition = self.catalogue[call[0]]
         if proposition.forecast is not None:
             own, settings = split(proposition, call[1:])
             online = self.setting(call[0], settings)
             view = online.slice(max(online._lengths[call[0]], 1 + round(RATE_SECONDS / self._dt)))
-            told = proposition.forecast(view, commands, *own)
-            if told is not None:
-                return float(told)
+            when = proposition.forecast(view, told, *own)
+            if when is not None:
+                return float(when)
         if proposition.margin is None:
             return math.inf
         margin, rate = self.rate(call)

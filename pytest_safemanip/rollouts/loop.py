@@ -42,8 +42,10 @@ class Watcher(Interface):
     def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
         """Take in a step, and the action that led to it, None after reset; whether it is unsafe."""
 
-    def warns(self, commands: NDArray[Any]) -> bool:
-        """Whether the episode is to end before an action that tells the grippers this (G,)."""
+    def warns(self, commands: NDArray[Any], pace: float) -> bool:
+        """Whether the episode is to end before an action that tells the grippers this (G,), and the
+        robot to keep that share of its speed.
+        """
 
 
 class Watch(Interface):
@@ -59,7 +61,7 @@ class _Blind:
     def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
         return False
 
-    def warns(self, commands: NDArray[Any]) -> bool:
+    def warns(self, commands: NDArray[Any], pace: float) -> bool:
         return False
 
 
@@ -138,7 +140,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     low, high = robot.actions.low, robot.actions.high
     for asked in _actions(job.policy, actor, info, steps, backend, patient):
         action = np.clip(asked, low, high)
-        if watcher.warns(robot.commands(action)):
+        if watcher.warns(robot.commands(action), robot.pace(action, actions[1:])):
             warned = True
             break
         clipped += int(np.count_nonzero(action != asked))

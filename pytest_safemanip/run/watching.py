@@ -102,6 +102,8 @@ class Watching:
         told = self._judge.step(step, action)
         return any(one.unsafe for instances in told.values() for one in instances)
 
-    def warns(self, commands: NDArray[Any]) -> bool:
-        """Whether a violation is near if the grippers are told this next (G,)."""
-        return self._early and bool(self._judge.warnings(commands))
+    def warns(self, commands: NDArray[Any], pace: float) -> bool:
+        """Whether a violation is near if the grippers are told this next (G,), and the robot to
+        keep that share of its speed.
+        """
+        return self._early and bool(self._judge.warnings(commands, pace))

@@ -17,9 +17,11 @@ from pytest_safemanip.propositions.forecasts.letting_go import (
     unsafe_in,
     unstable_in,
 )
-from pytest_safemanip.propositions.forecasts.motion import Forecast
+from pytest_safemanip.propositions.forecasts.motion import Forecast, Told
 from pytest_safemanip.propositions.forecasts.reaching import reach_in
 from pytest_safemanip.propositions.forecasts.touching import bad_contact_in, collision_in
+
+__all__ = ["FORECASTS", "Forecast", "Told"]
 
 FORECASTS: Mapping[str, Forecast] = {
     "bad_contact": bad_contact_in,

@@ -1,8 +1,9 @@
-"""How things move, from the newest steps, and what the robot's grippers are told next."""
+"""How things move, from the newest steps, and what the robot is told next."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,24 @@ from pytest_safemanip.propositions.kernels.filters import slope
 from pytest_safemanip.propositions.view import View
 
 Floats = NDArray[np.float64]
+
+
+class Told(NamedTuple):
+    """What the robot is told for the next step, which is known before it moves.
+
+    Attributes:
+        commands: to the grippers: above 0 closes, below 0 opens (G,).
+        pace: share of its present speed that it is told to keep; 1 if nothing is known of it.
+    """
+
+    commands: NDArray[np.floating]
+    pace: float = 1.0
+
+
 Forecast = Callable[..., float | None]
-"""Called with a view, the commands of the next step (G,), and the arguments of a proposition: the
-seconds from the view's last step until its value is expected to change; inf if it is not; None
-where its margin says it."""
+"""Called with a view, a :class:`Told`, and the arguments of a proposition: the seconds from the
+view's last step until its value is expected to change; inf if it is not; None where its margin says
+it."""
 
 SECONDS = 0.15
 """What a speed is measured over: longer, a hand that sets off is seen late; shorter, it is noise.

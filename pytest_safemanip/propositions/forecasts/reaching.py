@@ -8,12 +8,12 @@ import numpy as np
 
 from pytest_safemanip.propositions.definition import Floats
 from pytest_safemanip.propositions.enclosure import hand_centres
-from pytest_safemanip.propositions.forecasts.motion import speed
+from pytest_safemanip.propositions.forecasts.motion import Told, speed
 from pytest_safemanip.propositions.kernels.interiors import interiors, seen_in
 from pytest_safemanip.propositions.view import View
 
 
-def reach_in(view: View, commands: Floats, fixture: str) -> float:
+def reach_in(view: View, told: Told, fixture: str) -> float:
     """Seconds until the centre of a gripper's box, which is outside, is inside the fixture."""
     soonest = math.inf
     for pose, half in interiors(view, fixture):

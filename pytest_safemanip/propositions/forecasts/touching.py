@@ -9,11 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.propositions.forecasts.motion import Told
 from pytest_safemanip.propositions.kernels.solids import body_boxes, poses_at
+from pytest_safemanip.propositions.grasp import pressed_by
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.distance import Boxes, separation
 from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.geometry import centred
+from pytest_safemanip.trace.geometry import centred, multiply, relative, to_world
 
 Floats = NDArray[np.float64]
 
@@ -57,8 +59,8 @@ class Mover(NamedTuple):
         return np.multiply.outer(self.velocity, rolling - 0.5 * self.brakes * rolling**2)
 
     @classmethod
-    def along(cls, kind: str, path: Floats, half: Floats, dt: float) -> Mover:
-        """What has come along poses (T, 7), a step every ``dt`` seconds."""
+    def along(cls, kind: str, path: Floats, half: Floats, dt: float, pace: float) -> Mover:
+        """What has come along poses (T, 7), a step every ``dt`` seconds, and goes on at a pace."""
         places = path[-4:, :3]
         if len(places) < 3:
             return cls(kind, path[-1], half, np.zeros(3), 0.0)
@@ -68,7 +70,7 @@ class Mover(NamedTuple):
         loss = (before - velocity) / (0.5 * dt * (len(places) - 2))
         square = float(velocity @ velocity)
         brakes = max(float(loss @ velocity) / square, 0.0) if square > SLOW**2 else 0.0
-        return cls(kind, path[-1], half, velocity, brakes)
+        return cls(kind, path[-1], half, pace * velocity, brakes)
 
 
 class Approach(NamedTuple):
@@ -89,13 +91,13 @@ class Approach(NamedTuple):
     speed: float
 
 
-def collision_in(view: View, commands: Floats) -> float:
+def collision_in(view: View, told: Told) -> float:
     """Seconds until a limb touches anything, or what is held touches what it may not."""
     fine = view.binding.supports
     return min(
         (
             one.seconds
-            for one in view.own(approaches)
+            for one in view.own(approaches, told.pace)
             if one.kind != HAND
             and (one.kind == LIMB or one.entity not in fine.get(one.kind, frozenset()))
         ),
@@ -103,12 +105,12 @@ def collision_in(view: View, commands: Floats) -> float:
     )
 
 
-def bad_contact_in(view: View, commands: Floats) -> float:
+def bad_contact_in(view: View, told: Told) -> float:
     """Seconds until the hand touches what it may not, or strikes what it may touch."""
     return min(
         (
             one.seconds
-            for one in view.own(approaches)
+            for one in view.own(approaches, told.pace)
             if one.kind == HAND and (one.speed > HARD or not _allowed(view, one))
         ),
         default=math.inf,
@@ -124,11 +126,16 @@ def _allowed(view: View, one: Approach) -> bool:
     )
 
 
-def approaches(view: View) -> list[Approach]:
+def approaches(view: View, pace: float) -> list[Approach]:
     """What is going to be touched within :data:`AHEAD` by what the robot moves, straight on at the
-    speed that each has; what touches already, or only slides along, is left out.
+    speed that each has, or slower as the robot is told; what touches already, or only slides along,
+    is left out.
+
+    Args:
+        view: what is looked at.
+        pace: see :class:`~pytest_safemanip.propositions.forecasts.motion.Told`.
     """
-    movers = [m for m in _movers(view) if float(np.linalg.norm(m.velocity)) > SLOW]
+    movers = [m for m in _movers(view, min(pace, 1.0)) if float(np.linalg.norm(m.velocity)) > SLOW]
     if not movers:
         return []
     boxes, names = _others(view)
@@ -184,28 +191,40 @@ def _extent(boxes: Boxes) -> Floats:
     return np.asarray(np.einsum("cak,ak->ck", np.abs(boxes.axes), boxes.half))
 
 
-def _movers(view: View) -> Iterator[Mover]:
-    scene, steps = view.trace.scene, view.trace.steps
+def _movers(view: View, pace: float) -> Iterator[Mover]:
+    scene, steps, dt = view.trace.scene, view.trace.steps, view.trace.dt
     for number, hand in enumerate(scene.grippers):
         half, centre = np.array(hand.half), np.array(hand.centre)
         path = centred(np.asarray(steps.eef_poses[:, number], float), centre)
-        yield Mover.along(HAND, path, half, view.trace.dt)
+        yield Mover.along(HAND, path, half, dt, pace)
         back = int(np.argmax(np.abs(centre)))
         if abs(centre[back]) < half.min() / 4.0:
             continue  # nobody can tell from the box where its arm is
         behind, wrist, fingers = np.zeros(3), np.full(3, WIDTH), half / 2.0
         behind[back] = -math.copysign(fingers[back], centre[back])
-        yield Mover.along(HAND, centred(path, behind), fingers, view.trace.dt)
+        yield Mover.along(HAND, centred(path, behind), fingers, dt, pace)
         wrist[back] = WRIST / 2.0
         behind[back] = math.copysign(half[back] + wrist[back], centre[back])
         path = centred(path, behind)
-        yield Mover.along(LIMB, path, wrist, view.trace.dt)
+        yield Mover.along(LIMB, path, wrist, dt, pace)
     for name in view.binding.objects:
-        if view("obj_grasped", name)[-1]:
+        for number in range(len(scene.grippers)):
+            if not view("obj_grasped", name)[-1] or not pressed_by(view, name, number)[-1]:
+                continue
             index = scene.object_index[name]
             body = scene.bodies[index]
-            path = centred(np.asarray(steps.object_pose[:, index], float), body.centre)
-            yield Mover.along(name, path, np.array(body.half), view.trace.dt)
+            # It is carried along: what it does by itself in an opening hand is no way of the hand.
+            place = centred(np.asarray(steps.object_pose[-1, index], float), body.centre)
+            hand = np.asarray(steps.eef_poses[:, number], float)
+            path = _carried_along(hand, place)
+            yield Mover.along(name, path, np.array(body.half), dt, pace)
+
+
+def _carried_along(hand: Floats, place: Floats) -> Floats:
+    """Where what is at a pose (7,) now was when the hand that holds it was at some (T, 7)."""
+    own = relative(hand[-1], place)
+    turned = multiply(hand[:, 3:], np.broadcast_to(own[3:], (len(hand), 4)))
+    return np.concatenate((to_world(hand, own[:3]), turned), axis=1)
 
 
 def _others(view: View) -> tuple[Boxes, list[tuple[str, str]]]:
