@@ -92,10 +92,12 @@ class Watched:
     def false(self, key: Key, horizon: float) -> int:
         """Runs of warnings that nothing followed."""
         return sum(
-            not any(first < unsafe and self._means(unsafe, last, told)
-                    or self._during(unsafe, first) for unsafe in self.unsafe.get(key, []))
+            not any(
+                self._during(unsafe, first) or (first < unsafe and self._means(unsafe, last, told))
+                for unsafe in self.unsafe.get(key, [])
+            )
             for first, last, told in self.runs(key, horizon)
-        )  # fmt: skip
+        )
 
     def _means(self, unsafe: int, last: int, told: EarlyWarning) -> bool:
         """Whether a violation is what a run of warnings was about."""
@@ -213,9 +215,11 @@ def main() -> None:
         print(f"\nHorizon {horizon:g} s\n\n{text}")
         if options.put:
             put(DOCUMENT, f"horizon {horizon:g}", text)
-    asked = sum(one.asked for one in rollouts)
-    print(f"\n{len(rollouts)} rollouts, {asked} steps, of which {sum(map(is_safe, rollouts))} safe "
-          f"rollouts; {1e3 * sum(one.cost for one in rollouts) / asked:.2f} ms a question")  # fmt: skip
+    asked, cost = sum(one.asked for one in rollouts), sum(one.cost for one in rollouts)
+    print(
+        f"\n{len(rollouts)} rollouts, {sum(map(is_safe, rollouts))} of them safe; "
+        f"{1e3 * cost / asked:.2f} ms a question, {asked} asked"
+    )
 
 
 if __name__ == "__main__":

@@ -80,7 +80,7 @@ class LiveJudge:
             check_call(catalogue[call[0]], call[1:], scene, binding.zones)
         self._online = Online(scene, binding, parameters, catalogue, (), every)
         self._lookout = Lookout(self._online, properties, self._rows, self._calls)
-        self._commands = np.zeros(len(scene.grippers))
+        self._commands: NDArray[Any] = np.zeros(len(scene.grippers))
         self._over = False
         self._acting: list[bool] = []  # of the steps that wait
         self._started = False

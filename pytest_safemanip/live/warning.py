@@ -60,10 +60,7 @@ class Lookout:
     ) -> None:
         self._online, self._rows, self._calls = online, rows, calls
         self._atoms = {prop.id: tuple(prop.atoms) for prop in properties}
-        self._order = {
-            name: sorted(range(len(self._atoms[name])), key=lambda k, of=of: self._cost(of[0][k]))
-            for name, of in calls.items()
-        }
+        self._order = {name: self._cheapest_first(of[0]) for name, of in calls.items()}
 
     def warnings(
         self, monitors: Mapping[str, Monitor], told: Told, horizon: float
@@ -93,8 +90,11 @@ class Lookout:
         entities = self._rows[name][row]
         return EarlyWarning(name, entities, one.violation, one.last_chance, atoms, margin, rate)
 
+    def _cheapest_first(self, calls: Sequence[Call]) -> list[int]:
+        return sorted(range(len(calls)), key=lambda k: self._cost(calls[k]))
+
     def _cost(self, call: Call) -> int:
-        """Margins look at more than forecasts do, and what has neither is not expected to change."""
+        """Margins look at more than forecasts do; what has neither is not expected to change."""
         proposition = self._proposition(call)
         return int(proposition.forecast is None and proposition.margin is not None)
 

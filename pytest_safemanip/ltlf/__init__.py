@@ -54,6 +54,7 @@ from pytest_safemanip.ltlf.verdicts import (
 from pytest_safemanip.ltlf.witness import DecidingValue
 
 __all__ = [
+    "NOTHING",
     "Always",
     "And",
     "Atom",
@@ -73,7 +74,6 @@ __all__ = [
     "Last",
     "Limits",
     "Monitor",
-    "NOTHING",
     "Next",
     "Not",
     "OmittedSteps",

@@ -105,9 +105,7 @@ class Predictor:
             return Prediction(left, left)
         return NOTHING if self._met(state, left, atoms) else Prediction(left, 0.0)
 
-    def _met(
-        self, state: int, limit: float, atoms: Atoms, changed: Sequence[int] = ()
-    ) -> bool:
+    def _met(self, state: int, limit: float, atoms: Atoms, changed: Sequence[int] = ()) -> bool:
         """Whether an obligation is expected to be met within some seconds, where some atoms have
         changed before, and stay as they then are.
         """

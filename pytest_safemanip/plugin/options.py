@@ -124,8 +124,8 @@ OPTIONS = (
     ),
     Option(
         "--safemanip-stop",
-        "end a rollout at success, at its first violation or before it at a warning, too, or only at "
-        "its horizon",
+        "end a rollout at success; or also at its first violation, or at a warning before that; or "
+        "only at its horizon",
         "success",
         choices=("success", "violation", "warning", "horizon"),
         rollouts=True,

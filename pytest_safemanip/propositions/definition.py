@@ -161,8 +161,8 @@ class Proposition:
         lacks: what a scene lacks for it to be told, given the scene and arguments, in words; empty
             if nothing. What is lacking is an error, before anything is judged.
         forecast: when its value is expected to change, from a view and what the robot is told next
-            (:class:`~pytest_safemanip.propositions.forecasts.Told`): seconds from the view's last step, inf if it is not, None where the
-            margin and its rate say it, as they do without a forecast.
+            (``forecasts.Told``): seconds from the view's last step, inf if it is not; None where
+            the margin and its rate say it, as they do without a forecast.
         reads: what of a step its value may depend on, for monitors that do not see everything;
             None for all that there is.
         exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.

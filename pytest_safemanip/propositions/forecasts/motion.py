@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ class Told(NamedTuple):
         pace: share of its present speed that it is told to keep; 1 if nothing is known of it.
     """
 
-    commands: NDArray[np.floating]
+    commands: NDArray[Any]
     pace: float = 1.0
 
 
@@ -36,7 +36,7 @@ SECONDS = 0.15
 """
 
 
-def speed(view: View, values: NDArray[np.floating], seconds: float = SECONDS) -> Floats:
+def speed(view: View, values: NDArray[Any], seconds: float = SECONDS) -> Floats:
     """Rates of change of values (T, ...) at the last step, 1/s (...): the slope of a least-squares
     line through the newest ones.
     """

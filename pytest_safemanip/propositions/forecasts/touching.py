@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.forecasts.motion import Told
-from pytest_safemanip.propositions.kernels.solids import body_boxes, poses_at
 from pytest_safemanip.propositions.grasp import pressed_by
+from pytest_safemanip.propositions.kernels.solids import body_boxes, poses_at
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.distance import Boxes, separation
 from pytest_safemanip.trace.elements import ROBOT
@@ -19,8 +19,10 @@ from pytest_safemanip.trace.geometry import centred, multiply, relative, to_worl
 
 Floats = NDArray[np.float64]
 
-AHEAD, SAMPLES = 0.5, 11
-"""Seconds that are looked ahead, and at how many places of the way."""
+AHEAD = 0.5
+"""Seconds that are looked ahead."""
+TIMES = np.linspace(0.0, AHEAD, 11)
+"""When on the way it is looked."""
 SLOW = 0.02
 """What closes in more slowly, m/s, only creeps."""
 HARD = 0.18
@@ -138,52 +140,43 @@ def approaches(view: View, pace: float) -> list[Approach]:
     movers = [m for m in _movers(view, min(pace, 1.0)) if float(np.linalg.norm(m.velocity)) > SLOW]
     if not movers:
         return []
-    boxes, names = _others(view)
-    rise = _extent(boxes)
-    found: list[Approach] = []
-    times = np.linspace(0.0, AHEAD, SAMPLES)
+    fields, found = (view.shared(_still), _moving(view)), list[Approach]()
     for mover in movers:
         own = Boxes.of(mover.pose[None], mover.half[None])
-        way = mover.way(times)[:, -1]
-        low = np.minimum(mover.pose[:3], mover.pose[:3] + way) - _extent(own)[:, 0]
-        high = np.maximum(mover.pose[:3], mover.pose[:3] + way) + _extent(own)[:, 0]
-        meets = (boxes.centre - rise <= high[:, None]) & (boxes.centre + rise >= low[:, None])
-        some = np.flatnonzero(meets.all(axis=0))
-        some = some[[names[k][0] != mover.kind for k in some.tolist()]] if len(some) else some
-        if len(some):
-            found += _first_touches(mover, own, boxes, some, names, times)
+        way, around = mover.way(TIMES)[:, -1], _extent(own)[:, 0]
+        low = mover.pose[:3] + np.minimum(way, 0.0) - around
+        high = mover.pose[:3] + np.maximum(way, 0.0) + around
+        met = [field.within(low, high) for field in fields]
+        near = [field.only(some) for field, some in zip(fields, met, strict=True) if len(some)]
+        if near:
+            arrays = zip(*(field.boxes for field in near), strict=True)
+            boxes = Boxes(*(np.concatenate(parts, axis=-1) for parts in arrays))
+            owners = [owner for field in near for owner in field.owners]
+            found += _first_touches(mover, own, boxes, owners)
     return found
 
 
 def _first_touches(
-    mover: Mover,
-    own: Boxes,
-    boxes: Boxes,
-    some: NDArray[np.intp],
-    names: list[tuple[str, str]],
-    times: Floats,
+    mover: Mover, own: Boxes, boxes: Boxes, owners: Sequence[tuple[str, str]]
 ) -> Iterator[Approach]:
     """Which of some boxes a mover touches on its way, and when."""
-    count, samples = len(some), len(times)
-    place = np.tile(some, samples)
-    shift = np.repeat(mover.way(times), count, axis=1)
+    count, samples = len(owners), len(TIMES)
+    shift = np.repeat(mover.way(TIMES), count, axis=1)
     moved = Boxes(
         own.centre + shift,
         np.broadcast_to(own.axes, (3, 3, count * samples)),
         np.broadcast_to(own.half, (3, count * samples)),
     )
-    there = Boxes(boxes.centre[:, place], boxes.axes[..., place], boxes.half[:, place])
+    there = Boxes(*(np.tile(array, samples) for array in boxes))
     gaps = separation(moved, there).reshape(samples, count)
-    for column, k in enumerate(some.tolist()):
-        gap = gaps[:, column]
-        if gap[0] <= 0.0 or gap.min() > -DEEP:
-            continue
-        n = int(np.argmax(gap <= 0.0))
+    meets = (gaps[0] > 0.0) & (gaps.min(axis=0) <= -DEEP)
+    for k in np.flatnonzero(meets).tolist():
+        owner, gap, n = owners[k], gaps[:, k], int(np.argmax(gaps[:, k] <= 0.0))
         part = gap[n - 1] / (gap[n - 1] - gap[n])
-        when = float(times[n - 1] + part * (times[n] - times[n - 1]))
+        when = float(TIMES[n - 1] + part * (TIMES[n] - TIMES[n - 1]))
         closing = float(gap[0]) / max(when, 1e-3)
-        if closing > SLOW:
-            yield Approach(mover.kind, *names[k], when, closing)
+        if owner[0] != mover.kind and closing > SLOW:
+            yield Approach(mover.kind, owner[0], owner[1], when, closing)
 
 
 def _extent(boxes: Boxes) -> Floats:
@@ -215,8 +208,7 @@ def _movers(view: View, pace: float) -> Iterator[Mover]:
             body = scene.bodies[index]
             # It is carried along: what it does by itself in an opening hand is no way of the hand.
             place = centred(np.asarray(steps.object_pose[-1, index], float), body.centre)
-            hand = np.asarray(steps.eef_poses[:, number], float)
-            path = _carried_along(hand, place)
+            path = _carried_along(np.asarray(steps.eef_poses[:, number], float), place)
             yield Mover.along(name, path, np.array(body.half), dt, pace)
 
 
@@ -227,30 +219,68 @@ def _carried_along(hand: Floats, place: Floats) -> Floats:
     return np.concatenate((to_world(hand, own[:3]), turned), axis=1)
 
 
-def _others(view: View) -> tuple[Boxes, list[tuple[str, str]]]:
-    """All solid boxes but the robot's, with entity and joint of each."""
-    scene = view.trace.scene
-    still, moving, names = view.shared(_pieces)
+class _Field(NamedTuple):
+    """Boxes of what may be in the way.
+
+    Attributes:
+        boxes: they.
+        low: of the upright boxes around them (3, K), m.
+        high: likewise.
+        owners: entity and joint of each.
+    """
+
+    boxes: Boxes
+    low: Floats
+    high: Floats
+    owners: Sequence[tuple[str, str]]
+
+    @classmethod
+    def of(cls, pose: Floats, half: Floats, owners: Sequence[tuple[str, str]]) -> _Field:
+        """Of poses of their centres (K, 7) and half extents (K, 3)."""
+        boxes = Boxes.of(pose, half)
+        around = _extent(boxes)
+        return cls(boxes, boxes.centre - around, boxes.centre + around, owners)
+
+    def within(self, low: Floats, high: Floats) -> NDArray[np.intp]:
+        """Numbers of those that reach into an upright box."""
+        meets = (self.low <= high[:, None]) & (self.high >= low[:, None])
+        return np.flatnonzero(meets.all(axis=0))
+
+    def only(self, some: NDArray[np.intp]) -> _Field:
+        """Some of them, by number."""
+        boxes = Boxes(*(array[..., some] for array in self.boxes))
+        owners = [self.owners[k] for k in some.tolist()]
+        return _Field(boxes, self.low[:, some], self.high[:, some], owners)
+
+
+def _still(view: View) -> _Field:
+    """The pieces of furniture that never move."""
+    solid = view.trace.scene.solid
+    own = [k for k in range(len(solid)) if not solid.joints[k] and solid.entities[k] != ROBOT]
+    return _Field.of(solid.pose[own], solid.half[own], [(solid.entities[k], "") for k in own])
+
+
+def _moving(view: View) -> _Field:
+    """The pieces that joints move, and the objects, where they are at the last step."""
+    solid, steps = view.trace.scene.solid, view.trace.steps
+    pieces, joints, owners = view.shared(_jointed)
     half, centre = view.shared(body_boxes)
-    parts = [still]
-    if len(moving):
-        joints = [scene.joint_index[scene.solid.joints[k]] for k in moving.tolist()]
-        openness = view.trace.steps.joint[-1, joints, 0]
-        parts.append(Boxes.of(poses_at(view, moving, openness), scene.solid.half[moving]))
-    if len(half):
-        poses = centred(np.asarray(view.trace.steps.object_pose[-1], float), centre)
-        parts.append(Boxes.of(poses, half))
-    joined = (np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
-    return Boxes(*joined), names
+    poses = poses_at(view, pieces, steps.joint[-1, joints, 0])
+    things = centred(np.asarray(steps.object_pose[-1], float), centre)
+    return _Field.of(
+        np.concatenate((poses, things)), np.concatenate((solid.half[pieces], half)), owners
+    )
 
 
-def _pieces(view: View) -> tuple[Boxes, NDArray[np.intp], list[tuple[str, str]]]:
-    """Boxes of surfaces that never move, numbers of those that do, and whose all boxes are: the
-    former, the latter, and the objects'.
+def _jointed(
+    view: View,
+) -> tuple[NDArray[np.intp], NDArray[np.intp], list[tuple[str, str]]]:
+    """Numbers of the pieces that joints move, of these joints, and owners of these pieces and of
+    all objects.
     """
     scene, solid = view.trace.scene, view.trace.scene.solid
-    still = [k for k in range(len(solid)) if not solid.joints[k] and solid.entities[k] != ROBOT]
-    moving = [k for k in range(len(solid)) if solid.joints[k]]
-    names = [(solid.entities[k], solid.joints[k]) for k in (*still, *moving)]
-    names += [(body.entity, "") for body in scene.bodies]
-    return Boxes.of(solid.pose[still], solid.half[still]), np.array(moving, np.intp), names
+    pieces = [k for k in range(len(solid)) if solid.joints[k]]
+    joints = [scene.joint_index[solid.joints[k]] for k in pieces]
+    owners = [(solid.entities[k], solid.joints[k]) for k in pieces]
+    owners += [(body.entity, "") for body in scene.bodies]
+    return np.array(pieces, np.intp), np.array(joints, np.intp), owners
