@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
-from pytest_safemanip.ltlf import Monitor, Prediction
+from pytest_safemanip.ltlf.prediction import Atoms, Prediction
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.propositions.forecasts import Told
 from pytest_safemanip.propositions.online import Call, Online
@@ -41,6 +42,13 @@ class EarlyWarning:
     rate: float | None = None
 
 
+class Predicts(Protocol):
+    """A monitor that says what is expected of its instances."""
+
+    def predict(self, order: Sequence[int], atoms: Sequence[Atoms]) -> list[Prediction]:
+        """See :class:`~pytest_safemanip.ltlf.Monitor`."""
+
+
 class Lookout:
     """Warnings from what monitors and propositions expect.
 
@@ -49,6 +57,8 @@ class Lookout:
         properties: the properties.
         rows: entities of the instances of each.
         calls: what the atoms of each instance stand for.
+        knows: whether the value of a proposition is known; None if all are. Of what is not known
+            no change is expected.
     """
 
     def __init__(
@@ -57,13 +67,14 @@ class Lookout:
         properties: Iterable[Property],
         rows: Mapping[str, Sequence[tuple[str, ...]]],
         calls: Mapping[str, Sequence[Sequence[Call]]],
+        knows: Callable[[Call], bool] | None = None,
     ) -> None:
-        self._online, self._rows, self._calls = online, rows, calls
+        self._online, self._rows, self._calls, self._knows = online, rows, calls, knows
         self._atoms = {prop.id: tuple(prop.atoms) for prop in properties}
         self._order = {name: self._cheapest_first(of[0]) for name, of in calls.items()}
 
     def warnings(
-        self, monitors: Mapping[str, Monitor], told: Told, horizon: float
+        self, monitors: Mapping[str, Predicts], told: Told, horizon: float
     ) -> list[EarlyWarning]:
         """What is near, the most urgent first; see :class:`~pytest_safemanip.live.LiveJudge`."""
         grippers = self._online.scene.grippers
@@ -72,7 +83,7 @@ class Lookout:
                 f"commands: expected one for each gripper ({len(grippers)},), "
                 f"found {told.commands.shape}"
             )
-        now, found = _Now(self._online, told), list[EarlyWarning]()
+        now, found = _Now(self._online, told, self._knows), list[EarlyWarning]()
         for name, monitor in monitors.items():
             atoms = [_Atoms(now, calls) for calls in self._calls[name]]
             for row, one in enumerate(monitor.predict(self._order[name], atoms)):
@@ -108,10 +119,11 @@ class _Now:
     Args:
         online: evaluates them.
         told: what the robot is told for the next step.
+        knows: see :class:`Lookout`.
     """
 
-    def __init__(self, online: Online, told: Told) -> None:
-        self._online, self._told = online, told
+    def __init__(self, online: Online, told: Told, knows: Callable[[Call], bool] | None) -> None:
+        self._online, self._told, self._knows = online, told, knows
         self._values: dict[Call, bool] = {}
         self._changes: dict[Call, float] = {}
 
@@ -124,7 +136,8 @@ class _Now:
 
     def change(self, call: Call) -> float:
         if call not in self._changes:
-            self._changes[call] = self._online.change(call, self._told)
+            known = self._knows is None or self._knows(call)
+            self._changes[call] = self._online.change(call, self._told) if known else math.inf
         return self._changes[call]
 
 
