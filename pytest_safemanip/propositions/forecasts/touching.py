@@ -25,7 +25,7 @@ TIMES = np.linspace(0.0, AHEAD, 11)
 """When on the way it is looked."""
 SLOW = 0.02
 """What closes in more slowly, m/s, only creeps."""
-HARD = 0.18
+HARD = 0.15
 """Speed at which what may be touched is struck rather than touched, m/s: the limit for a robot that
 moves beside people (ISO 10218-1)."""
 WRIST, WIDTH = 0.16, 0.06
