@@ -130,7 +130,7 @@ class PartialMonitor:
         return found
 
     def predict(self, order: Sequence[int], atoms: Sequence[Atoms]) -> list[Prediction]:
-        """What is expected of each instance, see :class:`~pytest_safemanip.ltlf.Monitor`: the most
+        """What is expected of each instance, see :class:`~pytest_safemanip.ltlf.Monitor`: the least
         urgent of what is expected of the states that it may be in.
         """
         predictor = predictor_of(self._rules, tuple(order))
@@ -138,7 +138,7 @@ class PartialMonitor:
         for runs, one in zip(self._runs, atoms, strict=True):
             ways = {(run.state, run.open_steps) for run in runs}
             each = [predictor.predict(state, steps, one) for state, steps in ways]
-            found.append(min(each, key=lambda p: (p.last_chance, p.violation)))
+            found.append(max(each, key=lambda p: (p.last_chance, p.violation)))
         return found
 
     def verdicts(self) -> list[PartialVerdict]:

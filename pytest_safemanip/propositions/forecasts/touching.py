@@ -30,6 +30,9 @@ HARD = 0.15
 moves beside people (ISO 10218-1)."""
 WRIST, WIDTH = 0.16, 0.06
 """How far an arm's last links reach behind its hand, and to the sides, m."""
+FOOT, RISES = 0.8, 0.3
+"""Height of the middle of the column that an arm stands on, above its base, and how far it reaches
+up and down from there, m; it is as wide as the wrist."""
 DEEP = 0.02
 """How far boxes have to reach into one another on the way, m: they are larger than what is in them,
 and what slides along something only grazes it."""
@@ -200,6 +203,8 @@ def _movers(view: View, pace: float) -> Iterator[Mover]:
         behind[back] = math.copysign(half[back] + wrist[back], centre[back])
         path = centred(path, behind)
         yield Mover.along(LIMB, path, wrist, dt, pace)
+    column = centred(np.asarray(steps.base_pose, float), np.array((0.0, 0.0, FOOT)))
+    yield Mover.along(LIMB, column, np.array((WIDTH, WIDTH, RISES)), dt, pace)
     for name in view.binding.objects:
         for number in range(len(scene.grippers)):
             if not view("obj_grasped", name)[-1] or not pressed_by(view, name, number)[-1]:
