@@ -259,11 +259,14 @@ def main() -> None:
         *watched_by, TOGETHER[2], LiveJudge.margins
     )
     rows[f"robustness too, {TOGETHER[2]} at a time"] = judged(*watched_by, TOGETHER[2], robust=True)
+    rows["all propositions and warnings, 1 step at a time"] = judged(
+        *watched_by, 1, LiveJudge.warnings
+    )
     reference = median(simulated)
-    print(f"{'per control step':<40}{'median us':>10}{'p95 us':>9}{'x step':>8}")
+    print(f"{'per control step':<48}{'median us':>10}{'p95 us':>9}{'x step':>8}")
     for name, times in rows.items():
         high = quantiles(times, n=20)[-1]
-        print(f"{name:<40}{1e6 * median(times):>10.0f}{1e6 * high:>9.0f}", end="")
+        print(f"{name:<48}{1e6 * median(times):>10.0f}{1e6 * high:>9.0f}", end="")
         print(f"{median(times) / reference:>8.3f}")
     instances = sum(len(p.rows(binding)) for p in properties)
     judge = LiveJudge(recording.scene, binding, properties, catalogue, parameters)

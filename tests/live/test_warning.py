@@ -64,7 +64,8 @@ def test_a_hand_that_is_told_to_open_is_warned_where_nothing_would_catch_what_it
     assert ("release_stability" in found) == near
     if near:
         drop = found["release_stability"]
-        assert drop.entities == ("mug",) and drop.last_chance < 0.25
+        assert drop.entities == ("mug",)
+        assert drop.last_chance < 0.25
         assert drop.time_to_violation == pytest.approx(drop.last_chance + 5.0)
         assert set(drop.atoms) == {"obj_released", "obj_grasped"}
         assert (drop.margin, drop.rate) == (None, None) or drop.atoms[-1] == "obj_grasped"
@@ -193,7 +194,8 @@ def test_a_robot_that_observes_everything_is_warned_of_the_same():
         monitor.step(**reading, acting=acting)
         blind.step(**{**reading, "contacts": None}, acting=acting)
     expected = judged(recording, *names, binding=BINDING).warnings(OPEN)
-    assert expected and monitor.warnings(OPEN) == expected
+    assert expected
+    assert monitor.warnings(OPEN) == expected
     assert monitor.time_to_violation(OPEN)["release_stability"] == expected[0].time_to_violation
     assert blind.warnings(OPEN) == []  # it does not know that it holds anything
 
