@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from pytest_safemanip.ltlf.prediction import Atoms, Prediction
+from pytest_safemanip.ltlf.robustness.prediction import Atoms, Prediction
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.propositions.forecasts import Told
 from pytest_safemanip.propositions.online import Call, Online

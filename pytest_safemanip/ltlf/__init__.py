@@ -39,8 +39,8 @@ from pytest_safemanip.ltlf.formula import (
 )
 from pytest_safemanip.ltlf.monitor import Monitor
 from pytest_safemanip.ltlf.parser import parse
-from pytest_safemanip.ltlf.prediction import NOTHING, Prediction
 from pytest_safemanip.ltlf.robustness import OnlineRobustness, robustness
+from pytest_safemanip.ltlf.robustness.prediction import NOTHING, Prediction
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile
 from pytest_safemanip.ltlf.verdicts import (
     InstanceVerdict,

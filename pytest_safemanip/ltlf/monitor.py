@@ -14,8 +14,8 @@ from pytest_safemanip.ltlf.dfa import Dfa, Step
 from pytest_safemanip.ltlf.formula import Formula
 from pytest_safemanip.ltlf.letters import BoolArray, Letters, check_values, pack, packed
 from pytest_safemanip.ltlf.partial import PartialMonitor
-from pytest_safemanip.ltlf.prediction import Atoms, Prediction, predictor_of
 from pytest_safemanip.ltlf.quiet import Values, gather
+from pytest_safemanip.ltlf.robustness.prediction import Atoms, Prediction, predictor_of
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile, Rules, check_acting, rules_of
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, StepVerdict
 

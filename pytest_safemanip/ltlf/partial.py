@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf.dfa import StateClass
-from pytest_safemanip.ltlf.prediction import Atoms, Prediction, predictor_of
+from pytest_safemanip.ltlf.robustness.prediction import Atoms, Prediction, predictor_of
 from pytest_safemanip.ltlf.rules import Rules
 from pytest_safemanip.ltlf.verdicts import Outcome
 

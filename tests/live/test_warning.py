@@ -203,3 +203,18 @@ def test_a_robot_that_observes_everything_is_warned_of_the_same():
 def test_an_object_at_rest_that_nobody_holds_is_near_nothing():
     judge = judged(film(12, rest(range(12))), "release_stability", "grasp_stability")
     assert set(judge.time_to_violation(OPEN).values()) == {math.inf}
+
+
+def test_the_pace_is_how_far_an_action_is_from_holding_still_beside_the_last_one():
+    robot, index = toy.ROBOT, toy.ROBOT.actions.index
+
+    def action(x, grip=1.0, mode=-1.0):
+        told = np.zeros(robot.actions.size)
+        told[0], told[index("gripper_close")], told[index("control_mode")] = x, grip, mode
+        return told
+
+    assert robot.pace(action(0.5), []) == 1.0
+    assert robot.pace(action(0.2), [action(0.0), action(0.8)]) == pytest.approx(0.25)
+    assert robot.pace(action(0.9), [action(0.8)]) == 1.0  # it may go faster: that is not counted on
+    assert robot.pace(action(0.0, grip=-1.0), [action(0.8)]) == 0.0
+    assert robot.pace(action(0.2, mode=1.0), [action(0.8)]) == 1.0  # then it is the base that moves
