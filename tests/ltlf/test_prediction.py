@@ -98,11 +98,11 @@ def test_what_the_robot_has_to_meet_is_near_when_its_time_runs_out():
     assert steps == [False, False, True]
 
 
-def test_what_was_let_go_and_will_not_settle_is_past_its_last_chance():
+def test_what_was_let_go_and_will_not_settle_is_as_near_as_its_deadline():
     monitor = let_go()
     monitor.step([{"released": True, "settled": False}])
     found = predict(monitor, (False, False), (math.inf, math.inf))
-    assert (found.violation, found.last_chance) == (pytest.approx(1.0), 0.0)
+    assert found.violation == found.last_chance == pytest.approx(1.0)
     assert predict(monitor, (False, False), (math.inf, 0.4)).violation == math.inf
 
 

@@ -31,8 +31,9 @@ class Prediction(NamedTuple):
 
     Attributes:
         violation: seconds until a step is unsafe; inf if none is expected to be.
-        last_chance: seconds until the robot can no longer prevent that. It is earlier where physics
-            has to meet an obligation: once something is let go, it falls.
+        last_chance: seconds until the robot can no longer prevent that. It is earlier where an
+            obligation is about to open that physics has to meet: once something is let go, it
+            falls.
         atoms: numbers of those that change, the one that decides when last.
     """
 
@@ -101,9 +102,8 @@ class Predictor:
         """An open obligation whose time runs out."""
         rules = self._rules
         left = max((rules.deadline_steps or 0) + 1 - open_steps, 0) * rules.dt
-        if not rules.clock_runs_in_tail:
-            return Prediction(left, left)
-        return NOTHING if self._met(state, left, atoms) else Prediction(left, 0.0)
+        met = rules.clock_runs_in_tail and self._met(state, left, atoms)
+        return NOTHING if met else Prediction(left, left)
 
     def _met(self, state: int, limit: float, atoms: Atoms, changed: Sequence[int] = ()) -> bool:
         """Whether an obligation is expected to be met within some seconds, where some atoms have

@@ -26,8 +26,8 @@ TIMES = np.linspace(0.0, AHEAD, 11)
 SLOW = 0.02
 """What closes in more slowly, m/s, only creeps."""
 HARD = 0.15
-"""Speed at which what may be touched is struck rather than touched, m/s: the limit for a robot that
-moves beside people (ISO 10218-1)."""
+"""Speed at which what may be touched is struck rather than touched, m/s; of a limb, whose shape is
+not known well, nothing slower counts."""
 WRIST, WIDTH = 0.16, 0.06
 """How far an arm's last links reach behind its hand, and to the sides, m."""
 FOOT, RISES = 0.8, 0.3
@@ -97,14 +97,17 @@ class Approach(NamedTuple):
 
 
 def collision_in(view: View, told: Told) -> float:
-    """Seconds until a limb touches anything, or what is held touches what it may not."""
+    """Seconds until a limb strikes anything, or what is held touches what it may not."""
     fine = view.binding.supports
     return min(
         (
             one.seconds
             for one in view.own(approaches, told.pace)
-            if one.kind != HAND
-            and (one.kind == LIMB or one.entity not in fine.get(one.kind, frozenset()))
+            if (
+                one.speed > HARD
+                if one.kind == LIMB
+                else one.kind != HAND and one.entity not in fine.get(one.kind, frozenset())
+            )
         ),
         default=math.inf,
     )
@@ -123,12 +126,10 @@ def bad_contact_in(view: View, told: Told) -> float:
 
 
 def _allowed(view: View, one: Approach) -> bool:
-    """Whether the task gives the hand a reason to touch that piece."""
-    touch, scene = view.binding.touch, view.trace.scene
-    return any(
-        (part.entity, part.name) in touch and part.joint == one.joint
-        for part in (scene.parts[n] for n in scene.owned.get(one.entity, ()))
-    )
+    """Whether the task gives the hand a reason to touch some part of that entity: beside a button
+    is what it is on, and boxes are too coarse to tell.
+    """
+    return any(entity == one.entity for entity, _ in view.binding.touch)
 
 
 def approaches(view: View, pace: float) -> list[Approach]:
