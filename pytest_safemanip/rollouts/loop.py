@@ -14,7 +14,7 @@ from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.policies.adapter import AdaptedPolicy
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Permissions, Policy
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
-from pytest_safemanip.sim.backend import ActionSpec, Backend, Request
+from pytest_safemanip.sim.backend import ActionSpec, Backend, Request, RobotSpec
 from pytest_safemanip.sim.clearance import Foresees, blind
 from pytest_safemanip.sim.codec import encode_request
 from pytest_safemanip.sim.rehearsal import Rehearsal, Rehearses
@@ -42,16 +42,14 @@ class Watcher(Interface):
     def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
         """Take in a step, and the action that led to it, None after reset; whether it is unsafe."""
 
-    def warns(self, commands: NDArray[Any], pace: float) -> bool:
-        """Whether the episode is to end before an action that tells the grippers this (G,), and the
-        robot to keep that share of its speed.
-        """
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
+        """Whether the episode is to end before an action (A,) that comes after others."""
 
 
 class Watch(Interface):
-    """Makes what watches an episode, from its scene."""
+    """Makes what watches an episode, from its scene and its robot."""
 
-    def __call__(self, scene: Scene) -> Watcher:
+    def __call__(self, scene: Scene, robot: RobotSpec) -> Watcher:
         """For an episode."""
 
 
@@ -61,7 +59,7 @@ class _Blind:
     def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
         return False
 
-    def warns(self, commands: NDArray[Any], pace: float) -> bool:
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
         return False
 
 
@@ -135,12 +133,12 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     if progress:
         progress(0, horizon)
     patient = job.protocol.stop == "horizon"
-    watcher: Watcher = job.watch(start.scene) if job.watch else _Blind()
+    watcher: Watcher = job.watch(start.scene, robot) if job.watch else _Blind()
     unsafe, warned = watcher.unsafe(start.step, None), False
     low, high = robot.actions.low, robot.actions.high
     for asked in _actions(job.policy, actor, info, steps, backend, patient):
         action = np.clip(asked, low, high)
-        if watcher.warns(robot.commands(action), robot.pace(action, actions[1:])):
+        if watcher.warns(action, actions[1:]):
             warned = True
             break
         clipped += int(np.count_nonzero(action != asked))

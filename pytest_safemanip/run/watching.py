@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from pytest_safemanip.propositions.definition import Parameters
 from pytest_safemanip.provenance import functions_digest, source_digest
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.plan import Plan
+from pytest_safemanip.sim.backend import RobotSpec
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.scene import Scene
@@ -60,7 +61,7 @@ class Watch:
             plan.settings.stop == "warning",
         )
 
-    def __call__(self, scene: Scene) -> Watching:
+    def __call__(self, scene: Scene, robot: RobotSpec) -> Watching:
         """What says of an episode whether a step is unsafe, or going to be.
 
         Raises:
@@ -68,7 +69,7 @@ class Watch:
         """
         binding = self.task.bind(scene, self.attributes)
         watched = self.properties, self.catalogue, self.parameters, self.semantics
-        return Watching(LiveJudge(scene, binding, *watched), self.early)
+        return Watching(LiveJudge(scene, binding, *watched), robot, self.early)
 
     def digest(self) -> str:
         """Digest of all that decides when the rollout ends."""
@@ -91,19 +92,21 @@ class Watching:
 
     Args:
         judge: watches it.
+        robot: whose actions are asked about.
         early: whether there are warnings.
     """
 
-    def __init__(self, judge: LiveJudge, early: bool) -> None:
-        self._judge, self._early = judge, early
+    def __init__(self, judge: LiveJudge, robot: RobotSpec, early: bool) -> None:
+        self._judge, self._robot, self._early = judge, robot, early
 
     def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
         """Take in a step, and the action that led to it, None after reset; whether it is unsafe."""
         told = self._judge.step(step, action)
         return any(one.unsafe for instances in told.values() for one in instances)
 
-    def warns(self, commands: NDArray[Any], pace: float) -> bool:
-        """Whether a violation is near if the grippers are told this next (G,), and the robot to
-        keep that share of its speed.
-        """
-        return self._early and bool(self._judge.warnings(commands, pace))
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
+        """Whether a violation is near if an action is taken next (A,), after others."""
+        if not self._early:
+            return False
+        commands, pace = self._robot.commands(action), self._robot.pace(action, before)
+        return bool(self._judge.warnings(commands, pace))
