@@ -12,11 +12,19 @@ from pytest_safemanip.propositions.forecasts.motion import Told, speed
 from pytest_safemanip.propositions.kernels.interiors import interiors, seen_in
 from pytest_safemanip.propositions.view import View
 
+FAR = 0.5
+"""Metres that no hand goes within the time that a warning is about."""
+
 
 def reach_in(view: View, told: Told, fixture: str) -> float:
-    """Seconds until the centre of a gripper's box, which is outside, is inside the fixture."""
-    soonest = math.inf
+    """Seconds until the centre of a gripper's box, which is outside, is inside the fixture; what is
+    farther away than :data:`FAR` is not looked at.
+    """
+    soonest, hands = math.inf, hand_centres(view)[-1]
     for pose, half in interiors(view, fixture):
+        reach = FAR + math.hypot(*half)
+        if not any(math.dist(hand, pose[-1, :3]) < reach for hand in hands):
+            continue
         places = np.asarray(seen_in(view, pose, hand_centres), float)  # (T, G, 3)
         for place, velocity in zip(places[-1], speed(view, places), strict=True):
             soonest = min(soonest, _entry(place, velocity, half))
