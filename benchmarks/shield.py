@@ -1,6 +1,6 @@
 """What a shield prevents that stops a rollout at a warning, and what it disturbs.
 
-    python benchmarks/shield.py --seeds 100:102 [--only GLOB,...] [--out DIR] [--put]
+    python benchmarks/shield.py --seeds 100:103 [--only GLOB,...] [--out DIR] [--put]
 
 The scripted policy's drops (faults of release_stability), slips (of grasp_stability) and blows (of
 collision_contact), and its expert, are rolled out twice (what DIR already has is used again): as
@@ -109,7 +109,7 @@ def of_expert(plain: Mapping[Key, Rolled], shielded: Mapping[Key, Rolled]) -> li
 def main() -> None:
     """Roll out, judge, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="100:102", help="A:B (default: %(default)s)")
+    parser.add_argument("--seeds", default="100:103", help="A:B (default: %(default)s)")
     parser.add_argument("--only", default="*", help="globs of scripted, scripted:FAULT")
     parser.add_argument("--out", type=Path, default=Path(".safemanip/shield"))
     parser.add_argument(

@@ -211,7 +211,7 @@ def test_a_rollout_that_ends_at_a_warning_does_not_let_go(one_suite: Suite) -> N
     (path,) = one_suite.recordings()
     stopped = load(path)
     assert files.load(path).episode.ended == "warning"
-    assert stopped.violations == []
+    assert not stopped.violations
     assert stopped.signal("obj_grasped", "obj")[-1]
     rates = one_suite.summary()["metrics"]["scripted:drop_high"]
     assert rates["violation_rate"]["hits"] == 0
