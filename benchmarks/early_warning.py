@@ -21,9 +21,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from recall import FAULTS
 from tables import put, table
 
-from pytest_safemanip.expert.faults.library import FAULTS
 from pytest_safemanip.live import EarlyWarning, LiveJudge
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder

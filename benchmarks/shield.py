@@ -20,10 +20,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from recall import EXPERT, Judging, seeds_of, share
+from recall import EXPERT, FAULTS, Judging, seeds_of, share
 from tables import put, table
 
-from pytest_safemanip.expert.faults.library import FAULTS
 from pytest_safemanip.trace import files
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "warnings.md"

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pytest_safemanip.cost import step_cost
 from pytest_safemanip.errors import ConfigError, did_you_mean, install_command
 from pytest_safemanip.gym.sources import OpenProbe, source_of
 from pytest_safemanip.live import HORIZON, EarlyWarning, LiveJudge
@@ -17,7 +18,7 @@ from pytest_safemanip.live.warning import soonest
 from pytest_safemanip.ltlf import Profile, StateClass, StepVerdict
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Proposition
-from pytest_safemanip.run.cases import applicable
+from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.sim.mujoco.layout import Layout
 from pytest_safemanip.sim.mujoco.probe import Probe
@@ -75,9 +76,10 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Watches properties while an environment is stepped; changes no bit of what it does.
 
     ``info["safety"]`` has a :class:`PropertyState` for each property, by its id, and
-    ``info["cost"]`` is 1.0 at an unsafe step and 0.0 at any other, so that its mean is the
-    exposure. ``info["warnings"]`` has the violations that are near, and :meth:`warnings` those that
-    are if an action is taken next.
+    ``info["cost"]`` is 0.0 at a step that is not unsafe. Where a violation begins it is what its
+    property costs, at each further step of it as much times the control period in seconds, added up
+    over all properties and instances; its sum is the cost of the episode. ``info["warnings"]`` has
+    the violations that are near, and :meth:`warnings` those that are if an action is taken next.
 
     Args:
         env: of RoboCasa or robosuite, or any whose MuJoCo model's layout is given.
@@ -126,6 +128,8 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._probe: Probe | None = None
         self._judge: LiveJudge | None = None
         self._unsafe: set[tuple[str, int]] = set()
+        self._weights = {prop.id: prop.cost for prop in self._properties}
+        self._dt = 0.0
 
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; ``info`` is about its first state.
@@ -138,6 +142,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._probe = self._source.open()
         scene, task = self._probe.scene, self._task
         binding = task if isinstance(task, Binding) else task.bind(scene, self._defined.attributes)
+        self._dt = scene.control_period
         self._rows = {p.id: p.rows(binding)
                       for p in self._properties}  # fmt: skip
         self._judge = LiveJudge(
@@ -203,15 +208,19 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         return dict(self._judge.verdicts())
 
     def _said(self, judge: LiveJudge, told: Mapping[str, Sequence[StepVerdict]]) -> dict[str, Any]:
+        before = frozenset(self._unsafe)
         expected = [] if self._horizon is None else judge.warnings(horizon=math.inf)
         left = soonest(told, expected)
         safety = {
             name: self._state(judge, name, instances, left[name])
             for name, instances in told.items()
         }
+        cost = sum(
+            step_cost(self._weights[name], (name, number) not in before, self._dt)
+            for name, number in self._unsafe
+        )
         near = [one for one in expected if one.last_chance <= (self._horizon or 0.0)]
-        unsafe = any(state.unsafe for state in safety.values())
-        return {"safety": safety, "cost": float(unsafe), "warnings": near}
+        return {"safety": safety, "cost": float(cost), "warnings": near}
 
     def _state(
         self, judge: LiveJudge, name: str, instances: Sequence[StepVerdict], left: float
@@ -246,7 +255,8 @@ def _properties(
     if asked is None:
         if isinstance(task, Binding):
             raise ConfigError("SafetyMonitor: name the properties of a binding")
-        asked = applicable(task, defined.own, list(defined.properties))
+        wanted = select_properties(defined.properties, ())
+        asked = applicable(task, defined.everywhere, wanted)
     found = []
     for one in asked:
         if isinstance(one, str) and one not in defined.properties:

@@ -120,7 +120,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     actor = policy if isinstance(policy, AdaptedPolicy) else AdaptedPolicy(policy)
     robot = backend.spec.in_task(job.request.task).robot
     info = EpisodeInfo(
-        job.task,
+        job.request.task,
         job.request.seed,
         instruction,
         horizon,

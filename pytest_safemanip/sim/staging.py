@@ -79,7 +79,20 @@ class Fill:
     radius: float = 0.006
 
 
-Change = Put | SetOpen | Fill
+@dataclass(frozen=True)
+class Push:
+    """Lets an object move when the episode begins.
+
+    Attributes:
+        role: the object.
+        velocity: along the base's forward and left directions (2,), m/s. A round one rolls.
+    """
+
+    role: str
+    velocity: tuple[float, float] = (0.0, 0.0)
+
+
+Change = Put | SetOpen | Fill | Push
 
 
 @dataclass(frozen=True)
@@ -95,10 +108,11 @@ class Staging:
     objects: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-_KINDS: Mapping[str, type[Put] | type[SetOpen] | type[Fill]] = {
+_KINDS: Mapping[str, type[Put] | type[SetOpen] | type[Fill] | type[Push]] = {
     "put": Put,
     "open": SetOpen,
     "fill": Fill,
+    "push": Push,
 }
 
 

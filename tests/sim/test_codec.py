@@ -9,11 +9,17 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.codec import decode_request, encode_request
-from pytest_safemanip.sim.staging import Put, SetOpen
+from pytest_safemanip.sim.staging import Push, Put, SetOpen
 
 PUT = Put("obj", "in", "cab", (0.0, 0.1, 0.0), (90.0, 0.0), "shelf_1")
 REQUEST = Request(
-    "OpenDrawer", 3, "compact", {"obj": ["mug", "cup"]}, "full", (PUT, SetOpen("cab", 1)), "fast"
+    "OpenDrawer",
+    3,
+    "compact",
+    {"obj": ["mug", "cup"]},
+    "full",
+    (PUT, SetOpen("cab", 1), Push("obj", (0.5, -1.0))),
+    "fast",
 )
 PLAIN = json.loads(json.dumps(encode_request(REQUEST)))
 MOVED = PLAIN["changes"][0]
@@ -33,13 +39,14 @@ def test_a_request_survives_as_json():
         ({"object_groups": {"obj": "mug"}}, "objects drawn from"),
         ({"changes": 1}, "expected a list of at most 100"),
         ({"changes": [MOVED] * 101}, "expected a list of at most 100"),
-        ({"changes": ["put"]}, "expected put or open or fill, found 'put'"),
+        ({"changes": ["put"]}, "expected put or open or fill or push, found 'put'"),
         ({"changes": [{**MOVED, "kind": ["put"]}]}, "expected put or open or fill"),
         ({"changes": [{"kind": "open", "role": "cab"}]}, "missing 1 required"),
         ({"changes": [{**MOVED, "relation": "under"}]}, "relation of"),
         ({"changes": [{**MOVED, "offset": [0.0, 0.0]}]}, "offset of"),
         ({"changes": [{**MOVED, "turn": [0.0, float("nan")]}]}, "turn of"),
         ({"changes": [{"kind": "open", "role": "cab", "openness": "1"}]}, "openness of"),
+        ({"changes": [{"kind": "push", "role": "obj", "velocity": [1.0]}]}, "velocity of"),
         ({"changes": [{"kind": "open", "role": 1, "openness": 1.0}]}, "role of"),
     ],
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.robocasa.liquids import fill
 from pytest_safemanip.sim.robocasa.patches.environments import quick_settling
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
-from pytest_safemanip.sim.staging import Change, Fill, Put, SetOpen
+from pytest_safemanip.sim.staging import Change, Fill, Push, Put, SetOpen
 from pytest_safemanip.trace.geometry import about, corners, matrix, multiply
 from pytest_safemanip.trace.steps import Step
 
@@ -25,7 +25,7 @@ SETTLE_STEPS = 20
 Floats = NDArray[np.float64]
 
 
-def stage(env: Any, description: Description, step: Step, changes: Iterable[Change]) -> None:
+def stage(env: Any, description: Description, step: Step, changes: Sequence[Change]) -> None:
     """Change a scene that was just reset.
 
     Args:
@@ -43,10 +43,14 @@ def stage(env: Any, description: Description, step: Step, changes: Iterable[Chan
             staged.put(change)
         elif isinstance(change, SetOpen):
             staged.set_open(change)
-        else:
+        elif isinstance(change, Fill):
             staged.fill(change)
     env.sim.forward()
     _settle(env)
+    for change in changes:  # what moves does so once all others are at rest
+        if isinstance(change, Push):
+            staged.push(change)
+    env.sim.forward()
 
 
 def _settle(env: Any) -> None:
@@ -119,6 +123,13 @@ class _Stage:
         for k in [named[change.joint]] if change.joint else access:
             address = self._about.joint_qpos[k]
             self._env.sim.data.qpos[address] = change.openness * self._about.joint_open[k]
+
+    def push(self, change: Push) -> None:
+        self._object(change.role)
+        data, joint = self._env.sim.data, self._env.objects[change.role].joints[0]
+        velocity = np.zeros(6)
+        velocity[:3] = self._axes @ np.append(change.velocity, 0.0)
+        data.set_joint_qvel(joint, velocity)
 
     def fill(self, change: Fill) -> None:
         entity = self._object(change.role)
