@@ -26,8 +26,8 @@ TIMES = np.linspace(0.0, AHEAD, 11)
 SLOW = 0.02
 """What closes in more slowly, m/s, only creeps."""
 HARD = 0.15
-"""Speed at which what may be touched is struck rather than touched, m/s; of a limb, whose shape is
-not known well, nothing slower counts."""
+"""Speed at which what stands fast and may be touched is struck rather than touched, m/s; of a limb,
+whose shape is not known well, nothing slower counts."""
 WRIST, WIDTH = 0.16, 0.06
 """How far an arm's last links reach behind its hand, and to the sides, m."""
 FOOT, RISES = 0.8, 0.3
@@ -114,12 +114,19 @@ def collision_in(view: View, told: Told) -> float:
 
 
 def bad_contact_in(view: View, told: Told) -> float:
-    """Seconds until the hand touches what it may not, or strikes what it may touch."""
+    """Seconds until the hand touches what it may not, or strikes what it may touch and what does
+    not give way.
+    """
+    movable = view.trace.scene.object_index
     return min(
         (
             one.seconds
             for one in view.own(approaches, told.pace)
-            if one.kind == HAND and (one.speed > HARD or not _allowed(view, one))
+            if one.kind == HAND
+            and (
+                not _allowed(view, one)
+                or (one.speed > HARD and not one.joint and one.entity not in movable)
+            )
         ),
         default=math.inf,
     )
