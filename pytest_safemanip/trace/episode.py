@@ -21,7 +21,7 @@ LONGEST_FAILURE = 1000
 MOST_STEPS = 2**32
 """More than a rollout or a seed can have."""
 
-Ended = Literal["success", "horizon", "policy", "violation"]
+Ended = Literal["success", "horizon", "policy", "violation", "warning"]
 
 _TEXTS = ("task", "policy", "instruction", "ended", "backend", "scenes", "stepping", "assets")
 

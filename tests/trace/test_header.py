@@ -53,7 +53,7 @@ def test_an_episode_survives_as_json():
         ({"horizon": -1}, "episode: horizon must be an integer from 0 up"),
         (
             {"ended": "x"},
-            "episode: ended must be one of success, horizon, policy, violation, found 'x'",
+            "episode: ended must be one of success, horizon, policy, violation, warning, found 'x'",
         ),
         ({"served": {"clipped": "-1"}}, "episode: served: clipped must be a count, found '-1'"),
         ({"served": {"protocol": "p"}}, "episode: served: calls must be a count, found 'nothing'"),

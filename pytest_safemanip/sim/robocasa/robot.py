@@ -58,7 +58,9 @@ def random(generator: np.random.Generator, step: int) -> Action:
 PANDA = GripperSpec("right", (("finger_left",), ("finger_right",)), ("palm",), _ENTRIES[GRIPPER])
 SPEC = BackendSpec(
     robot=RobotSpec(
-        ROBOT_MODEL, ActionSpec(tuple(map(ActionEntry, _ENTRIES)), hold, random), (PANDA,)
+        ROBOT_MODEL,
+        ActionSpec(tuple(map(ActionEntry, _ENTRIES)), hold, random, (_ENTRIES[MODE],)),
+        (PANDA,),
     ),
     scenes=("compact", "target", "pretrain"),
     official=("target", "pretrain"),
