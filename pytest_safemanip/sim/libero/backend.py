@@ -18,6 +18,7 @@ from pytest_safemanip.sim.libero.staged import stage
 from pytest_safemanip.sim.libero.suites import TaskFiles
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.sim.mujoco.simulation import Simulation
+from pytest_safemanip.sim.mujoco.strangers import check_stable
 from pytest_safemanip.trace.steps import Step
 
 
@@ -75,6 +76,7 @@ class LiberoBackend(Simulation):
         for _ in environment.substeps(env, action):
             self._probe.sample()
         env._post_process()
+        check_stable(env.sim.data._data)
         return self._probe.read(action, success=bool(env._check_success()))
 
     def _make_observer(self, env: Any, context: Any) -> Observer:

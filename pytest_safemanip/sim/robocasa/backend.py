@@ -16,6 +16,7 @@ from pytest_safemanip.sim.mujoco.contacts import ContactSampler
 from pytest_safemanip.sim.mujoco.foresight import Foresight
 from pytest_safemanip.sim.mujoco.simulation import Simulation
 from pytest_safemanip.sim.mujoco.sleeping import Asleep
+from pytest_safemanip.sim.mujoco.strangers import check_stable
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.foreseeing import open_foresight
@@ -63,6 +64,7 @@ class RoboCasaBackend(Simulation):
             self._reader = open_reader(env)
         table = self._reader.description.table
         model = env.sim.model._model
+        check_stable(env.sim.data._data)
         asleep = Asleep(model)
         self._sampler = ContactSampler(model, table, asleep)
         self._stepper = (
@@ -91,6 +93,7 @@ class RoboCasaBackend(Simulation):
         """
         env = self._running("step")
         self._stepper.step(action)
+        check_stable(env.sim.data._data)
         success = bool(env._check_success())
         commands = SPEC.robot.commands(action)
         return self._reader.read(success, self._sampler.take(), commands)
