@@ -207,7 +207,8 @@ def hollowed(thing: Thing) -> Array:
     """Points (P, 3) on a vessel, none of them over its opening."""
     whole = body(thing)
     own = np.linalg.solve(whole.axes, (outline(thing) - whole.middle).T)
-    return outline(thing)[(own[2] < WALLS) | (np.hypot(*own[:2]) > WALLS)]
+    points: Array = outline(thing)[(own[2] < WALLS) | (np.hypot(*own[:2]) > WALLS)]
+    return points
 
 
 PARTS = {"body": body, "end": ends, "handle": handle, "lug": lug, "bow": bow}

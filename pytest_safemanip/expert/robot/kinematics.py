@@ -210,7 +210,7 @@ def strain(joints: Array) -> Array:
 
 def _error(point: Array, frame: Array, points: Array, hands: Array) -> Array:
     """Way and turn that are left (6, K), from grip points (3, K) and orientations (3, 3, K)."""
-    axis = sum(_cross(frame[:, k], hands[:, k]) for k in range(3))
+    axis: Array = np.sum([_cross(frame[:, k], hands[:, k]) for k in range(3)], axis=0)
     cosine = ((frame * hands).sum(axis=(0, 1)) - 1.0) / 2.0
     sine = np.linalg.norm(axis, axis=0) / 2.0
     angle = np.arctan2(sine, cosine)
