@@ -20,7 +20,7 @@ from pytest_safemanip.expert.motions.reaching import (
     go_before,
     holding,
 )
-from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.hand import OPENING
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Furniture, Thing, contents, other_things
@@ -160,16 +160,16 @@ def come_in(arm: Arm, reach: Reach) -> Motion:
 
 
 def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
-    """Close the fingers and rise.
+    """Close the fingers and rise, along the way out.
 
     Raises:
         SkillFailed: if the object did not come along.
     """
     before = thing.underside
     yield from arm.grip(True, 14)
-    rise = max(0.03, float(reach.leave[2]))
+    out = np.append(reach.leave[:2], max(0.03, float(reach.leave[2])))
     yield from arm.move(
-        raised(arm.position, rise),
+        arm.position + out,
         reach.pose.hand,
         tolerance=0.008,
         speed=0.35,

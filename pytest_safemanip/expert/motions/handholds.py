@@ -261,14 +261,15 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
                 ):
                     at = hold.middle + place * along
                     point = _grip(own, hold, at, hand, opening, depth, floor)
-                    if point is None:
+                    off = _off(hold, hand, point)
+                    if off >= HOLDS:
                         continue
                     level = abs(float((point - at) @ np.cross(line, UP)))
                     cost = (
                         odd + rare + _odd(tilt, float(hand[:2, 2] @ arm.forward)) + 0.02 * abs(lean)
                     )
                     cost += 5.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
-                    cost += 0.3 * (width / GAP) ** 2 + 0.1 * (depth is SHALLOW)
+                    cost += 0.3 * (width / GAP) ** 2 + off**2
                     family = hold.name, number, tilt, lean, np.sign(shift)
                     kind = family, round(place, 3)
                     yield Pose(point + shift * line, hand, opening, cost, load, family, kind)
@@ -351,8 +352,8 @@ def _hand(arm: Arm, line: Array, approach: Array) -> Array:
 
 def _grip(
     own: Array, hold: Handhold, at: Array, hand: Array, opening: float, depth: float, floor: float
-) -> Array | None:
-    """Where a hand grips, as deep as palm and fingertips let it (3,); None if it does not hold."""
+) -> Array:
+    """Where a hand grips, as deep as palm and fingertips let it (3,)."""
     high = hold.top - hold.middle[2]
     point = at + np.array((0.0, 0.0, max(0.0, high - depth) if depth < 2.0 * high else 0.0))
     lowest = float((finger_points(opening) @ hand.T)[:, 2].min())
@@ -360,11 +361,14 @@ def _grip(
     local = (own - point) @ hand
     under = (np.abs(local[:, 0]) < HAND[0]) & (np.abs(local[:, 1]) < HAND[1] + 0.002)
     back = float(np.max(PALM_OFF - PALM - local[under, 2], initial=0.0))
-    point = point - back * hand[:, 2]
+    return np.asarray(point - back * hand[:, 2])
+
+
+def _off(hold: Handhold, hand: Array, point: Array) -> float:
+    """How far off the middle of what they pinch the pads are, as a share of the way to its surface:
+    the farther, the easier it turns or slips.
+    """
     pads = np.abs(np.linalg.solve(hold.axes, point + PADS * hand[:, 2] - hold.middle))
-    fine = (
-        pads[1] < 1.0 and pads[2] < 1.0
-        if hold.name in ("handle", "rim")
-        else np.hypot(*pads[1:]) < HOLDS
-    )
-    return np.asarray(point) if fine else None
+    if hold.name in ("handle", "rim"):
+        return HOLDS * float(max(pads[1:]))
+    return float(np.hypot(*pads[1:]))

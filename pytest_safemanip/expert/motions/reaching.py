@@ -176,6 +176,13 @@ class Ways:
     )
     brings: bool = False
 
+    def slanted(self) -> Ways:
+        """Those that come from the robot's side, and go there."""
+        entries, leaves = (
+            [step for step in steps if step[2]] for steps in (self.entries, self.leaves)
+        )
+        return Ways(entries, leaves, self.brings)
+
 
 @dataclass(frozen=True)
 class Way:
@@ -244,13 +251,8 @@ class Reaching:
         looked, size = 0, CHUNKS[0]
         turn = self._in_turn(some)
         while looked < patience and len(kinds) < most:
-            ways = [
-                (pose, way)
-                for pose in itertools.islice(turn, size)
-                if (way := self._hand_way(pose)) is not None
-            ]
-            found = self._postures(ways) if ways else []
-            for pose, _ in ways:
+            ways, found = self._first_ways(list(itertools.islice(turn, size)))
+            for pose in ways:
                 reaches = [reach for reach in found if reach.pose is pose]
                 if not reaches:
                     continue
@@ -261,7 +263,20 @@ class Reaching:
             size = min(2 * size, CHUNKS[1])
             if not ways and looked > CHUNKS[1]:
                 break
-        return _varied(good, most) + _varied(bad, min(UNSUITED, most - len(kinds)))
+        return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
+
+    def _first_ways(self, poses: Sequence[Pose]) -> tuple[list[Pose], list[Reach]]:
+        """The poses to which the hand has a way, and the ways with which the arm has one, too: out
+        from below an edge only where there is no other.
+        """
+        free, found = list[Pose](), list[Reach]()
+        for steps in (self._ways, self._ways.slanted()):
+            ways = [(pose, way) for pose in poses if (way := self._hand_way(pose, steps))]
+            free += [pose for pose, _ in ways if all(pose is not other for other in free)]
+            found += self._postures(ways) if ways else []
+            reached = {id(reach.pose) for reach in found}
+            poses = [pose for pose in poses if id(pose) not in reached]
+        return free, found
 
     def _in_turn(self, some: Sequence[Pose]) -> Iterator[Pose]:
         """Poses that the hand has room at: the cheapest one of each family, then the next ones."""
@@ -310,10 +325,10 @@ class Reaching:
         """Room around points of a hand at a pose, m."""
         return float(self._room.exactly((points @ pose.hand.T + pose.point) @ self._frame).min())
 
-    def _hand_way(self, pose: Pose) -> Way | None:
+    def _hand_way(self, pose: Pose, ways: Ways) -> Way | None:
         """How the hand comes and leaves; None if it has no room for that."""
-        into = self._first_free(pose, self._ways.entries, self._ways.brings)
-        out = self._first_free(pose, self._ways.leaves, not self._ways.brings) if into else None
+        into = self._first_free(pose, ways.entries, ways.brings)
+        out = self._first_free(pose, ways.leaves, not ways.brings) if into else None
         if not into or not out:
             return None
         room = min(into[2], out[2], self._room_at(pose, PALM_POINTS))
@@ -401,7 +416,7 @@ class Reaching:
             pose, way = ways[which[row]]
             ahead, aside, torso = base[row].tolist()
             cost = pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
-            cost += 0.3 * (1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH)
+            cost += (1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH)
             cost += 0.8 * abs(aside - self._wrist(pose)[1]) + torso
             place = frame[:2, :2] @ (ahead, aside)
             found.append(Reach(pose, place, torso, way.entry, way.leave, way.come, way.go, cost))
