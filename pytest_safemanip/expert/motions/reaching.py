@@ -82,10 +82,12 @@ GRAZED = -0.001
 """How far inside of open fingers something may be, m."""
 FOREARM = next(k for k, (link, *_) in enumerate(SPHERES) if link == 5)
 """First of the arm's balls that may come near what is in the hand."""
-STRIDE = 0.04
+STRIDE = 0.02
 """Between places on a straight way that are looked at, m."""
 ROUGH = 0.006
 """By how much distances are wrong that are looked up, m."""
+ODD = 0.9
+"""What speaks against coming from below an edge."""
 LIKE = 0.03
 """What speaks against another pose of a family."""
 MOST, UNSUITED = 16, 4
@@ -251,32 +253,34 @@ class Reaching:
         looked, size = 0, CHUNKS[0]
         turn = self._in_turn(some)
         while looked < patience and len(kinds) < most:
-            ways, found = self._first_ways(list(itertools.islice(turn, size)))
-            for pose in ways:
-                reaches = [reach for reach in found if reach.pose is pose]
-                if not reaches:
-                    continue
+            found = self._reaches(list(itertools.islice(turn, size)))
+            for plain, reaches in found:
+                pose = reaches[0].pose
                 suited = len(kinds) < most and suits(pose)
                 (good if suited else bad).extend(reaches)
-                kinds |= {pose.kind} if suited else set()
+                # From below an edge the arm may get caught: that is not enough.
+                kinds |= {pose.kind} if suited and plain else set()
             looked += size
             size = min(2 * size, CHUNKS[1])
-            if not ways and looked > CHUNKS[1]:
+            if not found and looked > CHUNKS[1]:
                 break
         return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
 
-    def _first_ways(self, poses: Sequence[Pose]) -> tuple[list[Pose], list[Reach]]:
-        """The poses to which the hand has a way, and the ways with which the arm has one, too: out
-        from below an edge only where there is no other.
+    def _reaches(self, poses: Sequence[Pose]) -> list[tuple[bool, list[Reach]]]:
+        """Ways to each of some poses that has any, and whether they are not out from below an edge:
+        those are looked at last.
         """
-        free, found = list[Pose](), list[Reach]()
+        found, left = list[tuple[bool, list[Reach]]](), list(poses)
         for steps in (self._ways, self._ways.slanted()):
-            ways = [(pose, way) for pose in poses if (way := self._hand_way(pose, steps))]
-            free += [pose for pose, _ in ways if all(pose is not other for other in free)]
-            found += self._postures(ways) if ways else []
-            reached = {id(reach.pose) for reach in found}
-            poses = [pose for pose in poses if id(pose) not in reached]
-        return free, found
+            plain = steps is self._ways
+            ways = [(pose, way) for pose in left if (way := self._hand_way(pose, steps))]
+            if not plain:
+                ways = [(pose, replace(way, cost=way.cost + ODD)) for pose, way in ways]
+            reaches = self._postures(ways) if ways else []
+            for key, alike in itertools.groupby(reaches, key=lambda reach: id(reach.pose)):
+                found.append((plain, list(alike)))
+                left = [pose for pose in left if id(pose) != key]
+        return found
 
     def _in_turn(self, some: Sequence[Pose]) -> Iterator[Pose]:
         """Poses that the hand has room at: the cheapest one of each family, then the next ones."""
@@ -368,8 +372,11 @@ class Reaching:
         length = float(np.linalg.norm(offset))
         far = np.minimum(np.arange(STRIDE, length + STRIDE, STRIDE), length)
         steps = (far / length)[:, None] * (offset @ self._frame)
-        points = self._hand_points(pose, loaded) @ self._frame
-        return bool(self._room.away(points + steps[:, None]).min() > TIGHT)
+        points = self._hand_points(pose, loaded) @ self._frame + steps[:, None]
+        if self._room.away(points).min() <= TIGHT:
+            return False
+        # Between the points at which distances are noted is room for a thin board.
+        return bool(self._room.exactly(points.reshape(-1, 3)).min() > TIGHT - ROUGH)
 
     def _hand_points(self, pose: Pose, loaded: bool) -> Array:
         hand = np.concatenate((PALM_POINTS, finger_points(pose.opening))) @ pose.hand.T
@@ -416,7 +423,7 @@ class Reaching:
             pose, way = ways[which[row]]
             ahead, aside, torso = base[row].tolist()
             cost = pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
-            cost += (1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH)
+            cost += 1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH
             cost += 0.8 * abs(aside - self._wrist(pose)[1]) + torso
             place = frame[:2, :2] @ (ahead, aside)
             found.append(Reach(pose, place, torso, way.entry, way.leave, way.come, way.go, cost))
