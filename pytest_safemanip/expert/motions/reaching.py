@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.motions.travelling import (
     drive,
     facing,
+    lowering_back,
     swing_back,
     swing_to,
     travel,
@@ -556,5 +557,7 @@ def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 
     """
     length = float(np.linalg.norm(reach.go))
     out = reach.go if length >= least else least * (reach.go / length if length else -arm.forward)
+    if reach.torso:
+        out = lowering_back(arm, reach.torso, out, load)
     yield from drive(arm, reach.base + out, load)
     yield from lift_torso(arm, -reach.torso)
