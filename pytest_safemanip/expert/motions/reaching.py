@@ -8,6 +8,7 @@ the boxes around, is offered as a choice, the easiest first; a rehearsal tells w
 
 from __future__ import annotations
 
+import collections
 import heapq
 import itertools
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
@@ -89,8 +90,8 @@ ROUGH = 0.006
 """By how much distances are wrong that are looked up, m."""
 ODD = 0.9
 """What speaks against coming from below an edge."""
-LIKE = 0.03
-"""What speaks against another pose of a family."""
+LIKE = 0.02
+"""What speaks against another pose of a family, or at a place."""
 MOST, UNSUITED = 16, 4
 """Ways that are offered, and of those to poses that do not suit."""
 
@@ -105,7 +106,8 @@ class Pose:
         opening: of the fingers on the way there, share of the full opening.
         cost: what speaks against it, about 1 for what is hardly used.
         load: points (L, 3) of what it takes, or brings, there.
-        family: what is alike in poses that are likely to fail together.
+        family: what is alike in poses that are likely to fail together: how the hand is there.
+        place: likewise, where it is.
         kind: what is alike in those that are the same but for the arm.
         over: how far the load is above what it comes to stand on, m.
         hollow: entity that it goes into; empty if none.
@@ -117,6 +119,7 @@ class Pose:
     cost: float
     load: Array
     family: tuple[Hashable, ...] = ()
+    place: Hashable = 0.0
     kind: Hashable = ()
     over: float = 0.0
     hollow: str = ""
@@ -284,27 +287,31 @@ class Reaching:
         return found
 
     def _in_turn(self, some: Sequence[Pose]) -> Iterator[Pose]:
-        """Poses that the hand has room at: the cheapest one of each family, then the next ones."""
-        families: dict[tuple[Hashable, ...], list[Pose]] = {}
+        """Poses that the hand has room at, the cheapest first, of all families and places."""
+        alike: dict[Hashable, list[Pose]] = {}
         for pose, free in zip(some, self._roughly(some), strict=True):
             if free:
-                families.setdefault(pose.family, []).append(pose)
-        for alike in families.values():
-            alike.sort(key=lambda pose: pose.cost)
-        turns = {family: iter(alike) for family, alike in families.items()}
-        rank = 0
-        waiting: list[tuple[float, int, Pose, tuple[Hashable, ...]]] = []
-        for family in families:
-            first = next(turns[family])
-            heapq.heappush(waiting, (first.cost, rank := rank + 1, first, family))
+                alike.setdefault((pose.family, pose.place), []).append(pose)
+        turns = {
+            key: iter(sorted(poses, key=lambda pose: pose.cost)) for key, poses in alike.items()
+        }
+        seen = collections.Counter[Hashable]()
+
+        def worse(pose: Pose) -> float:
+            return pose.cost + LIKE * (seen["family", pose.family] + seen["place", pose.place])
+
+        firsts = [next(turn) for turn in turns.values()]
+        waiting = [(pose.cost, number, pose) for number, pose in enumerate(firsts)]
+        heapq.heapify(waiting)
         while waiting:
-            cost, _, pose, family = heapq.heappop(waiting)
-            grips = self._grips(pose)
-            if (after := next(turns[family], None)) is not None:
-                worse = LIKE if grips else 0.0
-                rank += 1
-                heapq.heappush(waiting, (max(cost, after.cost) + worse, rank, after, family))
-            if grips:
+            cost, number, pose = heapq.heappop(waiting)
+            if worse(pose) > cost:
+                heapq.heappush(waiting, (worse(pose), number, pose))
+                continue
+            if (after := next(turns[pose.family, pose.place], None)) is not None:
+                heapq.heappush(waiting, (worse(after), number, after))
+            if self._grips(pose):
+                seen.update((("family", pose.family), ("place", pose.place)))
                 yield pose
 
     def _roughly(self, poses: Sequence[Pose]) -> NDArray[np.bool_]:
