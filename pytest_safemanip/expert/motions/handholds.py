@@ -31,6 +31,8 @@ ROUNDNESS = np.sum(SIDES**4, axis=1) ** 0.25
 _WIDE = np.abs(SIDES[:, :2]).max(axis=1) / np.maximum(np.hypot(*SIDES[:, :2].T), 1e-9)
 CYLINDER = SIDES * np.stack((_WIDE, _WIDE, np.ones(len(SIDES))), axis=1)
 """Points on an upright cylinder."""
+BALL = 0.15
+"""By what share of its width the height of what may be a ball differs at most."""
 TILTS = (35.0, 20.0, 0.0, 48.0, 60.0, 72.0, -20.0)
 """Degrees from straight down to the hand's approach, about the line of its fingers."""
 LEANS, AHEAD = (0.0, 12.0, -12.0, 20.0, -20.0), 0.6
@@ -102,9 +104,12 @@ class Handhold:
 
     def rounded(self) -> Array:
         """Likewise, as if its edges were round: few things are as square as their boxes; what may
-        be turned is a cylinder.
+        be turned is a cylinder, or a ball if it is as high as wide.
         """
         shape = CYLINDER if self.around else SIDES / ROUNDNESS[:, None]
+        width, height = np.linalg.norm(self.axes[:, [0, 2]], axis=0)
+        if self.around and abs(height / width - 1.0) < BALL:
+            shape = SIDES / np.linalg.norm(SIDES, axis=1)[:, None]
         return np.asarray(self.middle + shape @ self.axes.T)
 
 
@@ -269,7 +274,7 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
                         odd + rare + _odd(tilt, float(hand[:2, 2] @ arm.forward)) + 0.02 * abs(lean)
                     )
                     cost += 5.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
-                    cost += 0.3 * (width / GAP) ** 2 + 1.5 * off**2
+                    cost += 0.3 * (width / GAP) ** 2 + 0.3 * off**2
                     family = hold.name, number, tilt, lean, np.sign(shift)
                     spot = round(place, 3)
                     at, kind = point + shift * line, (family, spot)

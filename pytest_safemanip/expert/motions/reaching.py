@@ -88,7 +88,7 @@ STRIDE = 0.02
 """Between places on a straight way that are looked at, m."""
 ROUGH = 0.006
 """By how much distances are wrong that are looked up, m."""
-ODD = 0.9
+ODD = 0.6
 """What speaks against coming from below an edge."""
 LIKE = 0.02
 """What speaks against another pose of a family, or at a place."""
