@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.motions.holds import Hold, holds, motion
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND
-from pytest_safemanip.expert.robot.kinematics import bodies, solve, strain
+from pytest_safemanip.expert.robot.hand import WRIST
+from pytest_safemanip.expert.robot.kinematics import bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.candidates import OPTIONS, Candidates
 from pytest_safemanip.expert.world.room import Room, heading
@@ -45,6 +46,8 @@ ABOVE, BACKS = 0.16, (0.30, 0.65)
 """How far above, and how far back, m."""
 BLOCKED = 2.0
 """Cost of driving straight where something stands."""
+FAR_OFF = 10.0
+"""Cost of each m by which the arm is too short for where it has to go to with the part."""
 TIRED = 0.85
 """Share of its range up to which a joint goes easily."""
 MEETS, ROUGHLY = 60.0, 0.01
@@ -144,7 +147,9 @@ def take_hold(
         f"{what} {goal} {slips} of {joint.key}",
         state,
         lambda: _Takes(
-            arm, holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips)
+            arm,
+            found := holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips),
+            [hold.moved(joint, goal - first, float(hold.pinched)) for hold in found],
         ),
     )
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
@@ -171,9 +176,10 @@ class _Takes:
     Args:
         arm: the arm.
         found: the holds, the likeliest first.
+        ends: the same where the part is to be moved to.
     """
 
-    def __init__(self, arm: Arm, found: Sequence[Hold]) -> None:
+    def __init__(self, arm: Arm, found: Sequence[Hold], ends: Sequence[Hold]) -> None:
         self._arm, self._holds = arm, found
         points = np.array([h.point for h in found]).reshape(-1, 3) @ arm.frame
         hands = arm.frame.T @ np.array([h.hand for h in found]).reshape(-1, 3, 3)
@@ -193,6 +199,7 @@ class _Takes:
         front, rear, passing, backing = self._limits(aside)
         stand = np.maximum(np.minimum(ahead, front), rear)
         cost = np.array([h.cost for h in found])[:, None] + np.append(effort, STAYS)
+        cost += FAR_OFF * np.maximum(0.0, self._at_least(ends) - FARTHEST)[:, None]
         cost += 2.0 * np.abs(ahead - stand)
         cost[(points[:, :1] - stand > LONGEST) | (stand > front)] = np.inf
         self._at = np.stack((stand, aside), axis=2)
@@ -234,6 +241,16 @@ class _Takes:
         goal = f"the {names[0] if names else 'part'} of {joint.entity}"
         chosen = self._all.free(number, self._arm, self._way, permits, goal)
         return self._holds[self._index(chosen)[0]], self._way(chosen)[0]
+
+    def _at_least(self, ends: Sequence[Hold]) -> Array:
+        """How far from the arm's shoulder its wrist is at some holds, as near to them as the base
+        may stand (N,), m.
+        """
+        arm = self._arm
+        wrists = np.array([h.point - WRIST * h.hand[:, 2] for h in ends]).reshape(-1, 3) @ arm.frame
+        front = self._limits(wrists[:, 1:2])[0][:, 0]
+        wrists[:, 0] = np.maximum(0.0, wrists[:, 0] - front)
+        return reach_of(wrists * (1.0, 0.0, 1.0) - (0.0, 0.0, arm.torso))
 
     def _index(self, number: int) -> tuple[int, int, int]:
         hold, stand, route = np.unravel_index(number, self._shape)
@@ -318,8 +335,9 @@ FRICTION = 0.6
 """Share of the fingers' force by which a hand pulls, for what they pinch not to slip."""
 PATIENCE = 30
 """Control steps in which a part that is pushed with all force has to have moved."""
-NEAREST, FARTHEST, ASIDE = 0.36, 0.80, 0.42
-"""Where before the base, and how far aside of it, the hand may be, m."""
+NEAREST, FARTHEST, ASIDE = 0.36, 0.65, 0.42
+"""How far before the base the hand may be at least, from the arm's shoulder to its wrist at most,
+and how far aside of the base, m."""
 WITHIN = 0.03
 """How far inside of that the base brings it, m."""
 STEPS = 500
@@ -363,7 +381,8 @@ def follow(
     by_base = by_base and abs(arm.ahead(np.asarray(joint.axis))) > 0.9
     pulls = hold.pinched and not twists
     fastest = TWIST if twists else PULLED if pulls and joint.kind == "hinge" else FASTEST
-    press, last, still, base = LEAST_LEAD, first, 0, False
+    press, last, still = LEAST_LEAD, first, 0
+    eases: Array | None = None
     period = arm.scene.control_period
     for number in range(STEPS):
         now = fixture.openness(joint)
@@ -384,21 +403,33 @@ def follow(
         if still > PATIENCE or (not twists and float(np.linalg.norm(off)) - behind > OFF):
             return
         ahead = hold.moved(joint, now - first + way * (lead - behind) / long, share)
-        base = (by_base and (goal - now) * way * long > BY_HAND) or _stretched(
-            arm, ahead.point, WITHIN if base else 0.0
-        )
+        eases = _eases(arm, ahead, WITHIN if eases is not None else 0.0)
         # The hand turns in between.
-        if base and (by_base or number % 2):
+        if by_base and (goal - now) * way * long > BY_HAND:
             driven = _drive(arm, ahead.point - arm.position, wanted)
+        elif eases is not None and number % 2:
+            driven = _drive(arm, eases, 2.0 * wanted)
         else:
             driven = None
         yield arm.towards(ahead.point, ahead.hand) if driven is None else driven
 
 
-def _stretched(arm: Arm, target: Array, within: float) -> bool:
-    ahead = arm.ahead(target) - arm.ahead(arm.base)
-    aside = abs(arm.aside(target) - arm.aside(arm.base))
-    return not (NEAREST + within < ahead < FARTHEST - within and aside < ASIDE - within)
+def _eases(arm: Arm, hold: Hold, within: float) -> Array | None:
+    """Where the base has to drive for the arm to be neither stretched nor crowded (3,); None if it
+    may stay.
+
+    Args:
+        arm: the arm.
+        hold: where the hand goes.
+        within: how far inside of its limits it is to be, m.
+    """
+    off = hold.point - np.append(arm.base, 0.0)
+    to_wrist = off - WRIST * hold.hand[:, 2]
+    if reach_of(to_wrist - (0.0, 0.0, arm.torso)) > FARTHEST - within:
+        return to_wrist
+    if abs(arm.aside(off)) > ASIDE - within:
+        return off - arm.onward(arm.ahead(off))
+    return arm.onward(-1.0) if arm.ahead(off) < NEAREST + within else None
 
 
 def _drive(arm: Arm, way: Array, speed: float) -> Array | None:
@@ -412,8 +443,11 @@ def _drive(arm: Arm, way: Array, speed: float) -> Array | None:
     ahead, aside = ahead / length, aside / length
     here = arm.ahead(arm.base), arm.aside(arm.base)
     ends = sorted((here[1], here[1] + LOOKAHEAD * aside))
-    if nearest(arm, *ends) < here[0] + LOOKAHEAD * max(0.0, ahead):
+    front = nearest(arm, *ends)
+    if front < here[0]:
         ahead, aside = -1.0, 0.0
+    elif front < here[0] + LOOKAHEAD * ahead:
+        ahead = 0.0
     if ahead < 0.0 and rearmost(arm, *ends) > here[0] + LOOKAHEAD * ahead:
         ahead = 0.0
     command = float(np.clip(speed / BASE_SPEED, BASE_DEAD_BAND, 0.6))
