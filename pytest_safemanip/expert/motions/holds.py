@@ -145,6 +145,7 @@ def holds(
     """
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
     found = [*_pinched(arm, joint, part, bars, way, slips), *_pushed(arm, joint, part, way)]
+    found = [hold for hold in found if _stays(hold.moved(joint, goal - first, 0.0))]
     found = [found[number] for number in _likeliest(found, MOST)]
     rough = _crowded(arm, joint, found, np.linspace(first, goal, 3), 7)
     found = [found[number] for number in _likeliest(rough, LIKELY)]
@@ -166,6 +167,11 @@ def _likeliest(found: Sequence[Hold], most: int) -> list[int]:
         seen[kind] += 1
     order: list[int] = np.argsort(costs, kind="stable")[:most].tolist()
     return order
+
+
+def _stays(hold: Hold) -> bool:
+    """Whether the finger of an open hand that pushed a face still does where it came to."""
+    return not hold.finger or hold.finger * float(hold.hand[:, 0] @ hold.normal) > ALONG
 
 
 def _crowded(arm: Arm, joint: Joint, found: Sequence[Hold], times: Array, rows: int) -> list[Hold]:

@@ -46,8 +46,9 @@ ABOVE, BACKS = 0.16, (0.30, 0.65)
 """How far above, and how far back, m."""
 BLOCKED = 2.0
 """Cost of driving straight where something stands."""
-FAR_OFF = 10.0
-"""Cost of each m by which the arm is too short for where it has to go to with the part."""
+FAR_OFF, DRIVES = 10.0, 2.0
+"""Costs of each m by which the arm is too short for where it has to go to with the part, wherever
+the base stands, and of each m that the base has to drive meanwhile."""
 TIRED = 0.85
 """Share of its range up to which a joint goes easily."""
 MEETS, ROUGHLY = 60.0, 0.01
@@ -199,9 +200,9 @@ class _Takes:
         front, rear, passing, backing = self._limits(aside)
         stand = np.maximum(np.minimum(ahead, front), rear)
         cost = np.array([h.cost for h in found])[:, None] + np.append(effort, STAYS)
-        cost += FAR_OFF * np.maximum(0.0, self._at_least(ends) - FARTHEST)[:, None]
         cost += 2.0 * np.abs(ahead - stand)
         cost[(points[:, :1] - stand > LONGEST) | (stand > front)] = np.inf
+        cost += self._to_follow(stand, aside, ends)
         self._at = np.stack((stand, aside), axis=2)
         routes = np.arange(ROUND[-1] + 1)
         drawn = np.minimum(stand, here[0])[..., None] - np.array(BACKS)
@@ -242,15 +243,17 @@ class _Takes:
         chosen = self._all.free(number, self._arm, self._way, permits, goal)
         return self._holds[self._index(chosen)[0]], self._way(chosen)[0]
 
-    def _at_least(self, ends: Sequence[Hold]) -> Array:
-        """How far from the arm's shoulder its wrist is at some holds, as near to them as the base
-        may stand (N,), m.
-        """
+    def _to_follow(self, stand: Array, aside: Array, ends: Sequence[Hold]) -> Array:
+        """Costs (N, S) of where the hand goes to with the part, from some places of the base."""
         arm = self._arm
         wrists = np.array([h.point - WRIST * h.hand[:, 2] for h in ends]).reshape(-1, 3) @ arm.frame
         front = self._limits(wrists[:, 1:2])[0][:, 0]
-        wrists[:, 0] = np.maximum(0.0, wrists[:, 0] - front)
-        return reach_of(wrists * (1.0, 0.0, 1.0) - (0.0, 0.0, arm.torso))
+        ahead, left, up = wrists.T - np.array(((0.0,), (0.0,), (arm.torso,)))
+        least = np.stack((np.maximum(0.0, ahead - front), 0.0 * left, up), axis=1)
+        up = np.broadcast_to(up[:, None], stand.shape)
+        off = np.stack((ahead[:, None] - stand, left[:, None] - aside, up), axis=2)
+        short, drives = (np.maximum(0.0, reach_of(way) - FARTHEST) for way in (least, off))
+        return np.asarray(FAR_OFF * short[:, None] + DRIVES * drives)
 
     def _index(self, number: int) -> tuple[int, int, int]:
         hold, stand, route = np.unravel_index(number, self._shape)
@@ -389,7 +392,8 @@ def follow(
         if there():
             return
         rate, last = (now - last) * way * long / period, now
-        wanted = float(np.clip((goal - now) * way * long / BRAKE, SLOWEST, fastest))
+        most = fastest if eases is None else fastest / 2.0
+        wanted = float(np.clip((goal - now) * way * long / BRAKE, SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
         most = min(most, FRICTION * _gripping(arm) / STIFFNESS) if pulls else most
         gain = LEAD_GAIN if rate < wanted else YIELD_GAIN
