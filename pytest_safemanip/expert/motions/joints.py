@@ -349,6 +349,8 @@ OFF = 0.04
 """A hand that is farther from where it holds has lost it, m."""
 BY_HAND = 0.05
 """The last stretch, which the base would not end gently, m."""
+BETWEEN = 4
+"""Control steps between two in which the hand goes on while the base drives."""
 BASE_SPEED = 0.37
 """Of the base at a full command, m/s."""
 SETTLES, RESTS = 40, 0.02
@@ -408,10 +410,10 @@ def follow(
             return
         ahead = hold.moved(joint, now - first + way * (lead - behind) / long, share)
         eases = _eases(arm, ahead, WITHIN if eases is not None else 0.0)
-        # The hand turns in between.
+        # The hand moves on in between.
         if by_base and (goal - now) * way * long > BY_HAND:
             driven = _drive(arm, ahead.point - arm.position, wanted)
-        elif eases is not None and number % 2:
+        elif eases is not None and number % BETWEEN:
             driven = _drive(arm, eases, 2.0 * wanted)
         else:
             driven = None
@@ -493,7 +495,6 @@ def let_go(arm: Arm, hold: Hold) -> Motion:
     """Open the fingers around a part as far as they were, and draw the hand back from it."""
     if hold.pinched:
         yield from arm.open_to(hold.opening)
-    for away in (hold.clear, hold.clear - LETS_GO * hold.into):
+    for away in (hold.clear, -LETS_GO * hold.into):
         if away.any():
-            to = hold.point + away if hold.clear.any() else arm.position + away
-            yield from arm.move(to, tolerance=0.02, steps=40, required=False)
+            yield from arm.move(arm.position + away, tolerance=0.02, steps=40, required=False)
