@@ -338,9 +338,9 @@ FRICTION = 0.6
 """Share of the fingers' force by which a hand pulls, for what they pinch not to slip."""
 PATIENCE = 30
 """Control steps in which a part that is pushed with all force has to have moved."""
-NEAREST, FARTHEST, ASIDE = 0.36, 0.65, 0.42
-"""How far before the base the hand may be at least, from the arm's shoulder to its wrist at most,
-and how far aside of the base, m."""
+NEAREST, FARTHEST = 0.36, 0.65
+"""How far the hand may be from the base at least, and the wrist from the arm's shoulder at most, m.
+"""
 WITHIN = 0.03
 """How far inside of that the base brings it, m."""
 STEPS = 500
@@ -394,7 +394,7 @@ def follow(
         if there():
             return
         rate, last = (now - last) * way * long / period, now
-        most = fastest if eases is None else fastest / 2.0
+        most = fastest if by_base or eases is None else fastest / 2.0
         wanted = float(np.clip((goal - now) * way * long / BRAKE, SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
         most = min(most, FRICTION * _gripping(arm) / STIFFNESS) if pulls else most
@@ -433,14 +433,12 @@ def _eases(arm: Arm, hold: Hold, within: float) -> Array | None:
     to_wrist = off - WRIST * hold.hand[:, 2]
     if reach_of(to_wrist - (0.0, 0.0, arm.torso)) > FARTHEST - within:
         return to_wrist
-    if abs(arm.aside(off)) > ASIDE - within:
-        return off - arm.onward(arm.ahead(off))
-    return arm.onward(-1.0) if arm.ahead(off) < NEAREST + within else None
+    return -off if math.hypot(off[0], off[1]) < NEAREST + within else None
 
 
 def _drive(arm: Arm, way: Array, speed: float) -> Array | None:
-    """The action that drives the base along a way, at a speed, m/s, or back where something stands
-    there; None if it cannot drive.
+    """The action that drives the base along a way as far as it is free, at a speed, m/s, or back
+    from what comes to it; None if it cannot drive.
     """
     ahead, aside = arm.ahead(way), arm.aside(way)
     length = math.hypot(ahead, aside)
@@ -449,9 +447,11 @@ def _drive(arm: Arm, way: Array, speed: float) -> Array | None:
     ahead, aside = ahead / length, aside / length
     here = arm.ahead(arm.base), arm.aside(arm.base)
     ends = sorted((here[1], here[1] + LOOKAHEAD * aside))
+    if nearest(arm, *ends) < here[0]:
+        aside, ends = 0.0, [here[1], here[1]]
     front = nearest(arm, *ends)
     if front < here[0]:
-        ahead, aside = -1.0, 0.0
+        ahead = -1.0
     elif front < here[0] + LOOKAHEAD * ahead:
         ahead = 0.0
     if ahead < 0.0 and rearmost(arm, *ends) > here[0] + LOOKAHEAD * ahead:
