@@ -34,8 +34,10 @@ HOLDS = 4
 """How often a part is taken hold of at most."""
 STUCK = 0.02
 """A hold that takes it less far along, share of its travel, is the last one."""
-REACHES, SHIFTS = (0.64, 0.54, 0.74), (0.0, 0.13, -0.13, 0.3, -0.3, 0.45, -0.45)
-"""Base to hand, and how much farther to the left than in line with it the base stands, m."""
+REACHES, STRETCHES = (0.64, 0.54, 0.74), (0.60, 0.54, 0.64)
+"""Base to hand, and from the arm's shoulder to its wrist at most then, m."""
+SHIFTS = (0.0, 0.13, -0.13, 0.3, -0.3, 0.45, -0.45)
+"""How much farther to the left than in line with the hand the base stands, m."""
 LONGEST, STAYS = 0.86, 0.6
 """Base to hand at most, m, and the cost of staying where it is."""
 BEFORE, NEAR = 0.12, 0.03
@@ -187,7 +189,8 @@ class _Takes:
         self._intos = np.array([h.into for h in found]).reshape(-1, 3) @ arm.frame
         bearing = np.arctan2(hands[:, 1, 2], hands[:, 0, 2])
         bearing *= np.linalg.norm(hands[:, :2, 2], axis=1) > 0.3
-        far, shift = (a.ravel() for a in np.meshgrid(REACHES, SHIFTS, indexing="ij"))
+        shift = np.tile(SHIFTS, len(REACHES))
+        far = np.repeat(self._reaches(points, hands), len(SHIFTS), axis=1)
         effort = 0.3 * np.repeat(range(len(REACHES)), len(SHIFTS)) + 1.5 * np.abs(shift)
         aside = points[:, 1:2] - far * np.sin(bearing)[:, None] + shift
         nearer = far - np.sqrt(np.maximum(far**2 - shift**2, NEAREST**2))
@@ -242,6 +245,15 @@ class _Takes:
         goal = f"the {names[0] if names else 'part'} of {joint.entity}"
         chosen = self._all.free(number, self._arm, self._way, permits, goal)
         return self._holds[self._index(chosen)[0]], self._way(chosen)[0]
+
+    def _reaches(self, points: Array, hands: Array) -> Array:
+        """How far from some holds the base may stand (N, R), m: nearer where they are high or low.
+        """
+        approach = hands[:, :, 2]
+        up = reach_of((points - WRIST * approach - (0.0, 0.0, self._arm.torso)) * (0.0, 0.0, 1.0))
+        level = np.sqrt(np.maximum(0.0, np.square(STRETCHES) - up[:, None] ** 2))
+        level += WRIST * np.linalg.norm(approach[:, :2], axis=1)[:, None]
+        return np.asarray(np.clip(level, NEAREST, REACHES))
 
     def _to_follow(self, stand: Array, aside: Array, ends: Sequence[Hold]) -> Array:
         """Costs (N, S) of where the hand goes to with the part, from some places of the base."""
