@@ -44,6 +44,7 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     low, high = _floor(arm)
     here = np.array((arm.ahead(arm.base), arm.aside(arm.base)))
     there = np.array((arm.ahead(goal), arm.aside(goal)))
+    low, high = np.minimum(low, here), np.maximum(high, here)
     # The grid goes through the start; the goal's cell is the nearest one.
     low = here - np.floor((here - low) / CELL) * CELL
     size = tuple(int(n) for n in np.floor((high - low) / CELL) + 1)
@@ -116,7 +117,8 @@ def _search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> list[Cell]:
         for step in WAYS:
             after = cell[0] + step[0], cell[1] + step[1]
             inside = 0 <= after[0] < free.shape[0] and 0 <= after[1] < free.shape[1]
-            if not inside or not free[after]:
+            # The base may stand nearer to furniture than it drives past it.
+            if not inside or not (free[after] or after == goal):
                 continue
             more = cost + CELL + (0.0 if way in (step, NO_WAY) else CORNER)
             if more < least.get((after, step), math.inf):
