@@ -269,10 +269,11 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
                         odd + rare + _odd(tilt, float(hand[:2, 2] @ arm.forward)) + 0.02 * abs(lean)
                     )
                     cost += 5.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
-                    cost += 0.3 * (width / GAP) ** 2 + off**2
+                    cost += 0.3 * (width / GAP) ** 2 + 1.5 * off**2
                     family = hold.name, number, tilt, lean, np.sign(shift)
-                    kind = family, round(place, 3)
-                    yield Pose(point + shift * line, hand, opening, cost, load, family, kind)
+                    spot = round(place, 3)
+                    at, kind = point + shift * line, (family, spot)
+                    yield Pose(at, hand, opening, cost, load, family, spot, kind)
 
 
 def _odd(tilt: float, ahead: float) -> float:

@@ -295,6 +295,7 @@ class Placing:
                     cost,
                     middle + load,
                     family,
+                    spot.kind,
                     (spot.kind, *family),
                     OVER + higher,
                     spot.hollow,

@@ -8,6 +8,7 @@ the boxes around, is offered as a choice, the easiest first; a rehearsal tells w
 
 from __future__ import annotations
 
+import collections
 import heapq
 import itertools
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.motions.travelling import (
     drive,
     facing,
+    lowering_back,
     swing_back,
     swing_to,
     travel,
@@ -87,8 +89,10 @@ STRIDE = 0.02
 """Between places on a straight way that are looked at, m."""
 ROUGH = 0.006
 """By how much distances are wrong that are looked up, m."""
-LIKE = 0.03
-"""What speaks against another pose of a family."""
+ODD = 0.9
+"""What speaks against coming from below an edge."""
+LIKE = 0.02
+"""What speaks against another pose of a family, or at a place."""
 MOST, UNSUITED = 16, 4
 """Ways that are offered, and of those to poses that do not suit."""
 
@@ -103,7 +107,8 @@ class Pose:
         opening: of the fingers on the way there, share of the full opening.
         cost: what speaks against it, about 1 for what is hardly used.
         load: points (L, 3) of what it takes, or brings, there.
-        family: what is alike in poses that are likely to fail together.
+        family: what is alike in poses that are likely to fail together: how the hand is there.
+        place: likewise, where it is.
         kind: what is alike in those that are the same but for the arm.
         over: how far the load is above what it comes to stand on, m.
         hollow: entity that it goes into; empty if none.
@@ -115,6 +120,7 @@ class Pose:
     cost: float
     load: Array
     family: tuple[Hashable, ...] = ()
+    place: Hashable = 0.0
     kind: Hashable = ()
     over: float = 0.0
     hollow: str = ""
@@ -252,55 +258,61 @@ class Reaching:
         looked, size = 0, CHUNKS[0]
         turn = self._in_turn(some)
         while looked < patience and len(kinds) < most:
-            ways, found = self._first_ways(list(itertools.islice(turn, size)))
-            for pose in ways:
-                reaches = [reach for reach in found if reach.pose is pose]
-                if not reaches:
-                    continue
+            found = self._reaches(list(itertools.islice(turn, size)))
+            for plain, reaches in found:
+                pose = reaches[0].pose
                 suited = len(kinds) < most and suits(pose)
                 (good if suited else bad).extend(reaches)
-                kinds |= {pose.kind} if suited else set()
+                # From below an edge the arm may get caught: that is not enough.
+                kinds |= {pose.kind} if suited and plain else set()
             looked += size
             size = min(2 * size, CHUNKS[1])
-            if not ways and looked > CHUNKS[1]:
+            if not found and looked > CHUNKS[1]:
                 break
         return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
 
-    def _first_ways(self, poses: Sequence[Pose]) -> tuple[list[Pose], list[Reach]]:
-        """The poses to which the hand has a way, and the ways with which the arm has one, too: out
-        from below an edge only where there is no other.
+    def _reaches(self, poses: Sequence[Pose]) -> list[tuple[bool, list[Reach]]]:
+        """Ways to each of some poses that has any, and whether they are not out from below an edge:
+        those are looked at last.
         """
-        free, found = list[Pose](), list[Reach]()
+        found, left = list[tuple[bool, list[Reach]]](), list(poses)
         for steps in (self._ways, self._ways.slanted()):
-            ways = [(pose, way) for pose in poses if (way := self._hand_way(pose, steps))]
-            free += [pose for pose, _ in ways if all(pose is not other for other in free)]
-            found += self._postures(ways) if ways else []
-            reached = {id(reach.pose) for reach in found}
-            poses = [pose for pose in poses if id(pose) not in reached]
-        return free, found
+            plain = steps is self._ways
+            ways = [(pose, way) for pose in left if (way := self._hand_way(pose, steps))]
+            if not plain:
+                ways = [(pose, replace(way, cost=way.cost + ODD)) for pose, way in ways]
+            reaches = self._postures(ways) if ways else []
+            for key, alike in itertools.groupby(reaches, key=lambda reach: id(reach.pose)):
+                found.append((plain, list(alike)))
+                left = [pose for pose in left if id(pose) != key]
+        return found
 
     def _in_turn(self, some: Sequence[Pose]) -> Iterator[Pose]:
-        """Poses that the hand has room at: the cheapest one of each family, then the next ones."""
-        families: dict[tuple[Hashable, ...], list[Pose]] = {}
+        """Poses that the hand has room at, the cheapest first, of all families and places."""
+        alike: dict[Hashable, list[Pose]] = {}
         for pose, free in zip(some, self._roughly(some), strict=True):
             if free:
-                families.setdefault(pose.family, []).append(pose)
-        for alike in families.values():
-            alike.sort(key=lambda pose: pose.cost)
-        turns = {family: iter(alike) for family, alike in families.items()}
-        rank = 0
-        waiting: list[tuple[float, int, Pose, tuple[Hashable, ...]]] = []
-        for family in families:
-            first = next(turns[family])
-            heapq.heappush(waiting, (first.cost, rank := rank + 1, first, family))
+                alike.setdefault((pose.family, pose.place), []).append(pose)
+        turns = {
+            key: iter(sorted(poses, key=lambda pose: pose.cost)) for key, poses in alike.items()
+        }
+        seen = collections.Counter[Hashable]()
+
+        def worse(pose: Pose) -> float:
+            return pose.cost + LIKE * (seen["family", pose.family] + seen["place", pose.place])
+
+        firsts = [next(turn) for turn in turns.values()]
+        waiting = [(pose.cost, number, pose) for number, pose in enumerate(firsts)]
+        heapq.heapify(waiting)
         while waiting:
-            cost, _, pose, family = heapq.heappop(waiting)
-            grips = self._grips(pose)
-            if (after := next(turns[family], None)) is not None:
-                worse = LIKE if grips else 0.0
-                rank += 1
-                heapq.heappush(waiting, (max(cost, after.cost) + worse, rank, after, family))
-            if grips:
+            cost, number, pose = heapq.heappop(waiting)
+            if worse(pose) > cost:
+                heapq.heappush(waiting, (worse(pose), number, pose))
+                continue
+            if (after := next(turns[pose.family, pose.place], None)) is not None:
+                heapq.heappush(waiting, (worse(after), number, after))
+            if self._grips(pose):
+                seen.update((("family", pose.family), ("place", pose.place)))
                 yield pose
 
     def _roughly(self, poses: Sequence[Pose]) -> NDArray[np.bool_]:
@@ -370,8 +382,11 @@ class Reaching:
         length = float(np.linalg.norm(offset))
         far = np.minimum(np.arange(STRIDE, length + STRIDE, STRIDE), length)
         steps = (far / length)[:, None] * (offset @ self._frame)
-        points = self._hand_points(pose, loaded) @ self._frame
-        return bool(self._room.away(points + steps[:, None]).min() > least)
+        points = self._hand_points(pose, loaded) @ self._frame + steps[:, None]
+        if self._room.away(points).min() <= least:
+            return False
+        # Between the points at which distances are noted is room for a thin board.
+        return bool(self._room.exactly(points.reshape(-1, 3)).min() > TIGHT - ROUGH)
 
     def _hand_points(self, pose: Pose, loaded: bool) -> Array:
         hand = np.concatenate((PALM_POINTS, finger_points(pose.opening))) @ pose.hand.T
@@ -418,7 +433,7 @@ class Reaching:
             pose, way = ways[which[row]]
             ahead, aside, torso = base[row].tolist()
             cost = pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
-            cost += (1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH)
+            cost += 1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH
             cost += 0.8 * abs(aside - self._wrist(pose)[1]) + torso
             place = frame[:2, :2] @ (ahead, aside)
             found.append(Reach(pose, place, torso, way.entry, way.leave, way.come, way.go, cost))
@@ -551,5 +566,7 @@ def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 
     """
     length = float(np.linalg.norm(reach.go))
     out = reach.go if length >= least else least * (reach.go / length if length else -arm.forward)
+    if reach.torso:
+        out = lowering_back(arm, reach.torso, out, load)
     yield from drive(arm, reach.base + out, load)
     yield from lift_torso(arm, -reach.torso)

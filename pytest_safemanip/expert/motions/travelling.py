@@ -306,15 +306,37 @@ def swing_back(
     way = swing(arm, point + shift, hand, load)
     if not way.arrives:
         raise SkillFailed("the arm would come to the end of a joint")
+    return _back(arm, point, way.balls - shift @ heading(arm), way.radii, out, load)
+
+
+def lowering_back(arm: Arm, by: float, out: Array, load: Thing | None) -> Array:
+    """How far off where it is the base stands for the torso to be lowered there (2,), m.
+
+    Args:
+        arm: the arm.
+        by: how far, m.
+        out: how far off at least (2,), m; farther it stands in line with that.
+        load: what it holds.
+    """
+    points, radii = shape(arm, load)
+    down = np.linspace(0.0, by, SWINGS)[:, None, None] * (0.0, 0.0, 1.0)
+    return _back(arm, arm.position, points - down, radii, out, load)
+
+
+def _back(
+    arm: Arm, point: Array, balls: Array, radii: Array, out: Array, load: Thing | None
+) -> Array:
+    """How far off a place at least the base stands for some balls to be free (2,), m, or as free as
+    they come.
+    """
     room = Room.around(arm, [point], [load.entity] if load else [])
     frame = heading(arm)
-    there = -shift @ frame
     length = float(np.linalg.norm(out))
     ahead = out / length if length else -arm.forward
     best = length, -math.inf
     for back in np.arange(length, MOST_BACK, STEP).tolist():
         off = np.append(back * ahead, 0.0) @ frame
-        away = float(room.away(way.balls + there + off, way.radii).min())
+        away = float(room.away(balls + off, radii).min())
         if away > APART:
             return np.asarray(back * ahead)
         best = max(best, (back, away), key=lambda found: found[1])

@@ -5,6 +5,7 @@ All is seen from the base's heading: coordinates ahead, to the left and up, from
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from functools import cached_property
 
@@ -130,25 +131,25 @@ class Room:
 
 def walls(vessel: Thing, thick: float = 0.005, sides: int = 8) -> list[Array]:
     """Corners (8, 3) of boxes that a hollow vessel's wall and floor fit into: nobody knows whether
-    it is round.
+    its corners are round.
 
     Args:
         vessel: the vessel.
         thick: its walls, m.
         sides: of its wall.
     """
-    (narrow, width), (long, _) = vessel.sides()
+    (narrow, width), (long, length) = vessel.sides()
     middle, up = vessel.middle, np.array((0.0, 0.0, 1.0))
-    radius, height = width / 2.0, vessel.height
+    height, across, along = vessel.height, narrow * width / 2.0, long * length / 2.0
     centre = np.append(middle[:2], vessel.bottom + height / 2.0)
-    found = [
-        _box(centre - (height - thick) / 2.0 * up, narrow * radius, long * radius, up * thick / 2)
-    ]
+    found = [_box(centre - (height - thick) / 2.0 * up, across, along, up * thick / 2)]
     for turn in np.arange(sides) * 2.0 * np.pi / sides:
-        out = np.cos(turn) * narrow + np.sin(turn) * long
-        along = np.cross(up, out) * radius * np.tan(np.pi / sides)
-        at = centre + (radius - thick / 2.0) * out
-        found.append(_box(at, out * thick / 2.0, along, up * height / 2.0))
+        side = np.tan(np.pi / sides) * (np.cos(turn) * along - np.sin(turn) * across)
+        out = np.cross(side, up)
+        out *= math.copysign(1.0, np.cos(turn) * (out @ across) + np.sin(turn) * (out @ along))
+        out *= thick / 2.0 / np.linalg.norm(out)
+        at = centre + np.cos(turn) * across + np.sin(turn) * along - out
+        found.append(_box(at, out, side, up * height / 2.0))
     return found
 
 

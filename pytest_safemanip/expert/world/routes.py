@@ -26,6 +26,8 @@ HAND_HEIGHT = 0.25
 """How far above the grip point the wrist reaches, m."""
 CORNER = 0.4
 """A turn costs as much as so long a way, m: at each the base stops."""
+DRAWN_BACK = 12
+"""How many cells the robot draws back at its start, and comes from at its goal, at most."""
 WAYS: tuple[Cell, ...] = ((-1, 0), (0, 1), (0, -1), (1, 0))
 NO_WAY: Cell = (0, 0)
 
@@ -44,7 +46,7 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     low, high = _floor(arm)
     here = np.array((arm.ahead(arm.base), arm.aside(arm.base)))
     there = np.array((arm.ahead(goal), arm.aside(goal)))
-    low, high = np.minimum(low, here), np.maximum(high, here)
+    low, high = np.minimum(low, (here, there)).min(axis=0), np.maximum(high, (here, there)).max(0)
     # The grid goes through the start; the goal's cell is the nearest one.
     low = here - np.floor((here - low) / CELL) * CELL
     size = tuple(int(n) for n in np.floor((high - low) / CELL) + 1)
@@ -57,8 +59,10 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
                 last = np.floor((flat.max(axis=0) - box[0] + ROUTE_ROOM - low) / CELL)
                 i, j = np.maximum(first, 0).astype(int), np.maximum(last + 1, 0).astype(int)
                 free[i[0] : j[0], i[1] : j[1]] = False
-    cells = [(int(c[0]), int(c[1])) for c in np.rint((np.stack((here, there)) - low) / CELL)]
-    found = _search(free, *cells)
+    ends = [(int(c[0]), int(c[1])) for c in np.rint((np.stack((here, there)) - low) / CELL)]
+    first, last = (_drawn_back(free, end) for end in ends)
+    found = [*ends[:1], *_search(free, first, last), *ends[1:]]
+    found = [cell for number, cell in enumerate(found) if cell not in found[number - 1 : number]]
     bends = [b for a, b, c in zip(found, found[1:], found[2:], strict=False) if _bend(a, b, c)]
     places = [low + CELL * np.array(cell) for cell in bends]
     if places:
@@ -105,6 +109,13 @@ def _shape(arm: Arm, thing: Thing | None) -> list[tuple[float, float, Array]]:
     return found
 
 
+def _drawn_back(free: NDArray[np.bool_], cell: Cell) -> Cell:
+    """The first place behind one that is nearer to something than a robot on its way should be."""
+    column = free[max(0, cell[0] - DRAWN_BACK) : cell[0] + 1, cell[1]]
+    behind = np.flatnonzero(column[::-1])
+    return (cell[0] - int(behind[0]), cell[1]) if len(behind) else cell
+
+
 def _search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> list[Cell]:
     """The cells of the shortest way, few corners counting as part of its length."""
     queue = [(0.0, start, NO_WAY)]
@@ -117,8 +128,7 @@ def _search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> list[Cell]:
         for step in WAYS:
             after = cell[0] + step[0], cell[1] + step[1]
             inside = 0 <= after[0] < free.shape[0] and 0 <= after[1] < free.shape[1]
-            # The base may stand nearer to furniture than it drives past it.
-            if not inside or not (free[after] or after == goal):
+            if not inside or not free[after]:
                 continue
             more = cost + CELL + (0.0 if way in (step, NO_WAY) else CORNER)
             if more < least.get((after, step), math.inf):

@@ -179,5 +179,5 @@ def test_where_nothing_that_is_chosen_helps_only_what_comes_before_is_done_other
 def test_where_a_thing_is_held_badly_what_comes_before_is_soon_done_otherwise():
     *_, reason, search, _ = play("shift", "lose")
     assert reason == "lose: the mug slipped"
-    calls = [line[:6] for line in search.log]
-    assert calls[:5] == ["0 shif", *["1 lose"] * 3, "0 shif"]
+    calls = [line for line in search.log if "no time" not in line]
+    assert [line[:6] for line in calls[:5]] == ["0 shif", *["1 lose"] * 3, "0 shif"]
