@@ -443,8 +443,8 @@ def _eases(arm: Arm, hold: Hold, within: float) -> Array | None:
     off = hold.point - np.append(arm.base, 0.0)
     to_wrist = off - WRIST * hold.hand[:, 2]
     if reach_of(to_wrist - (0.0, 0.0, arm.torso)) > FARTHEST - within:
-        return to_wrist
-    return -off if math.hypot(off[0], off[1]) < NEAREST + within else None
+        return np.asarray(to_wrist)
+    return np.negative(off) if math.hypot(off[0], off[1]) < NEAREST + within else None
 
 
 def _drive(arm: Arm, way: Array, speed: float) -> Array | None:

@@ -14,9 +14,8 @@ import numpy as np
 
 from pytest_safemanip.expert.motions.operating import close_all, close_rack
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm, raised
-from pytest_safemanip.expert.robot.hand import FINGERTIP
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.things import Furniture, Part, halves
+from pytest_safemanip.expert.world.things import Furniture, Part
 from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.kinematics import carried
 
