@@ -247,8 +247,7 @@ class _Takes:
         return self._holds[self._index(chosen)[0]], self._way(chosen)[0]
 
     def _reaches(self, points: Array, hands: Array) -> Array:
-        """How far from some holds the base is to stand (N, R), m: nearer if they are high or low."""
-        approach = hands[:, :, 2]
+        """How far from holds the base is to stand (N, R), m: nearer if they are high or low."""
         up = reach_of((points - WRIST * approach - (0.0, 0.0, self._arm.torso)) * (0.0, 0.0, 1.0))
         level = np.sqrt(np.maximum(0.0, np.square(STRETCHES) - up[:, None] ** 2))
         level += WRIST * np.linalg.norm(approach[:, :2], axis=1)[:, None]
