@@ -248,6 +248,7 @@ class _Takes:
 
     def _reaches(self, points: Array, hands: Array) -> Array:
         """How far from holds the base is to stand (N, R), m: nearer if they are high or low."""
+        approach = hands[:, :, 2]
         up = reach_of((points - WRIST * approach - (0.0, 0.0, self._arm.torso)) * (0.0, 0.0, 1.0))
         level = np.sqrt(np.maximum(0.0, np.square(STRETCHES) - up[:, None] ** 2))
         level += WRIST * np.linalg.norm(approach[:, :2], axis=1)[:, None]
