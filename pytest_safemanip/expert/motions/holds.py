@@ -46,7 +46,7 @@ TILTS, SLANTS = (0.0, 20.0, -20.0, 40.0, -40.0), (0.0, 30.0, -30.0)
 one finger to be behind it, degrees."""
 PITCHES, YAWS, ROLLS = (15.0, 35.0, 55.0, 75.0, 88.0), (0.0, 30.0, -30.0, 60.0, -60.0), (0.0, 90.0)
 """Of a hand that pushes, degrees."""
-AGAINST, ALONG, OVER_EDGE, INSIDE = 0.6, 0.15, 0.75, 0.7
+AGAINST, ALONG, OVER_EDGE, INSIDE, OVER = 0.6, 0.15, 0.75, 0.7, 0.4
 """A face is pushed that points against the motion by at least this, by a hand that points along it
 or towards it, or away from it over its edge, or by the inner side of a finger, as cosines."""
 SPACING, FROM_END, OFF_EDGE, ON_EDGE = 0.10, 0.015, 0.03, 0.004
@@ -62,7 +62,7 @@ pinching what is to be closed, of one finger alone, of pushing what is small eno
 CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.002
 """Costs for each m by which the hand would be in something some time, and of that at all, if it is
 more than what boxes around pieces are too large, m."""
-APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.2
+APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.5
 """Of places that are alike only one is looked at, m; costs of each m off the middle of what slides,
 and of a face that is narrower than a finger."""
 KIND, AGAIN = 0.4, 0.1
@@ -145,6 +145,7 @@ def holds(
     """
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
     found = [*_pinched(arm, joint, part, bars, way, slips), *_pushed(arm, joint, part, way)]
+    found = [hold for hold in found if _stays(hold.moved(joint, goal - first, 0.0))]
     found = [found[number] for number in _likeliest(found, MOST)]
     rough = _crowded(arm, joint, found, np.linspace(first, goal, 3), 7)
     found = [found[number] for number in _likeliest(rough, LIKELY)]
@@ -166,6 +167,11 @@ def _likeliest(found: Sequence[Hold], most: int) -> list[int]:
         seen[kind] += 1
     order: list[int] = np.argsort(costs, kind="stable")[:most].tolist()
     return order
+
+
+def _stays(hold: Hold) -> bool:
+    """Whether the finger of an open hand that pushed a face still does where it came to."""
+    return not hold.finger or hold.finger * float(hold.hand[:, 0] @ hold.normal) > ALONG
 
 
 def _crowded(arm: Arm, joint: Joint, found: Sequence[Hold], times: Array, rows: int) -> list[Hold]:
@@ -271,13 +277,15 @@ def _pushed(arm: Arm, joint: Joint, part: Sequence[Piece], way: float) -> Iterat
     an open hand.
     """
     hands = [arm.pointing(*posed) for posed in product(PITCHES, ROLLS, YAWS)]
-    for cost, spot, normal in _spots(joint, part, way, OFF_EDGE):
+    for cost, spot, normal, _ in _spots(joint, part, way, False):
         for hand in hands:
             if hand[:, 2] @ normal < ALONG:
                 full = cost + _twisted(arm, hand)
                 yield Hold(spot + _off(normal, hand), hand, 0.0, full, spot, normal)
-    for cost, spot, normal in _spots(joint, part, way, ON_EDGE):
+    for cost, spot, normal, inward in _spots(joint, part, way, True):
         for hand in hands:
+            if hand[:, 2] @ inward < OVER:
+                continue
             if ALONG < hand[:, 2] @ normal < OVER_EDGE:
                 full = cost + HOOKED + _twisted(arm, hand)
                 yield Hold(spot + _off(normal, hand), hand, 0.0, full, spot, normal)
@@ -288,23 +296,33 @@ def _pushed(arm: Arm, joint: Joint, part: Sequence[Piece], way: float) -> Iterat
 
 
 def _spots(
-    joint: Joint, part: Sequence[Piece], way: float, off: float
-) -> list[tuple[float, Array, Array]]:
-    """Places on faces that point against the motion, so far from their edges, m: the cost of each,
-    the place (3,), and the normal of the face (3,), the cheapest first.
+    joint: Joint, part: Sequence[Piece], way: float, edges: bool
+) -> list[tuple[float, Array, Array, Array]]:
+    """Places on faces that point against the motion, the cheapest first: the cost of each, the
+    place (3,), the normal of the face (3,), and the way inwards from the edge that is near (3,).
+
+    Args:
+        joint: moves the part.
+        part: its pieces.
+        way: 1 to open it, -1 to close it.
+        edges: whether they are at the edges, or off them.
     """
-    found: dict[tuple[int, ...], tuple[float, Array, Array]] = {}
+    found: dict[tuple[int, ...], tuple[float, Array, Array, Array]] = {}
     farthest, ends = _farthest(joint, part), [corners(p.pose, p.half) for p in part]
     middle = (np.min(ends, axis=(0, 1)) + np.max(ends, axis=(0, 1))) / 2.0
     axis = np.asarray(joint.axis)
     for piece in part:
-        for out, sign in product(range(3), (1.0, -1.0)):
+        for out, sign, first in product(range(3), (1.0, -1.0), range(3)):
+            second = 3 - out - first
+            if first == out or (not edges and first > second):
+                continue
             normal = sign * piece.axes[:, out]
-            first, second = (k for k in range(3) if k != out)
-            us, vs = (_places(float(piece.half[k]), off) for k in (first, second))
+            us, vs = (_places(float(piece.half[k]), OFF_EDGE) for k in (first, second))
+            if edges:
+                end = max(0.0, float(piece.half[first]) - ON_EDGE)
+                us = (-end, end)
             for u, v in product(us, vs):
-                if off == ON_EDGE and abs(u) < us[-1] and abs(v) < vs[-1]:
-                    continue
+                inward = -math.copysign(1.0, u) * piece.axes[:, first]
                 spot = piece.centre + piece.half[out] * normal
                 spot = spot + u * piece.axes[:, first] + v * piece.axes[:, second]
                 moved, radius = motion(joint, spot, way)
@@ -315,9 +333,9 @@ def _spots(
                 if math.isinf(radius):
                     cost += OFF_MIDDLE * float(np.linalg.norm(np.cross(axis, spot - middle)))
                 cost += NARROW * float(min(piece.half[first], piece.half[second]) < FINGER_SIDE)
-                cell = tuple(np.round(np.append(spot / APART, normal)).astype(int).tolist())
+                cell = (*np.round(spot / APART), *np.round(normal), *(inward * edges).round())
                 if cell not in found or found[cell][0] > cost:
-                    found[cell] = cost, spot, normal
+                    found[cell] = cost, spot, normal, inward
     return sorted(found.values(), key=lambda item: item[0])[:SPOTS]
 
 

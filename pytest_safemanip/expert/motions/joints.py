@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.motions.holds import Hold, holds, motion
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND
-from pytest_safemanip.expert.robot.kinematics import bodies, solve, strain
+from pytest_safemanip.expert.robot.hand import WRIST
+from pytest_safemanip.expert.robot.kinematics import bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.candidates import OPTIONS, Candidates
 from pytest_safemanip.expert.world.room import Room, heading
@@ -33,8 +34,10 @@ HOLDS = 4
 """How often a part is taken hold of at most."""
 STUCK = 0.02
 """A hold that takes it less far along, share of its travel, is the last one."""
-REACHES, SHIFTS = (0.64, 0.54, 0.74), (0.0, 0.13, -0.13, 0.3, -0.3, 0.45, -0.45)
-"""Base to hand, and how much farther to the left than in line with it the base stands, m."""
+REACHES, STRETCHES = (0.64, 0.54, 0.74), (0.60, 0.54, 0.64)
+"""Base to hand, and from the arm's shoulder to its wrist at most then, m."""
+SHIFTS = (0.0, 0.13, -0.13, 0.3, -0.3, 0.45, -0.45)
+"""How much farther to the left than in line with the hand the base stands, m."""
 LONGEST, STAYS = 0.86, 0.6
 """Base to hand at most, m, and the cost of staying where it is."""
 BEFORE, NEAR = 0.12, 0.03
@@ -45,6 +48,9 @@ ABOVE, BACKS = 0.16, (0.30, 0.65)
 """How far above, and how far back, m."""
 BLOCKED = 2.0
 """Cost of driving straight where something stands."""
+FAR_OFF, DRIVES = 10.0, 2.0
+"""Costs of each m by which the arm is too short for where it has to go to with the part, wherever
+the base stands, and of each m that the base has to drive meanwhile."""
 TIRED = 0.85
 """Share of its range up to which a joint goes easily."""
 MEETS, ROUGHLY = 60.0, 0.01
@@ -144,7 +150,9 @@ def take_hold(
         f"{what} {goal} {slips} of {joint.key}",
         state,
         lambda: _Takes(
-            arm, holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips)
+            arm,
+            found := holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips),
+            [hold.moved(joint, goal - first, float(hold.pinched)) for hold in found],
         ),
     )
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
@@ -171,16 +179,18 @@ class _Takes:
     Args:
         arm: the arm.
         found: the holds, the likeliest first.
+        ends: the same where the part is to be moved to.
     """
 
-    def __init__(self, arm: Arm, found: Sequence[Hold]) -> None:
+    def __init__(self, arm: Arm, found: Sequence[Hold], ends: Sequence[Hold]) -> None:
         self._arm, self._holds = arm, found
         points = np.array([h.point for h in found]).reshape(-1, 3) @ arm.frame
         hands = arm.frame.T @ np.array([h.hand for h in found]).reshape(-1, 3, 3)
         self._intos = np.array([h.into for h in found]).reshape(-1, 3) @ arm.frame
         bearing = np.arctan2(hands[:, 1, 2], hands[:, 0, 2])
         bearing *= np.linalg.norm(hands[:, :2, 2], axis=1) > 0.3
-        far, shift = (a.ravel() for a in np.meshgrid(REACHES, SHIFTS, indexing="ij"))
+        shift = np.tile(SHIFTS, len(REACHES))
+        far = np.repeat(self._reaches(points, hands), len(SHIFTS), axis=1)
         effort = 0.3 * np.repeat(range(len(REACHES)), len(SHIFTS)) + 1.5 * np.abs(shift)
         aside = points[:, 1:2] - far * np.sin(bearing)[:, None] + shift
         nearer = far - np.sqrt(np.maximum(far**2 - shift**2, NEAREST**2))
@@ -195,6 +205,7 @@ class _Takes:
         cost = np.array([h.cost for h in found])[:, None] + np.append(effort, STAYS)
         cost += 2.0 * np.abs(ahead - stand)
         cost[(points[:, :1] - stand > LONGEST) | (stand > front)] = np.inf
+        cost += self._to_follow(stand, aside, ends)
         self._at = np.stack((stand, aside), axis=2)
         routes = np.arange(ROUND[-1] + 1)
         drawn = np.minimum(stand, here[0])[..., None] - np.array(BACKS)
@@ -234,6 +245,26 @@ class _Takes:
         goal = f"the {names[0] if names else 'part'} of {joint.entity}"
         chosen = self._all.free(number, self._arm, self._way, permits, goal)
         return self._holds[self._index(chosen)[0]], self._way(chosen)[0]
+
+    def _reaches(self, points: Array, hands: Array) -> Array:
+        """How far from holds the base is to stand (N, R), m: nearer if they are high or low."""
+        approach = hands[:, :, 2]
+        up = reach_of((points - WRIST * approach - (0.0, 0.0, self._arm.torso)) * (0.0, 0.0, 1.0))
+        level = np.sqrt(np.maximum(0.0, np.square(STRETCHES) - up[:, None] ** 2))
+        level += WRIST * np.linalg.norm(approach[:, :2], axis=1)[:, None]
+        return np.asarray(np.clip(level, NEAREST, REACHES))
+
+    def _to_follow(self, stand: Array, aside: Array, ends: Sequence[Hold]) -> Array:
+        """Costs (N, S) of where the hand goes to with the part, from some places of the base."""
+        arm = self._arm
+        wrists = np.array([h.point - WRIST * h.hand[:, 2] for h in ends]).reshape(-1, 3) @ arm.frame
+        front = self._limits(wrists[:, 1:2])[0][:, 0]
+        ahead, left, up = wrists.T - np.array(((0.0,), (0.0,), (arm.torso,)))
+        least = np.stack((np.maximum(0.0, ahead - front), 0.0 * left, up), axis=1)
+        up = np.broadcast_to(up[:, None], stand.shape)
+        off = np.stack((ahead[:, None] - stand, left[:, None] - aside, up), axis=2)
+        short, drives = (np.maximum(0.0, reach_of(way) - FARTHEST) for way in (least, off))
+        return np.asarray(FAR_OFF * short[:, None] + DRIVES * drives)
 
     def _index(self, number: int) -> tuple[int, int, int]:
         hold, stand, route = np.unravel_index(number, self._shape)
@@ -318,8 +349,9 @@ FRICTION = 0.6
 """Share of the fingers' force by which a hand pulls, for what they pinch not to slip."""
 PATIENCE = 30
 """Control steps in which a part that is pushed with all force has to have moved."""
-NEAREST, FARTHEST, ASIDE = 0.36, 0.80, 0.42
-"""Where before the base, and how far aside of it, the hand may be, m."""
+NEAREST, FARTHEST = 0.36, 0.65
+"""How far the hand may be from the base at least, and the wrist from the arm's shoulder at most, m.
+"""
 WITHIN = 0.03
 """How far inside of that the base brings it, m."""
 STEPS = 500
@@ -328,6 +360,8 @@ OFF = 0.04
 """A hand that is farther from where it holds has lost it, m."""
 BY_HAND = 0.05
 """The last stretch, which the base would not end gently, m."""
+BETWEEN = 4
+"""Control steps between two in which the hand goes on while the base drives."""
 BASE_SPEED = 0.37
 """Of the base at a full command, m/s."""
 SETTLES, RESTS = 40, 0.02
@@ -363,14 +397,16 @@ def follow(
     by_base = by_base and abs(arm.ahead(np.asarray(joint.axis))) > 0.9
     pulls = hold.pinched and not twists
     fastest = TWIST if twists else PULLED if pulls and joint.kind == "hinge" else FASTEST
-    press, last, still, base = LEAST_LEAD, first, 0, False
+    press, last, still = LEAST_LEAD, first, 0
+    eases: Array | None = None
     period = arm.scene.control_period
     for number in range(STEPS):
         now = fixture.openness(joint)
         if there():
             return
         rate, last = (now - last) * way * long / period, now
-        wanted = float(np.clip((goal - now) * way * long / BRAKE, SLOWEST, fastest))
+        most = fastest if by_base or eases is None else fastest / 2.0
+        wanted = float(np.clip((goal - now) * way * long / BRAKE, SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
         most = min(most, FRICTION * _gripping(arm) / STIFFNESS) if pulls else most
         gain = LEAD_GAIN if rate < wanted else YIELD_GAIN
@@ -384,26 +420,36 @@ def follow(
         if still > PATIENCE or (not twists and float(np.linalg.norm(off)) - behind > OFF):
             return
         ahead = hold.moved(joint, now - first + way * (lead - behind) / long, share)
-        base = (by_base and (goal - now) * way * long > BY_HAND) or _stretched(
-            arm, ahead.point, WITHIN if base else 0.0
-        )
-        # The hand turns in between.
-        if base and (by_base or number % 2):
+        eases = _eases(arm, ahead, WITHIN if eases is not None else 0.0)
+        # The hand moves on in between.
+        if by_base and (goal - now) * way * long > BY_HAND:
             driven = _drive(arm, ahead.point - arm.position, wanted)
+        elif eases is not None and number % BETWEEN:
+            driven = _drive(arm, eases, 2.0 * wanted)
         else:
             driven = None
         yield arm.towards(ahead.point, ahead.hand) if driven is None else driven
 
 
-def _stretched(arm: Arm, target: Array, within: float) -> bool:
-    ahead = arm.ahead(target) - arm.ahead(arm.base)
-    aside = abs(arm.aside(target) - arm.aside(arm.base))
-    return not (NEAREST + within < ahead < FARTHEST - within and aside < ASIDE - within)
+def _eases(arm: Arm, hold: Hold, within: float) -> Array | None:
+    """Where the base has to drive for the arm to be neither stretched nor crowded (3,); None if it
+    may stay.
+
+    Args:
+        arm: the arm.
+        hold: where the hand goes.
+        within: how far inside of its limits it is to be, m.
+    """
+    off = hold.point - np.append(arm.base, 0.0)
+    to_wrist = off - WRIST * hold.hand[:, 2]
+    if reach_of(to_wrist - (0.0, 0.0, arm.torso)) > FARTHEST - within:
+        return np.asarray(to_wrist)
+    return np.negative(off) if math.hypot(off[0], off[1]) < NEAREST + within else None
 
 
 def _drive(arm: Arm, way: Array, speed: float) -> Array | None:
-    """The action that drives the base along a way, at a speed, m/s, or back where something stands
-    there; None if it cannot drive.
+    """The action that drives the base along a way as far as it is free, at a speed, m/s, or back
+    from what comes to it; None if it cannot drive.
     """
     ahead, aside = arm.ahead(way), arm.aside(way)
     length = math.hypot(ahead, aside)
@@ -412,8 +458,13 @@ def _drive(arm: Arm, way: Array, speed: float) -> Array | None:
     ahead, aside = ahead / length, aside / length
     here = arm.ahead(arm.base), arm.aside(arm.base)
     ends = sorted((here[1], here[1] + LOOKAHEAD * aside))
-    if nearest(arm, *ends) < here[0] + LOOKAHEAD * max(0.0, ahead):
-        ahead, aside = -1.0, 0.0
+    if nearest(arm, *ends) < here[0]:
+        aside, ends = 0.0, [here[1], here[1]]
+    front = nearest(arm, *ends)
+    if front < here[0]:
+        ahead = -1.0
+    elif front < here[0] + LOOKAHEAD * ahead:
+        ahead = 0.0
     if ahead < 0.0 and rearmost(arm, *ends) > here[0] + LOOKAHEAD * ahead:
         ahead = 0.0
     command = float(np.clip(speed / BASE_SPEED, BASE_DEAD_BAND, 0.6))
@@ -455,7 +506,6 @@ def let_go(arm: Arm, hold: Hold) -> Motion:
     """Open the fingers around a part as far as they were, and draw the hand back from it."""
     if hold.pinched:
         yield from arm.open_to(hold.opening)
-    for away in (hold.clear, hold.clear - LETS_GO * hold.into):
+    for away in (hold.clear, -LETS_GO * hold.into):
         if away.any():
-            to = hold.point + away if hold.clear.any() else arm.position + away
-            yield from arm.move(to, tolerance=0.02, steps=40, required=False)
+            yield from arm.move(arm.position + away, tolerance=0.02, steps=40, required=False)

@@ -49,8 +49,9 @@ FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, -0.004
 m."""
 LOWERED = 0.01
 """How far the hand is lowered into a vessel with what it brings, m."""
-TIGHT, ON_WAY = 0.001, 0.012
-"""Room around the hand and what it holds on the way: at least, and that is as good as more, m."""
+TIGHT, BELOW_EDGE, ON_WAY = 0.001, 0.005, 0.012
+"""Room around the hand and what it holds on the way: at least, out from below an edge, and that is
+as good as more, m."""
 ENOUGH = 0.03
 """Room that is as good as more, m."""
 CLEAR = 0.05
@@ -357,7 +358,8 @@ class Reaching:
         for back, up, near in steps:
             offset = np.array((0.0, 0.0, up)) - back * pose.hand[:, 2]
             offset[:2] -= near * self._arm.forward
-            if not self._straight(pose, offset, loaded) or not (
+            least = BELOW_EDGE if near else TIGHT
+            if not self._straight(pose, offset, loaded, least) or not (
                 loaded or self._ways.brings or _past(pose, offset)
             ):
                 continue
@@ -375,13 +377,13 @@ class Reaching:
                     return best
         return best
 
-    def _straight(self, pose: Pose, offset: Array, loaded: bool) -> bool:
-        """Whether there is room on the straight way to a goal."""
+    def _straight(self, pose: Pose, offset: Array, loaded: bool, least: float) -> bool:
+        """Whether there is so much room on the straight way to a goal, m."""
         length = float(np.linalg.norm(offset))
         far = np.minimum(np.arange(STRIDE, length + STRIDE, STRIDE), length)
         steps = (far / length)[:, None] * (offset @ self._frame)
         points = self._hand_points(pose, loaded) @ self._frame + steps[:, None]
-        if self._room.away(points).min() <= TIGHT:
+        if self._room.away(points).min() <= least:
             return False
         # Between the points at which distances are noted is room for a thin board.
         return bool(self._room.exactly(points.reshape(-1, 3)).min() > TIGHT - ROUGH)

@@ -12,11 +12,10 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.operating import SHUT, close_all, close_rack
+from pytest_safemanip.expert.motions.operating import close_all, close_rack
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed, fold_arm, raised
-from pytest_safemanip.expert.robot.hand import FINGERTIP
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.things import Furniture, Part, halves
+from pytest_safemanip.expert.world.things import Furniture, Part
 from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.kinematics import carried
 
@@ -43,22 +42,6 @@ DOOR_LIFTED = 0.33
 """Openness at which the door is let go, for the wrist to stay before the counter; its hinge holds
 it."""
 
-PUSHED = 0.55
-"""Height at which the door is pushed, share of its own: the hand stays below its handle."""
-IN_FROM = 0.05
-"""From its side to where it is pushed, m: beside its handle."""
-PUSH_PITCH, PUSH_YAW = 50.0, 25.0
-"""Degrees towards the door: nearly along the arm."""
-PUSH_AHEAD = 0.58
-"""How far before the base the hand pushes, m."""
-PUSH_GAP = 0.10
-"""From the grip point to the door before it is touched, m: the palm is over the fingertips."""
-PUSH_LAST = 0.12
-"""Openness at which the arm takes over from the base, which cannot stop as gently."""
-PUSH_LEAD, PUSH_SPEED = 0.15, 0.3
-"""Share of the door's travel by which the hand then aims ahead of it, and its speed, share of the
-top speed: more slowly, the hinge's friction stops it."""
-
 
 def close_by_edge(arm: Arm, fixture_role: str) -> Motion:
     """Push in the upper rack of a dishwasher, lift its door by its side edge, pinched from above,
@@ -73,15 +56,12 @@ def close_by_edge(arm: Arm, fixture_role: str) -> Motion:
         return
     fixture = Furniture(arm, fixture_role)
     joint = fixture.joint(Part.DOOR)
-    yield from rise_and_fold(arm)
-    yield from move_rack(arm, fixture, fixture.upper_rack(), 0.0)
+    yield from close_rack(arm, fixture_role)
     yield from arm.drive(arm.base - RACK_BACK * arm.forward)
     yield from rise_and_fold(arm)
     yield from _lift_edge(arm, fixture, joint)
     yield from rise_and_fold(arm)
-    yield from _push_face(arm, fixture, joint)
-    if fixture.openness(joint) > SHUT:
-        raise SkillFailed(f"{joint.key} stayed {fixture.openness(joint):.1%} open")
+    yield from close_all(arm, fixture_role)
 
 
 def rise_and_fold(arm: Arm) -> Motion:
@@ -142,98 +122,3 @@ def _door_point(joint: Joint, spot: Array, openness: float) -> Array:
     """A point of the shut door, where it is at an openness (3,)."""
     pose = np.append(spot, (1.0, 0.0, 0.0, 0.0))
     return np.asarray(carried(joint, pose, np.array(openness))[:3])
-
-
-def _push_face(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
-    """Push a door that is nearly shut with the fingertips, beside its handle."""
-    anchor, middle, half = (np.asarray(v) for v in (joint.anchor, joint.pose[:3], joint.half))
-    side = math.copysign(1.0, arm.aside(arm.base) - arm.aside(middle))
-    aside = arm.aside(middle) + side * (half[0] - IN_FROM)
-    face = arm.point(arm.ahead(anchor), aside, anchor[2] + PUSHED * 2.0 * half[2])
-    hand = arm.hand(PUSH_PITCH, yaw=-side * PUSH_YAW)
-
-    def pushed(openness: float) -> Array:
-        return _door_point(joint, face, openness) - FINGERTIP * hand[:, 2]
-
-    lean = (face[2] - anchor[2]) * math.tan(fixture.openness(joint) * joint.travel)
-    start = face - arm.onward(lean + PUSH_GAP)
-    yield from arm.grip(True)
-    yield from arm.drive(arm.floor_point(arm.ahead(start) - PUSH_AHEAD, arm.aside(arm.base)))
-    yield from arm.move(start, hand, tolerance=0.03, turn_tolerance=0.2, steps=140)
-    yield from arm.drive(
-        arm.base + (lean + PUSH_GAP) * arm.forward,
-        speed=0.4,
-        until=lambda: fixture.openness(joint) < PUSH_LAST,
-    )
-    yield from arm.move(
-        lambda: pushed(fixture.openness(joint) - PUSH_LEAD),
-        hand,
-        speed=PUSH_SPEED,
-        steps=100,
-        until=lambda: fixture.openness(joint) <= SHUT,
-        required=False,
-    )
-    yield from arm.move(arm.position - 0.15 * hand[:, 2], tolerance=0.03, required=False)
-
-
-RACK_PITCH = 35.0
-RACK_YAW = 35.0
-"""Degrees towards the rack: the hand stays in line with the arm."""
-RACK_REACH = 0.53
-"""Base to where the hand goes down at the rail, m: it reaches 0.57 m above the floor there."""
-RACK_CLEAR = 0.12
-"""How far before the rail the hand goes down, m."""
-RAIL_END = 0.06
-"""From the end of a rail to where it is pushed or pulled, m."""
-BESIDE_DOOR = 0.32
-"""From the side of a rack to the base, m: half the base's width, and the door's edge."""
-RAIL_GAP = 0.03
-"""From the middle of closed fingers to the rail before it is touched, m."""
-RAIL_DEPTH = 0.02
-"""How far below the rail's upper edge the grip point is, m."""
-
-
-def move_rack(arm: Arm, fixture: Furniture, joint: Joint, goal: float) -> Motion:
-    """Pull a rack by its front rail, or push it, with closed fingers, while the base drives.
-
-    Args:
-        arm: the arm.
-        fixture: whose rack it is.
-        joint: the rack.
-        goal: openness to stop at.
-
-    Raises:
-        SkillFailed: if it does not get there.
-    """
-    way = math.copysign(1.0, goal - fixture.openness(joint))
-    middle = fixture.part(joint)[:3]
-    along, across = halves(arm, joint)
-    side = math.copysign(1.0, arm.aside(arm.base) - arm.aside(middle))
-    rail = arm.ahead(middle) - along
-    top = float(middle[2] + joint.half[2]) - RAIL_DEPTH
-    near = arm.aside(middle) + side * (across - RAIL_END)
-    spot_ahead = rail + way * RAIL_GAP
-    spot = arm.point(spot_ahead, near, top)
-    # To push, the palm stands upright in front of the rail; to pull, it must not straddle it.
-    roll = 0.0 if way > 0 else -side * 90.0
-    hand = arm.hand(RACK_PITCH, roll, -side * RACK_YAW)
-    ahead = np.append(arm.forward, 0.0)
-    yield from arm.grip(True)
-    # The open door sticks out in front of the rack: the base stays beside it.
-    beside = arm.aside(middle) + side * (across + BESIDE_DOOR)
-    yield from arm.drive(arm.floor_point(arm.ahead(arm.base), beside))
-    yield from arm.drive(arm.floor_point(spot_ahead - RACK_REACH, beside))
-    # Down in front of the counter's edge, then under it.
-    clear = raised(spot - RACK_CLEAR * ahead, 0.15)
-    yield from arm.move(clear, hand, tolerance=0.03, turn_tolerance=0.2, steps=160)
-    yield from arm.move(raised(spot, 0.08), hand, tolerance=0.025, steps=60)
-    yield from arm.move(spot, hand, tolerance=0.02, speed=0.5, steps=60)
-    yield from arm.drive(
-        arm.base - way * (joint.travel + 0.1) * arm.forward,
-        until=lambda: (fixture.openness(joint) - goal) * way >= -0.02,
-        speed=0.4,
-    )
-    yield from arm.drive(arm.base + way * 0.02 * arm.forward, tolerance=0.01)
-    yield from arm.move(raised(arm.position, 0.12), tolerance=0.03, steps=50, required=False)
-    if abs(fixture.openness(joint) - goal) > 0.05:
-        raise SkillFailed(f"{joint.key} stopped at {fixture.openness(joint):.0%}")

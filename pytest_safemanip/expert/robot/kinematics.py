@@ -202,6 +202,11 @@ def bodies(joints: Array) -> tuple[Array, Array]:
     return middles, np.array([radius for _, _, radius in SPHERES])
 
 
+def reach_of(wrists: Array) -> Array:
+    """Distances (...) of wrists (..., 3) from the shoulder, m."""
+    return np.asarray(np.linalg.norm(wrists - (0.0, 0.0, SHOULDER + CHAIN[0][0][2]), axis=-1))
+
+
 def strain(joints: Array) -> Array:
     """How near the joints are to their limits (K,): 0 in the middle, 1 at one."""
     share: Array = np.abs(2.0 * joints - LOW - HIGH) / (HIGH - LOW)

@@ -46,6 +46,7 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     low, high = _floor(arm)
     here = np.array((arm.ahead(arm.base), arm.aside(arm.base)))
     there = np.array((arm.ahead(goal), arm.aside(goal)))
+    low, high = np.minimum(low, (here, there)).min(axis=0), np.maximum(high, (here, there)).max(0)
     # The grid goes through the start; the goal's cell is the nearest one.
     low = here - np.floor((here - low) / CELL) * CELL
     size = tuple(int(n) for n in np.floor((high - low) / CELL) + 1)
@@ -110,11 +111,7 @@ def _shape(arm: Arm, thing: Thing | None) -> list[tuple[float, float, Array]]:
 
 def _drawn_back(free: NDArray[np.bool_], cell: Cell) -> Cell:
     """The first place behind one that is nearer to something than a robot on its way should be."""
-    column = (
-        free[max(0, cell[0] - DRAWN_BACK) : cell[0] + 1, cell[1]]
-        if (0 <= cell[1] < free.shape[1])
-        else np.zeros(0, bool)
-    )
+    column = free[max(0, cell[0] - DRAWN_BACK) : cell[0] + 1, cell[1]]
     behind = np.flatnonzero(column[::-1])
     return (cell[0] - int(behind[0]), cell[1]) if len(behind) else cell
 
