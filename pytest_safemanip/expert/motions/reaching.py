@@ -72,8 +72,8 @@ WRIST = 0.21
 """From the grip point back to the wrist, m."""
 TIRED = 0.9
 """Share of its range to which a joint goes."""
-CHUNKS, PATIENCE = (12, 48), 240
-"""How many poses are looked at at a time, at first and at most, and in all."""
+CHUNKS, VAIN, PATIENCE = (12, 48), 150, 240
+"""How many poses are looked at at a time, at first and at most, in vain, and in all."""
 PALM_POINTS, FINGER_ENDS = palm_points(), finger_points(0.0)
 TURNS_FAR = 1.8
 """An empty hand that is to be turned by more is first brought before the base, rad: a joint might
@@ -91,8 +91,8 @@ ROUGH = 0.006
 """By how much distances are wrong that are looked up, m."""
 ODD = 0.6
 """What speaks against coming from below an edge."""
-LIKE = 0.02
-"""What speaks against another pose of a family, or at a place."""
+LIKE = 0.01
+"""What speaks against another pose at a place, or that is alike in how the hand is."""
 MOST, UNSUITED = 16, 4
 """Ways that are offered, and of those to poses that do not suit."""
 
@@ -107,7 +107,8 @@ class Pose:
         opening: of the fingers on the way there, share of the full opening.
         cost: what speaks against it, about 1 for what is hardly used.
         load: points (L, 3) of what it takes, or brings, there.
-        family: what is alike in poses that are likely to fail together: how the hand is there.
+        family: what is alike in poses that are likely to fail together: how the hand is there, in
+            several respects.
         place: likewise, where it is.
         kind: what is alike in those that are the same but for the arm.
         over: how far the load is above what it comes to stand on, m.
@@ -267,7 +268,7 @@ class Reaching:
                 kinds |= {pose.kind} if suited and plain else set()
             looked += size
             size = min(2 * size, CHUNKS[1])
-            if not found and looked > CHUNKS[1]:
+            if not found and looked > VAIN:
                 break
         return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
 
@@ -298,8 +299,11 @@ class Reaching:
         }
         seen = collections.Counter[Hashable]()
 
+        def features(pose: Pose) -> list[Hashable]:
+            return [("place", pose.place), *enumerate(pose.family)]
+
         def worse(pose: Pose) -> float:
-            return pose.cost + LIKE * (seen["family", pose.family] + seen["place", pose.place])
+            return pose.cost + LIKE * sum(seen[feature] for feature in features(pose))
 
         firsts = [next(turn) for turn in turns.values()]
         waiting = [(pose.cost, number, pose) for number, pose in enumerate(firsts)]
@@ -312,7 +316,7 @@ class Reaching:
             if (after := next(turns[pose.family, pose.place], None)) is not None:
                 heapq.heappush(waiting, (worse(after), number, after))
             if self._grips(pose):
-                seen.update((("family", pose.family), ("place", pose.place)))
+                seen.update(features(pose))
                 yield pose
 
     def _roughly(self, poses: Sequence[Pose]) -> NDArray[np.bool_]:
