@@ -153,6 +153,7 @@ def take_hold(
             arm,
             found := holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips),
             [hold.moved(joint, goal - first, float(hold.pinched)) for hold in found],
+            _by_base(arm, joint) * (goal - first) * joint.travel * np.asarray(joint.axis),
         ),
     )
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
@@ -180,9 +181,12 @@ class _Takes:
         arm: the arm.
         found: the holds, the likeliest first.
         ends: the same where the part is to be moved to.
+        slides: the way that it takes the base along (3,), m; zeros if it does not.
     """
 
-    def __init__(self, arm: Arm, found: Sequence[Hold], ends: Sequence[Hold]) -> None:
+    def __init__(
+        self, arm: Arm, found: Sequence[Hold], ends: Sequence[Hold], slides: Array
+    ) -> None:
         self._arm, self._holds = arm, found
         points = np.array([h.point for h in found]).reshape(-1, 3) @ arm.frame
         hands = arm.frame.T @ np.array([h.hand for h in found]).reshape(-1, 3, 3)
@@ -227,6 +231,7 @@ class _Takes:
             axis=3,
         )
         self._points, self._hands, self._shape = points, hands, shape
+        self._slides = slides @ arm.frame * (1.0, 1.0, 0.0)
         total = cost[:, :, None] + 0.25 * routes + BLOCKED * blocked
         cells = np.round(self._at / GRID).astype(int).reshape(-1, 2)
         place = np.unique(cells, axis=0, return_inverse=True)[1].reshape(*cost.shape, 1)
@@ -304,6 +309,9 @@ class _Takes:
             tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
             found[~there] = np.inf
             found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
+            if not before and self._slides.any():
+                # The base goes along with what slides far, and the arm keeps its posture.
+                found[there] += MEETS * self._deep(joints[there], stands[there] + self._slides)
         return found
 
     def _deep(self, joints: Array, stands: Array) -> Array:
@@ -360,6 +368,8 @@ OFF = 0.04
 """A hand that is farther from where it holds has lost it, m."""
 BY_HAND = 0.05
 """The last stretch, which the base would not end gently, m."""
+FAR = 0.15
+"""The base goes along with what slides farther, m."""
 BETWEEN = 4
 """Control steps between two in which the hand goes on while the base drives."""
 BASE_SPEED = 0.37
@@ -393,8 +403,7 @@ def follow(
     share = 1.0 if twists else 0.0
     if hold.pinched and not twists:
         share = arm.choices.choose(f"{joint.name} turned along", TURNS)
-    by_base = joint.kind == "slide" and long > 0.15
-    by_base = by_base and abs(arm.ahead(np.asarray(joint.axis))) > 0.9
+    by_base = _by_base(arm, joint)
     pulls = hold.pinched and not twists
     fastest = TWIST if twists else PULLED if pulls and joint.kind == "hinge" else FASTEST
     press, last, still = LEAST_LEAD, first, 0
@@ -429,6 +438,12 @@ def follow(
         else:
             driven = None
         yield arm.towards(ahead.point, ahead.hand) if driven is None else driven
+
+
+def _by_base(arm: Arm, joint: Joint) -> bool:
+    """Whether the base goes along with a part: with one that slides far towards it."""
+    straight = joint.kind == "slide" and abs(arm.ahead(np.asarray(joint.axis))) > 0.9
+    return straight and abs(joint.travel) > FAR
 
 
 def _eases(arm: Arm, hold: Hold, within: float) -> Array | None:
