@@ -91,8 +91,9 @@ ROUGH = 0.006
 """By how much distances are wrong that are looked up, m."""
 ODD = 0.6
 """What speaks against coming from below an edge."""
-LIKE = 0.01
-"""What speaks against another pose at a place, or that is alike in how the hand is."""
+LIKE, FAILED = 0.01, 3
+"""What speaks against another pose that is alike in one respect, and so many times as much if the
+arm does not get to the one it is like."""
 MOST, UNSUITED = 16, 4
 """Ways that are offered, and of those to poses that do not suit."""
 
@@ -257,9 +258,14 @@ class Reaching:
         good, bad = list[Reach](), list[Reach]()
         kinds = set[Hashable]()
         looked, size = 0, CHUNKS[0]
-        turn = self._in_turn(some)
+        seen = collections.Counter[Hashable]()
+        turn = self._in_turn(some, seen)
         while looked < patience and len(kinds) < most:
-            found = self._reaches(list(itertools.islice(turn, size)))
+            next_ones = list(itertools.islice(turn, size))
+            found = self._reaches(next_ones)
+            reached = {id(reaches[0].pose) for _, reaches in found}
+            for pose in next_ones:
+                seen.update(FAILED * _respects(pose) if id(pose) not in reached else ())
             for plain, reaches in found:
                 pose = reaches[0].pose
                 suited = len(kinds) < most and suits(pose)
@@ -288,8 +294,13 @@ class Reaching:
                 left = [pose for pose in left if id(pose) != key]
         return found
 
-    def _in_turn(self, some: Sequence[Pose]) -> Iterator[Pose]:
-        """Poses that the hand has room at, the cheapest first, of all families and places."""
+    def _in_turn(self, some: Sequence[Pose], seen: collections.Counter[Hashable]) -> Iterator[Pose]:
+        """Poses that the hand has room at, the cheapest first, those later that are like others.
+
+        Args:
+            some: the poses.
+            seen: how often one was looked at, by the respects in which poses are alike.
+        """
         alike: dict[Hashable, list[Pose]] = {}
         for pose, free in zip(some, self._roughly(some), strict=True):
             if free:
@@ -297,13 +308,9 @@ class Reaching:
         turns = {
             key: iter(sorted(poses, key=lambda pose: pose.cost)) for key, poses in alike.items()
         }
-        seen = collections.Counter[Hashable]()
-
-        def features(pose: Pose) -> list[Hashable]:
-            return [("place", pose.place), *enumerate(pose.family)]
 
         def worse(pose: Pose) -> float:
-            return pose.cost + LIKE * sum(seen[feature] for feature in features(pose))
+            return pose.cost + LIKE * sum(seen[respect] for respect in _respects(pose))
 
         firsts = [next(turn) for turn in turns.values()]
         waiting = [(pose.cost, number, pose) for number, pose in enumerate(firsts)]
@@ -316,7 +323,7 @@ class Reaching:
             if (after := next(turns[pose.family, pose.place], None)) is not None:
                 heapq.heappush(waiting, (worse(after), number, after))
             if self._grips(pose):
-                seen.update(features(pose))
+                seen.update(_respects(pose))
                 yield pose
 
     def _roughly(self, poses: Sequence[Pose]) -> NDArray[np.bool_]:
@@ -475,6 +482,11 @@ class Reaching:
         if place not in self._limits:
             self._limits[place] = nearest(self._arm, place, place, self._past)
         return self._limits[place]
+
+
+def _respects(pose: Pose) -> list[Hashable]:
+    """In what a pose is like others."""
+    return [("place", pose.place), *enumerate(pose.family)]
 
 
 def _past(pose: Pose, offset: Array) -> bool:
