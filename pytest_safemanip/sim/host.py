@@ -19,8 +19,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.sim import aside, clearance, codec, wire
+from pytest_safemanip.errors import CannotStage, ConfigError
+from pytest_safemanip.sim import aside, clearance, codec, pushing, wire
 from pytest_safemanip.sim.backend import Backend
 
 GRACE = 4.0
@@ -84,6 +84,8 @@ def _answer(backend: Backend, request: wire.Message) -> wire.Message:
             return codec.encode_observation(backend.observe())
         if request.values["op"] == "clearance":
             return _clearance(backend, request)
+        for entity, *force in request.values["pushes"]:
+            _push(backend, entity, force)
         return codec.encode_step(backend.step(np.array(request.arrays["action"])))
     except Exception as error:  # the parent raises it again
         return _failure(error)
@@ -97,11 +99,18 @@ def _clearance(backend: Backend, request: wire.Message) -> wire.Message:
     return wire.Message({"answers": plain}, arrays)
 
 
+def _push(backend: Backend, entity: str, force: list[float]) -> None:
+    if not isinstance(backend, pushing.Pushes):
+        raise ConfigError("this simulator pushes nothing")
+    backend.push(entity, np.array(force))
+
+
 def _failure(error: Exception) -> wire.Message:
     traceback.print_exception(error, file=sys.stderr)
     sys.stderr.flush()
-    kind = "config" if isinstance(error, ConfigError) else "rollout"
-    text = str(error) if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
+    kinds = {ConfigError: "config", CannotStage: "staging"}
+    kind = next((name for own, name in kinds.items() if isinstance(error, own)), "rollout")
+    text = f"{type(error).__name__}: {error}" if kind == "rollout" else str(error)
     return wire.Message({"error": text, "kind": kind})
 
 

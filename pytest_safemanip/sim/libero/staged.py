@@ -36,8 +36,10 @@ def stage(env: Any, layout: Layout, changes: Iterable[Change]) -> None:
         env.sim.forward()
         if isinstance(change, SetOpen):
             _set_open(env, layout, change)
-        else:
+        elif isinstance(change, Put):
             _put(env, layout, change)
+        else:
+            raise ConfigError(f"LIBERO cannot stage {change}")
     env.sim.forward()
 
 

@@ -12,6 +12,7 @@ from pytest_safemanip.sim.robocasa import scenes
 from pytest_safemanip.sim.robocasa.patches import environments
 from pytest_safemanip.sim.robocasa.robot import ROBOT_MODEL
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
+from pytest_safemanip.sim.staging import Add
 
 ARGUMENTS = {
     "robots": ROBOT_MODEL,
@@ -35,14 +36,19 @@ def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None 
     Raises:
         ConfigError: if RoboCasa has no such task.
     """
-    arguments = scenes.arguments(request.scenes, assets_root, request.kitchen)
+    arguments = scenes.arguments(request.scenes, assets_root, request.kitchen, request.style)
     env = unset(request.task, request.seed, **arguments)
     if request.object_groups:
         environments.choose_objects(env, request.object_groups)
+    added = [change.category for change in request.changes if isinstance(change, Add)]
+    if added:
+        environments.add_objects(env, added)
     if edit is not None:
         env.set_xml_processor(edit)
     with environments.quick_settling(env, Controls):
         env.reset()
+    if added:
+        environments.list_added(env)
     return env
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
+from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.sim.mujoco.simulation import Simulation
 from pytest_safemanip.sim.robosuite import environment
@@ -93,7 +94,12 @@ class RobosuiteBackend(Simulation):
             self._probe.sample()
         env.cur_time += env.control_timestep
         env._post_action(action)
+        self._end_pushes()
         return self._probe.read(action, success=bool(env._check_success()))
+
+    @property
+    def _description(self) -> Description:
+        return self._probe.description
 
     def _make_observer(self, env: Any, context: Any) -> Observer:
         return Observer(env, context, self._cameras)
