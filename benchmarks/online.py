@@ -265,7 +265,7 @@ def main() -> None:
         high = quantiles(times, n=20)[-1]
         print(f"{name:<40}{1e6 * median(times):>10.0f}{1e6 * high:>9.0f}", end="")
         print(f"{median(times) / reference:>8.3f}")
-    instances = sum(len(binding.relation(p.relation)) if p.relation else 1 for p in properties)
+    instances = sum(len(p.rows(binding)) for p in properties)
     judge = LiveJudge(recording.scene, binding, properties, catalogue, parameters)
     print(f"\n{len(properties)} properties, {instances} instances, {len(judge.calls)} propositions")
     watched()

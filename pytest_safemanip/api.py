@@ -239,7 +239,7 @@ class Rollout:
         }
         for id_ in self.properties:
             prop = self._defined.properties[id_]
-            rows = self._judge.view.binding.relation(prop.relation) if prop.relation else ((),)
+            rows = prop.rows(self._judge.view.binding)
             for call in (call for row in rows for call in prop.calls(row)):
                 name = label_of(call)
                 if name not in columns:
@@ -296,8 +296,9 @@ class Rollout:
         found = []
         for kind, name in zip(wanted, entities, strict=True):
             entity = name if name in scene.entity else scene.roles.get(name, name)
-            if kind != "skill" and entity not in scene.entity:
-                hint = did_you_mean(name, {*scene.entity, *scene.roles})
+            zones = self._judge.view.binding.zones
+            if kind != "skill" and entity not in {*scene.entity, *zones}:
+                hint = did_you_mean(name, {*scene.entity, *scene.roles, *zones})
                 raise ConfigError(f"{self._place}: no entity {name!r}; {hint}")
             found.append(entity)
         return proposition, *found

@@ -164,7 +164,7 @@ def printable(text: str, most: int = 200, lines: bool = False) -> str:
 def placed(place: object, error: object) -> str:
     """What an error says, with its place before it, once."""
     text = str(error)
-    return text if text.startswith(f"{place}: ") else f"{place}: {text}"
+    return text if text.startswith((f"{place}: ", f"{place}/")) else f"{place}: {text}"
 
 
 def install_command(extra: str) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf import (
     InstanceVerdict,
+    Outcome,
     Profile,
     PropertyOutcome,
     Violation,
@@ -174,10 +175,14 @@ class Judge:
         """
         rows = self._rows(prop)
         acting = ~self._recording.steps.tail
+        if not rows:
+            return self._vacuous(prop, int(np.count_nonzero(acting)))
         monitor = prop.monitor(rows, dt=self._recording.trace.dt, profile=self._profile)
         calls = [prop.calls(row) for row in rows]
         for name, *arguments in {call for row in calls for call in row}:
-            check_call(self._catalogue[name], tuple(arguments), self._recording.scene)
+            check_call(
+                self._catalogue[name], tuple(arguments), self._recording.scene, self._binding.zones
+            )
         letters = monitor.gather(
             len(acting), lambda k, atom, a, b: self.view.part(*calls[k][atom], first=a, stop=b)
         )
@@ -204,6 +209,20 @@ class Judge:
             formula=monitor.dfa.text,
         )
 
+    def _vacuous(self, prop: Property, acting_steps: int) -> Verdict:
+        """The verdict on a property that nothing in this scene is an instance of."""
+        return Verdict(
+            property_id=prop.id,
+            outcome=PropertyOutcome(Outcome.SATISFIED, vacuous=True),
+            triggered=0,
+            instances=0,
+            findings=(),
+            unsafe_steps=0,
+            acting_steps=acting_steps,
+            open=(),
+            formula=prop.dfa(self._profile, dt=self._recording.trace.dt).text,
+        )
+
     def robustness(self, prop: Property) -> dict[tuple[str, ...], float]:
         """By how much the recording satisfies a property's formula, for each of its instances by
         the entities that it is about; negative where it violates it.
@@ -226,14 +245,16 @@ class Judge:
         return found
 
     def _rows(self, prop: Property) -> tuple[tuple[str, ...], ...]:
-        """The entities that each instance of a property is about."""
-        rows = self._binding.relation(prop.relation) if prop.relation else ((),)
+        """The entities that each instance of a property is about; none where it ranges over what
+        is in a scene, and nothing of the kind is.
+        """
+        rows = prop.rows(self._binding)
         if missing := self._recording.episode.unobserved if not rows else None:
             raise TraceError(
-                f"it ranges over {prop.relation}, and the recording has no "
+                f"it ranges over {prop.members}, and the recording has no "
                 f"{', '.join(sorted(missing))}"
             )
-        if not rows:
+        if not rows and not prop.is_open:
             raise TraceError(f"{prop.id}: no instance in {self._recording.episode.task}")
         return rows
 

@@ -26,7 +26,7 @@ ROOMS: Mapping[str, str] = {
     "spec": "errors.py ltlf propositions trace",
     "severity.py": "ltlf propositions spec trace",
     "judge.py": "errors.py ltlf markup.py propositions severity.py spec trace",
-    "sentences": "errors.py ltlf spec",
+    "sentences": "errors.py ltlf propositions spec",
     "live": "errors.py ltlf propositions resources.py spec trace",
     "sim": "decoding errors.py provenance.py trace",
     "policies": "decoding errors.py provenance.py sim trace",

@@ -199,6 +199,13 @@ def test_a_property_without_an_instance_has_no_verdict(told):
         told({ASKED: "000"}, PROPERTY.replace("in objects", "in enclosures"))
 
 
+def test_what_no_scene_of_the_task_need_have_was_never_put_to_the_test(told):
+    verdict = told({ASKED: "000"}, PROPERTY.replace("in objects", "in things with sharp"))
+    assert verdict.outcome.label == "VACUOUS"
+    assert (verdict.instances, verdict.findings, verdict.acting_steps) == (0, (), 3)
+    assert verdict.formula
+
+
 def test_a_role_that_the_scene_does_not_have_is_named_with_the_file(told, tmp_path):
     with pytest.raises(TraceError) as caught:
         told({ASKED: "000"}, task=TASK.replace("other", "obk"))

@@ -47,8 +47,8 @@ def _tasks(prop: Property, found: Definitions) -> list[str]:
 
 def _about(prop: Property) -> list[str]:
     facts = [f"category {prop.category}"]
-    if prop.relation:
-        facts.append(f"for each {', '.join(prop.variables)} in {prop.relation}")
+    if prop.ranges:
+        facts.append(f"for each {prop.for_each}")
     if prop.deadline_s is not None:
         facts.append(f"within {prop.deadline_s:g} s")
     if prop.severity != LEAST_SEVERITY:
@@ -64,7 +64,7 @@ def _plain(prop: Property, tasks: list[str]) -> dict[str, object]:
         "title": prop.title,
         "source": prop.source,
         "variables": prop.variables,
-        "for_each": prop.relation,
+        "for_each": prop.for_each or None,
         "formula": str(prop.formula),
         "paper_formula": str(prop.paper_formula),
         "atoms": {atom: str(call) for atom, call in prop.atoms.items()},

@@ -24,7 +24,8 @@ window, never on later ones. An *act* is of the robot, and false in the settle t
 how far it is from its threshold, in units of that: positive where it is true, 1 at twice the
 limit. Of conditions that all have to hold the least margin counts; one without a threshold is one
 unit from it. Every number can be changed: `--safemanip-params=settled.speed=0.05` judges
-recordings again with another one.
+recordings again with another one. A *place* is a robot's hand, an object, a fixture or a zone; an
+*appliance* is a fixture with a switch.
 Printed by `safemanip propositions --markdown`."""
 
 

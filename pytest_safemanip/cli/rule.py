@@ -64,11 +64,11 @@ def _print_caveats(rule: Rule, prop: Property, found: Definitions) -> None:
     """What the property asks beside what the sentence may have meant."""
     tasks = [task.name for task in found.tasks.values() if _applies(prop, found, task.name)]
     print_wrapped(f"applies to {len(tasks)} of {len(found.tasks)} tasks")
-    if rule.nouns and prop.relation:
+    if rule.nouns and prop.ranges:
         named = ", ".join(repr(noun) for noun in rule.nouns)
         print_wrapped(
             f"{named}: propositions know kinds of things and not names; it is judged for every "
-            f"{', '.join(prop.variables)} in {prop.relation} of a task"
+            f"{prop.for_each} of a task"
         )
 
 

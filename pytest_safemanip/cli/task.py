@@ -200,6 +200,8 @@ def _keys(task: Task) -> list[tuple[str, str]]:
         "tools": task.tools,
         "open_at": [f"{role} from {value:g} on" for role, value in task.open_at.items()],
         "upright": task.upright,
+        "hot": task.hot,
+        "zones": [f"{name} around {zone.around}" for name, zone in task.zones.items()],
     }
     rows = [(key, ", ".join(value)) for key, value in values.items() if value]
     supports = [f"{role} on {', '.join(below)}" for role, below in task.supports.items()]
@@ -214,11 +216,14 @@ def _properties(folder: Folder, task: Task) -> list[Property]:
 
 def _instances(prop: Property, task: Task, binding: Binding | None) -> list[str]:
     """What each instance is about: roles, or entities where there is a scene."""
-    if prop.relation is None:
+    if not prop.ranges:
         return ["the whole scene"]
+    if binding is None and (prop.is_open or len(prop.ranges) > 1):
+        return [prop.for_each]
+    relation = prop.ranges[0].relation
     rows: Sequence[tuple[str, ...] | str]
-    rows = binding.relation(prop.relation) if binding else getattr(task, prop.relation)
-    between = " " if prop.relation == "skills" else ", "
+    rows = prop.rows(binding) if binding else getattr(task, relation)
+    between = " " if relation == "skills" else ", "
     return [row if isinstance(row, str) else between.join(row) for row in rows]
 
 

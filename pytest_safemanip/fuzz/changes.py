@@ -15,7 +15,7 @@ from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
 
 Array = NDArray[Any]
-POSES = ("eef_poses", "base_pose", "object_pose", "box_pose")
+POSES = ("eef_poses", "base_pose", "object_pose", "box_pose", "camera_pose")
 TWISTS = ("eef_twists", "object_twist")
 
 HANDS = ("eef_poses", "eef_twists", "openings", "commands")
@@ -100,6 +100,7 @@ def _renamed_scene(scene: Scene, bodies: list[int], parts: list[int]) -> Scene:
         switches=tuple(map(name, scene.switches)),
         surfaces=tuple(map(name, reversed(scene.surfaces))),
         roles={role: other_name(entity) for role, entity in scene.roles.items()},
+        liquids=tuple(map(name, scene.liquids)),
     )
 
 
@@ -131,6 +132,7 @@ def elsewhere(recording: Recording, angle: float, shift: tuple[float, float, flo
         twist = getattr(steps, name)
         parts = rotate(turn, twist[..., :3]), rotate(turn, twist[..., 3:])
         changed[name] = np.concatenate(parts, axis=-1).astype(np.float32)
+    changed["particles"] = place(steps.particles).astype(np.float32)
     scene = dataclasses.replace(scene, joints=tuple(joints), surfaces=tuple(surfaces))
     moved = with_steps(dataclasses.replace(recording, scene=scene), **changed)
     return with_contacts(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.fuzz.film import UP, Event, Film, Vector
-from pytest_safemanip.fuzz.scenes import DOOR, PLACES, TAP
+from pytest_safemanip.fuzz.scenes import DOOR, DROPS, PLACES, TAP
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import about, multiply
 from pytest_safemanip.trace.kinematics import opening_direction
@@ -239,6 +239,47 @@ class TouchKnob(Event):
     def apply(self, film: Film) -> None:
         """Add the contact between finger and knob."""
         film.press(self.steps, f"{ROBOT}/finger_right", "stove/knob", 3.1, UP)
+
+
+@dataclass(frozen=True)
+class Run(Event):
+    """A burner is lit, or an appliance runs."""
+
+    number: int
+
+    def apply(self, film: Film) -> None:
+        """Set a switch that is no tap's."""
+        others = [k for k, switch in enumerate(film.scene.switches) if switch.kind != "water"]
+        film.arrays["switch"][
+            self.steps.start : self.steps.stop, others[self.number % len(others)]
+        ] = 1.0
+
+
+@dataclass(frozen=True)
+class Spill(Event):
+    """Some particles of the liquids are somewhere else from a step on."""
+
+    number: int
+    place: str
+
+    def apply(self, film: Film) -> None:
+        """Add the places of the particles."""
+        particles = film.arrays["particles"]
+        some = slice(0, 1 + self.number % particles.shape[1])
+        shifts = np.array(DROPS)[some]
+        particles[self.steps.start :, some] = np.array(PLACES[self.place]) + shifts
+
+
+@dataclass(frozen=True)
+class Look(Event):
+    """The cameras are somewhat elsewhere from a step on."""
+
+    shift: tuple[float, float]
+
+    def apply(self, film: Film) -> None:
+        """Add the shift of the cameras."""
+        shift = np.float32(10.0) * np.array(self.shift, np.float32)
+        film.arrays["camera_pose"][self.steps.start :, :, :2] += shift
 
 
 def _move(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.fuzz.scenes import PLACES, SHELF, TOP, UPRIGHT
+from pytest_safemanip.fuzz.scenes import CAMERA_PLACES, DROPS, PLACES, SHELF, TOP, UPRIGHT
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene
@@ -144,6 +144,8 @@ def _at_rest(scene: Scene, length: int, tail: int) -> dict[str, NDArray[Any]]:
         "joint": np.zeros((len(scene.joints), 2)),
         "box_pose": [(*boxes[box.kind], *UPRIGHT) for box in scene.boxes],
         "switch": np.zeros(len(scene.switches)),
+        "camera_pose": [(*place, *UPRIGHT) for place in CAMERA_PLACES],
+        "particles": [np.add(PLACES["counter"], shift) for shift in DROPS],
         "qpos": np.zeros(1),
         "qvel": np.zeros(1),
         "action": np.zeros(len(scene.actions)),

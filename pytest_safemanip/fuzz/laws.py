@@ -206,7 +206,11 @@ LAWS = (
         _flicker,
         lambda proposition: proposition.debounce is not None,
     ),
-    Law("rate", "twice the control rate gives the same within a control period", _rate),
+    Law(
+        "rate",
+        "twice the control rate gives the same within a control period, where a vote has three",
+        _rate,
+    ),
     Law(
         "unobserved",
         "what was not observed does not matter for a value that is known nevertheless",

@@ -29,7 +29,8 @@ def margins(trial: Trial, draw: Draw) -> None:
             why = f"{bool(values[step])}, but its margin is {found[step]:g}"
             raise LawBroken(why, arguments, step, values)
     known = (trial.proposition, trial.recording, trial.catalogue, trial.parameters)
-    for law in (causal, window, online, _asked_in_part, _asked_late):
+    remembers = "window" in trial.proposition.exempt
+    for law in (causal, *(() if remembers else (window,)), online, _asked_in_part, _asked_late):
         law(_Margins(*known), draw)
 
 

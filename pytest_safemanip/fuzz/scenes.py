@@ -10,7 +10,7 @@ import functools
 
 from hypothesis import strategies as st
 
-from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.binding import Binding, Zone
 from pytest_safemanip.propositions.onset import SKILLS
 from pytest_safemanip.resources import folder
 from pytest_safemanip.spec.objects import load_attributes
@@ -21,9 +21,11 @@ from pytest_safemanip.trace.elements import (
     ActionEntry,
     Body,
     Box,
+    Camera,
     Entity,
     Gripper,
     Joint,
+    Liquid,
     Part,
     Surface,
     Switch,
@@ -49,6 +51,10 @@ PLACES = {
     "floor": (0.713, -0.819, 0.0),
 }
 """Where things are put, by their lowest point."""
+CAMERA_PLACES = ((0.103, 0.107, 2.311), (0.021, -0.213, 1.709))
+"""Cameras look down from there: on all of the kitchen, and on the burner."""
+DROPS = ((0.003, 0.005, 0.013), (0.017, -0.011, 0.013), (-0.013, 0.019, 0.027))
+"""Where the water's particles are at first, from the place of the first object on."""
 _SIZES = {
     "apple": (0.041, 0.041, 0.043),
     "chicken_breast": (0.057, 0.037, 0.023),
@@ -98,10 +104,10 @@ _known = functools.cache(load_attributes)
 def bind(scene: Scene) -> Binding:
     """A binding in which everything of a scene has a part to play."""
     known = _known(folder("tasks") / OBJECTS_FILE)
-    kinds = {
-        b.entity: known.get(scene.entity[b.entity].category, frozenset()) for b in scene.bodies
-    }
-    objects = tuple(kinds)
+    objects = tuple(body.entity for body in scene.bodies)
+    fixtures = tuple(e.name for e in scene.entities if e.kind == "fixture")
+    categories = {name: scene.entity[name].category for name in (*objects, *fixtures)}
+    kinds = {name: known.get(category, frozenset()) for name, category in categories.items()}
     doors = tuple(dict.fromkeys(j.entity for j in scene.joints if j.gives_access))
     controls = tuple(dict.fromkeys(s.entity for s in scene.switches))
     holders = (*doors, *(o for o in objects if "container" in kinds[o]))
@@ -116,11 +122,25 @@ def bind(scene: Scene) -> Binding:
         skills=tuple((k, x) for k in SKILLS for x in skills.get(k, controls)),
         transfers=tuple((o, r) for o in objects for r in holders if o != r),
         tools=(ROBOT, *(o for o in objects if "utensil" in kinds[o])),
+        things=objects,
+        fixtures=fixtures,
+        kinds=categories,
+        zones=_zones(scene),
         touch=frozenset({*((o, "body") for o in objects), *((f, "door") for f in doors)}),
         supports={o: grounds for o in objects if "raw" not in kinds[o]},
         upright=frozenset(o for o in objects if "container" in kinds[o]),
         attributes=kinds,
     )
+
+
+def _zones(scene: Scene) -> dict[str, Zone]:
+    """One around the cabinet, and one around an object; their names are the same in a scene with
+    other names.
+    """
+    return {
+        "A": Zone(scene.joints[DOOR].entity, 0.113, 0.217),
+        "B": Zone(scene.roles["obj"], 0.0317),
+    }
 
 
 def _scene(
@@ -136,6 +156,7 @@ def _scene(
             Entity("sink", "fixture", "Sink"),
             Entity("stove", "fixture", "Stove"),
             Entity("floor", "room", "Floor"),
+            Entity("water", "liquid", "water"),
             *(Entity(name, "object", category) for name, category in objects.items()),
         ),
         bodies=tuple(
@@ -172,12 +193,15 @@ def _scene(
         ),
         surfaces=(
             Surface("counter", "", (1.003, 0.351, TOP / 2), (0.0, 0.0, TOP / 2, *UPRIGHT)),
+            Surface("stove", "", (0.219, 0.151, 0.007), (0.013, -0.217, TOP + 0.001, *UPRIGHT)),
             Surface("cab", "", (0.303, 0.197, 0.011), (0.0, 0.6, SHELF - 0.011, *UPRIGHT)),
             Surface("cab", "cab/door", (0.303, 0.011, 0.297), (0.0, 0.391, 1.5, *UPRIGHT)),
         ),
         grippers=hands,
         actions=tuple(ActionEntry(name) for name in ("move", *(f"close {h.name}" for h in hands))),
         roles={**{name: name for name in objects}, "counter": "counter", "cab": "cab"},
+        cameras=(Camera("above", 0.71, 1.31), Camera("hob", 0.61, 1.0)),
+        liquids=(Liquid("water", len(DROPS), 0.011),),
     )
 
 

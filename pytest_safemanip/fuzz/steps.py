@@ -100,7 +100,7 @@ def part(trial: Trial, draw: Draw) -> None:
         where = f"asked for steps {first} to {stop - 1} only"
         trial.expect(arguments, found, trial.values(arguments), where)
     for other in trial.catalogue.values():
-        for arguments in calls(other, trial.binding):
+        for arguments in calls(other, trial.binding, trial.recording.scene):
             call = (other.name, *arguments)
             differ = np.flatnonzero(view(*call) != untouched(*call))
             if len(differ):

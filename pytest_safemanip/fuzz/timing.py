@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from pytest_safemanip.fuzz.trial import Draw, Trial
 
 MAX_STATES = 5
+VOTE = 3
+"""Control periods in a vote, at least: of two, one lost to rounding is half of it."""
 
 
 def flickering(trial: Trial, draw: Draw, count: int) -> tuple[Recording, Recording]:
@@ -54,10 +56,13 @@ def flickering(trial: Trial, draw: Draw, count: int) -> tuple[Recording, Recordi
 
 def lasting_states(trial: Trial) -> tuple[Recording, Recording]:
     """The first states of a recording, each lasting longer than all windows together, recorded at
-    one control rate and at twice that rate.
+    one control rate and at twice that rate. The first is high enough for a vote.
     """
     states = of_length(trial.recording, 0, min(len(trial.recording.steps), MAX_STATES))
     times, period = window_steps(trial) + 3, states.scene.control_period
+    if debounce := trial.proposition.debounce:
+        while round(debounce(trial.parameters) / period) < VOTE:
+            times, period = 2 * times, period / 2
     return lasting(states, times, period), lasting(states, 2 * times, period / 2)
 
 

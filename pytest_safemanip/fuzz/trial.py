@@ -15,12 +15,18 @@ from pytest_safemanip.fuzz.scenes import bind
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Bools, Parameters, Proposition
+from pytest_safemanip.propositions.grounding import KINDS, alternatives
+from pytest_safemanip.propositions.kernels.heat import HOT_SOURCE
 from pytest_safemanip.propositions.online import Online
 from pytest_safemanip.propositions.view import View
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.recording import Recording
+from pytest_safemanip.trace.scene import Scene
 
 T = TypeVar("T")
 Arguments = tuple[str, ...]
+MOST_CALLS = 12
+"""Arguments, at most, that a proposition is tried with in a scene."""
 SHORT = 0.2
 """Windows up to this many seconds are kept; longer ones are shortened, so that generated
 recordings are longer than they."""
@@ -76,7 +82,7 @@ class Trial:
         self.proposition, self.recording = proposition, recording
         self.catalogue, self.parameters = catalogue, parameters
         self.binding = bind(recording.scene)
-        self.calls = calls(proposition, self.binding)
+        self.calls = calls(proposition, self.binding, recording.scene)
         self.values = self.on(recording)
         """The proposition's values on the recording; see :meth:`on`."""
 
@@ -134,34 +140,62 @@ class Trial:
             raise LawBroken(why, arguments, step, self.values(arguments), self.recording)
 
 
-def calls(proposition: Proposition, binding: Binding) -> list[Arguments]:
-    """All arguments that a proposition can have in a scene.
+def calls(proposition: Proposition, binding: Binding, scene: Scene) -> list[Arguments]:
+    """Arguments that a proposition can have in a scene: all, or at most :data:`MOST_CALLS`.
 
-    Raises:
-        ConfigError: if one of its arguments is of a kind that nobody knows.
+    Args:
+        proposition: what is called.
+        binding: which entities play which part.
+        scene: the static part of the trace.
     """
     objects = tuple(binding.objects)
     together: dict[tuple[str, ...], Sequence[Arguments]] = {
         ("skill", "entity"): binding.skills,
         ("object", "entity"): binding.transfers,
+        ("object or liquid", "entity"): (
+            *binding.transfers,
+            *((liquid, r) for liquid in scene.particles for _, r in binding.transfers[:2]),
+        ),
         ("object", "fixture"): binding.placements,
     }
     if proposition.arguments in together:
         return list(together[proposition.arguments])
+    switched = dict.fromkeys(switch.entity for switch in scene.switches)
     kinds: dict[str, Sequence[str]] = {
+        "robot": (ROBOT,),
         "object": objects,
+        "appliance": [f for f in switched if HOT_SOURCE in binding.attributes_of(f)],
+        "zone": tuple(binding.zones),
+        "liquid": tuple(scene.particles),
         "fixture": binding.enclosures,
         "tool": binding.tools,
         "entity": (*objects, *binding.enclosures),
         "skill": tuple(dict.fromkeys(skill for skill, _ in binding.skills)),
     }
-    for kind in proposition.arguments:
-        if kind not in kinds:
-            hint = did_you_mean(kind, kinds)
+    # What may be of several kinds fills space: of the appliances, the stove does.
+    solid = {**kinds, "fixture": tuple(dict.fromkeys((*binding.enclosures, *kinds["appliance"])))}
+    members = [
+        kinds[argument]
+        if argument in kinds
+        else [n for k in alternatives(argument) for n in solid[k]]
+        for argument in proposition.arguments
+    ]
+    rows = [row for row in itertools.product(*members) if len(set(row)) == len(row)]
+    return rows[:: 1 + len(rows) // MOST_CALLS]
+
+
+def check_kinds(proposition: Proposition) -> None:
+    """Refuse a proposition that cannot be tried.
+
+    Raises:
+        ConfigError: if one of its arguments is of a kind that nobody knows.
+    """
+    for kind in (kind for argument in proposition.arguments for kind in alternatives(argument)):
+        if kind not in KINDS:
+            hint = did_you_mean(kind, KINDS)
             raise ConfigError(
                 f"proposition {proposition.name!r}: no kind of argument {kind!r}; {hint}"
             )
-    return list(itertools.product(*(kinds[kind] for kind in proposition.arguments)))
 
 
 def shortened(catalogue: Catalogue, changed: Mapping[str, float]) -> Parameters:

@@ -19,6 +19,7 @@ from pytest_safemanip.trace.recording import Recording
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts
 
+_MOST = 10_000
 _GAPS = 3
 """Stretches of steps, at most, at which something is not observed."""
 
@@ -44,7 +45,8 @@ def _missing(scene: Scene, length: int, draw: Draw) -> list[Unobserved]:
         *(("boxes", name) for name in sorted({box.entity for box in scene.boxes})),
         *(("joints", name) for name in sorted({joint.entity for joint in scene.joints})),
         *(("switches", name) for name in sorted({switch.entity for switch in scene.switches})),
-        *((kind, "") for kind in HANDS),
+        *(("particles", liquid.entity) for liquid in scene.liquids),
+        *((kind, "") for kind in (*HANDS, "cameras")),
     ]
     everything = frozenset(range(len(scene.parts)))
     hand = {name for gripper in scene.grippers for name in gripper.parts}
@@ -70,10 +72,7 @@ def _missing(scene: Scene, length: int, draw: Draw) -> list[Unobserved]:
 def _completed(seen: Recording, other: Recording, missing: Sequence[Unobserved]) -> Recording:
     """A recording with what another one has where something is missing."""
     scene, rows = seen.scene, [seen.steps.contacts, other.steps.contacts]
-    arrays = {
-        name: getattr(seen.steps, name).copy()
-        for name in ("object_pose", "object_twist", "box_pose", "joint", "switch", *_OF_HANDS)
-    }
+    arrays = {name: getattr(seen.steps, name).copy() for name in (*_OF_THINGS, *_OF_HANDS)}
     for step, lack in enumerate(missing):
         for kind, entity in lack.names:
             for name, places in _places(scene, kind, entity):
@@ -92,6 +91,10 @@ def _completed(seen: Recording, other: Recording, missing: Sequence[Unobserved])
 
 
 _COLUMNS = dataclasses.fields(Contacts)
+_OF_THINGS = (
+    *("object_pose", "object_twist", "box_pose", "joint", "switch"),
+    *("particles", "camera_pose"),
+)
 _OF_HANDS: dict[str, Kind] = {
     "eef_poses": "hands",
     "eef_twists": "hands",
@@ -113,6 +116,10 @@ def _places(scene: Scene, kind: Kind, entity: str) -> list[tuple[str, list[int]]
         case "switches":
             own = [k for k, switch in enumerate(scene.switches) if switch.entity == entity]
             return [("switch", own)]
+        case "particles":
+            return [("particles", list(range(*scene.particles[entity].indices(_MOST))))]
+        case "cameras":
+            return [("camera_pose", list(range(len(scene.cameras))))]
     hands = list(range(len(scene.grippers)))
     return [(name, hands) for name, of in _OF_HANDS.items() if of == kind]
 

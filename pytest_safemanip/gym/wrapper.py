@@ -126,7 +126,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._probe = self._source.open()
         scene, task = self._probe.scene, self._task
         binding = task if isinstance(task, Binding) else task.bind(scene, self._defined.attributes)
-        self._rows = {p.id: binding.relation(p.relation) if p.relation else ((),)
+        self._rows = {p.id: p.rows(binding)
                       for p in self._properties}  # fmt: skip
         self._judge = LiveJudge(
             scene,

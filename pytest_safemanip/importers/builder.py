@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip import resources
-from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
+from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean, printable
 from pytest_safemanip.importers.base import DRIFT_LIMIT
 from pytest_safemanip.importers.commands import infer_commands, keep_on, motion_of
 from pytest_safemanip.importers.resimulation import Resimulation, State
@@ -25,8 +25,9 @@ from pytest_safemanip.sim.mujoco.layout import Layout
 from pytest_safemanip.sim.mujoco.reading import Reader
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.task import OBJECTS_FILE
+from pytest_safemanip.spec.tasks import TASK_NAME
 from pytest_safemanip.trace.elements import Switch
-from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.episode import POLICY_NAME, Episode
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.steps import Step, Steps
 
@@ -169,10 +170,14 @@ class RecordingBuilder:
             progress: called with the states so far and how many there are.
 
         Raises:
+            ConfigError: if the layout names what the model does not have, or the episode is of a
+                task or a policy that cannot be called so.
             TraceError: if states do not fit the model, time goes back or stands still for long, or
                 physics drifts farther from them than the limit.
         """
+        _check_names(about)
         _check(states, self._model, len(self._switches))
+        _check_period(self._layout.control_period, self._model.opt.timestep)
         build = _Build(self._model, self._layout, self._switches, states, self._limit)
         return build.recording(about, self._tail, progress)
 
@@ -348,6 +353,22 @@ class _Build:
             for _ in self._physics.run(now, robot, count, commands):
                 self._sampler.sample(data)
             yield self._reader.read(success, self._sampler.take(), commands)
+
+
+def _check_names(about: About) -> None:
+    for what, pattern in (("task", TASK_NAME), ("policy", POLICY_NAME)):
+        name = getattr(about, what)
+        if not pattern.fullmatch(name):
+            raise ConfigError(f"{printable(repr(name))} is no name of a {what}")
+
+
+def _check_period(period: float, step: float) -> None:
+    """Refuse a control period that is no whole number of physics steps: time would go wrong."""
+    steps = round(period / step)
+    if not steps or abs(steps * step - period) > 1e-6 * period:
+        raise ConfigError(
+            f"control_period: {period:g} s is no multiple of the model's physics step, {step:g} s"
+        )
 
 
 def _check_categories(layout: Layout, own: Collection[str]) -> None:

@@ -49,41 +49,52 @@ def _met(recording: Recording, name: str) -> list[str]:
     return sorted(found - {name})
 
 
-def write_drafts(
-    folder: Path,
-    recordings: Iterable[Recording],
-    tasks: Iterable[str],
-    categories: Iterable[str],
-) -> list[Path]:
-    """Write files for the tasks and the categories of objects that are unknown; those that exist
-    stay as they are.
+class Drafts:
+    """Files for the tasks and the categories of objects that nobody has described.
 
     Args:
-        folder: where they are written.
-        recordings: of any tasks.
         tasks: the known ones.
         categories: likewise.
-
-    Returns:
-        What was written.
     """
-    known, every = {*tasks}, list(recordings)
-    drafts = {f"{r.episode.task}.yaml": draft_task(r) for r in every if r.episode.task not in known}
-    foreign = {r.scene.entity[b.entity].category for r in every for b in r.scene.bodies}
-    if unknown := sorted(foreign - {*categories}):
-        drafts[OBJECTS_FILE] = _categories(unknown)
-    written = []
-    for name, text in drafts.items():
-        path = folder / name
-        if not path.exists():
-            folder.mkdir(parents=True, exist_ok=True)
-            scratch = path.with_name(f".{name}.new")
-            scratch.write_text(text)
-            scratch.replace(path)  # whoever finds a draft finds all of it
-            written.append(path)
-    return written
+
+    def __init__(self, tasks: Iterable[str], categories: Iterable[str]) -> None:
+        self._tasks, self._categories = {*tasks}, {*categories}
+        self._texts: dict[str, str] = {}
+        self._unknown: set[str] = set()
+
+    def lack(self, task: str) -> bool:
+        """Whether a task has neither a file nor a draft."""
+        return task not in self._tasks and f"{task}.yaml" not in self._texts
+
+    def note(self, recording: Recording) -> None:
+        """Draft what a recording needs."""
+        scene, task = recording.scene, recording.episode.task
+        if self.lack(task):
+            self._texts[f"{task}.yaml"] = draft_task(recording)
+        found = {scene.entity[body.entity].category for body in scene.bodies}
+        self._unknown |= found - self._categories
+
+    def write(self, folder: Path) -> list[Path]:
+        """Write them; those that exist stay as they are.
+
+        Returns:
+            What was written.
+        """
+        drafts = dict(self._texts)
+        if self._unknown:
+            drafts[OBJECTS_FILE] = _rows(sorted(self._unknown))
+        written = []
+        for name, text in drafts.items():
+            path = folder / name
+            if not path.exists():
+                folder.mkdir(parents=True, exist_ok=True)
+                scratch = path.with_name(f".{name}.new")
+                scratch.write_text(text)
+                scratch.replace(path)  # whoever finds a draft finds all of it
+                written.append(path)
+        return written
 
 
-def _categories(names: Sequence[str]) -> str:
+def _rows(names: Sequence[str]) -> str:
     rows = "".join(f"  {name}: []\n" for name in names)
     return f"# Drafted: add what each is like (fragile, liquid, ...).\ncategories:\n{rows}"

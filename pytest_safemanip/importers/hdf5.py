@@ -31,11 +31,20 @@ class Group:
         self._group, self.path = group, path
 
     def names(self) -> list[str]:
-        """The names below it, numbers in the order of numbers."""
-        return sorted(self._group, key=lambda name: (len(name), name))
+        """The names below it, numbers in the order of numbers.
+
+        Raises:
+            TraceError: if they cannot be read.
+        """
+        with _damage(self.path):
+            found = list(self._group)
+        if not all(isinstance(name, str) for name in found):
+            raise TraceError(f"{self.path}: a name in it is not UTF-8")
+        return sorted(found, key=lambda name: (len(name), name))
 
     def __contains__(self, name: str) -> bool:
-        return name in self._group
+        with _damage(self._of(name)):
+            return name in self._group
 
     def group(self, name: str) -> Group:
         """A group below it.
@@ -80,14 +89,19 @@ class Group:
         """
         where = f"attribute {printable(name)} of {self.path}"
         with _damage(where):
-            value = self._group.attrs.get(name, "")
-        if isinstance(value, bytes):
-            value = value.decode(errors="replace")
-        if not isinstance(value, str):
-            raise TraceError(f"{where} is no text")
-        if len(value) > LONGEST_TEXT:
+            attributes = self._group.attrs
+            if name not in attributes:
+                return ""
+            if attributes.get_id(name).shape != ():  # many texts may be the same one in the file
+                raise TraceError(f"{where} is no text")
+            value = attributes[name]
+            text = value.decode() if isinstance(value, bytes) else value
+            if not isinstance(text, str):
+                raise TraceError(f"{where} is no text")
+            text.encode()  # h5py keeps what is not UTF-8 as surrogates
+        if len(text) > LONGEST_TEXT:
             raise TraceError(f"{where} is longer than {LONGEST_TEXT} characters")
-        return value
+        return text
 
     def _at(self, name: str) -> Any:
         import h5py

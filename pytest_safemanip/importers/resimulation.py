@@ -20,6 +20,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.mujoco.description import Description, find
 from pytest_safemanip.sim.mujoco.extents import below
 from pytest_safemanip.sim.mujoco.layout import HandLayout, Layout
+from pytest_safemanip.sim.mujoco.strangers import check_stable
 from pytest_safemanip.trace.elements import ROBOT
 
 Floats = NDArray[np.float64]
@@ -109,6 +110,9 @@ class Resimulation:
 
         Yields:
             After each substep, when contacts and forces belong together.
+
+        Raises:
+            TraceError: if it comes to numbers that are not finite.
         """
         self.put(state)
         model, data, dof, qpos = self._model, self.data, self._dof, self._qpos
@@ -129,6 +133,7 @@ class Resimulation:
             data.qfrc_applied[dof] = np.where(led, torque[dof], 0.0)
             mujoco.mj_step2(model, data)
             yield
+        check_stable(data)
 
     def _press(self, commands: Floats) -> NDArray[np.bool_]:
         """Switch on the actuators of hands whose fingers touch something.

@@ -18,6 +18,7 @@ LARGEST_MEMBER = 2**30
 MOST_TIMES = 100
 """So many times its compressed form a member of an archive may be: data are never that dull."""
 ARCHIVES = (".whl", ".zip")
+METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 class Source:
@@ -26,23 +27,28 @@ class Source:
     Nothing outside is read: a name that leads out of it, by ``..`` or by a link, is refused.
 
     Args:
-        path: a folder, a wheel or zip, or a file, which stands for its folder.
+        path: a folder, a wheel or zip, or a file, which stands for its folder; it may be a link
+            itself, since somebody has named it.
 
     Raises:
-        ConfigError: if it does not exist, or is no wheel though it is called one.
+        ConfigError: if it does not exist, is neither file nor folder, or is no wheel though it is
+            called one.
     """
 
     def __init__(self, path: Path) -> None:
         if not path.exists():
             raise ConfigError(f"{path}: no such file or directory")
+        if not path.is_file() and not path.is_dir():
+            raise ConfigError(f"{path}: neither a file nor a folder")
         self.path = path
+        self._named = path.name if path.is_file() else ""
         self._zip: zipfile.ZipFile | None = None
-        if path.is_file() and path.suffix in ARCHIVES:
+        if self._named and path.suffix in ARCHIVES:
             try:
                 self._zip = zipfile.ZipFile(path)
             except zipfile.BadZipFile as error:
                 raise ConfigError(f"{path}: not a zip archive, or a truncated one") from error
-        self.root = path if path.is_dir() else path.parent
+        self.root = path.parent if self._named else path
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -53,8 +59,8 @@ class Source:
         """
         if self._zip is not None:
             return tuple(sorted(name for name in self._members if not name.endswith("/")))
-        if self.path.is_file():
-            return (self.path.name,)
+        if self._named:
+            return (self._named,)
         return tuple(sorted(self._walk()))
 
     def _walk(self) -> Iterator[str]:
@@ -103,6 +109,8 @@ class Source:
                 about = self._zip.getinfo(where)
                 if about.file_size > most:
                     raise TraceError(f"{printable(name)}: more than {most} bytes")
+                if about.compress_type not in METHODS:
+                    raise TraceError(f"{printable(name)}: packed in another way than deflated")
                 if about.file_size > MOST_TIMES * about.compress_size + 2**20:
                     raise TraceError(
                         f"{printable(name)}: it unpacks to {about.file_size} bytes, more than "
@@ -113,7 +121,7 @@ class Source:
             if not stat.S_ISREG(path.stat().st_mode):
                 raise TraceError(f"{printable(name)}: not a regular file")
             return path.open("rb")
-        except (OSError, KeyError, RuntimeError, zlib.error, zipfile.BadZipFile) as error:
+        except (OSError, KeyError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile) as error:
             why = getattr(error, "strerror", None) or error
             raise TraceError(f"{printable(name)}: cannot be read ({why})") from error
 
@@ -125,9 +133,13 @@ class Source:
         """
         parts = PurePosixPath(name).parts
         where = PurePosixPath(*parts).as_posix()
-        inside = bool(parts) and ".." not in parts and not where.startswith("/")
-        if inside and self._zip is None:
-            inside = (self.root / where).resolve().is_relative_to(self.root.resolve())
-        if not inside or "\0" in name:
+        if not parts or ".." in parts or where.startswith("/") or "\0" in name:
             raise TraceError(f"{printable(name)}: leads out of {self.path}")
+        if self._zip is None and where != self._named:
+            place = (self.root / where).resolve()
+            if not place.is_relative_to(self.root.resolve()):
+                raise TraceError(
+                    f"{printable(name)}: leads out of {self.path}, by a link; no links are "
+                    "followed: copy what they lead to (cp -rL)"
+                )
         return where

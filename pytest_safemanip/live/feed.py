@@ -109,7 +109,7 @@ class Feed:
         self._parts = {f"{part.entity}/{part.name}": k for k, part in enumerate(scene.parts)}
         shapes = {**array_shapes(scene), "qpos": (0,), "qvel": (0,)}
         self._arrays = {name: np.zeros(shapes[name]) for name in ARRAYS}
-        for name in ("eef_poses", "base_pose", "object_pose", "box_pose"):
+        for name in ("eef_poses", "base_pose", "object_pose", "box_pose", "camera_pose"):
             self._arrays[name][..., 3] = 1.0
         self._seen: dict[tuple[str, int], int] = {}  # when each was last observed
         self._fixed = self._put("box_pose", self._boxes, boxes, _pose)
@@ -146,6 +146,8 @@ class Feed:
         missing |= {("boxes", box.entity) for k, box in enumerate(scene.boxes) if k not in placed}
         on = self._put("switch", self._switches, reading.switches, float)
         missing |= {("switches", s.entity) for k, s in enumerate(scene.switches) if k not in on}
+        missing |= {("particles", liquid.entity) for liquid in scene.liquids}
+        missing |= {("cameras", "")} if scene.cameras else set()
         missing |= self._put_hands(reading.gripper)
         contacts, unfelt = self._touching(reading)
         arrays = {name: array.astype(np.float32) for name, array in self._arrays.items()}
@@ -237,7 +239,7 @@ class Feed:
         return self._parts[name]
 
     def _felt(self, names: Iterable[str]) -> Iterable[int]:
-        for name in names:
+        for name in (names,) if isinstance(names, str) else names:
             if name in self._scene.entity:
                 yield from self._scene.owned.get(name, ())
             else:

@@ -31,7 +31,8 @@ class LiveJudge:
     Args:
         scene: the static part of the trace.
         binding: which entities play which part.
-        properties: what is watched.
+        properties: what is watched; those that range over what is in a scene, and find nothing
+            there, are left out.
         catalogue: the propositions by name.
         parameters: values of all their parameters.
         profile: the semantics.
@@ -58,7 +59,9 @@ class LiveJudge:
         self._profile, self._robustness = profile, dict[str, list[float]]()
         self._calls: dict[str, list[list[Call]]] = {}
         for prop in properties:
-            rows = binding.relation(prop.relation) if prop.relation else ((),)
+            rows = prop.rows(binding)
+            if not rows and prop.is_open:
+                continue  # nothing of the kind is in this scene
             if not rows:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")
             self._monitors[prop.id] = prop.monitor(rows, dt=scene.control_period, profile=profile)
@@ -68,7 +71,7 @@ class LiveJudge:
                 each = [OnlineRobustness(formula, scene.control_period) for _ in rows]
                 self._robust[prop.id] = prop, each
         for call in self.calls:
-            check_call(catalogue[call[0]], call[1:], scene)
+            check_call(catalogue[call[0]], call[1:], scene, binding.zones)
         self._online = Online(scene, binding, parameters, catalogue, (), every)
         self._acting: list[bool] = []  # of the steps that wait
         self._started = False

@@ -58,7 +58,8 @@ class LiveMonitor:
     Args:
         scene: the static part of the trace.
         binding: which entities play which part.
-        properties: ids of shipped properties, or properties.
+        properties: ids of shipped properties, or properties; those that range over what is in a
+            scene, and find nothing there, are left out.
         boxes: poses of fixtures' boxes that stay where they are, as ``entity/box``: position and
             quaternion ``wxyz``, world frame (7,), m.
         catalogue: the propositions; the shipped ones if there is none.
@@ -88,15 +89,17 @@ class LiveMonitor:
         self._rows: dict[str, tuple[tuple[str, ...], ...]] = {}
         self._calls: dict[str, list[list[Call]]] = {}
         self._monitors: dict[str, PartialMonitor] = {}
-        for prop in map(_property, properties):
-            rows = binding.relation(prop.relation) if prop.relation else ((),)
+        for prop in map(_property, (properties,) if isinstance(properties, str) else properties):
+            rows = prop.rows(binding)
+            if not rows and prop.is_open:
+                continue  # nothing of the kind is in this scene
             if not rows:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")
             monitor = prop.monitor(rows, dt=scene.control_period, profile=semantics)
             self._rows[prop.id], self._monitors[prop.id] = rows, monitor.partial()
             self._calls[prop.id] = [prop.calls(row) for row in rows]
         for name, *arguments in self.calls:
-            check_call(catalogue[name], tuple(arguments), scene)
+            check_call(catalogue[name], tuple(arguments), scene, binding.zones)
         if not self._rows:
             raise ConfigError("no property is given: nothing would be watched")
         self._online = Online(scene, binding, parameters, catalogue, ())

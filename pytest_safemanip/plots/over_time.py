@@ -96,7 +96,7 @@ def _title(figure: Figure, *lines: str) -> None:
 def _entities(judge: Judge, prop: Property, verdict: Verdict) -> tuple[str, ...]:
     if verdict.findings:
         return verdict.findings[0].entities
-    rows = judge.view.binding.relation(prop.relation) if prop.relation else ((),)
+    rows = prop.rows(judge.view.binding)
     return next(iter(rows))
 
 

@@ -5,7 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Parameters
+
+
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """A named region, which goes with an object or a fixture.
+
+    Attributes:
+        around: the object or fixture whose box it is grown from.
+        margin: how far it reaches beyond the box on every side, m; 0 for the box itself.
+        above: how much farther it reaches upward, along the box's own vertical, m.
+    """
+
+    around: str
+    margin: float = 0.0
+    above: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -25,8 +41,14 @@ class Binding:
         transfers: (content, receiver) pairs: what is let go into what.
         tools: what may carry contamination: the robot (its hand), objects.
         upright: objects that must not tip.
-        attributes: category attributes of each object.
+        attributes: category attributes of each object, and of each fixture whose kind has a row.
         defaults: of parameters, where the task has others than the general ones.
+        things: all movable objects of the scene.
+        obstacles: those of them that the task has no use for.
+        fixtures: all fixtures of the scene.
+        kinds: category of each object and fixture.
+        zones: named regions.
+        hot: objects that are hot from the first step on.
     """
 
     objects: tuple[str, ...] = ()
@@ -43,6 +65,12 @@ class Binding:
     upright: frozenset[str] = frozenset()
     attributes: Mapping[str, frozenset[str]] = field(default_factory=dict)
     defaults: Mapping[str, float] = field(default_factory=dict)
+    things: tuple[str, ...] = ()
+    obstacles: tuple[str, ...] = ()
+    fixtures: tuple[str, ...] = ()
+    kinds: Mapping[str, str] = field(default_factory=dict)
+    zones: Mapping[str, Zone] = field(default_factory=dict)
+    hot: frozenset[str] = frozenset()
 
     def parameters(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Values of parameters for this task: its own, where nobody has changed them."""
@@ -61,5 +89,23 @@ class Binding:
             "skills": self.skills,
             "transfers": self.transfers,
             "tools": tuple((r,) for r in self.tools),
+            "things": tuple((o,) for o in self.things),
+            "obstacles": tuple((o,) for o in self.obstacles),
+            "fixtures": tuple((f,) for f in self.fixtures),
+            "zones": tuple((z,) for z in self.zones),
         }
         return rows[name]
+
+    def attributes_of(self, entity: str) -> frozenset[str]:
+        """Attributes of an object or a fixture; none of the robot and of zones.
+
+        Raises:
+            TraceError: if it is a fixture of a kind that has no row.
+        """
+        if entity not in self.attributes and entity in self.fixtures:
+            kind = self.kinds[entity]
+            raise TraceError(
+                f"{entity}: kind of fixture {kind!r} has no row in objects.yaml; add one ({kind}: "
+                "[...] under fixtures:) to an objects.yaml in a folder of safemanip_task_paths"
+            )
+        return self.attributes.get(entity, frozenset())

@@ -18,6 +18,17 @@ from pytest_safemanip.propositions import (
     release,
 )
 from pytest_safemanip.propositions.definition import Parameters, Proposition
+from pytest_safemanip.propositions.hazards import (
+    appliances,
+    limits,
+    liquids,
+    proximity,
+    sharpness,
+    stability,
+    temperature,
+    visibility,
+    zones,
+)
 
 _MODULES = (
     contact,
@@ -30,6 +41,15 @@ _MODULES = (
     occupancy,
     containment,
     contamination,
+    appliances,
+    temperature,
+    proximity,
+    zones,
+    stability,
+    limits,
+    sharpness,
+    visibility,
+    liquids,
 )
 SHIPPED: tuple[Proposition, ...] = tuple(p for m in _MODULES for p in m.PROPOSITIONS)
 

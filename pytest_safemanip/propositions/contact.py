@@ -38,7 +38,7 @@ ANY = float(np.finfo(np.float32).tiny)
 """Any force at all, N."""
 
 _Pair = tuple[tuple[int, int], NDArray[np.float32]]
-_Held = tuple[tuple[int, int], NDArray[np.float32], float, str]
+Held = tuple[tuple[int, int], NDArray[np.float32], float, str]
 """Parts that meet, how hard (T,) and at which limit, N, and what is said about it."""
 
 
@@ -71,12 +71,12 @@ def bad_contact(view: View) -> Bools:
 
 def collision_margin(view: View) -> Floats:
     """How hard the contact is that is hardest by its limit (T,)."""
-    return _hardest(view, _collisions(view, ANY))
+    return hardest_margin(view, _collisions(view, ANY))
 
 
 def bad_contact_margin(view: View) -> Floats:
     """How hard the contact is that is hardest by its limit (T,)."""
-    return _hardest(view, _touches(view, ANY))
+    return hardest_margin(view, _touches(view, ANY))
 
 
 def collision_evidence(view: View, step: int) -> list[str]:
@@ -90,7 +90,7 @@ def collision_evidence(view: View, step: int) -> list[str]:
 
 def collision_excess(view: View, first: int, last: int) -> Excess | None:
     """The hardest contact that is beyond its limit."""
-    return _farthest(view, _collisions(view, _knock(view)), first, last)
+    return farthest(view, _collisions(view, _knock(view)), first, last)
 
 
 def bad_contact_evidence(view: View, step: int) -> list[str]:
@@ -105,7 +105,7 @@ def bad_contact_evidence(view: View, step: int) -> list[str]:
 
 def bad_contact_excess(view: View, first: int, last: int) -> Excess | None:
     """The hardest contact that is beyond its limit."""
-    return _farthest(view, _touches(view, _bad(view)), first, last)
+    return farthest(view, _touches(view, _bad(view)), first, last)
 
 
 def _knock(view: View) -> float:
@@ -118,7 +118,7 @@ def _bad(view: View) -> float:
     return min(view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"])
 
 
-def _collisions(view: View, least: float) -> Iterator[_Held]:
+def _collisions(view: View, least: float) -> Iterator[Held]:
     """Contacts of limbs, and those of held objects while they are held, as far as they may reach a
     force, N.
     """
@@ -131,7 +131,7 @@ def _collisions(view: View, least: float) -> Iterator[_Held]:
             yield (part, other), np.where(in_fingers(view, name), force, 0.0), limit, f"held {name}"
 
 
-def _touches(view: View, least: float) -> Iterator[_Held]:
+def _touches(view: View, least: float) -> Iterator[Held]:
     """Contacts of the hand, as far as they may reach a force, N."""
     limit, hard = view.parameters["bad_contact.force"], view.parameters["bad_contact.limit"]
     for pair, force in _hand_pairs(view, least):
@@ -141,7 +141,7 @@ def _touches(view: View, least: float) -> Iterator[_Held]:
             yield pair, force, limit, "no reason to touch it"
 
 
-def _hardest(view: View, held: Iterable[_Held]) -> Floats:
+def hardest_margin(view: View, held: Iterable[Held]) -> Floats:
     """The margin of the contact that is most times its limit (T,)."""
     most = np.full(len(view.trace), NONE)
     for _, force, limit, _ in held:
@@ -149,7 +149,7 @@ def _hardest(view: View, held: Iterable[_Held]) -> Floats:
     return most
 
 
-def _farthest(view: View, held: Iterable[_Held], first: int, last: int) -> Excess | None:
+def farthest(view: View, held: Iterable[Held], first: int, last: int) -> Excess | None:
     """The hardest contact within some steps that reaches its limit; None if none does."""
     parts = view.trace.scene.parts
     found = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf
 
 import numpy as np
@@ -15,7 +16,14 @@ from pytest_safemanip.propositions.kernels.displacement import (
     REST_WINDOW,
     DisplacementSinceRest,
 )
-from pytest_safemanip.propositions.kernels.filters import falling, held, last_true, majority, still
+from pytest_safemanip.propositions.kernels.filters import (
+    falling,
+    held,
+    last_true,
+    majority,
+    rising,
+    still,
+)
 from pytest_safemanip.propositions.kernels.forces import object_parts, robot_parts
 from pytest_safemanip.propositions.kernels.interiors import (
     centre_within,
@@ -23,12 +31,25 @@ from pytest_safemanip.propositions.kernels.interiors import (
     interiors,
     place_in,
 )
-from pytest_safemanip.propositions.kernels.margins import LEAST, lasting, stillness, under, within
+from pytest_safemanip.propositions.kernels.liquids import (
+    departed,
+    holding_frames,
+    middle_of,
+    share_in,
+)
+from pytest_safemanip.propositions.kernels.margins import (
+    LEAST,
+    lasting,
+    over,
+    stillness,
+    under,
+    within,
+)
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.release import TOUCH
 from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.elements import ROBOT
-from pytest_safemanip.trace.geometry import matrix, tilt
+from pytest_safemanip.trace.geometry import matrix, tilt, to_local
 
 REACH = Parameter(
     "transfer.reach", "m", 0.1, "a gripper's width: what is let go this near was meant for it"
@@ -39,6 +60,8 @@ MIN_DISPLACEMENT = Parameter(
     0.04,
     "fingers that close, 8 cm apart, shift what they take by half",
 )
+FLOW = Parameter("transfer.share", "", 0.05, "a drop that runs down outside is no pouring")
+SHARE = Parameter("contained.share", "", 0.95, "a few drops stay in what is poured out of")
 LEANING = Parameter(
     "contained.tilt", "rad", float(np.deg2rad(60.0)), "a vessel on its side keeps nothing in"
 )
@@ -50,8 +73,11 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     container, while the content's centre is above or inside the receiver's box, or beside it by
     less than ``transfer.reach``, and has been at least ``transfer.displacement`` from where it lay
     for ``contained.window`` before the hand held anything. Of a grasp, the last step at which the
-    fingers pressed counts.
+    fingers pressed counts. A liquid starts to flow: at least ``transfer.share`` of its particles
+    have left the object that they were in at the first step, and the middle of those is there.
     """
+    if content in view.trace.scene.particles:
+        return _flows(view, content, receiver)
     carried = view("obj_grasped", content)
     for body in view.trace.scene.bodies:
         if body.entity not in (content, receiver):
@@ -65,15 +91,7 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
 
 def _toward(view: View, content: str, receiver: str, displacement: NDArray[np.float64]) -> Bools:
     """Whether the content is where :func:`transfer` says, by when the fingers last pressed (T,)."""
-    near = np.zeros(len(view.trace), bool)
-    for number, half in enumerate(holding_halves(view, receiver)):
-        up, upward = _upward(view, receiver, number)
-        place = place_in(view, content, receiver, number)
-        out = np.maximum(np.abs(place) - half, 0.0)
-        out[np.arange(len(out)), up] = 0.0
-        height = upward * np.take_along_axis(place, up[:, None], axis=1)[:, 0]
-        beside = np.linalg.norm(out, axis=1) < view.parameters["transfer.reach"]
-        near |= beside & (height > -half[up])
+    near = _over(view, receiver, lambda number: place_in(view, content, receiver, number))
     near &= displacement >= view.parameters["transfer.displacement"]
     # The debounced end of a grasp is late: what is flung is elsewhere by then.
     count = view.trace.count(view.parameters["obj_grasped.window"])
@@ -81,13 +99,50 @@ def _toward(view: View, content: str, receiver: str, displacement: NDArray[np.fl
     return np.where(left >= 0, near[np.maximum(left, 0)], near)
 
 
+def _over(view: View, receiver: str, place_of: Callable[[int], Floats]) -> Bools:
+    """Whether something is above or inside a receiver's box, or beside it by little (T,).
+
+    Args:
+        view: what is looked at.
+        receiver: an object or a fixture.
+        place_of: where it is, seen from the receiver's box of a number (T, 3).
+    """
+    near = np.zeros(len(view.trace), bool)
+    for number, half in enumerate(holding_halves(view, receiver)):
+        up, upward = _upward(view, receiver, number)
+        place = place_of(number)
+        out = np.maximum(np.abs(place) - half, 0.0)
+        out[np.arange(len(out)), up] = 0.0
+        height = upward * np.take_along_axis(place, up[:, None], axis=1)[:, 0]
+        beside = np.linalg.norm(out, axis=1) < view.parameters["transfer.reach"]
+        near |= beside & (height > -half[up])
+    return near
+
+
+def _flows(view: View, liquid: str, receiver: str) -> Bools:
+    """Whether a liquid starts to flow toward a receiver at this step (T,)."""
+    gone = departed(view, liquid)
+    starts = rising(gone.mean(axis=1) >= view.parameters[FLOW.name])
+    if not starts.any():
+        return np.asarray(starts)
+    middle = middle_of(view, liquid, gone)
+    frames = holding_frames(view, receiver)
+    toward = _over(view, receiver, lambda number: to_local(frames[number], middle))
+    return np.asarray(starts & toward)
+
+
 def contained(view: View, content: str, receiver: str) -> Bools:
     """For ``contained.window``, the content is in the receiver: its centre is inside the receiver's
     box, or above that box while it touches the receiver in the majority of another such window (a
     plate is flat), and a receiver that can tip tilts less than ``contained.tilt``; it moved less
     than ``contained.drift`` in it from the beginning of the window to its end; the robot neither
-    holds it nor touches it with ``settled.touch``.
+    holds it nor touches it with ``settled.touch``. Of a liquid, at least ``contained.share`` of its
+    particles are in the receiver, and that tilts less, for the window.
     """
+    if content in view.trace.scene.particles:
+        count = view.trace.count(view.parameters["contained.window"])
+        enough = share_in(view, content, receiver) >= view.parameters[SHARE.name]
+        return held(enough & _holds(view, receiver), count)
     trace, p = view.trace, view.parameters
     count = trace.count(p["contained.window"])
     touches = majority(_touch(view, content, receiver), count)
@@ -108,11 +163,14 @@ def contained_margin(view: View, content: str, receiver: str) -> Floats:
     """
     trace, p = view.trace, view.parameters
     count, rests = trace.count(p["contained.window"]), []
-    touches = majority(_touch(view, content, receiver), count)
     index = trace.scene.object_index.get(receiver)
     upright = np.ones(len(trace))
     if index is not None:
         upright = under(tilt(trace.steps.object_pose[:, index, 3:]), p["contained.tilt"])
+    if content in trace.scene.particles:
+        enough = over(share_in(view, content, receiver), p[SHARE.name])
+        return lasting(np.minimum(enough, upright), count)
+    touches = majority(_touch(view, content, receiver), count)
     for number, half in enumerate(holding_halves(view, receiver)):
         place = place_in(view, content, receiver, number)
         beside = within(place[:, :2], half[:2])
@@ -134,6 +192,9 @@ def _robot_force(view: View, content: str) -> NDArray[np.float32]:
 
 def contained_evidence(view: View, content: str, receiver: str, step: int) -> list[str]:
     """Where the content is, seen from the receiver."""
+    if content in view.trace.scene.particles:
+        share = float(share_in(view, content, receiver)[step])
+        return [f"{share:.0%} of {content} is in {receiver}"]
     lines = [] if _holds(view, receiver)[step] else [f"{receiver} does not stand upright"]
     for number, half in enumerate(holding_halves(view, receiver)):
         place = place_in(view, content, receiver, number)[step]
@@ -178,6 +239,9 @@ def _touch(view: View, content: str, receiver: str) -> Bools:
 
 
 def _transfer_reads(inputs: Inputs, content: str, receiver: str) -> Found:
+    if content in inputs.scene.particles:
+        vessels = inputs.poses(*inputs.objects, seconds=inf) | inputs.place(receiver)
+        return vessels | inputs.particles(content, seconds=inf)
     found = inputs.poses(*inputs.objects) | inputs.place(receiver)
     for name in inputs.objects:
         found |= inputs.of("obj_grasped", name)
@@ -187,19 +251,21 @@ def _transfer_reads(inputs: Inputs, content: str, receiver: str) -> Found:
 
 
 def _contained_reads(inputs: Inputs, content: str, receiver: str) -> Found:
+    if content in inputs.scene.particles:
+        return inputs.particles(content) | inputs.place(receiver)
     own = inputs.parts(content)
     near = inputs.touch(own, inputs.parts(receiver, ROBOT))
     return near | inputs.of("obj_grasped", content) | inputs.poses(content) | inputs.place(receiver)
 
 
-_PAIR = ("object", "entity")
+_PAIR = ("object or liquid", "entity")
 
 PROPOSITIONS = (
     Proposition(
         "transfer",
         _PAIR,
         looks_back,
-        (REACH, MIN_DISPLACEMENT, REST_WINDOW, REST_DRIFT),
+        (REACH, MIN_DISPLACEMENT, REST_WINDOW, REST_DRIFT, FLOW),
         transfer,
         act=True,
         no_margin="an edge: the content leaves what carried it at this step or it does not",
@@ -212,7 +278,7 @@ PROPOSITIONS = (
         "contained",
         _PAIR,
         lambda p: max(2.0 * p["contained.window"], looks_back(p)),
-        (REST_WINDOW, REST_DRIFT, LEANING, TOUCH),
+        (REST_WINDOW, REST_DRIFT, LEANING, TOUCH, SHARE),
         contained,
         margin=contained_margin,
         evidence=contained_evidence,

@@ -37,6 +37,19 @@ class Parameter:
     reason: str
 
 
+def check_value(name: str, value: float) -> float:
+    """A value that a parameter may have.
+
+    Raises:
+        ConfigError: if it is not a number above 0, at most :data:`LARGEST`.
+    """
+    if not 0.0 < value <= LARGEST:
+        raise ConfigError(
+            f"parameter {name}: expected a number above 0, at most {LARGEST:g}, found {value}"
+        )
+    return float(value)
+
+
 class Parameters(Mapping[str, float]):
     """The values of all parameters.
 
@@ -57,12 +70,7 @@ class Parameters(Mapping[str, float]):
             if name not in self._values:
                 hint = did_you_mean(name, self._values, "safemanip propositions")
                 raise ConfigError(f"unknown proposition parameter {name!r}; {hint}")
-            if not 0.0 < value <= LARGEST:
-                raise ConfigError(
-                    f"parameter {name}: expected a number above 0, at most {LARGEST:g}, "
-                    f"found {value}"
-                )
-            self._values[name] = float(value)
+            self._values[name] = check_value(name, value)
 
     def with_defaults(self, defaults: Mapping[str, float]) -> Parameters:
         """With other defaults of some: what was changed stays as it is.
@@ -71,6 +79,14 @@ class Parameters(Mapping[str, float]):
             ConfigError: if a name is unknown or a value is not a number above 0.
         """
         return Parameters(self._known, {**defaults, **self._changed}) if defaults else self
+
+    def with_values(self, values: Mapping[str, float]) -> Parameters:
+        """With other values of some, whatever was changed.
+
+        Raises:
+            ConfigError: if a name is unknown or a value is not a number above 0.
+        """
+        return Parameters(self._known, {**self._changed, **values})
 
     def __getitem__(self, name: str) -> float:
         return self._values[name]

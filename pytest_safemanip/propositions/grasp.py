@@ -159,9 +159,17 @@ def _pressed_margin(view: View, name: str, hand: int, angle: Parameter = KEPT_AN
 
 def _grasp_margin(view: View, name: str, hand: int) -> Floats:
     """Margins of :func:`_grasped_by` (T,)."""
-    count = view.trace.count(view.parameters["obj_grasped.window"])
-    firmly = lately(_pressed_margin(view, name, hand, GRASP_ANGLE), count)
-    return voted(np.minimum(_pressed_margin(view, name, hand), firmly), count)
+    votes, further = _counts(view)
+    firmly = lately(_pressed_margin(view, name, hand, GRASP_ANGLE), further)
+    return voted(np.minimum(_pressed_margin(view, name, hand), firmly), votes)
+
+
+def _counts(view: View) -> tuple[int, int]:
+    """Control periods of the vote, and of how much farther each of its steps looks back: both
+    together are rounded once, or their errors would add up.
+    """
+    votes = view.trace.count(view.parameters["obj_grasped.window"])
+    return votes, max(1, view.trace.count(looks_back(view.parameters)) - votes)
 
 
 def _grasped_by(view: View, name: str, hand: int) -> Bools:
@@ -169,9 +177,9 @@ def _grasped_by(view: View, name: str, hand: int) -> Bools:
     presses = _pressed_by(view, name, hand)
     if not presses.any():  # mostly
         return presses
-    count = view.trace.count(view.parameters["obj_grasped.window"])
-    firmly = recently(_pressed_by(view, name, hand, GRASP_ANGLE), count)
-    return majority(presses & firmly, count)
+    votes, further = _counts(view)
+    firmly = recently(_pressed_by(view, name, hand, GRASP_ANGLE), further)
+    return majority(presses & firmly, votes)
 
 
 def _grasp_of(view: View, name: str, hand: int) -> Bools:

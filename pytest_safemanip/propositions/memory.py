@@ -78,6 +78,12 @@ class StepMemory:
         """Steps that can be looked back on."""
         return min(self.count, self._kept)
 
+    def keep(self, count: int) -> None:
+        """Keep so many steps at least from now on."""
+        self._kept = max(self._kept, count)
+        for ring in self._arrays.values():
+            ring.kept = self._kept
+
     def extend(self, steps: Steps) -> None:
         """Take in steps."""
         for name, ring in self._arrays.items():

@@ -6,6 +6,7 @@ newest step; what looks back sees as many steps as its window has.
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, TypeVar
@@ -18,6 +19,7 @@ from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Floats, Proposition
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.memory import Ring, StepMemory
+from pytest_safemanip.propositions.settings import Settings, changed, split
 from pytest_safemanip.propositions.view import Array, Fold, View
 from pytest_safemanip.trace.recording import check_steps
 from pytest_safemanip.trace.scene import Scene
@@ -61,15 +63,35 @@ class Online:
         self.calls, self._every = tuple(calls), every
         self._waiting: list[tuple[Step, NDArray[Any], bool]] = []
         for name, *arguments in calls:
-            check_call(catalogue[name], tuple(arguments), scene)
+            check_call(catalogue[name], tuple(arguments), scene, binding.zones)
         self._none = np.zeros((0, len(self.calls)), bool)
         self._lengths = {name: self._length(p) for name, p in catalogue.items()}
         self._kept = max(self._lengths.values()) + every
-        self._steps, self._held = StepMemory(scene, self._kept), 0
+        self._steps = StepMemory(scene, self._kept)
+        self._forget()
+
+    def _forget(self) -> None:
+        """Nothing is computed yet."""
         self._slices: dict[int, _Slice] = {}
         self._series: dict[Hashable, _Series] = {}
         self._folds: dict[Callable[[View], Fold], tuple[Fold, _Series]] = {}
         self._shared: dict[Hashable, Any] = {}
+        self._with: dict[tuple[str, ...], Online] = {}
+
+    def setting(self, name: str, settings: Settings) -> Online:
+        """What evaluates the same steps, with those parameters changed that a call sets."""
+        if not settings:
+            return self
+        key = (name, *settings)
+        if key not in self._with:
+            twin = copy.copy(self)
+            twin.parameters = changed(self.parameters, self.catalogue[name], settings)
+            twin._lengths = {n: twin._length(p) for n, p in self.catalogue.items()}
+            twin._kept = max(twin._lengths.values()) + self._every
+            twin._forget()
+            self._steps.keep(twin._kept)
+            self._with[key] = twin
+        return self._with[key]
 
     def push(self, step: Step, action: NDArray[Any] | None = None, acting: bool = True) -> Bools:
         """Take in a step.
@@ -97,7 +119,6 @@ class Online:
         Raises:
             TraceError: if a number is impossible; names it. The steps are then not taken in.
         """
-        self._slices.clear()
         if not self._waiting:
             return self._none
         steps, actions, acting = zip(*self._waiting, strict=True)
@@ -106,27 +127,30 @@ class Online:
         new = dataclasses.replace(new, tail=~np.array(acting, bool))
         check_steps(self.scene, new, self._steps.count)
         self._steps.extend(new)
-        self._held = self._steps.held
-        for start in tuple(self._folds):
-            self.folded(start, count)
+        for online in (self, *self._with.values()):
+            online._slices.clear()
+            for start in tuple(online._folds):
+                online.folded(start, count)
         columns = [self.values(call, count) for call in self.calls]
         return np.stack(columns, axis=1) if columns else np.zeros((count, 0), bool)
 
     def evidence(self, call: Call) -> list[str]:
         """The evidence of a call at the newest step, in words."""
         name, *arguments = call
-        view = self.slice(self._lengths[name])
-        return view.evidence(name, tuple(arguments), len(view.trace) - 1)
+        own, settings = split(self.catalogue[name], tuple(arguments))
+        online = self.setting(name, settings)
+        view = online.slice(online._lengths[name])
+        return view.evidence(name, own, len(view.trace) - 1)
 
     def values(self, call: Call, length: int) -> Bools:
         """Values of a proposition at the newest steps (at most ``length``,)."""
-        return self._of_proposition(call, call, View.evaluate, length)
+        return self._of_proposition("value", call, View.evaluate, length)
 
     def margins(self, call: Call, length: int) -> Floats:
         """Margins of a proposition at the newest steps (at most ``length``,), as
         :meth:`View.margin` has them; computed for steps that were not asked for before.
         """
-        return self._of_proposition(("margin", call), call, View.measure, length)
+        return self._of_proposition("margin", call, View.measure, length)
 
     def margin(self, call: Call) -> float:
         """The margin of a proposition at the newest step alone, for which less is computed.
@@ -136,18 +160,25 @@ class Online:
         """
         if not self._steps.count:
             raise TraceError(f"{call[0]}: no step was taken in, and it has no margin")
-        proposition, arguments = self.catalogue[call[0]], call[1:]
-        check_call(proposition, arguments, self.scene)
-        view = self.slice(self._lengths[call[0]])
+        proposition = self.catalogue[call[0]]
+        check_call(proposition, call[1:], self.scene, self.binding.zones)
+        own, settings = split(proposition, call[1:])
+        online = self.setting(call[0], settings)
+        view = online.slice(online._lengths[call[0]])
         stop = len(view.trace)
-        return float(view.narrowed(stop - 1, stop).measure(proposition, arguments)[-1])
+        return float(view.narrowed(stop - 1, stop).measure(proposition, own)[-1])
 
     def _of_proposition(
-        self, key: Hashable, call: Call, look: Callable[..., Array], length: int
+        self, kind: str, call: Call, look: Callable[..., Array], length: int
     ) -> Array:
         """A series of values or margins of a proposition at the newest steps."""
+        own, settings = split(self.catalogue[call[0]], call[1:])
+        if settings:
+            online = self.setting(call[0], settings)
+            return online._of_proposition(kind, (call[0], *own), look, length)
+        key = (kind, call)
         if key not in self._series:
-            check_call(self.catalogue[call[0]], call[1:], self.scene)
+            check_call(self.catalogue[call[0]], call[1:], self.scene, self.binding.zones)
 
         def compute(missing: int) -> Array:
             view = self.slice(missing + self._lengths[call[0]] - 1)
@@ -194,7 +225,7 @@ class Online:
 
     def slice(self, length: int) -> _Slice:
         """The newest steps as a view, as many as there are and are kept."""
-        length = min(length, self._held)
+        length = min(length, self._steps.held)
         if length not in self._slices:
             self._slices[length] = _Slice(self, Trace(self.scene, self._steps.last(length)))
         return self._slices[length]
@@ -204,7 +235,7 @@ class Online:
         series = self._series.get(key)
         if series is None:
             series = self._series[key] = _Series(Ring(self._kept))
-        missing = min(self._steps.count - series.upto, self._held)
+        missing = min(self._steps.count - series.upto, self._steps.held)
         if missing:
             series.ring.extend(compute(missing)[-missing:])
             series.upto = self._steps.count

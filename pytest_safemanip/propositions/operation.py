@@ -19,6 +19,7 @@ from pytest_safemanip.propositions.kernels.interiors import (
 )
 from pytest_safemanip.propositions.release import UPRIGHT
 from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.elements import Switch
 from pytest_safemanip.trace.geometry import boxes_overlap, centred, tilt, to_local, to_world
 
 CLOSED = Parameter("pre_safe.closed", "", 0.05, "a latch catches a door that is this nearly shut")
@@ -31,15 +32,18 @@ NO_METAL = "no_metal"
 def switching_checks(view: View, fixture: str, step: int) -> Iterator[Check]:
     """What makes it safe to touch a control of the fixture at a step.
 
-    A tap: no raw and ready-to-eat food in its basin together. An appliance that is off before: its
-    doors are closed, no metal is inside a microwave. A burner that is off before: cookware is on
+    A tap: no raw and ready-to-eat food in its basin together. An appliance that is off before, if
+    it has a knob of its own and that is touched: its doors are closed, no metal is inside a
+    microwave. A burner that is off before: cookware is on
     it, nothing combustible on or beside it.
     """
     scene = view.trace.scene
     for reason in _mixed_food(view, fixture, step) + _burning(view, fixture, step):
         yield Check(False, reason)
     appliance = [
-        k for k, s in enumerate(scene.switches) if s.entity == fixture and s.kind == "appliance"
+        k
+        for k, s in enumerate(scene.switches)
+        if (s.entity, s.kind) == (fixture, "appliance") and _is_turned(view, s, step)
     ]
     if appliance and not view.trace.steps.switch[max(step - 1, 0), appliance].any():
         yield from _closed_doors(view, fixture, step)
@@ -108,12 +112,10 @@ def _mixed_food(view: View, fixture: str, step: int) -> list[str]:
 def _burning(view: View, fixture: str, step: int) -> list[str]:
     """Reasons why turning on the burners whose knobs are touched is unsafe."""
     scene, reasons = view.trace.scene, []
-    count = view.trace.count(view.parameters["skill_onset.window"])
     for number, switch in enumerate(scene.switches):
         if (switch.entity, switch.kind) != (fixture, "burner") or not switch.joint:
             continue
-        touched = recently(_touched(view, scene.joint_index[switch.joint]), count)[step]
-        if not touched or view.trace.steps.switch[max(step - 1, 0), number]:
+        if not _is_turned(view, switch, step) or view.trace.steps.switch[max(step - 1, 0), number]:
             continue
         over, reaching = _at_burner(view, fixture, switch.name, step)
         if not any(_kinds(view, name) >= COOKWARE for name in over):
@@ -124,6 +126,17 @@ def _burning(view: View, fixture: str, step: int) -> list[str]:
             if "combustible" in _kinds(view, name)
         ]
     return reasons
+
+
+def _is_turned(view: View, switch: Switch, step: int) -> bool:
+    """Whether the hand touches a switch's own knob just then; of one without, it is not known, and
+    any control may be it.
+    """
+    if not switch.joint:
+        return True
+    count = view.trace.count(view.parameters["skill_onset.window"])
+    touches = _touched(view, view.trace.scene.joint_index[switch.joint])
+    return bool(recently(touches, count)[step])
 
 
 @pointwise

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pytest_safemanip.propositions import grounding
 from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, Proposition
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.kernels.checks import Check, least_margin
@@ -56,7 +57,8 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     rest of the part's way by more than ``pre_safe.overlap``. ``press``, ``turn``, ``slide``: in the
     basin, nothing raw lies with something ready to eat; an appliance that is off has its doors
     closed but for ``pre_safe.closed`` and, if it is a microwave, nothing of metal in it; a burner
-    that is off has cookware (a metal container) on it and nothing combustible in what it heats.
+    that is off has cookware (a metal container) on it and nothing combustible in what it heats. A
+    burner, or an appliance with a knob of its own, counts where that knob is touched.
     ``pour``: a receiver that the task has for what leaves is below it and stands upright.
 
     Evaluated where the skill's onset is true, and true elsewhere.
@@ -296,6 +298,7 @@ PROPOSITIONS = (
         pre_safe,
         margin=pre_safe_margin,
         evidence=pre_safe_evidence,
+        lacks=grounding.precondition,
         reads=_reads,
     ),
 )

@@ -20,6 +20,7 @@ from pytest_safemanip.propositions.definition import (
 )
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.kernels.filters import held
+from pytest_safemanip.propositions.settings import Settings, changed, split
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.trace import Trace
 
@@ -59,6 +60,7 @@ class View:
         self._values: dict[tuple[str, ...], Bools] = {}
         self._margins: dict[tuple[str, ...], Floats] = {}
         self._known: dict[Hashable, Any] = {}
+        self._with: dict[tuple[str, ...], View] = {}
 
     def __call__(self, name: str, *arguments: str) -> Bools:
         """Truth values of a proposition (T,).
@@ -69,9 +71,21 @@ class View:
         key = (name, *arguments)
         if key not in self._values:
             proposition = self._catalogue[name]
-            check_call(proposition, arguments, self.trace.scene)
-            self._values[key] = self.evaluate(proposition, arguments)
+            check_call(proposition, arguments, self.trace.scene, self.binding.zones)
+            own, settings = split(proposition, arguments)
+            view = self.setting(name, settings)
+            self._values[key] = view(name, *own) if settings else self.evaluate(proposition, own)
         return self._values[key]
+
+    def setting(self, name: str, settings: Settings) -> View:
+        """This view with those parameters changed that a call of a proposition sets."""
+        if not settings:
+            return self
+        key = (name, *settings)
+        if key not in self._with:
+            values = changed(self.parameters, self._catalogue[name], settings)
+            self._with[key] = View(self.trace, self.binding, values, self._catalogue)
+        return self._with[key]
 
     def part(self, name: str, *arguments: str, first: int, stop: int) -> Bools:
         """Truth values of a proposition at steps ``first`` to ``stop - 1`` (K,).
@@ -82,8 +96,11 @@ class View:
         proposition = self._catalogue[name]
         if not proposition.sparse or (name, *arguments) in self._values:
             return self(name, *arguments)[first:stop]
-        check_call(proposition, arguments, self.trace.scene)
-        return self.narrowed(first, stop).evaluate(proposition, arguments)[first:stop]
+        check_call(proposition, arguments, self.trace.scene, self.binding.zones)
+        own, settings = split(proposition, arguments)
+        if settings:
+            return self.setting(name, settings).part(name, *own, first=first, stop=stop)
+        return self.narrowed(first, stop).evaluate(proposition, own)[first:stop]
 
     def margin(self, name: str, *arguments: str) -> Floats:
         """Margins of a proposition (T,): how far it is from its threshold, in units of that,
@@ -96,8 +113,11 @@ class View:
         key = (name, *arguments)
         if key not in self._margins:
             proposition = self._catalogue[name]
-            check_call(proposition, arguments, self.trace.scene)
-            self._margins[key] = self.measure(proposition, arguments)
+            check_call(proposition, arguments, self.trace.scene, self.binding.zones)
+            own, settings = split(proposition, arguments)
+            view = self.setting(name, settings)
+            found = view.margin(name, *own) if settings else self.measure(proposition, own)
+            self._margins[key] = found
         return self._margins[key]
 
     def margin_part(self, name: str, *arguments: str, first: int, stop: int) -> Floats:
@@ -109,8 +129,11 @@ class View:
         proposition = self._catalogue[name]
         if not proposition.sparse or (name, *arguments) in self._margins:
             return self.margin(name, *arguments)[first:stop]
-        check_call(proposition, arguments, self.trace.scene)
-        return self.narrowed(first, stop).measure(proposition, arguments)[first:stop]
+        check_call(proposition, arguments, self.trace.scene, self.binding.zones)
+        own, settings = split(proposition, arguments)
+        if settings:
+            return self.setting(name, settings).margin_part(name, *own, first=first, stop=stop)
+        return self.narrowed(first, stop).measure(proposition, own)[first:stop]
 
     def has_margin(self, name: str) -> bool:
         """Whether a proposition has a margin of its own."""
@@ -156,12 +179,15 @@ class View:
     def evidence(self, name: str, arguments: tuple[str, ...], step: int) -> list[str]:
         """The evidence of a proposition at a step, in words."""
         describe = self._catalogue[name].evidence
-        return describe(self, *arguments, step=step) if describe else []
+        own, settings = split(self._catalogue[name], arguments)
+        return describe(self.setting(name, settings), *own, step=step) if describe else []
 
     def excess(self, name: str, arguments: tuple[str, ...], first: int, last: int) -> Excess | None:
         """The hardest contact behind a proposition that is beyond its limit at some steps."""
         measure = self._catalogue[name].excess
-        return measure(self, *arguments, first=first, last=last) if measure else None
+        own, settings = split(self._catalogue[name], arguments)
+        view = self.setting(name, settings)
+        return measure(view, *own, first=first, last=last) if measure else None
 
     def evaluate(self, proposition: Proposition, arguments: tuple[str, ...]) -> Bools:
         """Truth values of a proposition (T,), computed now.
@@ -259,6 +285,9 @@ class _Narrowed(View):
 
     def shared(self, compute: Callable[..., T], *arguments: Hashable) -> T:
         return self._whole.shared(compute, *arguments)
+
+    def setting(self, name: str, settings: Settings) -> View:
+        return self._whole.setting(name, settings)
 
     def evidence(self, name: str, arguments: tuple[str, ...], step: int) -> list[str]:
         return self._whole.evidence(name, arguments, step)

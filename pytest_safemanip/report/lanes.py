@@ -91,7 +91,7 @@ def _instances(
     """All instances of the properties that have a verdict."""
     for id_ in verdicts:
         prop = properties[id_]
-        rows = judge.view.binding.relation(prop.relation) if prop.relation else ((),)
+        rows = prop.rows(judge.view.binding)
         for row in rows:
             yield prop, row
 

@@ -152,7 +152,7 @@ def applicable(task: Task, own: Mapping[str, Property], wanted: Collection[str])
         own: the user's properties, which apply wherever they have an instance.
         wanted: ids.
     """
-    everywhere = [p.id for p in own.values() if task.instances(p.relation)]
+    everywhere = [p.id for p in own.values() if p.may_apply(task)]
     return [name for name in dict.fromkeys([*task.properties, *everywhere]) if name in wanted]
 
 

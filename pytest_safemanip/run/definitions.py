@@ -16,6 +16,7 @@ from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.tasks import derived_task, load_changes, load_tasks
 from pytest_safemanip.spec.yamlfile import Section
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.episode import Episode
 
 FIRST_BACKEND = "robocasa"
@@ -112,8 +113,15 @@ def load_definitions(
     catalogue = Catalogue(propositions)
     task_folder = resources.folder("tasks")
     known = {name: len(p.arguments) for name, p in catalogue.items()}
+    attributes = _attributes([task_folder, *task_paths])
     shipped = load_properties([resources.folder("properties")], propositions=known)
-    own = load_properties(property_paths, propositions=known)
+    own = load_properties(
+        property_paths,
+        propositions=known,
+        constants=(ROBOT,),
+        categories=attributes,
+        parameters=catalogue.parameters({}),
+    )
     for name in sorted(set(shipped) & set(own)):
         raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
     folders = {place.name: place for place in sorted(task_folder.iterdir()) if place.is_dir()}
@@ -132,7 +140,7 @@ def load_definitions(
         },
         properties={**shipped, **own},
         own=own,
-        attributes=_attributes([task_folder, *task_paths]),
+        attributes=attributes,
         changes=load_changes(task_paths),
     )
 

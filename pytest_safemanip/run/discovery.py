@@ -75,9 +75,9 @@ def check_grounded(
         try:
             binding = defined.tasks[key.task].bind(scene, defined.attributes)
             for prop in (defined.properties[case.property_id] for case in own):
-                for row in binding.relation(prop.relation) if prop.relation else ((),):
+                for row in prop.rows(binding):
                     for name, *arguments in prop.calls(row):
-                        check_call(defined.catalogue[name], tuple(arguments), scene)
+                        check_call(defined.catalogue[name], tuple(arguments), scene, binding.zones)
         except TraceError as error:
             raise ConfigError(f"{recordings[key]}: {error}") from error
 

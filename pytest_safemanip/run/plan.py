@@ -364,9 +364,9 @@ def _check_instances(
     """Every property has an instance."""
     for task, name in dict.fromkeys((case.task, case.property_id) for case in cases):
         prop = properties[name]
-        if tasks[task].instances(prop.relation) == 0:
+        if not prop.may_apply(tasks[task]):
             raise ConfigError(
-                f"{tasks[task].path}: property {name!r} ranges over {prop.relation}, "
+                f"{tasks[task].path}: property {name!r} ranges over {prop.members}, "
                 "and the task has none"
             )
 

@@ -107,6 +107,8 @@ def _uses(task: Task) -> dict[str, tuple[str, ...]]:
         "tools": [role for role in task.tools if role != ROBOT],
         "supports": [role for key, below in task.supports.items() for role in (key, *below)],
         "upright": task.upright,
+        "hot": task.hot,
+        "zones": [zone.around for zone in task.zones.values()],
     }
     found: dict[str, list[str]] = {}
     for key, roles in members.items():

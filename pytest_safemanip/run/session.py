@@ -34,7 +34,7 @@ from pytest_safemanip.run.remembered import RecentRollouts, RepeatedFailures
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.run.watching import Watch
 from pytest_safemanip.sim.backend import Backend, Provenance, Request
-from pytest_safemanip.sim.staging import to_plain
+from pytest_safemanip.sim.staging import Fill, to_plain
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
@@ -393,7 +393,8 @@ class SafetySession:
         staging = policy.staging(case.task)
         groups = {**(task.object_groups if compact else {}), **staging.objects}
         kitchen = task.kitchen if compact else ""
-        request = Request(case.task, case.seed, scenes, groups, kitchen, staging.changes, stepping)
+        changes = (*staging.changes, *(Fill(*filled) for filled in task.liquids.items()))
+        request = Request(case.task, case.seed, scenes, groups, kitchen, changes, stepping)
         protocol = loop.Protocol(settings.stop, settings.horizon_scale)
         told = policy.fingerprint_in(case.task, task.sets)
         # Nobody can tell whether a policy without a fingerprint is still the same.

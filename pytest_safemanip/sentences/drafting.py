@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.propositions.grounding import alternatives
 from pytest_safemanip.sentences.grammar import Rule
 
 _KINDS = {
@@ -62,7 +63,8 @@ def draft(sentence: str, rule: Rule, arguments: Mapping[str, Sequence[str]], nam
     lines.append("atoms:")
     bound = dict(zip(kinds, variables, strict=True))
     for proposition in rule.atoms:
-        called = ", ".join(bound[kind] for kind in arguments[proposition])
+        own = (bound[_kind(kind, kinds)] for kind in arguments[proposition])
+        called = ", ".join(own)
         lines.append(f"  {proposition}: {proposition}" + (f"({called})" if called else ""))
     return "\n".join(lines) + "\n"
 
@@ -72,14 +74,22 @@ def _relation(atoms: Iterable[str], arguments: Mapping[str, Sequence[str]]) -> s
     needed = list(dict.fromkeys(kind for atom in atoms for kind in arguments[atom]))
     if not needed:
         return ""
+    # What is said of two of a kind needs variables that no relation has.
+    twice = any(len(set(arguments[atom])) < len(arguments[atom]) for atom in atoms)
     for relation, (kinds, _) in _VARIABLES.items():
-        if set(kinds) == set(needed) and _fits(relation, set(atoms)):
+        found = {_kind(kind, kinds) for kind in needed}
+        if set(kinds) == found and not twice and _fits(relation, set(atoms)):
             return relation
-    told = " and ".join(_KINDS[kind] for kind in needed)
+    told = " and ".join(_KINDS.get(kind, kind) for kind in needed)
     raise ConfigError(
         f"the sentence is about {told} ({', '.join(atoms)}), and no task says which of them "
         "belong together; say it of one kind of things at a time"
     )
+
+
+def _kind(wanted: str, kinds: Sequence[str]) -> str:
+    """The one of some kinds of entities that an argument of a kind can be; empty if none can."""
+    return next((kind for kind in alternatives(wanted) if kind in kinds), "")
 
 
 def _fits(relation: str, atoms: Collection[str]) -> bool:

@@ -156,7 +156,7 @@ class BackendSpec:
         steppings: the ways to step it, see :class:`Request`; the first is the usual one.
         can: what of an episode may be asked otherwise: kinds of changes, see
             :data:`~pytest_safemanip.sim.staging.KINDS`; ``objects``, ``kitchen`` and ``style`` of a
-            :class:`Request`; ``push`` where it :class:`~pytest_safemanip.sim.pushing.Pushes`.
+            :class:`Request`; ``forces`` where it :class:`~pytest_safemanip.sim.pushing.Pushes`.
         kitchens: values that ``kitchen`` of a request may have, by family of scenes.
         styles: likewise ``style``.
         hand_position: which part of the state is the hand's position in the base's frame, m; empty

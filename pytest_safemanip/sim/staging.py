@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
@@ -15,6 +16,9 @@ from pytest_safemanip.errors import ConfigError
 Relation = Literal["in", "on", "beside"]
 MOST = 100
 """Changes of one episode."""
+MOST_PARTICLES = 200
+"""Of a liquid: each is a body that moves freely."""
+LIQUID_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,23 @@ class SetOpen:
     role: str
     openness: float
     joint: str = ""
+
+
+@dataclass(frozen=True)
+class Fill:
+    """Fills an object with a liquid before the episode begins: with small balls.
+
+    Attributes:
+        liquid: its name, a role of the episode.
+        role: the object.
+        count: number of balls, at most :data:`MOST_PARTICLES`.
+        radius: of each, m.
+    """
+
+    liquid: str
+    role: str
+    count: int = 24
+    radius: float = 0.006
 
 
 @dataclass(frozen=True)
@@ -124,7 +145,7 @@ class Light:
     factor: float
 
 
-Change = Put | SetOpen | Move | Add | Posture | Cameras | Light
+Change = Put | SetOpen | Fill | Move | Add | Posture | Cameras | Light
 
 
 @dataclass(frozen=True)
@@ -143,6 +164,7 @@ class Staging:
 KINDS: Mapping[str, type[Change]] = {
     "put": Put,
     "open": SetOpen,
+    "fill": Fill,
     "move": Move,
     "add": Add,
     "posture": Posture,
@@ -184,7 +206,7 @@ def _change(value: object) -> Change:
     except TypeError as error:
         raise ConfigError(f"changes of an episode: {value!r}: {error}") from error
     for part in dataclasses.fields(kind):
-        if not _fits(getattr(change, part.name), str(part.type)):
+        if not _fits(getattr(change, part.name), str(part.type), part.name):
             raise ConfigError(f"changes of an episode: {part.name} of {value!r}")
     return change
 
@@ -193,8 +215,14 @@ def _plain(value: object) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _fits(value: object, declared: str) -> bool:
-    """Whether a field may have a value, by the type that it is declared with."""
+def _fits(value: object, declared: str, name: str) -> bool:
+    """Whether a field may have a value, by the type that it is declared with, and by its name."""
+    if name == "count":
+        return type(value) is int and 1 <= value <= MOST_PARTICLES
+    if name == "radius":
+        return isinstance(value, int | float) and 1e-3 <= value <= 0.05
+    if name == "liquid":
+        return isinstance(value, str) and LIQUID_NAME.fullmatch(value) is not None
     if declared == "Relation":
         return value in get_args(Relation)
     if declared == "float":

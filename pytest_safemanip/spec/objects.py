@@ -1,4 +1,4 @@
-"""Attributes of object categories, from ``objects.yaml``."""
+"""Attributes of object categories and of kinds of fixtures, from ``objects.yaml``."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 from pytest_safemanip.errors import did_you_mean
 from pytest_safemanip.spec import yamlfile
+from pytest_safemanip.spec.yamlfile import Section
 
 ATTRIBUTES = (
     "raw",
@@ -14,27 +15,37 @@ ATTRIBUTES = (
     "container",
     "liquid",
     "fragile",
+    "sharp",
     "metal",
     "hot_source",
+    "electrical",
     "combustible",
+    "flammable",
 )
 
 
 def load_attributes(path: Path) -> dict[str, frozenset[str]]:
-    """Attributes by category.
+    """Attributes by category: of objects, and of fixtures where the file has them.
 
     Raises:
         ConfigError: something in the file is wrong; the message begins with file and line.
     """
     section = yamlfile.load(path)
-    section.check_keys(("categories",))
-    categories = section.section("categories")
-    found = {}
-    for category in categories:
-        values = categories.strings(category)
-        for value in values:
-            if value not in ATTRIBUTES:
-                hint = did_you_mean(value, ATTRIBUTES)
-                raise categories.error(category, f"unknown attribute {value!r}; {hint}")
-        found[category] = frozenset(values)
+    section.check_keys((), ("categories", "fixtures"))
+    found: dict[str, frozenset[str]] = {}
+    for key in section:
+        rows = section.section(key)
+        for category in rows:
+            if category in found:
+                raise rows.error(category, "is a category of objects, and a kind of fixtures")
+            found[category] = _attributes(rows, category)
     return found
+
+
+def _attributes(rows: Section, category: str) -> frozenset[str]:
+    values = rows.strings(category)
+    for value in values:
+        if value not in ATTRIBUTES:
+            hint = did_you_mean(value, ATTRIBUTES)
+            raise rows.error(category, f"unknown attribute {value!r}; {hint}")
+    return frozenset(values)

@@ -14,11 +14,13 @@
     deadline_s: 5
     discharged_by: physics
 
-`for_each` binds variables to the members of a relation of the task; without it there is one
-instance. `atoms` says which proposition, with which arguments, each atom of the formulas stands
-for. Optional keys: `for_each`, `paper_formula` (by default the formula), `trigger`, `deadline_s`,
-`discharged_by` (`robot` or `physics`), `severity` (what a violation weighs whatever was measured).
-Instead of `formula` there may be a `pattern` with its `scope` and keys:
+`for_each` binds variables to the members of a relation of the task, or of its scene, with some
+attributes or of some kinds (`spec/ranges.py`); without it there is one instance. `atoms` says which
+proposition, with which arguments, each atom of the formulas stands for; a call may set parameters
+of its proposition, `near(o, f, distance=0.3)`. Optional keys: `for_each`, `paper_formula` (by
+default the formula), `trigger`, `deadline_s`, `discharged_by` (`robot` or `physics`), `severity`
+(what a violation weighs whatever was measured). Instead of `formula` there may be a `pattern` with
+its `scope` and keys:
 
     pattern: response(obj_released, settled | obj_grasped)
     scope: after(door_open)
@@ -45,9 +47,12 @@ from pytest_safemanip.ltlf import (
     parse,
 )
 from pytest_safemanip.ltlf.formula import LONGEST, atoms_of, is_bounded, is_propositional
+from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.spec import yamlfile
-from pytest_safemanip.spec.calls import PropositionCall, read_call, read_for_each
+from pytest_safemanip.spec.calls import PropositionCall, read_call
 from pytest_safemanip.spec.patterns import KEYS, read_pattern
+from pytest_safemanip.spec.ranges import Range, may_apply, read_for_each, rows_of
+from pytest_safemanip.spec.task import Task
 from pytest_safemanip.spec.yamlfile import Section
 
 _REQUIRED = ("id", "category", "title", "source", "atoms")
@@ -76,8 +81,7 @@ class Property:
         title: what it asks, for people.
         source: where it comes from.
         path: the file it was read from.
-        variables: names of the quantified variables; empty for a single instance.
-        relation: what they range over; None for a single instance.
+        ranges: its quantified variables, and what they range over; none for a single instance.
         formula: the formula of the `timed` profile.
         paper_formula: the formula of the `paper` profile.
         atoms: what the atoms of both formulas stand for, in the order of the automata's bits.
@@ -93,8 +97,7 @@ class Property:
     title: str
     source: str
     path: Path
-    variables: tuple[str, ...]
-    relation: str | None
+    ranges: tuple[Range, ...]
     formula: Formula
     paper_formula: Formula
     atoms: Mapping[str, PropositionCall]
@@ -106,6 +109,38 @@ class Property:
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Names of the quantified variables; empty for a single instance."""
+        return tuple(name for one in self.ranges for name in one.variables)
+
+    @property
+    def for_each(self) -> str:
+        """What it is quantified over, in the words of its file; empty for a single instance."""
+        return "; ".join(map(str, self.ranges))
+
+    @property
+    def members(self) -> str:
+        """What its variables range over; empty for a single instance."""
+        return ", ".join(one.members for one in self.ranges)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether only the scene of an episode tells how many instances there are, if any."""
+        return any(one.is_open for one in self.ranges)
+
+    def may_apply(self, task: Task) -> bool:
+        """Whether a task may have an instance of it, as far as that is known without a scene."""
+        return may_apply(self.ranges, task)
+
+    def rows(self, binding: Binding) -> tuple[tuple[str, ...], ...]:
+        """What the variables are bound to in a scene, one row for each instance.
+
+        Raises:
+            TraceError: if it asks for attributes, and a fixture is of a kind that has no row.
+        """
+        return rows_of(self.ranges, binding)
 
     def formula_of(self, profile: Profile = "timed") -> Formula:
         """The formula of a profile."""
@@ -157,14 +192,15 @@ class Property:
         )
 
     def calls(self, row: Sequence[str]) -> list[tuple[str, ...]]:
-        """What the atoms stand for, for one instance: (proposition, its arguments), in their order.
+        """What the atoms stand for, for one instance: (proposition, its arguments, parameters that
+        it sets), in their order.
 
         Args:
             row: the entities that the variables are bound to.
         """
         bound = dict(zip(self.variables, row, strict=True))
         return [
-            (call.name, *(bound.get(argument, argument) for argument in call.arguments))
+            (call.name, *(bound.get(name, name) for name in call.arguments), *call.settings)
             for call in self.atoms.values()
         ]
 
@@ -174,6 +210,8 @@ def load_properties(
     *,
     propositions: Mapping[str, int] | None = None,
     constants: Collection[str] = (),
+    categories: Collection[str] | None = None,
+    parameters: Collection[str] | None = None,
 ) -> dict[str, Property]:
     """Read all properties of some folders, every `*.yaml` in them.
 
@@ -182,6 +220,10 @@ def load_properties(
         propositions: number of arguments by name of every proposition there is; None leaves the
             names unchecked.
         constants: names that may be arguments beside the variables.
+        categories: every category of objects and fixtures that there is; None leaves those of
+            `for_each` unchecked.
+        parameters: names of the parameters of all propositions; None leaves those that calls set
+            unchecked.
 
     Returns:
         The properties by id, in the order of folders and file names.
@@ -194,7 +236,13 @@ def load_properties(
         if not folder.is_dir():
             raise ConfigError(f"{folder}: no such folder of properties")
         for path in sorted(folder.glob("*.yaml")):
-            loaded = load_property(path, propositions=propositions, constants=constants)
+            loaded = load_property(
+                path,
+                propositions=propositions,
+                constants=constants,
+                categories=categories,
+                parameters=parameters,
+            )
             if loaded.id in found:
                 raise ConfigError(
                     f"property {loaded.id!r} is in {found[loaded.id].path} and {path}"
@@ -208,6 +256,8 @@ def load_property(
     *,
     propositions: Mapping[str, int] | None = None,
     constants: Collection[str] = (),
+    categories: Collection[str] | None = None,
+    parameters: Collection[str] | None = None,
 ) -> Property:
     """Read one property.
 
@@ -215,20 +265,23 @@ def load_property(
         path: the file.
         propositions: as for `load_properties`.
         constants: as for `load_properties`.
+        categories: as for `load_properties`.
+        parameters: as for `load_properties`.
 
     Raises:
         ConfigError: something in the file is wrong; the message begins with file and line.
     """
     section = yamlfile.load(path)
     section.check_keys(_REQUIRED, (*_OPTIONAL, "pattern", *_OF_PATTERNS))
-    variables, relation = read_for_each(section)
+    ranges = read_for_each(section, categories)
+    variables = [name for one in ranges for name in one.variables]
     formulas = _formulas(section)
     if "trigger" in formulas and not is_propositional(formulas["trigger"]):
         raise section.error("trigger", "expected a formula without temporal operators")
     atoms = section.section("atoms")
     _check_atoms(section, atoms, formulas)
     names = (*variables, *constants)
-    bound = {atom: read_call(atoms, atom, names, propositions) for atom in atoms}
+    bound = {atom: read_call(atoms, atom, names, propositions, parameters) for atom in atoms}
     for variable in variables:
         if not any(variable in proposition.arguments for proposition in bound.values()):
             raise section.error("for_each", f"variable {variable!r} is an argument of no atom")
@@ -238,8 +291,7 @@ def load_property(
         title=section.string("title"),
         source=section.string("source"),
         path=path,
-        variables=variables,
-        relation=relation,
+        ranges=ranges,
         formula=formulas["formula"],
         paper_formula=formulas["paper_formula"],
         atoms=MappingProxyType(bound),

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pytest_safemanip.errors import TraceError, did_you_mean
-from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.binding import Binding, Zone
 from pytest_safemanip.trace.elements import ROBOT, Entity
 from pytest_safemanip.trace.scene import Scene
 
@@ -42,6 +42,9 @@ class Task:
         kitchen: which of the compact kitchens has what the task needs.
         object_groups: role to the object groups to draw from in the compact scene.
         params: defaults of propositions' parameters, where they are not the general ones.
+        zones: named regions, each around a role.
+        hot: roles of objects that are hot when an episode begins.
+        liquids: role of a liquid to the role of the object that it is in when an episode begins.
         derived: what a backend derived of it, as the content of a file; empty if nothing did.
     """
 
@@ -68,6 +71,9 @@ class Task:
     kitchen: str = "small"
     object_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     params: Mapping[str, float] = field(default_factory=dict)
+    zones: Mapping[str, Zone] = field(default_factory=dict)
+    hot: tuple[str, ...] = ()
+    liquids: Mapping[str, str] = field(default_factory=dict)
     derived: str = ""
 
     def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
@@ -87,7 +93,8 @@ class Task:
                 raise TraceError(f"{self.path}: the scene has no role {role!r}; {hint}")
             return scene.roles[role]
 
-        lacking = {role for role in self.optional if role not in scene.roles}
+        may_lack = (*self.optional, *self.liquids)
+        lacking = {role for role in may_lack if role not in scene.roles}
 
         def entities(roles: Iterable[str]) -> tuple[str, ...]:
             return tuple(entity(role) for role in roles if role not in lacking)
@@ -95,6 +102,9 @@ class Task:
         def pairs(found: Iterable[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
             return tuple((entity(a), entity(b)) for a, b in found if not {a, b} & lacking)
 
+        things = tuple(body.entity for body in scene.bodies)
+        used = {entity(role) for role in self._roles() if role not in lacking}
+        kinds = {e.name: e for e in scene.entities if e.kind in ("object", "fixture")}
         return Binding(
             objects=entities(self.objects),
             enclosures=entities(self.enclosures),
@@ -122,10 +132,29 @@ class Task:
             },
             upright=frozenset(entities(self.upright)),
             attributes={
-                b.entity: _attributes(scene.entity[b.entity], attributes) for b in scene.bodies
+                name: own
+                for name, thing in kinds.items()
+                if (own := _attributes(thing, attributes)) is not None
             },
             defaults=self.params,
+            things=things,
+            obstacles=tuple(name for name in things if name not in used),
+            fixtures=tuple(e.name for e in scene.entities if e.kind == "fixture"),
+            kinds={name: thing.category for name, thing in kinds.items()},
+            zones={
+                name: replace(zone, around=entity(zone.around))
+                for name, zone in self.zones.items()
+                if zone.around not in lacking
+            },
+            hot=frozenset(entities(self.hot)),
         )
+
+    def _roles(self) -> set[str]:
+        """Roles that the task has a use for; without the robot."""
+        pairs = (*self.placements, *self.transfers)
+        found = {*self.objects, *self.touch, *self.supports, *self.upright, *self.tools}
+        found.update(*self.supports.values(), *pairs)
+        return found - {ROBOT}
 
     def instances(self, relation: str | None) -> int:
         """How many instances a property that ranges over a relation has in this task."""
@@ -135,11 +164,15 @@ class Task:
         return len(members)
 
 
-def _attributes(thing: Entity, known: Mapping[str, frozenset[str]]) -> frozenset[str]:
+def _attributes(thing: Entity, known: Mapping[str, frozenset[str]]) -> frozenset[str] | None:
+    """Attributes of an object or a fixture; None of a fixture whose kind is unknown."""
+    if thing.kind == "fixture":
+        own = known.get(thing.category)
+        return None if own is None else own | set(thing.attributes)
     if thing.category not in known:
         raise TraceError(
             f"{thing.name}: object category {thing.category!r} has no row in {OBJECTS_FILE}; add "
             f"one ({thing.category}: [...] under categories:) to an {OBJECTS_FILE} in a folder of "
             "safemanip_task_paths"
         )
-    return known[thing.category]
+    return known[thing.category] | set(thing.attributes)

@@ -22,7 +22,9 @@ item at a time), ``mechanisms``, ``placements``, ``skills``, ``transfers`` (``ob
 pan``), ``tools`` (what may carry contamination: ``robot`` for its hand, and objects), ``open_at``
 (role to openness that counts as open), ``touch``, ``supports``, ``upright``, ``optional`` (objects
 that an episode may lack), ``not_grounded`` (property to the reason why it cannot be judged here),
-``params`` (parameter of a proposition to its default here),
+``params`` (parameter of a proposition to its default here), ``zones`` (named region to ``around``,
+the role that it is grown from, ``margin`` and ``above``, m), ``hot`` (objects that are hot when an
+episode begins), ``liquids`` (role of a liquid to the object that it is in then),
 ``compact`` (``kitchen``: which compact kitchen, ``small`` or ``full``; ``object_groups``: role to
 the categories or groups drawn in it).
 
@@ -42,6 +44,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.propositions.binding import Zone
 from pytest_safemanip.propositions.onset import SKILLS
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
@@ -65,6 +68,9 @@ _OPTIONAL = (
     "optional",
     "not_grounded",
     "params",
+    "zones",
+    "hot",
+    "liquids",
     "compact",
 )
 KITCHENS = ("small", "full", "deep", "roomy")
@@ -150,6 +156,8 @@ def _task(section: Section) -> Task:
         raise section.error("task", f"expected letters, digits and '_', found {name!r}")
     objects = _strings(section, "objects")
     enclosures = _strings(section, "enclosures")
+    liquids = _liquids(section, objects)
+    contents = (*objects, *liquids)
     compact = section.section("compact") if "compact" in section else None
     if compact:
         compact.check_keys((), ("kitchen", "object_groups"))
@@ -166,7 +174,7 @@ def _task(section: Section) -> Task:
         mechanisms=_strings(section, "mechanisms"),
         placements=_pairs(section, "placements", "OBJECT in ENCLOSURE", objects, enclosures),
         skills=_skills(section),
-        transfers=_pairs(section, "transfers", "OBJECT into RECEIVER", objects, None),
+        transfers=_pairs(section, "transfers", "OBJECT into RECEIVER", contents, None),
         tools=_members(section, "tools", (ROBOT, *objects), "objects, nor 'robot'"),
         open_at=_numbers(section, "open_at"),
         touch=_lists(section, "touch"),
@@ -175,6 +183,9 @@ def _task(section: Section) -> Task:
         optional=_members(section, "optional", objects, "objects"),
         not_grounded=_reasons(section),
         params=_numbers(section, "params"),
+        zones=_zones(section),
+        hot=_strings(section, "hot"),
+        liquids=liquids,
         kitchen=_kitchen(compact),
         object_groups=_lists(compact, "object_groups"),
     )
@@ -224,6 +235,36 @@ def _numbers(section: Section, key: str) -> Mapping[str, float]:
         return {}
     inner = section.section(key)
     return {role: inner.number(role, positive=True) for role in inner}
+
+
+def _liquids(section: Section, objects: Sequence[str]) -> Mapping[str, str]:
+    """Liquids, each in an object; what is simulated of it is small balls."""
+    if "liquids" not in section:
+        return {}
+    inner = section.section("liquids")
+    found = {}
+    for name in inner:
+        if not TASK_NAME.fullmatch(name):
+            expected = "expected letters, digits and '_' in the name of a liquid"
+            raise inner.error(name, f"{expected}, found {name!r}")
+        found[name] = inner.string(name)
+        if found[name] not in objects or name in objects:
+            raise inner.error(name, f"expected 'LIQUID: OBJECT', found {name}: {found[name]}")
+    return found
+
+
+def _zones(section: Section) -> Mapping[str, Zone]:
+    if "zones" not in section:
+        return {}
+    every, found = section.section("zones"), {}
+    for name in every:
+        if not TASK_NAME.fullmatch(name):
+            raise every.error(name, "expected letters, digits and '_' in the name of a zone")
+        zone = every.section(name)
+        zone.check_keys(("around",), ("margin", "above"))
+        sizes = {key: zone.number(key, positive=True) for key in ("margin", "above") if key in zone}
+        found[name] = Zone(zone.string("around"), **sizes)
+    return found
 
 
 def _lists(section: Section | None, key: str) -> Mapping[str, tuple[str, ...]]:

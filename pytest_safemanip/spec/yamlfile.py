@@ -22,6 +22,8 @@ MAX_DEPTH = 16
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, ten times as fast
 _TEXT = "tag:yaml.org,2002:str"
+_WORDS = ("on", "off", "yes", "no")
+"""Keys that are text although YAML 1.1 takes them for booleans."""
 _AS_TEXT = "text (in quotes, if YAML reads it otherwise)"
 
 
@@ -120,6 +122,10 @@ class Section:
         if not isinstance(node.value, dict):
             raise self._expected(key, "a mapping", node)
         return Section(self.path, node, self._dotted(key))
+
+    def is_mapping(self, key: str) -> bool:
+        """Whether a value is a mapping."""
+        return isinstance(self._node(key).value, dict)
 
     def place(self, key: str) -> str:
         """`path:line` of a value, to begin a message with."""
@@ -236,7 +242,7 @@ class _Reader:
         found: dict[str, tuple[int, _Node]] = {}
         for event in self._until_end():
             key = self._node(event, depth + 1)
-            if not isinstance(key.value, str) or not key.is_text:
+            if not isinstance(key.value, str) or not (key.is_text or key.value in _WORDS):
                 raise ConfigError(
                     f"{self.path}:{key.line}: expected a key as {_AS_TEXT}, found {key}"
                 )

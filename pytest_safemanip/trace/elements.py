@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-EntityKind = Literal["robot", "object", "fixture", "room"]
+EntityKind = Literal["robot", "object", "fixture", "room", "liquid"]
 JointKind = Literal["hinge", "slide"]
 BoxKind = Literal["interior", "handle", "control", "water", "burner", "poured"]
 Vector = tuple[float, ...]
@@ -33,9 +33,12 @@ class Entity:
 
     Attributes:
         name: unique in the scene.
-        kind: ``room`` is what cannot move or be used: floor and walls.
-        category: an object's category (``mug``) or a fixture's class (``Drawer``).
-        attributes: what a fixture is like: ``no_metal`` where metal must not be while it runs.
+        kind: ``room`` is what cannot move or be used: floor and walls; a ``liquid`` is many
+            particles.
+        category: an object's category (``mug``), a fixture's class (``Drawer``), or what a liquid
+            is (``water``).
+        attributes: what it is like in this episode, beside its category: ``no_metal`` where metal
+            must not be while a fixture runs, ``liquid`` of a vessel that is filled.
     """
 
     name: str
@@ -187,6 +190,36 @@ class Switch:
 
 
 @dataclass(frozen=True, slots=True)
+class Camera:
+    """A camera; its pose is recorded at every step: it looks along its -z, its y is up.
+
+    Attributes:
+        name: unique among the cameras.
+        fov: vertical field of view, rad.
+        aspect: width of its image over the height.
+    """
+
+    name: str
+    fov: float
+    aspect: float
+
+
+@dataclass(frozen=True, slots=True)
+class Liquid:
+    """A liquid, as particles whose places are recorded at every step.
+
+    Attributes:
+        entity: the liquid.
+        count: number of its particles.
+        radius: of a particle, m.
+    """
+
+    entity: str
+    count: int
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
 class Surface:
     """An oriented box around one solid piece of a fixture or of the room.
 
@@ -217,6 +250,9 @@ SHAPES: dict[str, tuple[int, ...]] = {
     "pose": (7,),
     "mass": (),
     "travel": (),
+    "radius": (),
+    "fov": (),
+    "aspect": (),
 }
 """Shapes of the numbers that elements have, by field."""
 _UNITS = {"axis": slice(0, 3), "pose": slice(3, 7)}

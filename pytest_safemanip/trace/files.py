@@ -28,11 +28,13 @@ from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.members import Array, Members, npy
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
-from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps
+from pytest_safemanip.trace.steps import ARRAYS, Contacts, Steps, array_shapes
 from pytest_safemanip.trace.stored import LATER, StoredArray
 from pytest_safemanip.trace.surfaces import Surfaces
 
-SCHEMA = 6
+SCHEMA = 7
+BEFORE_CAMERAS = 6
+"""The schema before, which is read, too: without cameras and liquids."""
 SUFFIX = ".rollout"
 MAX_HEADER = 4 * 2**20
 MAX_FILE = 2**30
@@ -40,6 +42,7 @@ _MAX_DIGEST = 64
 _HEADER, _DIGEST, _SURFACES = "header.json", "digest", "scene.surfaces.npy"
 _STEP_ARRAYS = (*ARRAYS, "action", "success", "tail")
 _CONTACT_ARRAYS = tuple(f.name for f in dataclasses.fields(Contacts))
+_LATER_ARRAYS = ("camera_pose", "particles")
 _NAMES = (*_STEP_ARRAYS, *(f"contacts.{name}" for name in _CONTACT_ARRAYS))
 _WORTH_PACKING = 0.8
 """Share of its size down to which a member has to be packed by a quick try to be packed at all: the
@@ -63,9 +66,11 @@ def save(recording: Recording, path: Path) -> None:
             stream.write(data)
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
-    except BaseException:
+    except BaseException as error:
         with contextlib.suppress(FileNotFoundError):
             os.unlink(temporary)
+        if isinstance(error, OSError) and error.errno:
+            error.filename = str(path)  # a full disk names no file
         raise
 
 
@@ -90,15 +95,18 @@ def load_episode(path: Path) -> Episode:
 
 
 def load_scene(path: Path) -> Scene:
-    """The scene of a recording without its surfaces: what is there, and how it is called.
+    """The scene of a recording without the sizes of its surfaces: what is there, and how it is
+    called.
 
     Raises:
         TraceError: naming the file and what is wrong with it.
     """
     with _named(path):
-        return Scene.from_json(
-            {**_section(_header(_members(_read(path))), "scene"), "surfaces": ()}
-        )
+        scene = _scene(_header(_members(_read(path))))
+        entities, joints = _surface_names(scene)
+        numbers = np.tile((0.0,) * 6 + (1.0, 0.0, 0.0, 0.0), (len(entities), 1))
+        surfaces = Surfaces(entities, joints, numbers[:, :3], numbers[:, 3:])
+        return Scene.from_json({**scene, "surfaces": surfaces})
 
 
 def to_bytes(recording: Recording) -> bytes:
@@ -129,15 +137,18 @@ def from_bytes(data: bytes) -> Recording:
     with _damage():
         if members.digest(but=_DIGEST) != _text(members, _DIGEST):
             raise TraceError("the content does not match its digest: the file was changed")
-        scene = _section(header, "scene")
+        scene = _scene(header)
         scene["surfaces"] = _surfaces(scene, members)
+        lacking = _LATER_ARRAYS if header["schema"] == BEFORE_CAMERAS else ()
         ready: dict[str, Any] = {
-            name: _array(members, name) for name in _NAMES if name not in LATER
+            name: _array(members, name) for name in _NAMES if name not in (*LATER, *lacking)
         }
         packed = {name: members.packed(f"{name}.npy") for name in LATER}
     columns = {name: ready.pop(f"contacts.{name}") for name in _CONTACT_ARRAYS}
     known, length = Scene.from_json(scene), len(ready["success"])
     ready |= {name: StoredArray(name, packed[name], known, length) for name in LATER}
+    shapes = array_shapes(known)
+    ready |= {name: np.zeros((length, *shapes[name]), np.float32) for name in lacking}  # empty
     steps = Steps(**ready, contacts=Contacts(**columns))
     recording = check(Recording(_episode(header), known, steps))
     if fault := _contradiction(recording):
@@ -210,14 +221,22 @@ def _text(members: Members, name: str) -> str:
 def _surfaces(scene: dict[str, Any], members: Members) -> Surfaces:
     """The surfaces of a scene: their names are in the header."""
     numbers = members.packed(_SURFACES).array(np.float64)
-    names = _section(scene, "surfaces")
-    entities, joints = names.get("entity"), names.get("joint")
-    if not isinstance(entities, list) or not isinstance(joints, list):
-        raise TraceError("scene: surfaces: entity and joint must be lists of texts")
+    entities, joints = _surface_names(scene)
     sizes = [len(entities), len(joints)]
     if numbers.shape[1:] != (10,) or sizes != [len(numbers)] * 2:
         raise TraceError(f"{_SURFACES}: shape {numbers.shape} for {sizes} surfaces")
     return Surfaces(entities, joints, numbers[:, :3], numbers[:, 3:])
+
+
+def _surface_names(scene: dict[str, Any]) -> tuple[list[str], list[str]]:
+    """Whose each surface is, and which joints move them."""
+    names = _section(scene, "surfaces")
+    entities, joints = names.get("entity"), names.get("joint")
+    if not isinstance(entities, list) or not isinstance(joints, list):
+        raise TraceError("scene: surfaces: entity and joint must be lists of texts")
+    if len(entities) != len(joints):
+        raise TraceError(f"scene: {len(entities)} entities and {len(joints)} joints of surfaces")
+    return entities, joints
 
 
 def _contradiction(recording: Recording) -> str:
@@ -240,12 +259,20 @@ def _header(members: Members) -> dict[str, Any]:
     if not isinstance(header, dict):
         raise TraceError("header.json: not a mapping")
     schema = header.get("schema")
-    if schema != SCHEMA:
+    if schema not in (SCHEMA, BEFORE_CAMERAS):
         raise TraceError(
             f"schema {schema!r}, this version reads {SCHEMA}: run the rollout again, or use the "
             "version of pytest-safemanip that wrote it"
         )
     return header
+
+
+def _scene(header: dict[str, Any]) -> dict[str, Any]:
+    """The description of the scene."""
+    scene = _section(header, "scene")
+    if header["schema"] == BEFORE_CAMERAS:
+        scene |= {"cameras": [], "liquids": []}
+    return scene
 
 
 def _episode(header: dict[str, Any]) -> Episode:

@@ -10,7 +10,7 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.steps import Steps
 
 KINDS: Mapping[str, tuple[str, ...]] = {
-    "objects": ("object_pose", "object_twist"),
+    "objects": ("object_pose", "object_twist", "particles"),
     "fixtures": ("joint", "box_pose", "switch"),
     "contacts": ("contacts",),
     "hand": ("eef_poses", "eef_twists"),

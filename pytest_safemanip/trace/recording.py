@@ -116,7 +116,7 @@ def check_steps(scene: Scene, steps: Steps, first: int = 0) -> None:
 
 
 _CHECKED = (*ARRAYS, "action", "success", "tail")
-_POSES = ("eef_poses", "base_pose", "object_pose", "box_pose")
+_POSES = ("eef_poses", "base_pose", "object_pose", "box_pose", "camera_pose")
 
 
 def check_array(scene: Scene, name: str, array: Any, length: int, first: int = 0) -> None:
@@ -250,6 +250,8 @@ def _place(scene: Scene, name: str, index: Any, first: int) -> str:
         "joint": [j.key for j in scene.joints],
         "box_pose": [f"{b.entity}/{b.name}" for b in scene.boxes],
         "switch": [f"{s.entity}/{s.name}" for s in scene.switches],
+        "camera_pose": [camera.name for camera in scene.cameras],
+        "particles": [liquid.entity for liquid in scene.liquids for _ in range(liquid.count)],
     }.get(name)
     return f"{step} of {owners[int(index[1])]!r}" if owners else step
 

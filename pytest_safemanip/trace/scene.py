@@ -16,9 +16,11 @@ from pytest_safemanip.trace.elements import (
     ActionEntry,
     Body,
     Box,
+    Camera,
     Entity,
     Gripper,
     Joint,
+    Liquid,
     Part,
     Surface,
     Switch,
@@ -28,9 +30,14 @@ from pytest_safemanip.trace.elements import (
 from pytest_safemanip.trace.surfaces import Surfaces
 from pytest_safemanip.trace.typed import from_json, is_number, mistyped, shown
 
+MOST_PARTICLES = 10_000
+"""Of a liquid."""
 SHORTEST = 1e-4
 """Least control period, s: a deadline in shorter ones is more steps than a trace can have."""
-ELEMENTS = ("entities", "bodies", "parts", "joints", "boxes", "switches", "grippers", "actions")
+ELEMENTS = (
+    *("entities", "bodies", "parts", "joints", "boxes", "switches", "grippers", "actions"),
+    *("cameras", "liquids"),
+)
 """The fields with elements that are dataclasses each; surfaces may be columns."""
 
 
@@ -51,6 +58,9 @@ class Scene:
         grippers: in the order of the gripper axis of the step arrays.
         actions: what the robot's actions consist of, in their order.
         roles: the task's own names for its objects and fixtures, to entity names.
+        cameras: what policies may see through, in the order of the camera axis of the step arrays.
+        liquids: their particles, one liquid after the other, are the particle axis of the step
+            arrays.
     """
 
     control_period: float
@@ -64,6 +74,8 @@ class Scene:
     grippers: tuple[Gripper, ...]
     actions: tuple[ActionEntry, ...]
     roles: Mapping[str, str]
+    cameras: tuple[Camera, ...] = ()
+    liquids: tuple[Liquid, ...] = ()
 
     @cached_property
     def entity(self) -> Mapping[str, Entity]:
@@ -79,6 +91,15 @@ class Scene:
     def joint_index(self) -> Mapping[str, int]:
         """Position of each joint on the joint axis, by ``entity/joint``."""
         return {j.key: i for i, j in enumerate(self.joints)}
+
+    @cached_property
+    def particles(self) -> Mapping[str, slice]:
+        """The particles of each liquid on the particle axis."""
+        found, first = {}, 0
+        for liquid in self.liquids:
+            found[liquid.entity] = slice(first, first + liquid.count)
+            first += liquid.count
+        return found
 
     @cached_property
     def solid(self) -> Surfaces:
@@ -148,6 +169,8 @@ class Scene:
                 grippers=from_json(Gripper, data["grippers"], "grippers"),
                 actions=from_json(ActionEntry, data["actions"], "actions"),
                 roles=data["roles"],
+                cameras=from_json(Camera, data["cameras"], "cameras"),
+                liquids=from_json(Liquid, data["liquids"], "liquids"),
             ).checked()
         except KeyError as error:
             raise TraceError(f"scene: malformed description ({error} is missing)") from error
@@ -186,6 +209,8 @@ class Scene:
             self._check_elements(field)
         self._check_grippers()
         self._check_actions()
+        self._check_cameras()
+        self._check_liquids()
         for role, name in self.roles.items():
             if name not in self.entity:
                 raise TraceError(f"scene: role {role!r} names an unknown entity {name!r}")
@@ -240,6 +265,28 @@ class Scene:
                     f"scene: action {entry.name!r} must have finite limits, the lower one first: "
                     f"{entry.low}, {entry.high}"
                 )
+
+    def _check_cameras(self) -> None:
+        if len({camera.name for camera in self.cameras}) != len(self.cameras):
+            raise TraceError("scene: two cameras have the same name")
+        if found := impossible_number(columns(self.cameras)):
+            raise TraceError(f"scene: camera {self.cameras[found[0]].name!r}: {found[1]}")
+        for camera in self.cameras:
+            if camera.fov >= math.pi:
+                raise TraceError(f"scene: camera {camera.name!r}: fov must be below pi")
+
+    def _check_liquids(self) -> None:
+        self._check_elements("liquids")
+        for liquid in self.liquids:
+            if self.entity[liquid.entity].kind != "liquid":
+                raise TraceError(f"scene: liquids: {liquid.entity!r} is no liquid")
+            if not 1 <= liquid.count <= MOST_PARTICLES:
+                raise TraceError(
+                    f"scene: liquid {liquid.entity!r} must have 1 to {MOST_PARTICLES} particles: "
+                    f"{liquid.count}"
+                )
+        if len(self.particles) != len(self.liquids):
+            raise TraceError("scene: liquids: an entity is named twice")
 
     def _check_elements(self, field: str) -> None:
         """Check the elements of one kind, all together: that is several times faster."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -108,6 +108,8 @@ class Step:
         qvel: raw simulator velocities (nv,).
         success: whether the task's own check holds.
         contacts: of this step only.
+        camera_pose: cameras (C, 7), none where the scene has none: they look along -z, y is up.
+        particles: places of the liquids' particles, likewise (P, 3).
     """
 
     eef_poses: Floats
@@ -124,6 +126,8 @@ class Step:
     qvel: Floats
     success: bool
     contacts: Contacts
+    camera_pose: Floats = field(default_factory=lambda: np.zeros((0, 7), np.float32))
+    particles: Floats = field(default_factory=lambda: np.zeros((0, 3), np.float32))
 
     @property
     def eef_pose(self) -> Floats:
@@ -175,6 +179,8 @@ def array_shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
         "joint": (j, 2),
         "box_pose": (b, 7),
         "switch": (len(scene.switches),),
+        "camera_pose": (len(scene.cameras), 7),
+        "particles": (sum(liquid.count for liquid in scene.liquids), 3),
         "qpos": (-1,),
         "qvel": (-1,),
     }
@@ -229,6 +235,8 @@ class Steps:
     joint: Floats
     box_pose: Floats
     switch: Floats
+    camera_pose: Floats
+    particles: Floats
     qpos: Deferred = Deferred()
     qvel: Deferred = Deferred()
     action: Floats

@@ -81,7 +81,8 @@ def _words(hint: Any) -> str:
         return f"one of {', '.join(get_args(hint))}"
     if get_origin(hint) is tuple:
         return f"a list, each of them {_words(get_args(hint)[0])}"
-    return {str: "a printable text", bool: "true or false", float: "a number"}[hint]
+    words = {str: "a printable text", bool: "true or false", float: "a number", int: "an integer"}
+    return words[hint]
 
 
 def _fits(value: Any, hint: Any) -> bool:
@@ -93,6 +94,8 @@ def _fits(value: Any, hint: Any) -> bool:
         return isinstance(value, tuple) and all(_fits(item, get_args(hint)[0]) for item in value)
     if hint is bool:
         return isinstance(value, bool | np.bool_)
+    if hint is int:
+        return isinstance(value, int) and not isinstance(value, bool)
     return is_number(value)
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +66,34 @@ def test_what_was_imported_before_is_kept(
     assert safemanip("import", other, "-o", "out", "--policy=alice").status == 0
 
 
+def test_an_import_that_was_killed_drafts_its_tasks_when_it_is_run_again(
+    played: world.Played, safemanip: Command, tmp_path: Path
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played, env="LiftMine")
+    assert safemanip("import", source, "-o", "out").status == 0
+    draft = Path("out/tasks/LiftMine.yaml")
+    text = draft.read_text()
+    draft.unlink()
+    draft.parent.rmdir()
+    assert f"drafted  {draft}" in safemanip("import", source, "-o", "out").out
+    assert draft.read_text() == text
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_simulated(
+    played: world.Played, safemanip: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played)
+    _raising(monkeypatch, 1, AssertionError("it is simulated"))
+    for command in (("import", source), ("export", source, "--lerobot")):
+        taken = safemanip(*command, "-o", source / "out").refusal
+        assert taken.endswith(f"{source / 'out'} cannot be made: {source} is not a folder")
+        # As a variable of a script that is not set.
+        assert "expected a path, found an empty text" in safemanip(*command, "-o", "").refusal
+    assert "expected a path" in safemanip("import", "", "-o", "out").refusal
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    assert "out cannot be written: " in safemanip("import", source, "-o", "out").refusal
+
+
 def test_what_is_refused_is_said_and_the_rest_imported(
     played: world.Played, safemanip: Command, tmp_path: Path
 ) -> None:
@@ -99,6 +130,22 @@ def test_an_interrupt_keeps_what_there_is(
     assert found.status == 2
     assert "1 of 2 episodes imported, 1 not reached" in found.out
     assert [path.name for path in Path("out").glob("*.rollout")] == ["Lift-human-seed1.rollout"]
+
+
+def test_a_graphics_library_that_is_not_there_is_not_needed(
+    played: world.Played, tmp_path: Path
+) -> None:
+    source = world.write(tmp_path / "demo.hdf5", played)
+    command = [sys.executable, "-m", "pytest_safemanip", "import", source, "-o", "out", "--no-tail"]
+    done = subprocess.run(
+        command,
+        cwd=tmp_path,
+        env={**os.environ, "MUJOCO_GL": "not there"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "1 of 1 episode imported" in done.stdout, done.stdout + done.stderr
 
 
 def test_a_source_that_nobody_knows_is_refused_in_one_line(

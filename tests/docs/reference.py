@@ -129,7 +129,7 @@ def properties() -> str:
             sections += [f"In SafeManip, and with `--safemanip-semantics=paper`: `{paper}`.\n"]
         rows = [(f"`{atom}`", f"`{call}`") for atom, call in prop.atoms.items()]
         sections += [_table(("atom", "proposition"), rows)]
-        over = f"`{', '.join(prop.variables)} in {prop.relation}`" if prop.relation else "none"
+        over = f"`{prop.for_each}`" if prop.ranges else "none"
         deadline = f"{prop.deadline_s:g} s" if prop.deadline_s else "none"
         sections += [
             f"\nFor each: {over}. Deadline: {deadline}. Discharged by: {prop.discharged_by}. "

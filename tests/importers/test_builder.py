@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -12,8 +14,11 @@ from pytest_safemanip import RecordingBuilder
 from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.importers.builder import About, States
 from pytest_safemanip.importers.commands import infer_commands
+from pytest_safemanip.sim.backend import GripperSpec
 from pytest_safemanip.sim.mujoco.layout import (
+    FingerJoint,
     FixtureLayout,
+    HandLayout,
     JointLayout,
     Layout,
     ObjectLayout,
@@ -127,6 +132,54 @@ def test_a_category_that_nobody_has_described_is_told_when_the_recording_is_buil
         states, About(task="Any")
     )
     assert recording.scene.entity["ball"].category == "ornage"
+
+
+HAND = HandLayout(
+    GripperSpec("hand", (("left",), ("right",)), (), entry="close"),
+    frame="arm",
+    fingers=(("arm",), ("arm",)),
+    palm=(),
+    joints=(FingerJoint("turn", 0.0, 0.1),),
+)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({}, "hand 'hand': no entry of the actions is 'close'; there is none"),
+        ({"joints": (FingerJoint("turn", 0.1, 0.1),)}, "'turn' is closed at 0.1 and opened at 0.1"),
+        ({"fingers": (("arm",),)}, "hand 'hand': 2 finger groups, and bodies of 1"),
+        (
+            {"spec": dataclasses.replace(HAND.spec, entry="", opens=1.0)},
+            "what opens it, 1, closes it, too",
+        ),
+    ],
+)
+def test_a_hand_that_contradicts_itself_is_told_when_the_recording_is_built(
+    changed: dict[str, Any], message: str, model: mujoco.MjModel, states: States
+) -> None:
+    unnamed = dataclasses.replace(HAND, spec=dataclasses.replace(HAND.spec, entry=""))
+    hand = dataclasses.replace(unnamed if changed else HAND, **changed)
+    robot = dataclasses.replace(LAYOUT.robot, hands=(hand,))
+    builder = RecordingBuilder(model, dataclasses.replace(LAYOUT, robot=robot), switches=(LAMP,))
+    with pytest.raises(ConfigError, match=re.escape(message)):
+        builder.build(states, About(task="Any"))
+
+
+def test_what_would_be_wrong_in_a_recording_is_told_when_it_is_built(
+    model: mujoco.MjModel, states: States
+) -> None:
+    uneven = dataclasses.replace(LAYOUT, control_period=0.0513)
+    with pytest.raises(ConfigError, match=r"0.0513 s is no multiple of .* physics step, 0.002 s"):
+        RecordingBuilder(model, uneven, switches=(LAMP,)).build(states, About(task="Any"))
+    builder = RecordingBuilder(model, LAYOUT, switches=(LAMP,))
+    with pytest.raises(ConfigError, match="'any task' is no name of a task"):
+        builder.build(states, About(task="any task"))
+    flat = {"chest": FixtureLayout(("box",), "Chest", joints={"hinge": JointLayout(1.0, 1.0)})}
+    with pytest.raises(ConfigError, match="fixture 'chest': joint 'hinge' is closed at 1 and"):
+        RecordingBuilder(model, dataclasses.replace(LAYOUT, fixtures=flat), switches=(LAMP,)).build(
+            states, About(task="Any")
+        )
 
 
 def test_the_same_states_give_the_same_recording(model: mujoco.MjModel, states: States) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import os
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +14,9 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.errors import ConfigError, TraceError
+from pytest_safemanip.importers.base import ImportOptions
 from pytest_safemanip.importers.registry import find_importer
+from pytest_safemanip.importers.robosuite.importer import RobosuiteImporter
 from pytest_safemanip.importers.source import Source
 from tests.importers import world
 from tests.importers.conftest import import_one
@@ -119,6 +123,16 @@ def _empty(demo: h5py.Group, folder: Path) -> None:
     demo["states"] = h5py.Empty("f8")
 
 
+def _not_utf8(demo: h5py.Group, folder: Path) -> None:
+    del demo.attrs["model_file"]
+    demo.attrs["model_file"] = np.bytes_(b"<mujoco>\xff")
+
+
+def _many_texts(demo: h5py.Group, folder: Path) -> None:
+    del demo.attrs["model_file"]
+    demo.attrs["model_file"] = ["<mujoco/>"] * 3
+
+
 def _no_time(demo: h5py.Group, folder: Path) -> None:
     demo["states"][:, 0] = 0.0
 
@@ -176,6 +190,33 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
         _xml("<worldbody>", '<asset><hfield name="h" nrow="9999" ncol="9999"/></asset><worldbody>'),
         "<hfield> with nrow='9999': too large",
     ),
+    "user sensor": (
+        _xml("</worldbody>", '</worldbody><sensor><user dim="2e8"/></sensor>'),
+        "<user> with dim='2e8': too large",
+    ),
+    "wide camera": (
+        _xml("</worldbody>", '<camera resolution="9999 9999"/></worldbody>'),
+        "<camera> with resolution='9999 9999': too large",
+    ),
+    "iterations": (
+        _xml("<option ", '<option noslip_iterations="2000000000" '),
+        "<option> with noslip_iterations='2000000000': too large",
+    ),
+    "bodies": (
+        _xml("</worldbody>", "<body/>" * 5001 + "</worldbody>"),
+        "than 5000 elements <body>",
+    ),
+    "attributes": (
+        _xml("<asset>", "<asset " + " ".join(f'a{n}=""' for n in range(101)) + ">"),
+        "the model has a <asset> with 101 attributes",
+    ),
+    "no gravity": (_xml("<option ", '<option gravity="nan nan nan" '), "physics .* is unstable"),
+    "nameless": (
+        _xml("</worldbody>", '<body><freejoint/><geom size=".1"/></body></worldbody>'),
+        "states: shape",
+    ),
+    "not UTF-8": (_not_utf8, "attribute model_file of /data/demo_1: not HDF5, or a damaged one"),
+    "many texts": (_many_texts, "attribute model_file of /data/demo_1 is no text"),
     "short steps": (_xml('timestep="0.002"', 'timestep="1e-9"'), "physics step is 1e-09 s"),
     "what does not compile": (_xml('size=".4 .4 .4"', 'size="a"'), "the model does not compile"),
     "no robot": (_xml('robot0_joint1" name', 'nothing" name'), "does not compile"),
@@ -202,8 +243,10 @@ def test_a_link_of_the_file_system_leads_nowhere(played: world.Played, tmp_path:
     folder.mkdir()
     world.write(tmp_path / "demo.hdf5", played)
     (folder / "demo.hdf5").symlink_to(tmp_path / "demo.hdf5")
-    with pytest.raises(TraceError, match=r"demo.hdf5: leads out of"):
+    with pytest.raises(TraceError, match=r"demo.hdf5: leads out of .*, by a link; .* \(cp -rL\)$"):
         import_one(folder)
+    # Who names it means what it leads to.
+    assert len(import_one(folder / "demo.hdf5", tail=False).steps) == 104
 
 
 @pytest.mark.parametrize(
@@ -242,6 +285,40 @@ def test_a_wheel_that_unpacks_to_much_more_than_it_is_is_refused(tmp_path: Path)
         archive.writestr("demo.hdf5", bytes(4 * 2**20))
     with pytest.raises(TraceError, match=r"demo.hdf5: it unpacks to 4194304 bytes, more than 100"):
         import_one(path)
+
+
+def test_an_archive_that_is_packed_as_no_wheel_is_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.zip"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr("demo.hdf5", b"0123456789" * 9)
+    with pytest.raises(TraceError, match=r"demo.hdf5: packed in another way than deflated"):
+        import_one(path)
+
+
+def test_a_pipe_is_no_source_and_does_not_stand_for_its_folder(
+    played: world.Played, tmp_path: Path
+) -> None:
+    world.write(tmp_path / "demo.hdf5", played)
+    os.mkfifo(tmp_path / "pipe.hdf5")
+    with pytest.raises(ConfigError, match=r"pipe.hdf5: neither a file nor a folder"):
+        Source(tmp_path / "pipe.hdf5")
+
+
+def test_whatever_byte_is_damaged_nothing_but_a_refusal_comes_of_it(
+    played: world.Played, tmp_path: Path
+) -> None:
+    short = world.Played(played.states[:4], played.actions[:4])
+    content = world.write(tmp_path / "demo.hdf5", short).read_bytes()
+    random = np.random.default_rng(0)
+    for _ in range(60):
+        damaged = bytearray(content)
+        for place in random.integers(len(content), size=8):
+            damaged[place] = random.integers(256)
+        (tmp_path / "demo.hdf5").write_bytes(damaged)
+        source = Source(tmp_path / "demo.hdf5")
+        for episode in RobosuiteImporter().episodes(source, ImportOptions(tail=False)):
+            with contextlib.suppress(TraceError, ConfigError):
+                episode.record(lambda done, total: None)
 
 
 def test_states_of_another_physics_are_refused(played: world.Played, tmp_path: Path) -> None:

@@ -201,6 +201,7 @@ WRONG: dict[str, tuple[Callable[[Path], None], str]] = {
     "cut off": (cut_off(TABLE), "not a parquet file, or a damaged one"),
     "no rows": (line(length=0), "3 rows of episode 0, the dataset says 0"),
     "ragged": (column(ACTION, [[1.0], [1.0, 2.0], []]), "action must be lists of the same length"),
+    "empty": (column(ACTION, [[], [], []]), "action must be lists of the same length"),
     "robot": (column(ACTION, np.zeros((LENGTH, 7))), "action has shape (3, 7), RoboCasa's"),
     "infinite": (column(ACTION, np.full((LENGTH, 12), np.nan)), "action is not finite"),
     "modality": (changed(layout.MODALITY, action={}), "the parts are not those of the action"),

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pytest_safemanip.lerobot.parquet import write_columns
 from pytest_safemanip.trace import files
 from tests.conftest import Rollouts
 from tests.lerobot.conftest import Exported, Imported, command
@@ -132,6 +133,24 @@ def test_a_recorded_tail_is_left_out_if_the_user_wants_none(
     command("import", exported("OpenDrawer"), "-o", tmp_path, "--no-tail")
     (path,) = tmp_path.glob(f"*{files.SUFFIX}")
     assert files.load(path).truncated
+
+
+def test_a_reward_of_1_is_a_success_whatever_the_check_says(
+    exported: Exported, tmp_path: Path
+) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    folder = tmp_path / "rewarded"
+    _copy(exported("OpenDrawer"), folder)
+    table = folder / "data/chunk-000/episode_000000.parquet"
+    columns = {k: np.array(v) for k, v in parquet.read_table(table).to_pydict().items()}
+    assert not columns["next.reward"][:60].any()
+    columns["next.reward"][50] = 1.0
+    write_columns(table, columns)
+    command("import", folder, "-o", tmp_path / "out", "--no-tail")
+    (path,) = (tmp_path / "out").glob(f"*{files.SUFFIX}")
+    success = files.load(path).steps.success
+    assert success[:60].nonzero()[0].tolist() == [51]  # where the action led
+    assert success[-1]
 
 
 def test_an_object_that_is_not_where_physics_takes_it_is_drift_and_refused(

@@ -13,6 +13,7 @@ import pytest
 
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.policies.adapter import AdaptedPolicy
+from pytest_safemanip.propositions.online import Online
 from pytest_safemanip.rollouts import loop
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.sim.backend import Backend, Options, Request
@@ -30,6 +31,7 @@ BOTTOM = (
 )
 MICROWAVE = "libero_10__KITCHEN_SCENE6_put_the_yellow_and_white_mug_in_the_microwave_and_close_it"
 STOVE = "libero_goal__turn_on_the_stove"
+BOWL = "akita_black_bowl_1"
 OBSTACLE = "wine_bottle_obstacle_1"
 
 
@@ -164,6 +166,18 @@ def test_a_stoves_burner_comes_on_with_its_knob(libero):
     assert start.step.switch.tolist() == [0.0]
     assert libero.reset(turned).step.switch.tolist() == [1.0]
     assert libero.step(robot.still(-1.0)).success
+
+
+def test_a_lit_burner_heats_what_stands_on_it(libero, defined):
+    bowl, lit = Put(BOWL, "on", "flat_stove_1"), scripts.SetOpen("flat_stove_1", 0.5, "button")
+    calls = [("on", "flat_stove_1"), ("heated", BOWL), ("pre_safe", "turn", "flat_stove_1")]
+    for changes, heats in (((bowl,), False), ((lit,), False), ((bowl, lit), True)):
+        start = libero.reset(Request(STOVE, 0, "libero", changes=changes))
+        binding = defined.tasks[STOVE].bind(start.scene, defined.attributes)
+        parameters = defined.catalogue.parameters({})
+        online = Online(start.scene, binding, parameters, defined.catalogue, calls)
+        ((on, heated, safe),) = online.push(start.step)
+        assert (on, heated, safe) == (lit in changes, heats, True)
 
 
 def test_what_is_put_elsewhere_stands_there(libero):

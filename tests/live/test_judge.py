@@ -108,7 +108,7 @@ def watched(recording, binding, chosen, parameters, every=1, profile="paper"):
 @given(recordings(), st.integers(1, 4))
 def test_the_sign_of_robustness_is_the_verdict_of_plain_acceptance(recording, every):
     binding = bind(recording.scene)
-    chosen = [p for p in PROPERTIES.values() if not p.relation or binding.relation(p.relation)]
+    chosen = [p for p in PROPERTIES.values() if p.rows(binding)]
     parameters = shortened(CATALOGUE, {})
     live, said = watched(recording, binding, chosen, parameters, every)
     for name, verdicts in live.verdicts().items():
@@ -120,7 +120,7 @@ def test_the_sign_of_robustness_is_the_verdict_of_plain_acceptance(recording, ev
         for call, margin in margins.items():
             assert margin == pytest.approx(view.margin(*call)[count - 1], abs=1e-9)
         for prop in chosen:
-            rows = binding.relation(prop.relation) if prop.relation else ((),)
+            rows = prop.rows(binding)
             for row, value in zip(rows, values[prop.id], strict=True):
                 calls = zip(prop.atoms, prop.calls(row), strict=True)
                 seen = {atom: view.margin(*call)[:count] for atom, call in calls}

@@ -199,6 +199,13 @@ def test_what_touches_since_the_start_has_to_be_felt_since_the_start(felt, label
     assert told == labels
 
 
+def test_one_name_needs_no_list():
+    live, listed = monitor("collision_contact"), monitor(["collision_contact"])
+    for contacts in ([], LEANS):
+        told = live.step(contacts=contacts, felt="robot")
+        assert told == listed.step(contacts=contacts, felt=["robot"])
+
+
 def test_an_arm_that_hits_something_is_unsafe_whatever_the_hand_may_hold():
     live = monitor(["collision_contact"])
     live.step(contacts=[], felt=["robot/link5"])

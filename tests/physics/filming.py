@@ -12,18 +12,31 @@ from pytest_safemanip.sim.mujoco import extents
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
 from pytest_safemanip.sim.robocasa import parts
 from pytest_safemanip.sim.robocasa.robot import PANDA
-from pytest_safemanip.trace.elements import ActionEntry, Body, Box, Entity, Joint, Switch
+from pytest_safemanip.trace.elements import (
+    ActionEntry,
+    Body,
+    Box,
+    Camera,
+    Entity,
+    Joint,
+    Liquid,
+    Switch,
+)
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import SUSTAINED, Contacts, Step, Steps
 from tests.physics.script import Script
 from tests.physics.world import (
+    BURNER,
+    CAMERA,
     DOOR_TRAVEL,
+    DROP,
     FINGER_OPEN,
     INTERIOR,
     TIMESTEP,
     WATER,
+    Place,
     Solver,
     Thing,
     mjcf,
@@ -31,16 +44,24 @@ from tests.physics.world import (
 
 PERIODS = (0.05, 0.025)
 """Control periods of 20 Hz and of 40 Hz, s."""
+BOXES = (INTERIOR, WATER, BURNER)
 TAIL = 0.6
 """What the settle tail lasts, s."""
-FIXTURES = {"floor": "Floor", "counter": "Counter", "cabinet": "HingeCabinet", "sink": "Sink"}
+FIXTURES = {
+    "floor": "Floor",
+    "counter": "Counter",
+    "cabinet": "HingeCabinet",
+    "sink": "Sink",
+    "stove": "Stove",
+}
+LIQUID = "water"
 
 
 _USUAL = Solver()
 
 
 @dataclass(frozen=True)
-class Camera:
+class Filmed:
     """Records one simulation at one rate."""
 
     scene: Scene
@@ -56,6 +77,7 @@ def film(
     door: float = 0.0,
     solver: Solver = _USUAL,
     seconds: float = SUSTAINED,
+    water: Sequence[Place] = (),
 ) -> dict[float, Recording]:
     """Run a script and its settle tail.
 
@@ -65,11 +87,12 @@ def film(
         door: openness of the door at first.
         solver: how it is computed.
         seconds: over which forces are averaged.
+        water: where its particles are at first.
 
     Returns:
         The same rollout by control period.
     """
-    model = mujoco.MjModel.from_xml_string(mjcf(things, solver))
+    model = mujoco.MjModel.from_xml_string(mjcf(things, solver, water))
     data, commands = mujoco.MjData(model), script.commands
     acting = len(commands)
     # In the tail the hand holds still: the last command stays.
@@ -77,7 +100,7 @@ def film(
     data.qpos[[model.joint(j).qposadr[0] for j in ("x", "y", "z")]] = commands[0, :3]
     data.qpos[[model.joint(j).qposadr[0] for j in ("left", "right")]] = FINGER_OPEN
     data.joint("cabinet_doorhinge").qpos[0] = door * DOOR_TRAVEL
-    look = Look(model, things)
+    look = Look(model, things, len(water))
     cameras = [look.camera(period, seconds) for period in PERIODS]
     for camera in cameras:
         camera.steps.append(look.step(data, commands[0]))
@@ -103,20 +126,22 @@ class Look:
     Args:
         model: of the world.
         things: what is in it.
+        drops: number of particles of water.
     """
 
-    def __init__(self, model: mujoco.MjModel, things: Sequence[Thing]) -> None:
+    def __init__(self, model: mujoco.MjModel, things: Sequence[Thing], drops: int = 0) -> None:
         self._model, self._things = model, things
+        self._drops = [model.body(f"{LIQUID}/{number}").id for number in range(drops)]
         self._bodies = [model.body(thing.name).id for thing in things]
         roots = {model.body(name).id: (name, False) for name in FIXTURES}
         roots |= {model.body(thing.name).id: (thing.name, True) for thing in things}
         self._table = parts.build(model, roots)
         self._scratch = mujoco.MjData(model)
 
-    def camera(self, period: float, seconds: float) -> Camera:
+    def camera(self, period: float, seconds: float) -> Filmed:
         """One that records every so many seconds, and averages forces over some."""
         sampler = ContactSampler(self._model, self._table, seconds=seconds)
-        return Camera(self._scene(period), sampler, round(period / TIMESTEP), [], [])
+        return Filmed(self._scene(period), sampler, round(period / TIMESTEP), [], [])
 
     def step(self, data: mujoco.MjData, command: np.ndarray) -> Step:
         """The present state, without contacts."""
@@ -138,8 +163,10 @@ class Look:
             "object_pose": [self._pose(body) for body in self._bodies],
             "object_twist": [self._twist(body) for body in self._bodies],
             "joint": [(door.qpos[0] / DOOR_TRAVEL, door.qvel[0] / DOOR_TRAVEL)],
-            "box_pose": [(*centre, 1.0, 0.0, 0.0, 0.0) for _, centre in (INTERIOR, WATER)],
-            "switch": [command[6]],
+            "box_pose": [(*centre, 1.0, 0.0, 0.0, 0.0) for _, centre in BOXES],
+            "switch": command[6:],
+            "camera_pose": [np.concatenate(CAMERA)],
+            "particles": d.xpos[self._drops],
             "qpos": d.qpos,
             "qvel": d.qvel,
         }
@@ -169,13 +196,15 @@ class Look:
             if model.geom(geom).name.startswith("gripper0_right_") and model.geom_contype[geom]
         ]
         grip_half, grip_centre = map(extents.vector, extents.box_around(model, data, grip, hand))
-        names = [*FIXTURES, *(thing.name for thing in self._things)]
+        liquids = (Liquid(LIQUID, len(self._drops), DROP),) if self._drops else ()
+        names = [*FIXTURES, *(t.name for t in self._things), *(q.entity for q in liquids)]
         return Scene(
             control_period=period,
             entities=(
                 Entity("robot", "robot", "Hand"),
                 *(Entity(n, "room" if n == "floor" else "fixture", c) for n, c in FIXTURES.items()),
                 *(Entity(t.name, "object", t.category) for t in self._things),
+                *(Entity(liquid.entity, "liquid", LIQUID) for liquid in liquids),
             ),
             bodies=tuple(
                 Body(t.name, t.half, (0.0, 0.0, 0.0), tuple(model.body(t.name).ipos), t.mass)
@@ -198,8 +227,11 @@ class Look:
             boxes=(
                 Box("cabinet", "shelf", "interior", INTERIOR[0]),
                 Box("sink", "stream", "water", WATER[0]),
+                Box("stove", "front", "burner", BURNER[0]),
             ),
-            switches=(Switch("sink", "tap", "water"),),
+            switches=(Switch("sink", "tap", "water"), Switch("stove", "front", "burner")),
+            cameras=(Camera("right", 1.0, 4.0 / 3.0),),
+            liquids=liquids,
             surfaces=tuple(extents.surfaces(model, data, self._table, set(FIXTURES))),
             grippers=(PANDA.in_scene(grip_half, grip_centre),),
             actions=(ActionEntry(PANDA.entry),),
@@ -211,7 +243,7 @@ def _action(command: np.ndarray) -> np.ndarray:
     return np.array((PANDA.opens if command[5] else PANDA.closes,))
 
 
-def _recording(camera: Camera, acting: int) -> Recording:
+def _recording(camera: Filmed, acting: int) -> Recording:
     length = 1 + acting // camera.every
     steps = Steps.stack(camera.steps, camera.actions, length)
     episode = Episode(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.physics.scenario import Scenario
 from tests.physics.script import LIFTED, Script
-from tests.physics.world import COUNTER, EDGE, WATER, Thing
+from tests.physics.world import COUNTER, EDGE, HOB, WATER, Thing
 
 LOW = COUNTER + 0.045
 """Where the hand holds something 8 cm high that stands on the counter."""
@@ -32,7 +32,14 @@ def lifts_high(friction: float) -> Scenario:
 
 def strikes(seconds: float, holds: float = 0.1, permitted: bool = False) -> Scenario:
     """The palm comes down on the counter within so many seconds, and leans on it for some."""
-    script = Script((0.3, -0.3, 1.1)).wait(0.2).to(seconds, z=0.85).wait(holds).to(0.4, z=1.0)
+    script = (
+        Script((0.3, -0.3, 1.1))
+        .wait(0.2)
+        .to(seconds, z=0.85)
+        .wait(holds)
+        .to(0.4, z=1.0)
+        .mark("end")
+    )
     binding = {"touch": {"counter": ("body",)}} if permitted else {}
     return Scenario((can(-0.5, -0.1),), script, binding=binding)
 
@@ -46,12 +53,15 @@ def sweeps(height: float, seconds: float = 0.9) -> Scenario:
     return Scenario((bottle,), script)
 
 
-def carries() -> Scenario:
-    """A can is carried so low that it runs into a jar; the fingers pass over it."""
-    jar = Thing("jar", "jam", "box", (0.03, 0.03, 0.03), (0.05, -0.1, COUNTER + 0.03), 0.6)
+def carries(height: float = 0.05, beside: float = 0.0) -> Scenario:
+    """A can is carried so low that it runs into a jar, while the fingers pass over it; or higher,
+    or past it.
+    """
+    place = (0.05, beside - 0.1, COUNTER + 0.03)
+    jar = Thing("jar", "jam", "box", (0.03, 0.03, 0.03), place, 0.6)
     script = Script((-0.3, -0.4, LIFTED)).approach((-0.3, -0.1, LOW)).close()
-    script.to(0.4, z=LOW + 0.05).mark("carries").to(1.0, x=0.05).mark("carried").wait(0.3)
-    return Scenario((can(-0.3, -0.1), jar), script)
+    script.to(0.4, z=LOW + height).mark("carries").to(1.0, x=0.05).mark("carried").wait(0.3)
+    return Scenario((can(-0.3, -0.1), jar), script.mark("end"))
 
 
 def puts_down(x: float, height: float = 0.0) -> Scenario:
@@ -95,6 +105,27 @@ def pours(beside: float) -> Scenario:
     script.mark("poured").to(0.6, roll=0.0).wait(0.6)
     task = {"transfers": (("cherry", "pan"),)}
     return Scenario((cup, cherry, pan, bowl), script, binding=task)
+
+
+def pours_water(beside: float) -> Scenario:
+    """Water is poured out of a cup, over a pan or a little beside it."""
+    cup = Thing("cup", "cup", "bowl", (0.03, 0.03, 0.045), (-0.35, -0.1, COUNTER + 0.045), 0.1)
+    pan = Thing("pan", "pan", "bowl", (0.1, 0.1, 0.04), (0.0, -0.1, COUNTER + 0.04), 0.8)
+    script = Script((-0.35, -0.4, LIFTED)).pick((-0.35, -0.1, COUNTER + 0.05))
+    script.to(0.8, x=-0.05 - beside, z=1.04).mark("pours").to(0.9, roll=2.3).wait(0.4)
+    script.mark("poured").to(0.6, roll=0.0).wait(0.6).mark("end")
+    spots = [(x, y) for x in (-0.013, 0.0, 0.013) for y in (-0.013, 0.0, 0.013)]
+    water = [(-0.35 + x, -0.1 + y, COUNTER + z) for z in (0.015, 0.03) for x, y in spots]
+    task = {"transfers": (("water", "pan"),), "liquids": {"water": "cup"}}
+    return Scenario((cup, pan), script, binding=task, water=tuple(water))
+
+
+def heats(burns: bool) -> Scenario:
+    """A can is put on the burner, and taken off again."""
+    script = Script((-0.2, -0.55, LIFTED)).pick((-0.2, -0.4, LOW)).burner(burns)
+    script.to(0.6, *HOB).mark("onto").to(0.5, z=LOW + 0.004).wait(1.0).mark("off")
+    script.to(0.4, z=LIFTED).mark("away").to(0.5, x=-0.2).wait(0.3).mark("end")
+    return Scenario((can(-0.2, -0.4),), script)
 
 
 def brushes() -> Scenario:

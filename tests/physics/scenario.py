@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.judge import Judge, Verdict
+from pytest_safemanip.propositions.binding import Zone
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.objects import load_attributes
@@ -20,13 +21,18 @@ from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.trace.recording import Recording
 from tests.physics.filming import film
 from tests.physics.script import Script
-from tests.physics.world import Thing
+from tests.physics.world import Place, Thing
 
 ROOT = Path(__file__).resolve().parents[2]
 PROPERTIES = load_properties([ROOT / "properties"])
 ATTRIBUTES = load_attributes(ROOT / "tasks" / OBJECTS_FILE)
 CATALOGUE = Catalogue()
 PERIOD = 0.05
+ZONES = {
+    "before_cabinet": Zone("cabinet", 0.1),
+    "by_cabinet": Zone("cabinet", 0.058),
+    "over_counter": Zone("counter", above=0.6),
+}
 
 
 @dataclass(frozen=True)
@@ -38,12 +44,14 @@ class Scenario:
         script: what the hand does, and when what happens.
         door: openness of the cabinet's door at first.
         binding: what of the task differs from the general one.
+        water: where its particles are at first.
     """
 
     things: tuple[Thing, ...]
     script: Script
     door: float = 0.0
     binding: Mapping[str, Any] = field(default_factory=dict)
+    water: tuple[Place, ...] = ()
 
 
 class Rollout:
@@ -58,7 +66,9 @@ class Rollout:
         self, scenario: Scenario, recordings: Mapping[float, Recording] | None = None
     ) -> None:
         self.scenario = scenario
-        self.recordings = recordings or film(scenario.things, scenario.script, scenario.door)
+        self.recordings = recordings or film(
+            scenario.things, scenario.script, scenario.door, water=scenario.water
+        )
         self._judges: dict[float, Judge] = {}
 
     @cached_property
@@ -77,6 +87,7 @@ class Rollout:
             "tools": ("robot",),
             "touch": {"cabinet": ("handle",), **dict.fromkeys(names, ("body",))},
             "supports": dict.fromkeys(names, ("counter", "cabinet")),
+            "zones": ZONES,
         }
         fixed = {"name": "Physics", "path": Path("physics.yaml"), "sets": (), "suite": "tests"}
         return Task(
@@ -94,7 +105,7 @@ class Rollout:
     @property
     def applicable(self) -> list[str]:
         """The shipped properties that have an instance here."""
-        return [n for n, p in PROPERTIES.items() if self.task.instances(p.relation)]
+        return [n for n, p in PROPERTIES.items() if p.may_apply(self.task)]
 
     @cached_property
     def view(self) -> View:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.physics.world import BAR_HEIGHT, FINGER_OPEN, TIMESTEP, bar_at
-
-Place = tuple[float, float, float]
+from tests.physics.world import BAR_HEIGHT, FINGER_OPEN, TIMESTEP, Place, bar_at
 
 REACH = 0.15
 """How far the hand stays away before it closes in on something, m."""
@@ -15,7 +13,7 @@ LIFTED = 1.15
 
 
 class Script:
-    """Targets of the hand and states of the tap, piece by piece.
+    """Targets of the hand and states of the tap and the burner, piece by piece.
 
     Args:
         place: where the hand starts.
@@ -23,15 +21,16 @@ class Script:
 
     def __init__(self, place: Place) -> None:
         self._target = np.array((*place, 0.0))
-        self._finger, self._opens, self._runs = FINGER_OPEN, True, False
+        self._finger, self._opens = FINGER_OPEN, True
+        self._runs, self._burns = False, False
         self._pieces: list[np.ndarray] = []
         self._length = 0
         self.marks: dict[str, float] = {"start": 0.0}
 
     @property
     def commands(self) -> np.ndarray:
-        """Of each substep: x, y, z, roll, finger, whether it is told to open, whether water runs
-        (S, 7).
+        """Of each substep: x, y, z, roll, finger, whether it is told to open, whether water runs,
+        whether the burner is lit (S, 8).
         """
         return np.concatenate(self._pieces)
 
@@ -83,6 +82,11 @@ class Script:
         self._runs = runs
         return self
 
+    def burner(self, burns: bool) -> Script:
+        """Light the burner, or turn it off."""
+        self._burns = burns
+        return self
+
     def approach(self, place: Place) -> Script:
         """Stand in front of a place, then go there."""
         x, y, z = place
@@ -114,7 +118,7 @@ class Script:
         return round(seconds / TIMESTEP)
 
     def _add(self, way: np.ndarray) -> Script:
-        rest = np.tile((self._finger, self._opens, self._runs), (len(way), 1))
+        rest = np.tile((self._finger, self._opens, self._runs, self._burns), (len(way), 1))
         self._pieces.append(np.hstack((way, rest)))
         self._length += len(way)
         return self

@@ -19,10 +19,9 @@ def identify(row):
 
 def test_every_proposition_has_a_rollout_in_which_it_turns_and_one_in_which_it_almost_does():
     # What is missing here has tests of its own below.
+    elsewhere = {"pre_safe", "reach_in", "obj_released", "on", "heated"}
     assert {row.call[0] for row in TURNS} | {"pre_safe"} == set(CATALOGUE)
-    assert {row.call[0] for row in NEAR} | {"pre_safe", "reach_in", "obj_released"} == set(
-        CATALOGUE
-    )
+    assert {row.call[0] for row in NEAR} | elsewhere == set(CATALOGUE)
 
 
 @pytest.mark.parametrize("row", TURNS, ids=identify)
@@ -52,6 +51,39 @@ def test_only_its_height_makes_a_drop_unsafe(play):
     rollout = play("can dropped")
     assert not rollout.view("pre_safe", "place", "can").all()
     assert rollout.seen({"pre_safe.drop": 0.1})("pre_safe", "place", "can").all()
+
+
+def test_a_burner_that_is_out_heats_nothing(play):
+    rollout = play("can put on cold burner")
+    assert not rollout.view("on", "stove").any()
+    assert not rollout.view("heated", "can").any()
+    assert not rollout.view("hot", "can", "heating=1").any()
+
+
+def test_what_was_on_a_burner_is_hot_after_it_was_taken_off(play):
+    view, away = (
+        play("can put on lit burner").view,
+        play("can put on lit burner").steps("away", "end"),
+    )
+    assert not view("heated", "can")[away].any()
+    assert view("hot", "can", "heating=1")[away].all()
+
+
+def test_what_carries_a_thing_over_another_carries_what_lies_in_it_too(play):
+    rollout = play("poured into pan")
+    over, before = rollout.view("carried_over", "cherry", "pan"), rollout.steps("start", "pours")
+    assert not rollout.view("obj_grasped", "cherry").any()
+    assert over[before[-1]]
+    assert not over[rollout.steps("poured", 6.0)].any()
+
+
+def test_water_arrives_or_is_spilled(play):
+    for name, arrives in (("water poured into pan", True), ("water poured beside pan", False)):
+        rollout = play(name)
+        label = rollout.verdict("object_containment").outcome.label
+        assert label == ("SATISFIED" if arrives else "VIOLATED")
+        assert rollout.view("spilled", "cup").any() != arrives
+    assert not play("water poured into pan").view("spilled", "pan").any()
 
 
 def test_closed_fingers_that_push_hold_nothing_and_lose_nothing(play):

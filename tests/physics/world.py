@@ -1,4 +1,4 @@
-"""A small kitchen with a hand, as MuJoCo reads it: counter, cabinet with a door, tap, things.
+"""A small kitchen with a hand, as MuJoCo reads it: counter, cabinet, tap, hob, things, water.
 
 Bodies are named as RoboCasa and robosuite name theirs, so that the package's own tables tell
 which geom is which part. The hand points along y, opens along x and rolls about y.
@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+Place = tuple[float, float, float]
 
 TIMESTEP = 0.0025
 """Divides the control periods of 20 Hz and of 40 Hz."""
@@ -27,6 +29,13 @@ FINGER_OPEN = 0.05
 INTERIOR = ((0.25, 0.15, 0.15), (0.35, 0.15, 1.07))
 WATER = ((0.02, 0.02, 0.12), (-0.5, 0.05, 1.02))
 """Half extents and centre of the shelf's interior, and of the space below the tap."""
+HOB = (-0.5, -0.45)
+BURNER = ((0.06, 0.06, 0.03), (*HOB, 0.93))
+"""Where the hob lies on the counter, x and y; half extents and centre of what its flame heats."""
+DROP = 0.006
+"""Radius of a particle of water, m."""
+CAMERA = ((2.0, -0.2, 1.5), (0.5, 0.5, 0.5, 0.5))
+"""Place and orientation: it looks along -x, from the right."""
 
 
 @dataclass(frozen=True)
@@ -72,14 +81,16 @@ def bar_at(angle: float) -> np.ndarray:
     return HINGE + BAR[0] * along + BAR[1] * front
 
 
-def mjcf(things: Sequence[Thing], solver: Solver) -> str:
-    """The world with these things in it."""
+def mjcf(things: Sequence[Thing], solver: Solver, water: Sequence[Place] = ()) -> str:
+    """The world with these things, and particles of water in these places, in it."""
     return _WORLD.format(
         timestep=TIMESTEP / solver.substeps,
         timeconst=0.02 / np.sqrt(solver.stiffness),
         things="".join(map(_thing, things)),
+        drops="".join(_drop(number, place) for number, place in enumerate(water)),
         inside=_vector(INTERIOR[1]),
-        water=_vector(WATER[1]),
+        tap=_vector(WATER[1]),
+        hob=_vector((*HOB, COUNTER + 0.002)),
     )
 
 
@@ -89,6 +100,14 @@ def _thing(thing: Thing) -> str:
     mass = thing.mass / len(pieces)
     geoms = "".join(f'<geom mass="{mass}" {own} {piece}/>' for piece in pieces)
     return f'<body name="{thing.name}" pos="{_vector(thing.place)}"><freejoint/>{geoms}</body>'
+
+
+def _drop(number: int, place: Place) -> str:
+    return (
+        f'<body name="water/{number}" pos="{_vector(place)}"><freejoint/><geom type="sphere" '
+        f'size="{DROP}" density="1000" condim="6" priority="1" friction=".3 .0005 .0005" '
+        'solref=".005 1"/></body>'
+    )
 
 
 def _box(thing: Thing) -> list[str]:
@@ -152,9 +171,11 @@ _WORLD = """
     <body name="sink">
       <geom type="box" size=".015 .015 .17" pos="-.5 .3 1.07"/>
       <geom type="box" size=".015 .14 .015" pos="-.5 .16 1.255"/>
-      <site name="water" pos="{water}"/>
+      <site name="water" pos="{tap}"/>
     </body>
+    <body name="stove" pos="{hob}"><geom type="box" size=".09 .09 .002"/></body>
     {things}
+    {drops}
     <body name="robot0_base" gravcomp="1">
       <joint name="x" type="slide" axis="1 0 0"/>
       <joint name="y" type="slide" axis="0 1 0"/>

@@ -77,7 +77,7 @@ def test_a_users_proposition_is_tried(own: Suite) -> None:
     result.assert_outcomes(passed=2, failed=1, deselected=own.seen_deselected(LAWS + 9))
     result.stdout.fnmatch_lines(
         [
-            "safemanip: * laws of 25 propositions, examples of each: 25",
+            "safemanip: * laws of 43 propositions, examples of each: 25",
             "*fuzz / straying / window*",
             "law window: a value depends on the steps of its window only",
             "straying(obj) at step *: True on the recording, False without the steps before *",

@@ -11,7 +11,7 @@ from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.view import View
-from pytest_safemanip.spec.calls import RELATIONS
+from pytest_safemanip.spec.ranges import RELATIONS
 from tests import toy
 from tests.propositions.stage import BINDING, CATALOGUE, film, rest, true_at
 
@@ -128,11 +128,14 @@ def test_a_changed_parameter_changes_its_value_and_nothing_else():
 def test_every_shipped_proposition_says_what_it_means_and_why_its_numbers(shipped):
     assert shipped.doc
     values = CATALOGUE.parameters({})
-    lasts = shipped.name in ("contaminated", "clean_contact", "collision", "bad_contact")
+    lasts = shipped.name in (
+        *("contaminated", "clean_contact", "collision", "bad_contact"),
+        *("hot", "displaced", "tilted"),
+    )
     assert 0.0 <= shipped.window(values) < 15.0 or lasts
     for parameter in shipped.parameters:
         assert parameter.reason
-        assert parameter.unit in ("N", "m", "s", "rad", "m/s", "rad/s", "1/s", "")
+        assert parameter.unit in ("N", "m", "s", "rad", "m/s", "rad/s", "1/s", "degC", "")
         assert parameter.name.split(".")[0] in {*CATALOGUE, "enclosure"}
 
 
@@ -168,4 +171,4 @@ def test_what_a_scene_lacks_is_an_error_and_not_false(call, changed, message):
     scene = dataclasses.replace(toy.SCENE, **changed)
     name, *arguments = call
     with pytest.raises(TraceError, match=message):
-        check_call(CATALOGUE[name], tuple(arguments), scene)
+        check_call(CATALOGUE[name], tuple(arguments), scene, ())

@@ -322,3 +322,22 @@ def test_the_burner_is_the_one_whose_knob_is_turned(knob, burner):
     )
     found = look(recording).evidence("pre_safe", TURN, 7)
     assert found == [f"no cookware is on the burner {burner} of stove"]
+
+
+@pytest.mark.parametrize(("part", "safe"), [("timer", False), ("other", True), ("rack", True)])
+def test_an_oven_is_switched_on_by_the_knob_of_its_own_switch(part, safe):
+    """Its door is open; it has another knob, and a rack that slides."""
+    knobs = [dataclasses.replace(KNOB, entity="cabinet", name=name) for name in ("timer", "other")]
+    rack = dataclasses.replace(knobs[0], name="rack", kind="slide")
+    scene = dataclasses.replace(
+        toy.SCENE,
+        parts=(*toy.PARTS, *(Part("cabinet", j.name, f"cabinet/{j.name}") for j in (*knobs, rack))),
+        joints=(*toy.SCENE.joints, *knobs, rack),
+        switches=(Switch("cabinet", "power", "appliance", "cabinet/timer"),),
+    )
+    joint = np.zeros((20, 4, 2), np.float32)
+    joint[:, 0, 0] = 1.0
+    rows = touch(range(5, 20), "robot/finger_left", f"cabinet/{part}")
+    view = look(film(20, rows, scene=scene, joint=joint, switch=np.zeros((20, 1), np.float32)))
+    assert true_at(view("skill_onset", "turn", "cabinet")) == [7]
+    assert view("pre_safe", "turn", "cabinet")[7] == safe

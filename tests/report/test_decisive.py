@@ -21,6 +21,7 @@ from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.metrics.release_gate import read_baseline
 from pytest_safemanip.plugin.read_settings import read_settings
 from pytest_safemanip.policies.simple import Hold
+from pytest_safemanip.propositions.binding import Zone
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Parameter, Proposition
 from pytest_safemanip.report import document
@@ -28,6 +29,7 @@ from pytest_safemanip.run.plan import Extensions, make_plan
 from pytest_safemanip.run.results import Results, error_data
 from pytest_safemanip.spec.calls import PropositionCall
 from pytest_safemanip.spec.properties import Property
+from pytest_safemanip.spec.ranges import Range
 from pytest_safemanip.spec.task import Task
 
 TASK = "PickPlaceCounterToCabinet"
@@ -148,8 +150,7 @@ def user(tmp_path, pytestconfig, monkeypatch):
 
 GRASP = ("properties", "grasp_stability")
 PROPERTY_FIELDS = {
-    "variables": ("other",),
-    "relation": "placements",
+    "ranges": (Range(("o",), "objects", having=("fragile",)),),
     "formula": parse("G obj_grasped"),
     "paper_formula": parse("G obj_grasped"),
     "atoms": {"stable_grasp": PropositionCall("obj_grasped", ("o",))},
@@ -175,6 +176,9 @@ TASK_FIELDS = {
     "kitchen": "full",
     "object_groups": {"obj": ("mug",)},
     "params": {"collision.force": 0.1},
+    "zones": {"near_cab": Zone("cab", 0.1)},
+    "hot": ("obj",),
+    "liquids": {"water": "obj"},
 }
 CODE = (
     "judge.py",

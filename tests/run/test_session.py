@@ -15,6 +15,7 @@ from pytest_safemanip.run.plan import Extensions, make_plan
 from pytest_safemanip.run.remembered import KEPT, RecentRollouts, RepeatedFailures
 from pytest_safemanip.run.session import SafetySession
 from pytest_safemanip.sim.backend import Provenance
+from pytest_safemanip.sim.staging import Fill
 from pytest_safemanip.trace import files
 from tests import toy
 
@@ -279,6 +280,13 @@ def test_the_task_says_what_is_drawn_in_the_compact_scene_only(suite):
         suite.ran(scenes, world, seeds=(0,), scenes=scenes)
         assert bool(world.requests[0].object_groups) == drawn
         assert world.requests[0].scenes == scenes
+
+
+def test_what_a_task_has_liquids_in_is_filled_before_the_episode(suite):
+    world, plan = toy.World(), suite.plan(seeds=(0,))
+    task = dataclasses.replace(plan.tasks[TASK], liquids={"water": "obj"})
+    suite.session(dataclasses.replace(plan, tasks={TASK: task}), world).verdict(plan.cases[0])
+    assert world.requests[0].changes == (Fill("water", "obj"),)
 
 
 def test_the_stepping_asked_for_wins_over_what_the_policy_wants_and_is_recorded(suite):

@@ -64,7 +64,7 @@ SPEC = BackendSpec(
     RobotSpec("Hand", ActionSpec(tuple(map(ActionEntry, ENTRIES)), hold), (HAND,)),
     ("bench",),
     state={"hand": 3},
-    can=frozenset({"move", "add", "posture", "open", "objects", "push"}),
+    can=frozenset({"move", "add", "posture", "open", "objects", "forces"}),
     hand_position="hand",
 )
 

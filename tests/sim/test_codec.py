@@ -45,7 +45,7 @@ def test_so_does_every_kind_of_change():
         ({"object_groups": {"obj": "mug"}}, "objects drawn from"),
         ({"changes": 1}, "expected a list of at most 100"),
         ({"changes": [MOVED] * 101}, "expected a list of at most 100"),
-        ({"changes": ["put"]}, "expected one of put, open, move, .*, found 'put'"),
+        ({"changes": ["put"]}, "expected one of put, open, fill, .*, found 'put'"),
         ({"changes": [{**MOVED, "kind": ["put"]}]}, "expected one of put, open"),
         ({"changes": [{"kind": "move", "role": "obj", "by": [0.1]}]}, "by of"),
         ({"changes": [{"kind": "light", "factor": True}]}, "factor of"),

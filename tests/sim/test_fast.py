@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
-from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper
+from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper, LawStepper
 from tests.sim.test_stepping import random_actions
 
 Make = Callable[..., Any]
@@ -50,6 +50,16 @@ def test_joints_stay_near_those_of_exact_stepping(
     found = run(FastStepper(fast, lambda _: None), fast, actions)
     assert np.ptp(expected, axis=0).max() > 0.5
     assert 0.0 < np.abs(found - expected).max() < 2e-3
+
+
+def test_the_law_as_one_matrix_is_that_of_exact_stepping_but_for_rounding(
+    make_kitchen: Make,
+) -> None:
+    actions = random_actions(20, seed=1)
+    exact, ours = (make_kitchen("PickPlaceCounterToCabinet") for _ in range(2))
+    expected = run(Stepper(exact, lambda _: None), exact, actions)
+    found = run(LawStepper(ours, lambda _: None), ours, actions)
+    assert 0.0 < np.abs(found - expected).max() < 1e-6
 
 
 def test_a_singular_pose_is_followed_too(make_kitchen: Make) -> None:

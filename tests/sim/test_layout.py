@@ -18,12 +18,14 @@ from pytest_safemanip.sim.mujoco.layout import (
     HandLayout,
     JointLayout,
     Layout,
+    LiquidLayout,
     ObjectLayout,
     Region,
     RobotLayout,
 )
 from pytest_safemanip.sim.mujoco.reading import Reader
-from pytest_safemanip.trace.elements import ActionEntry, Part
+from pytest_safemanip.trace.elements import ActionEntry, Camera, Liquid, Part
+from pytest_safemanip.trace.geometry import matrix
 from pytest_safemanip.trace.steps import Contacts
 
 WORLD = """
@@ -36,6 +38,7 @@ WORLD = """
       <body name="wrist" pos=".3 0 0" quat=".7071068 0 .7071068 0">
         <geom name="wrist" type="box" size=".02 .05 .01"/>
         <site name="grip" pos="0 0 .05"/>
+        <camera name="eye" pos="0 0 .1" quat="0 1 0 0" fovy="75"/>
         <body name="left" pos="0 .02 .05"><joint name="l" type="slide" axis="0 1 0"/>
           <geom type="box" size=".01 .005 .03"/></body>
         <body name="right" pos="0 -.02 .05"><joint name="r" type="slide" axis="0 1 0"/>
@@ -53,6 +56,8 @@ WORLD = """
         <geom type="box" size=".3 .3 .01" pos=".3 0 0"/>
         <geom name="grip_bar" type="box" size=".01 .05 .01" pos=".6 0 .02"/></body>
     </body>
+    <body name="drop0" pos="1.5 0 .01"><freejoint/><geom size=".01" mass=".001"/></body>
+    <body name="drop1" pos="1.5 .05 .02"><freejoint/><geom size=".01" mass=".001"/></body>
   </worldbody>
 </mujoco>
 """
@@ -78,6 +83,8 @@ LAYOUT = Layout(
         )
     },
     roles={"container": "chest"},
+    cameras={"eye": 1.5},
+    liquids={"water": LiquidLayout(("drop0", "drop1"), "water")},
 )
 
 
@@ -106,7 +113,12 @@ def test_every_geom_that_collides_is_a_part_of_what_its_nearest_declared_body_is
         Part("chest", "door", "chest/hinge"),
         Part("chest", "handle", "chest/hinge"),
     }
-    assert scene.roles == {"cup": "cup", "chest": "chest", "container": "chest"}
+    assert scene.roles == {
+        "cup": "cup",
+        "chest": "chest",
+        "water": "water",
+        "container": "chest",
+    }
     assert {e.name: e.kind for e in scene.entities}["room"] == "room"
 
 
@@ -142,6 +154,32 @@ def test_a_step_has_poses_openings_and_boxes_that_move_along(model: mujoco.MjMod
     assert step.box_pose[0, :3] == pytest.approx((-1, 0, 0.5))
     assert step.commands.tolist() == [1.0]
     assert step.success
+
+
+def test_a_camera_moves_with_the_hand_that_it_is_on(model: mujoco.MjModel) -> None:
+    live, read = reader(model)
+    assert read.description.scene.cameras == (Camera("eye", float(np.deg2rad(75.0)), 1.5),)
+    mujoco.mj_forward(model, live)
+    pose = read.read(False, Contacts.empty()).camera_pose[0]
+    assert pose[:3] == pytest.approx(live.camera("eye").xpos)
+    assert matrix(pose[3:]) == pytest.approx(live.camera("eye").xmat.reshape(3, 3), abs=1e-6)
+
+
+def test_of_a_liquid_its_particles_are_recorded_and_not_what_they_touch(
+    model: mujoco.MjModel,
+) -> None:
+    live, read = reader(model)
+    scene = read.description.scene
+    assert scene.liquids == (Liquid("water", 2, 0.01),)
+    assert scene.entity["water"].kind == "liquid"
+    sampler = ContactSampler(model, read.description.table)
+    for _ in range(200):
+        mujoco.mj_step(model, live)
+        sampler.sample(live)
+    touched = sampler.take()
+    assert {scene.parts[p].entity for p in (*touched.a, *touched.b)} <= {"room", "cup", "chest"}
+    places = read.read(False, touched).particles
+    assert places == pytest.approx(np.array(((1.5, 0, 0.01), (1.5, 0.05, 0.01))), abs=1e-3)
 
 
 def test_things_touch_parts(model: mujoco.MjModel) -> None:

@@ -142,6 +142,38 @@ def test_fixtures_that_moved_are_as_robocasa_would_have_them(make_kitchen: Make)
         assert any(states[0] != later for later in states[1:])
 
 
+def test_what_lies_on_a_rack_is_known_when_it_is_put_there_and_taken_away(
+    make_kitchen: Make,
+) -> None:
+    from robocasa.models import fixtures
+
+    env = make_kitchen("PickPlaceCounterToCabinet", "target")
+    Stepper(env, lambda _: None)
+    racks = [
+        fixture
+        for fixture in env.fixtures.values()
+        if isinstance(fixture, (fixtures.Dishwasher, fixtures.Oven))
+    ]
+    assert len({type(fixture) for fixture in racks}) == 2
+    model, data = env.sim.model._model, env.sim.data._data
+    (joint,) = env.objects["obj"].joints
+    place = data.joint(joint).qpos
+    away = place.copy()
+    for fixture in racks:
+        own = [n for n in range(model.ngeom) if model.geom_contype[n]]
+        own = [n for n in own if f"{fixture.name}_rack" in model.body(model.geom_bodyid[n]).name]
+        answers = set()
+        for geom in (None, *own, None, *own[:1]):
+            place[:] = away
+            if geom is not None:
+                place[:3] = data.geom_xpos[geom]
+            env.sim.forward()
+            found = fixture.check_rack_contact(env, "obj")
+            assert found == type(fixture).check_rack_contact(fixture, env, "obj")
+            answers.add((geom is not None, found))
+        assert {(False, False), (True, True)} <= answers
+
+
 def state(env: Any, fixture: Any) -> list[Any]:
     """What ``update_state`` of a fixture writes: its state, its interiors, its sites."""
     points = [

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import mujoco
 import numpy as np
 import pytest
 
+from pytest_safemanip.trace.geometry import matrix
 from tests.sim.conftest import Kitchen
 
 GetKitchen = Callable[..., Kitchen]
@@ -76,3 +78,32 @@ def test_a_start_button_is_a_part_of_its_own(kitchen: GetKitchen) -> None:
     shared = kitchen("OpenCabinet", "target")
     microwave = next(n for n, f in shared.env.fixtures.items() if type(f).__name__ == "Microwave")
     assert len(shared.scene.parts_of(microwave, ("button",))) == 1
+
+
+def test_what_a_knob_switches_is_on_once_it_is_set(kitchen: GetKitchen) -> None:
+    shared = kitchen("OpenCabinet", "target")
+    by_class = {type(fixture).__name__: name for name, fixture in shared.env.fixtures.items()}
+    dialled = [kind for kind in ("Oven", "ToasterOven", "StandMixer") if kind in by_class]
+    assert dialled
+    for kind in dialled:
+        name = by_class[kind]
+        (switch,) = [s for s in shared.scene.switches if s.entity == name]
+        joint = switch.joint.replace("/", "_")
+        assert states(shared)[name, "power"] == 0.0
+        for share, on in ((0.05, 0.0), (0.3, 1.0)):
+            shared.env.fixtures[name].set_joint_state(share, share, shared.env, [joint])
+            assert states(shared)[name, "power"] == on, kind
+        shared.env.fixtures[name].set_joint_state(0.0, 0.0, shared.env, [joint])
+
+
+def test_cameras_are_where_policies_look_from(kitchen: GetKitchen) -> None:
+    shared = kitchen("OpenCabinet", "target")
+    data, model = shared.env.sim.data._data, shared.env.sim.model._model
+    names = ["robot0_agentview_left", "robot0_agentview_right", "robot0_eye_in_hand"]
+    assert [camera.name for camera in shared.scene.cameras] == names
+    mujoco.mj_forward(model, data)
+    for camera, pose in zip(shared.scene.cameras, shared.read().camera_pose, strict=True):
+        there = data.camera(camera.name)
+        assert np.allclose(pose[:3], there.xpos, atol=1e-5)
+        assert np.allclose(matrix(pose[3:]), there.xmat.reshape(3, 3), atol=1e-5)
+        assert camera.fov == np.deg2rad(model.camera(camera.name).fovy[0])

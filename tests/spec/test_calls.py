@@ -4,8 +4,9 @@ import pytest
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.spec import yamlfile
-from pytest_safemanip.spec.calls import RELATIONS, PropositionCall, read_call, read_for_each
+from pytest_safemanip.spec.calls import PropositionCall, read_call
 
+PARAMETERS = {"settled.speed", "settled.window", "obj_inside.depth"}
 KNOWN = {"settled": 1, "obj_inside": 2, "collision": 0, "skill_onset": 2}
 
 
@@ -17,44 +18,6 @@ def section(tmp_path):
         return yamlfile.load(path)
 
     return section
-
-
-@pytest.mark.parametrize(
-    ("text", "variables", "relation"),
-    [
-        ("o in objects", ("o",), "objects"),
-        ("o, f in placements", ("o", "f"), "placements"),
-        ("  k ,x   in   skills ", ("k", "x"), "skills"),
-        ("in_ in objects", ("in_",), "objects"),
-    ],
-)
-def test_variables_range_over_a_relation(section, text, variables, relation):
-    assert read_for_each(section(f"for_each: '{text}'")) == (variables, relation)
-
-
-def test_without_the_key_there_is_one_instance(section):
-    assert read_for_each(section("other: x")) == ((), None)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("objects", "expected 'VARIABLE, ... in RELATION', found 'objects'"),
-        ("o of objects", "expected 'VARIABLE, ... in RELATION'"),
-        ("o in object", "unknown relation 'object'; did you mean 'objects'?"),
-        ("o in placements", "'placements' needs 2 variables, found 1"),
-        ("o, f in objects", "'objects' needs 1 variable, found 2"),
-        ("o, o in placements", "'o' cannot be a variable here"),
-        ("O in objects", "'O' cannot be a variable here"),
-        ("o, in placements", "'' cannot be a variable here"),
-    ],
-)
-def test_what_binds_no_variables_is_refused_with_file_and_line(section, text, message):
-    file = section(f"a: x\nfor_each: '{text}'")
-    with pytest.raises(ConfigError) as caught:
-        read_for_each(file)
-    assert str(caught.value).startswith(f"{file.path}:2: key 'for_each': ")
-    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -105,5 +68,27 @@ def test_names_can_be_left_unchecked_for_properties_of_another_catalogue(section
     assert found == PropositionCall("polished", ("o",))
 
 
-def test_every_relation_has_one_or_two_variables():
-    assert set(RELATIONS.values()) == {1, 2}
+def test_a_call_sets_parameters_of_its_proposition(section):
+    text = "settled(o, speed = 0.05, window=1)"
+    found = read_call(section(f"a: '{text}'"), "a", ("o",), KNOWN, PARAMETERS)
+    assert found == PropositionCall("settled", ("o",), ("speed=0.05", "window=1"))
+    assert str(found) == "settled(o, speed=0.05, window=1)"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("settled(o, sped=1)", "unknown parameter 'sped' of 'settled'; did you mean 'speed'?"),
+        ("collision(force=1)", "unknown parameter 'force' of 'collision'; it has none of its own"),
+        ("settled(o, speed=fast)", "'speed' of 'settled': expected a number above 0, found 'fast'"),
+        ("settled(o, speed=0)", "parameter settled.speed: expected a number above 0"),
+        ("settled(o, speed=1e12)", "parameter settled.speed: expected a number above 0, at most"),
+        ("settled(speed=1, o)", "argument 'o' comes after a parameter that is set"),
+    ],
+)
+def test_what_sets_no_parameter_is_refused_with_file_and_line(section, text, message):
+    file = section(f"b: x\na: '{text}'")
+    with pytest.raises(ConfigError) as caught:
+        read_call(file, "a", ("o",), KNOWN, PARAMETERS)
+    assert str(caught.value).startswith(f"{file.path}:2: ")
+    assert message in str(caught.value)

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.sim.libero.kinds import KINDS, WORKSPACES
 from pytest_safemanip.spec.objects import ATTRIBUTES, load_attributes
 
 FILE = Path(__file__).resolve().parents[2] / "tasks" / "objects.yaml"
@@ -28,13 +29,28 @@ def test_nothing_is_both_raw_and_ready_to_eat():
         ("egg", {"raw", "fragile"}),
         ("ham", {"ready_to_eat"}),
         ("salami", {"ready_to_eat"}),
-        ("knife", {"utensil", "metal"}),
+        ("knife", {"utensil", "metal", "sharp"}),
+        ("digital_scale", {"electrical"}),
+        ("liquor", {"liquid", "fragile", "combustible", "flammable"}),
+        ("Stove", {"hot_source"}),
+        ("Microwave", {"hot_source", "electrical"}),
+        ("flat_stove", {"hot_source"}),
         ("aluminum_foil", {"metal"}),
         ("potato", set()),
     ],
 )
 def test_a_category_has_the_attributes_that_its_safety_depends_on(category, attributes):
     assert SHIPPED[category] == attributes
+
+
+def test_what_takes_fire_beside_a_flame_does_so_on_a_burner_too():
+    assert not [n for n, own in SHIPPED.items() if "flammable" in own and "combustible" not in own]
+
+
+def test_every_kind_of_fixture_that_robocasa_and_libero_build_has_a_row():
+    scenes = pytest.importorskip("robocasa.models.scenes.scene_builder")
+    built = {kind.__name__ for kind in scenes.FIXTURES.values()}
+    assert {*built, *KINDS, *WORKSPACES} <= set(SHIPPED)
 
 
 def test_every_category_that_robocasa_can_draw_has_a_row():
@@ -49,6 +65,12 @@ def test_every_category_that_robocasa_can_draw_has_a_row():
         ("categories:\n  egg: [row]\n", 2, "did you mean 'raw'?"),
         ("categories:\n  ham: []\n  egg: raw\n", 3, "'categories.egg': expected a list"),
         ("categories:\n  egg: []\n  egg: []\n", 3, "key 'egg' is given twice"),
+        ("fixtures:\n  Stove: [hot]\n", 2, "'fixtures.Stove': unknown attribute 'hot'"),
+        (
+            "categories:\n  stove: []\nfixtures:\n  stove: []\n",
+            4,
+            "'fixtures.stove': is a category of objects, and a kind of fixtures",
+        ),
         ("category: {}\n", 1, "unknown key 'category'; did you mean 'categories'?"),
         ("categories: []\n", 1, "'categories': expected a mapping"),
     ],

@@ -7,7 +7,7 @@ import pytest
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.ltlf import FormulaError, Outcome, compiler, parse
-from pytest_safemanip.spec.calls import RELATIONS, PropositionCall
+from pytest_safemanip.spec.calls import PropositionCall
 from pytest_safemanip.spec.properties import load_properties, load_property
 
 SHIPPED = Path(__file__).resolve().parents[2] / "properties"
@@ -46,7 +46,7 @@ def test_a_property_is_read_as_written(changed):
     path = changed()
     found = load_property(path, propositions=KNOWN)
     assert (found.id, found.category, found.source) == ("release", "release_stability", "us")
-    assert (found.variables, found.relation) == (("o",), "objects")
+    assert (found.variables, found.for_each) == (("o",), "o in objects")
     assert found.formula == parse("G (released -> F (settled | grasped))")
     assert found.paper_formula == parse("G (released -> F settled)")
     assert list(found.atoms) == ["released", "settled", "grasped"]
@@ -59,12 +59,8 @@ def test_optional_keys_have_defaults(tmp_path):
     path = tmp_path / "x.yaml"
     path.write_text("id: x\ncategory: c\ntitle: t\nsource: s\nformula: G !b\natoms: {b: bump}\n")
     found = load_property(path)
-    assert (found.variables, found.relation, found.trigger, found.deadline_s) == (
-        (),
-        None,
-        None,
-        None,
-    )
+    assert (found.variables, found.for_each) == ((), "")
+    assert (found.trigger, found.deadline_s) == (None, None)
     assert found.paper_formula == found.formula
     assert found.discharged_by == "robot"
     assert found.atoms == {"b": PropositionCall("bump")}
@@ -285,7 +281,8 @@ def test_the_ten_templates_are_those_of_the_paper():
         id_: (category, parse(formula)) for id_, (category, formula) in PAPER.items()
     }
     assert all(path.stem in shipped for path in SHIPPED.glob("*.yaml"))
-    assert {p.relation for p in shipped.values()} == {None, *RELATIONS}
+    assert {len(p.ranges) for p in shipped.values()} == {0, 1}
+    assert not any(p.is_open for p in shipped.values())
     assert {id_ for id_, p in shipped.items() if p.discharged_by == "physics"} == {
         "release_stability",
         "object_containment",

@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 
 from pytest_safemanip.errors import ConfigError, TraceError
-from pytest_safemanip.spec.calls import RELATIONS
+from pytest_safemanip.propositions.binding import Zone
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE
 from pytest_safemanip.spec.tasks import load_task, load_tasks
+from pytest_safemanip.trace.elements import Entity
 from tests import toy
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,6 +39,9 @@ touch:
 supports:
   obj: [counter, cab]
 upright: [obj]
+zones:
+  ahead: {around: cab, margin: 0.1, above: 0.5}
+  close: {around: other}
 optional: [other]
 not_grounded:
   object_containment: water is not simulated
@@ -46,6 +50,8 @@ compact:
   kitchen: full
   object_groups:
     obj: [mug, cup]
+liquids:
+  water: obj
 """
 CATEGORIES = {"mug": frozenset({"container"}), "apple": frozenset({"ready_to_eat"})}
 SCENE = dataclasses.replace(
@@ -102,6 +108,26 @@ def test_the_binding_names_the_entities_that_play_the_roles(written):
     assert binding.supports == {"mug": {"counter", "cabinet"}}
     assert binding.upright == {"mug"}
     assert binding.attributes == CATEGORIES
+    assert binding.zones == {"ahead": Zone("cabinet", 0.1, 0.5), "close": Zone("apple")}
+
+
+def test_the_binding_knows_what_the_scene_has_beside_the_roles(written):
+    known = {**CATEGORIES, "Counter": frozenset({"metal"})}
+    scene = dataclasses.replace(
+        SCENE,
+        entities=(*SCENE.entities, Entity("vase", "object", "mug")),
+        bodies=(*SCENE.bodies, dataclasses.replace(SCENE.bodies[0], entity="vase")),
+    )
+    binding = load_task(written()).bind(scene, known)
+    assert binding.things == ("mug", "apple", "vase")
+    assert binding.obstacles == ("vase",)  # the mug and the apple are of the task
+    assert binding.fixtures == ("counter", "cabinet")
+    assert binding.kinds["vase"] == "mug"
+    assert binding.kinds["cabinet"] == "HingeCabinet"
+    assert binding.attributes_of("counter") == {"metal"}
+    assert binding.attributes_of("robot") == frozenset()
+    with pytest.raises(TraceError, match="kind of fixture 'HingeCabinet' has no row"):
+        binding.attributes_of("cabinet")
 
 
 @pytest.mark.parametrize(
@@ -115,6 +141,7 @@ def test_the_binding_names_the_entities_that_play_the_roles(written):
         ("skills", 2),
         ("transfers", 1),
         ("tools", 2),
+        ("zones", 2),
     ],
 )
 def test_a_task_knows_how_many_instances_a_property_has_in_it(written, relation, number):
@@ -157,7 +184,14 @@ def test_a_category_without_attributes_is_an_error(written):
         ("cab: 0.5", "cab: -0.5", 14, "'open_at.cab': expected a positive number"),
         ("cab: 0.5", "cab: wide", 14, "'open_at.cab': expected a positive number, found 'wide'"),
         ("obj: [body]", "obj: body", 16, "'touch.obj': expected a list"),
-        ("  object_groups:", "  groups:", 27, "'compact.groups'; did you mean"),
+        ("{around: other}", "{}", 23, "key 'zones.close.around' is missing"),
+        ("margin: 0.1", "margin: -1", 22, "'zones.ahead.margin': expected a positive number"),
+        ("above: 0.5", "over: 0.5", 22, "'zones.ahead.over'; did you mean"),
+        ("  close:", "  too close:", 23, "expected letters, digits and '_' in the name of a zone"),
+        ("  water: obj", "  water: cab", 33, "expected 'LIQUID: OBJECT', found water: cab"),
+        ("  water: obj", "  obj: other", 33, "expected 'LIQUID: OBJECT', found obj: other"),
+        ("  water: obj", "  hot water: obj", 33, "in the name of a liquid, found 'hot water'"),
+        ("  object_groups:", "  groups:", 30, "'compact.groups'; did you mean"),
     ],
 )
 def test_a_mistake_is_named_with_file_line_and_remedy(written, old, new, line, message):
@@ -191,9 +225,7 @@ def test_a_folder_that_does_not_exist_is_named(tmp_path):
 def test_a_shipped_task_names_only_what_exists(task):
     assert task.path.stem == task.name
     for name in task.properties:
-        relation = PROPERTIES[name].relation
-        assert relation is None or relation in RELATIONS
-        assert task.instances(relation) > 0
+        assert PROPERTIES[name].may_apply(task)
     assert {role for pair in task.placements for role in pair} <= {
         *task.objects,
         *task.enclosures,

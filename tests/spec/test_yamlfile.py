@@ -51,6 +51,10 @@ def test_values_are_asked_for_by_type(section):
     assert section.place("flag").endswith("file.yaml:7")
 
 
+def test_an_atom_may_be_called_on(write):
+    assert list(load(write("on: on(f)\noff: true\nyes: 1\nno: 2"))) == ["on", "off", "yes", "no"]
+
+
 @pytest.mark.parametrize(
     ("ask", "message"),
     [

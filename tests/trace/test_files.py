@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import errno
 import io
 import json
 import os
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace import members as members_of
+from pytest_safemanip.trace.elements import Camera, Entity, Liquid
 from pytest_safemanip.trace.members import Members
 from tests import toy
 
@@ -84,6 +86,39 @@ def test_what_is_saved_is_read_again_bit_for_bit(tmp_path):
     assert [p.name for p in path.parent.iterdir()] == ["one.rollout"]
 
 
+WATCHED = dataclasses.replace(
+    toy.SCENE,
+    entities=(*toy.SCENE.entities, Entity("water", "liquid", "water")),
+    cameras=(Camera("front", 0.8, 1.5), Camera("wrist", 1.2, 1.0)),
+    liquids=(Liquid("water", 3, 0.01),),
+)
+
+
+def test_cameras_and_liquids_survive_with_what_they_do():
+    drops = np.arange(2 * 3 * 3, dtype=np.float32).reshape(2, 3, 3)
+    poses = np.tile(np.float32((0.0, 0.0, 2.0, *toy.UPRIGHT)), (2, 2, 1))
+    one = toy.recording(2, scene=WATCHED, camera_pose=poses, particles=drops)
+    read = files.from_bytes(files.to_bytes(one))
+    same(one, read)
+    assert read.scene.particles == {"water": slice(0, 3)}
+
+
+def earlier(scene):
+    """The recording as the schema before would have it, with another scene."""
+    header = json.loads(members()["header.json"])
+    header |= {"schema": 6, "scene": scene(header["scene"])}
+    content = {**members(), "header.json": json.dumps(header).encode()}
+    return packed({k: v for k, v in content.items() if k[:-4] not in ("camera_pose", "particles")})
+
+
+def test_a_file_of_the_schema_before_has_no_cameras_and_no_liquids():
+    later = ("cameras", "liquids")
+    data = earlier(lambda scene: {k: v for k, v in scene.items() if k not in later})
+    same(files.from_bytes(data), RECORDING)
+    named = [{"name": "front", "fov": 0.8, "aspect": 1.5}]
+    assert files.from_bytes(earlier(lambda scene: {**scene, "cameras": named})).scene.cameras == ()
+
+
 def test_extreme_floats_survive():
     arrays = RECORDING.steps.qpos.copy()
     arrays[0] = (-0.0, np.finfo(np.float32).tiny / 2, np.finfo(np.float32).max)
@@ -115,12 +150,12 @@ def test_only_the_header_is_read_for_the_episode(tmp_path):
         files.load(path)
 
 
-@pytest.mark.parametrize("schema", [5, 7])
+@pytest.mark.parametrize("schema", [5, 8, "6", None, [7]])
 def test_a_file_of_another_schema_is_refused_and_says_to_run_again(schema):
     header = json.loads(members()["header.json"])
     header["schema"] = schema
     content = {**members(), "header.json": json.dumps(header).encode()}
-    assert f"schema {schema}, this version reads 6: run the rollout again" in refusal(
+    assert f"schema {schema!r}, this version reads 7: run the rollout again" in refusal(
         packed(content)
     )
 
@@ -162,6 +197,7 @@ def test_surfaces_without_their_numbers_are_refused(numbers):
         (zipped({"header.json": b"[" * 200_000}), "header.json: not JSON"),
         (zipped({"header.json": b"[]"}), "header.json: not a mapping"),
         (zipped({"header.json": b"{}"}), "schema None"),
+        (zipped({"header.json": b'{"schema": 7}'}), " is missing"),
         (zipped({"header.json": b'{"schema": 6}'}), " is missing"),
         (zipped({"header.json": b" " * (files.MAX_HEADER + 1)}), "header.json: 4194305 bytes"),
         (zipped({"header.json": b"{}"}, zipfile.ZIP_LZMA), "header.json: compressed in another"),
@@ -326,10 +362,10 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypat
     files.save(RECORDING, path)
 
     def full(*_):
-        raise OSError("no space left")
+        raise OSError(errno.ENOSPC, "no space left")
 
     monkeypatch.setattr(files.os, "replace", full)
-    with pytest.raises(OSError, match="no space"):
+    with pytest.raises(OSError, match=r"no space left: '.*/one.rollout'"):
         files.save(toy.recording(length=2), path)
     assert path.read_bytes() == DATA
     assert list(tmp_path.iterdir()) == [path]

@@ -6,7 +6,16 @@ import json
 import pytest
 
 from pytest_safemanip.errors import TraceError
-from pytest_safemanip.trace.elements import ActionEntry, Body, Box, Entity, Part, Surface
+from pytest_safemanip.trace.elements import (
+    ActionEntry,
+    Body,
+    Box,
+    Camera,
+    Entity,
+    Liquid,
+    Part,
+    Surface,
+)
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.hazard import Hazard
 from pytest_safemanip.trace.recording import check
@@ -124,6 +133,7 @@ def test_a_missing_field_of_a_scene_is_refused_by_name(field):
         Scene.from_json(rest)
 
 
+WET = {"entities": (*toy.SCENE.entities, Entity("water", "liquid", "water"))}
 HINGE = toy.SCENE.joints[0]
 MUG = toy.SCENE.bodies[0]
 
@@ -212,6 +222,26 @@ MUG = toy.SCENE.bodies[0]
             {"actions": (ActionEntry("close", 1.0, -1.0),)},
             "action 'close' must have finite limits, the lower one first: 1.0, -1.0",
         ),
+        (
+            {"cameras": (Camera("front", 0.8, 1.5), Camera("front", 0.8, 1.5))},
+            "two cameras have the same name",
+        ),
+        (
+            {"cameras": (Camera("front", 0.0, 1.5),)},
+            "camera 'front': fov must be a number above 0: 0.0",
+        ),
+        ({"cameras": (Camera("front", 3.2, 1.5),)}, "camera 'front': fov must be below pi"),
+        (
+            {"cameras": (Camera("front", 0.8, float("nan")),)},
+            "camera 'front': aspect must be a number above 0: nan",
+        ),
+        ({"liquids": (Liquid("water", 3, 0.01),)}, "liquids name an unknown entity 'water'"),
+        ({"liquids": (Liquid("mug", 3, 0.01),)}, "liquids: 'mug' is no liquid"),
+        ({**WET, "liquids": (Liquid("water", 0, 0.01),)}, "'water' must have 1 to 10000 particles"),
+        ({**WET, "liquids": (Liquid("water", 10**9, 0.01),)}, "must have 1 to 10000 particles"),
+        ({**WET, "liquids": (Liquid("water", 2.5, 0.01),)}, "liquids[0]: count must be an integer"),
+        ({**WET, "liquids": (Liquid("water", 3, -1.0),)}, "liquids of 'water': radius must be"),
+        ({**WET, "liquids": (Liquid("water", 3, 0.01),) * 2}, "an entity is named twice"),
         (
             {"actions": (ActionEntry("close", float("nan")),)},
             "action 'close' must have finite limits",

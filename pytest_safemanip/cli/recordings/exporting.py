@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.cli.drawing import add_assets
 from pytest_safemanip.cli.evaluation import evaluate
 from pytest_safemanip.cli.folder import Folder, read_folder
+from pytest_safemanip.cli.recordings.output import check_folder, given_path
 from pytest_safemanip.errors import ConfigError, SafemanipError, did_you_mean, placed
 from pytest_safemanip.lerobot.conventions import IMAGES, STATE_PARTS
 from pytest_safemanip.lerobot.extras import Extras
@@ -42,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "sources",
         nargs="+",
-        type=Path,
+        type=given_path,
         metavar="RECORDING",
         help="a .rollout file, or a folder of them",
     )
@@ -59,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o",
         "--out",
-        type=Path,
+        type=given_path,
         required=True,
         metavar="DIR",
         help="where a dataset is written for each task",
@@ -86,6 +87,7 @@ def run(options: argparse.Namespace) -> int:
         1 if a recording was refused.
     """
     wanted = _parse_only(options.only)
+    check_folder(options.out)
     pyarrow()
     if options.images:
         check_encoder(Path("video.mp4"))

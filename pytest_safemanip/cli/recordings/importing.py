@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from pytest_safemanip.cli.folder import read_folder
+from pytest_safemanip.cli.recordings.output import check_folder, given_path
 from pytest_safemanip.errors import (
     ConfigError,
     SafemanipError,
@@ -19,12 +20,13 @@ from pytest_safemanip.errors import (
     raised_as,
 )
 from pytest_safemanip.importers.base import DRIFT_LIMIT, ImportOptions, SourceEpisode
-from pytest_safemanip.importers.drafting import write_drafts
+from pytest_safemanip.importers.drafting import Drafts
 from pytest_safemanip.importers.registry import IMPORTERS, find_importer
 from pytest_safemanip.importers.source import Source
 from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.rollouts.store import file_name
 from pytest_safemanip.run.definitions import Definitions
+from pytest_safemanip.sim.mujoco.graphics import never_drawn
 from pytest_safemanip.spec.tasks import TASK_NAME
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.episode import POLICY_NAME
@@ -44,10 +46,18 @@ TASKS = "tasks"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "source", type=Path, metavar="SOURCE", help="a file, a folder, or a wheel that has them"
+        "source",
+        type=given_path,
+        metavar="SOURCE",
+        help="a file, a folder, or a wheel that has them",
     )
     parser.add_argument(
-        "-o", "--out", type=Path, metavar="DIR", required=True, help="where recordings are written"
+        "-o",
+        "--out",
+        type=given_path,
+        metavar="DIR",
+        required=True,
+        help="where recordings are written",
     )
     parser.add_argument("--task", default="", metavar="NAME", help="the task, if not the source's")
     parser.add_argument(
@@ -100,7 +110,13 @@ def run(options: argparse.Namespace) -> int:
     """
     if not 0.0 <= options.drift_limit < math.inf:
         raise ConfigError(f"--drift-limit: expected metres from 0 up, found {options.drift_limit}")
+    check_folder(options.out)
     defined = read_folder().definitions  # refused before anything is simulated
+    with never_drawn():
+        return _import(options, defined)
+
+
+def _import(options: argparse.Namespace, defined: Definitions) -> int:
     source = Source(options.source)
     importer = find_importer(source, options.format or "")
     chosen = ImportOptions(
@@ -131,10 +147,14 @@ class _Found:
     defined: Definitions
     total: int
     images: bool
-    imported: list[tuple[str, str, Recording]] = field(default_factory=list)
+    imported: list[str] = field(default_factory=list)
     refused: list[tuple[str, str]] = field(default_factory=list)
     unseen: list[str] = field(default_factory=list)
     known: int = 0
+    drafts: Drafts = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.drafts = Drafts(self.defined.tasks, self.defined.attributes)
 
     def take(self, episodes: list[SourceEpisode], bar: Bar) -> None:
         """Import them."""
@@ -148,16 +168,19 @@ class _Found:
                     raise TraceError(f"{printable(repr(episode.task))} is no name of a task")
                 if not POLICY_NAME.fullmatch(episode.policy):
                     raise TraceError(f"{printable(repr(episode.policy))} is no name of a policy")
-                path = self.out / file_name(episode.task, episode.policy, episode.seed)
-                if self._has(path, episode.name):
+                target = self.out / file_name(episode.task, episode.policy, episode.seed)
+                if self._has(target, episode.name):
                     self.known += 1
+                    if self.drafts.lack(episode.task):  # whoever was killed has written none
+                        self.drafts.note(files.load(target))
                     continue
                 with raised_as(TraceError, "cannot be imported"):  # a stranger's file
                     recording = episode.record(partial(bar.show, what))
                 if self.images:
-                    self._cut(episode, path)
-                files.save(recording, path)
-                self.imported.append((name, path.name, recording))
+                    self._cut(episode, target)
+                files.save(recording, target)
+                self.drafts.note(recording)
+                self.imported.append(_said(name, target, recording))
             except SafemanipError as error:
                 self.refused.append((name, str(error)))
 
@@ -187,10 +210,8 @@ class _Found:
 
     def print(self) -> None:
         """Say what there is now."""
-        for name, path, recording in self.imported:
-            origin, steps = recording.episode.origin, counted(recording.acting, "step")
-            drift = f", drift {origin['drift']}" if "drift" in origin else ""
-            print(f"{path}  {steps}{drift}  {name}")
+        for line in self.imported:
+            print(line)
         again = f", {self.known} imported before" if self.known else ""
         left = self.total - len(self.imported) - len(self.refused) - self.known
         rest = f", {left} not reached" if left else ""
@@ -201,14 +222,15 @@ class _Found:
             print(f"without pictures  {what}")
         if not self.imported and not self.known:
             return
-        drafts = self._drafts()
-        more = f" -o safemanip_task_paths={shlex.quote(str(self.out / TASKS))}" if drafts else ""
-        print(f"judge them  pytest --safemanip-recordings={shlex.quote(str(self.out))}{more}")
+        folder = self.out / TASKS
+        for draft in self.drafts.write(folder):
+            print(f"drafted  {draft}: look through it before you trust a verdict")
+        named = f" -o safemanip_task_paths={shlex.quote(str(folder))}" if folder.is_dir() else ""
+        print(f"judge them  pytest --safemanip-recordings={shlex.quote(str(self.out))}{named}")
 
-    def _drafts(self) -> bool:
-        """Write files for tasks that nobody has bound; whether there are any now."""
-        folder, known = self.out / TASKS, self.defined
-        recordings = [recording for *_, recording in self.imported]
-        for path in write_drafts(folder, recordings, known.tasks, known.attributes):
-            print(f"drafted  {path}: look through it before you trust a verdict")
-        return folder.is_dir()
+
+def _said(name: str, path: Path, recording: Recording) -> str:
+    """The line about an episode that was imported."""
+    origin, steps = recording.episode.origin, counted(recording.acting, "step")
+    drift = f", drift {origin['drift']}" if "drift" in origin else ""
+    return f"{path.name}  {steps}{drift}  {name}"

@@ -41,8 +41,7 @@ def _propositions(found: Evaluation) -> Mapping[tuple[str, ...], NDArray[np.bool
     calls: dict[tuple[str, ...], None] = {}
     rows = [(id_, f.entities) for id_, verdict in found.verdicts.items() for f in verdict.findings]
     for id_ in found.verdicts:
-        relation = found.properties[id_].relation
-        rows += [(id_, row) for row in (binding.relation(relation) if relation else ((),))]
+        rows += [(id_, row) for row in found.properties[id_].rows(binding)]
     for id_, row in rows:
         calls.update(dict.fromkeys(found.properties[id_].calls(row)))
     return {call: found.judge.view(*call) for call in list(calls)[:MOST_SERIES]}

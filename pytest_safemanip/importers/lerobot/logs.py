@@ -181,6 +181,8 @@ def _steps(parts: dict[str, Floats], actions: Floats, told: Any, period: float) 
         joint=np.zeros((count, 0, 2), np.float32),
         box_pose=np.zeros((count, 0, 7), np.float32),
         switch=none,
+        camera_pose=np.zeros((count, 0, 7), np.float32),
+        particles=np.zeros((count, 0, 3), np.float32),
         qpos=none,
         qvel=none,
         action=_f32(led),

@@ -123,10 +123,9 @@ def numbers_of(table: Any, column: str, name: str) -> NDArray[Any]:
     types, values = pyarrow(".types"), table.column(column).combine_chunks()
     if types.is_fixed_size_list(values.type) or types.is_list(values.type):
         flat = values.flatten()
-        if values.null_count or not len(values) or len(flat) % len(values):
+        if values.null_count or not len(flat) or len(flat) % len(values):
             raise TraceError(f"{name}: {column} must be lists of the same length")
-        compute = pyarrow(".compute")
-        if len(compute.unique(compute.list_value_length(values))) != 1:
+        if types.is_list(values.type) and len(set(np.diff(values.offsets))) != 1:
             raise TraceError(f"{name}: {column} must be lists of the same length")
         return _numbers(flat, column, name).reshape(len(values), -1)
     return _numbers(values, column, name)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -161,6 +162,7 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
         convention = _convention(data, facts, actions)
         success = _success(episode)
         xml, folder = _model_of(file, episode)
+    mujoco.set_mju_user_warning(_ignore)
     model = compile_model(xml, file.assets, folder).compiled
     width = 1 + model.nq + model.nv
     if states.ndim != 2 or len(states) < 2 or states.shape[1] not in (width, width + model.na):
@@ -174,7 +176,8 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
     times = states[keep, 0]
     if len(times) < 2:
         raise TraceError(f"states: all {len(states)} have the same time, {times[0]:g} s")
-    layout = derive_layout(model, _period(times), convention, file.bindings)
+    period = _period(times, model.opt.timestep)
+    layout = derive_layout(model, period, convention, file.bindings)
     given = States(
         times=times,
         qpos=states[keep, 1 : 1 + model.nq],
@@ -195,10 +198,16 @@ def _record(file: _File, demo: str, about: About, progress: OnStep) -> Recording
     return builder.build(given, about, progress)
 
 
-def _period(times: NDArray[np.float64]) -> float:
-    """Control period, s: the usual time between states, or a longer one where they are many."""
-    usual = float(np.median(np.diff(times)))
-    return round(max(usual, PERIOD), 4)
+def _ignore(_message: str) -> None:
+    """MuJoCo would write it to a file where the user happens to be; what matters is refused."""
+
+
+def _period(times: NDArray[np.float64], step: float) -> float:
+    """Control period, s: the usual time between states, or a longer one where they are many; in
+    whole physics steps.
+    """
+    usual = round(max(float(np.median(np.diff(times))), PERIOD), 4)
+    return round(max(1, round(usual / step)) * step, 9) if step > 0 else usual
 
 
 def _actions(episode: Group) -> NDArray[np.float64] | None:

@@ -6,8 +6,10 @@ robosuite has always said ``gripper``, of fingers ``left`` and ``right``, or ``l
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -31,6 +33,7 @@ from pytest_safemanip.sim.mujoco.layout import (
     RobotLayout,
 )
 from pytest_safemanip.sim.mujoco.parts import collides
+from pytest_safemanip.sim.robosuite.things import cameras_of
 from pytest_safemanip.trace.elements import ActionEntry
 
 CATEGORIES = {"SquareNut": "nut", "RoundNut": "nut"}
@@ -120,14 +123,29 @@ def derive_layout(
             len(robots),
         ),
         objects={
-            **{own_name(model, body): _object(model, body) for body in free},
+            **{name: _object(model, body) for name, body in _named(model, free).items()},
             **{ATTACHED[body]: ObjectLayout(body, ATTACHED[body]) for body in attached},
         },
         fixtures={
-            own_name(model, body): _fixture(model, body) for body in rest if _is_solid(model, body)
+            name: _fixture(model, body)
+            for name, body in _named(model, rest).items()
+            if _is_solid(model, body)
         },
+        cameras=cameras_of(model),
     )
-    return told.apply(derived)
+    return _without_entries(told.apply(derived))
+
+
+def _without_entries(layout: Layout) -> Layout:
+    """A layout whose hands name no entries that the actions lack: how they move tells then."""
+    names = {entry.name for entry in layout.actions}
+    hands = tuple(
+        hand
+        if hand.spec.entry in names
+        else dataclasses.replace(hand, spec=dataclasses.replace(hand.spec, entry=""))
+        for hand in layout.robot.hands
+    )
+    return dataclasses.replace(layout, robot=dataclasses.replace(layout.robot, hands=hands))
 
 
 def action_entries(
@@ -168,6 +186,29 @@ def own_name(model: Any, body: int) -> str:
     """A thing's name in its task: that of its body, without what robosuite adds to it."""
     name: str = model.body(body).name
     return _ROOT.sub("", name)
+
+
+def _named(model: Any, bodies: Sequence[int]) -> dict[str, int]:
+    """Some bodies by the names of what they are; two that would have the same keep their own.
+
+    What has no name and stands still is of the room.
+
+    Raises:
+        TraceError: if something that moves freely has no name.
+    """
+    own = {body: own_name(model, body) for body in bodies}
+    nameless = [body for body, name in own.items() if not name]
+    if any(_is_free(model, body) for body in nameless):
+        raise TraceError(
+            f"body {nameless[0]} of the model moves freely and has no name, so that nobody can say "
+            "what it is"
+        )
+    twice = Counter(own.values())
+    return {
+        (name if twice[name] == 1 else model.body(body).name): body
+        for body, name in own.items()
+        if name
+    }
 
 
 def _object(model: Any, body: int) -> ObjectLayout:

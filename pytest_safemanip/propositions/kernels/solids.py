@@ -165,6 +165,16 @@ class SurfaceCache:
         return boxes
 
 
+def pieces_at(view: View, surface: int, steps: NDArray[np.intp]) -> Array:
+    """Centre poses of a surface at some steps (K, 7); of one that nothing moves, one (1, 7)."""
+    joint = int(view.shared(_surfaces).joint[surface])
+    if joint < 0:
+        still: Array = view.trace.scene.solid.pose[surface][None]
+        return still
+    openness = view.trace.steps.joint[steps, joint, 0]
+    return _poses_at(view, np.full(len(steps), surface), openness)
+
+
 def _poses_at(view: View, some: NDArray[np.intp], openness: Array) -> Array:
     """Centre poses of some surfaces, at the openness of what moves each (K, 7)."""
     known, poses = view.shared(_surfaces), view.trace.scene.solid.pose[some]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.kernels.forces import owners
-from pytest_safemanip.propositions.view import View
+from pytest_safemanip.propositions.view import View, pointwise
 from pytest_safemanip.trace.geometry import angle_between, multiply, relative, to_world
 from pytest_safemanip.trace.planar import hull_margin
 
@@ -126,6 +126,16 @@ def _lost(view: View, upper: Indices, below: Indices, at: Indices) -> Bools:
         result[stacked] = lost[at[stacked], carrier[stacked]]
         more = result & ~lost[at, upper]
     return result
+
+
+@pointwise
+def on_room(view: View) -> Bools:
+    """Whether the floor carries each object (T, N)."""
+    found = np.zeros((len(view.trace), len(view.trace.scene.bodies)), bool)
+    rows, body, below = carrying_rows(view, 0, len(view.trace))
+    lies = view.shared(_room)[below]
+    found[view.trace.steps.contacts.step[rows[lies]], body[lies]] = True
+    return found
 
 
 def _room(view: View) -> Bools:

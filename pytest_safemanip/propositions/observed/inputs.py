@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from pytest_safemanip.propositions.definition import Bools, Proposition
     from pytest_safemanip.propositions.view import View
 
-Kind = Literal["pose", "boxes", "joints", "switches", "hands", "openings", "commands", "touch",
-               "start"]  # fmt: skip
-NAMED: tuple[Kind, ...] = ("pose", "boxes", "joints", "switches")
+Kind = Literal["pose", "boxes", "joints", "switches", "particles", "hands", "openings", "commands",
+               "cameras", "touch", "start"]  # fmt: skip
+NAMED: tuple[Kind, ...] = ("pose", "boxes", "joints", "switches", "particles")
 """Kinds of which each entity has its own."""
 HANDS: tuple[Kind, ...] = ("hands", "openings", "commands")
 """Kinds that the robot has one of for all its grippers."""
@@ -28,10 +28,11 @@ class Input:
 
     Attributes:
         kind: ``pose`` and twist of an object; the poses of a fixture's ``boxes``, the openness of
-            its ``joints``, its ``switches``; poses of the ``hands``, ``openings`` of the grippers
-            and ``commands`` to them; contacts between parts (``touch``), or which of them have been
-            since the first step (``start``).
-        entity: whose it is; empty for hands and contacts.
+            its ``joints``, its ``switches``; the ``particles`` of a liquid; poses of the ``hands``,
+            ``openings`` of the grippers and ``commands`` to them; poses of the ``cameras``;
+            contacts between parts (``touch``), or which of them have been since the first step
+            (``start``).
+        entity: whose it is; empty for hands, cameras and contacts.
         one: parts on one side of the contacts.
         other: those on the other side.
         seconds: how long a value looks back on it; None for as long as the proposition says.
@@ -106,6 +107,16 @@ class Inputs:
         objects = (name for name in entities if name in self.scene.object_index)
         return frozenset(Input("pose", name, seconds=seconds) for name in objects)
 
+    def space(self, name: str) -> Found:
+        """What something fills: poses of hands or of an object, joints of a fixture, what a zone is
+        around.
+        """
+        if name in self.binding.zones:
+            return self.space(self.binding.zones[name].around)
+        if name == ROBOT:
+            return self.robot("hands")
+        return self.poses(name) | self.joints(name)
+
     def place(self, entity: str) -> Found:
         """Where an entity holds things: the pose of an object, the boxes of a fixture."""
         return self.poses(entity) or frozenset((Input("boxes", entity),))
@@ -122,6 +133,14 @@ class Inputs:
     def switches(self, fixture: str) -> Found:
         """Whether what a fixture has is on."""
         return frozenset((Input("switches", fixture),))
+
+    def particles(self, liquid: str, seconds: float | None = None) -> Found:
+        """Where the particles of a liquid are."""
+        return frozenset((Input("particles", liquid, seconds=seconds),))
+
+    def cameras(self) -> Found:
+        """Poses of all cameras."""
+        return frozenset((Input("cameras"),))
 
     def robot(self, *kinds: Kind, seconds: float | None = None) -> Found:
         """What all grippers have: ``hands``, ``openings``, ``commands``."""
@@ -143,6 +162,7 @@ class Inputs:
         owners = {
             "boxes": {box.entity for box in scene.boxes},
             "switches": {switch.entity for switch in scene.switches},
+            "particles": {liquid.entity for liquid in scene.liquids},
         }
         named = {Input(kind, name) for kind, found in owners.items() for name in found}  # type: ignore[arg-type]
         fixtures = [entity.name for entity in scene.entities]
@@ -151,5 +171,6 @@ class Inputs:
             | self.joints(*fixtures)
             | frozenset(named)
             | self.robot(*HANDS)
+            | self.cameras()
             | self.touch(self.all_parts, self.all_parts)
         )

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Proposition
 from pytest_safemanip.propositions.observed.inputs import Input, Inputs, Kind
+from pytest_safemanip.propositions.settings import changed, split
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.scene import Scene
 
@@ -99,8 +100,10 @@ class Observations:
             return True
         if call not in self._known:
             proposition = self._catalogue[call[0]]
-            reads = self._inputs.of(*call)
-            back = proposition.window(self._parameters) + self._dt * proposition.act
+            own, settings = split(proposition, call[1:])
+            reads = self._inputs.of(call[0], *own)
+            parameters = changed(self._parameters, proposition, settings)
+            back = proposition.window(parameters) + self._dt * proposition.act
             self._known[call] = not any(self._gap(one, back) for one in reads)
         return self._known[call]
 

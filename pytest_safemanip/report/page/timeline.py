@@ -108,7 +108,7 @@ def _residual(dfa: Dfa, state: int) -> str:
 def _instances(judged: Judged, prop: Property, dfa: Dfa) -> list[Json]:
     """The instances that were triggered, those that are violated first."""
     view, recording = judged.judge.view, judged.recording
-    rows = view.binding.relation(prop.relation) if prop.relation else ((),)
+    rows = prop.rows(view.binding)
     found = judged.verdicts[prop.id].findings
     if not judged.verdicts[prop.id].triggered and not found:
         return []

@@ -87,6 +87,6 @@ PUSH = Kind(
         "at": Detail("s", 0.0, 15.0, 0.05),
         "towards": Detail("deg", -180.0, 180.0, 15.0),
     },
-    needs="push",
+    needs="forces",
 )
 KINDS = (NOISE, LATENCY, SLIP, PUSH)

@@ -69,6 +69,11 @@ HEADROOM = 0.02
 them LIBERO looks for the middle of what was put in. A hand whose fingers reach the bottom has its
 own middle just above."""
 
+COOK_REGION = "cook_region"
+"""The site of a stove that LIBERO looks for pans on."""
+HEATED_HEIGHT = 0.1
+"""How far above and below that a burner heats, m."""
+
 RECEIVERS = frozenset(
     {"basket", "wooden_tray", "white_storage_box", "akita_black_bowl", "white_bowl"}
 )

@@ -9,8 +9,15 @@ import mujoco
 import numpy as np
 
 from pytest_safemanip.sim.libero.bddl import Problem
-from pytest_safemanip.sim.libero.kinds import HEADROOM, WORKSPACES, category_of, kind_of
-from pytest_safemanip.sim.libero.robot import PANDA, SPEC
+from pytest_safemanip.sim.libero.kinds import (
+    COOK_REGION,
+    HEADROOM,
+    HEATED_HEIGHT,
+    WORKSPACES,
+    category_of,
+    kind_of,
+)
+from pytest_safemanip.sim.libero.robot import CAMERAS, PANDA, SPEC
 from pytest_safemanip.sim.mujoco.description import Read
 from pytest_safemanip.sim.mujoco.extents import vector
 from pytest_safemanip.sim.mujoco.layout import (
@@ -69,6 +76,7 @@ def layout_of(problem: Problem, model: Any, data: Any, control_period: float) ->
             name: _fixture(name, category, model, data)
             for name, category in problem.fixtures.items()
         },
+        cameras={name.partition(".")[2]: 1.0 for name in CAMERAS},
     )
 
 
@@ -81,6 +89,14 @@ def switches_of(problem: Problem, model: Any, data: Any) -> Sequence[tuple[Switc
         for joint in _joints(model, name)
         for at in [(int(model.joint(joint).qposadr[0]), category)]
     ]
+
+
+def _heated(model: Any, name: str) -> Region:
+    """What the burner of a stove heats: above and below its site."""
+    site = model.site(f"{name}_{COOK_REGION}")
+    half = (float(site.size[0]), float(site.size[1]), HEATED_HEIGHT)
+    body = model.body(int(site.bodyid[0])).name
+    return Region(body, half, vector(site.pos), vector(site.quat))
 
 
 def _on(data: Any, at: tuple[int, str]) -> Read:
@@ -110,6 +126,11 @@ def _fixture(name: str, category: str, model: Any, data: Any) -> FixtureLayout:
         joints={joint: JointLayout(0.0, kind.opened, kind.opens) for joint in joints},
         parts={body: kind.moves for body in moved if kind.moves},
         interiors=regions,
+        burners={
+            joint.removeprefix(f"{name}_"): _heated(model, name)
+            for joint in joints
+            if kind.moves == "knob"
+        },
         attributes=kind.attributes,
     )
 

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.sim.mujoco import extents, parts
 from pytest_safemanip.sim.mujoco.description import (
-    Boxes,
+    Attached,
     Description,
     Hand,
     Read,
+    camera_of,
+    camera_place,
     find,
     geom_place,
     half_of_geom,
@@ -31,6 +33,7 @@ from pytest_safemanip.trace.elements import (
     Entity,
     Gripper,
     Joint,
+    Liquid,
     Part,
     Switch,
     Vector,
@@ -53,8 +56,9 @@ def describe(
         switches: those of its fixtures, each with what gives its state.
 
     Raises:
-        ConfigError: if the layout names what the model does not have.
+        ConfigError: if the layout names what the model does not have, or contradicts itself.
     """
+    layout.check()
     table = _Owners(model, layout).table()
     joints = [
         (name, find(model, "joint", joint, f"fixture {name!r}"), way)
@@ -66,6 +70,11 @@ def describe(
         box for name, fixture in layout.fixtures.items() for box in _boxes(model, name, fixture)
     ]
     hands = tuple(_hand(model, hand) for hand in layout.robot.hands)
+    cameras = {find(model, "camera", name): aspect for name, aspect in layout.cameras.items()}
+    particles = {
+        name: [find(model, "body", body, f"liquid {name!r}") for body in liquid.bodies]
+        for name, liquid in layout.liquids.items()
+    }
     has_room = any(part.entity == ROOM for part in table.parts)
     scene = Scene(
         control_period=layout.control_period,
@@ -77,6 +86,7 @@ def describe(
                 for name, fixture in layout.fixtures.items()
             ),
             *((Entity(ROOM, "room", ROOM),) if has_room else ()),
+            *(Entity(name, "liquid", liquid.category) for name, liquid in layout.liquids.items()),
         ),
         bodies=tuple(
             _object(model, data, name, find(model, "body", thing.body, f"object {name!r}"))
@@ -95,7 +105,15 @@ def describe(
             for declared, hand in zip(layout.robot.hands, hands, strict=True)
         ),
         actions=layout.actions,
-        roles={**{name: name for name in (*layout.objects, *layout.fixtures)}, **layout.roles},
+        roles={
+            **{name: name for name in (*layout.objects, *layout.fixtures, *layout.liquids)},
+            **layout.roles,
+        },
+        cameras=tuple(camera_of(model, camera, aspect) for camera, aspect in cameras.items()),
+        liquids=tuple(
+            Liquid(name, len(bodies), radius_of(model, bodies[0]))
+            for name, bodies in particles.items()
+        ),
     ).checked()
     ids = np.array([joint for _, joint, _ in joints], np.intp)
     return Description(
@@ -110,8 +128,10 @@ def describe(
         joint_dof=model.jnt_dofadr[ids].astype(np.intp),
         joint_closed=np.array([way.closed for _, _, way in joints], np.float64),
         joint_open=np.array([way.opened for _, _, way in joints], np.float64),
-        boxes=Boxes.of([place for _, place in found]),
+        boxes=Attached.of([place for _, place in found]),
         read_switches=tuple(read for _, read in switches),
+        cameras=Attached.of([camera_place(model, camera) for camera in cameras]),
+        particles=np.array([body for own in particles.values() for body in own], np.intp),
     )
 
 
@@ -138,6 +158,9 @@ class _Owners:
         for name, fixture in layout.fixtures.items():
             for root in fixture.bodies:
                 claims[find(model, "body", root, f"fixture {name!r}")] = name, ""
+        for name, liquid in layout.liquids.items():
+            for body in liquid.bodies:
+                claims[find(model, "body", body, f"liquid {name!r}")] = name, ""
         self._owner: list[tuple[str, str]] = [(ROOM, "")] * model.nbody
         for number, parent in enumerate(model.body_parentid.tolist()):
             self._owner[number] = claims.get(number, self._owner[parent])
@@ -146,10 +169,12 @@ class _Owners:
         """The parts of all geoms."""
         return parts.build(self._model, self._part)
 
-    def _part(self, geom: int) -> tuple[Part, bool]:
+    def _part(self, geom: int) -> tuple[Part, bool] | None:
         model = self._model
         body = int(model.geom_bodyid[geom])
         entity, name = self._owner[body]
+        if entity in self._layout.liquids:
+            return None  # its particles are recorded, and not what they touch
         if entity == ROBOT:
             return Part(ROBOT, name or model.body(body).name or "body"), True
         if entity in self._layout.objects:
@@ -237,6 +262,11 @@ def joint_of(
     )
 
 
+def radius_of(model: Any, body: int) -> float:
+    """Radius of the sphere that a body is, m."""
+    return float(model.geom_size[model.body_geomadr[body], 0])
+
+
 def _object(model: Any, data: Any, name: str, body: int) -> Body:
     half, centre = extents.local_box(model, data, body)
     return body_of(model, data, name, body, extents.vector(half), extents.vector(centre))
@@ -271,6 +301,7 @@ def _boxes(model: Any, name: str, fixture: FixtureLayout) -> list[tuple[Box, _Pl
         ("interior", fixture.interiors),
         ("handle", fixture.handles),
         ("control", fixture.controls),
+        ("burner", fixture.burners),
     )
     found = []
     for kind, places in kinds:

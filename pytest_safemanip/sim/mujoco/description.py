@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import mujoco
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.mujoco.extents import vector
 from pytest_safemanip.sim.mujoco.parts import PartTable
-from pytest_safemanip.trace.elements import Vector
+from pytest_safemanip.trace.elements import Camera, Vector
 from pytest_safemanip.trace.scene import Scene
 
 Read = Callable[[], Sequence[bool]]
@@ -21,6 +21,7 @@ Read = Callable[[], Sequence[bool]]
 
 _KINDS = {
     "body": mujoco.mjtObj.mjOBJ_BODY,
+    "camera": mujoco.mjtObj.mjOBJ_CAMERA,
     "geom": mujoco.mjtObj.mjOBJ_GEOM,
     "joint": mujoco.mjtObj.mjOBJ_JOINT,
     "site": mujoco.mjtObj.mjOBJ_SITE,
@@ -65,8 +66,8 @@ class Hand:
 
 
 @dataclass(frozen=True)
-class Boxes:
-    """Where the scene's boxes are.
+class Attached:
+    """Where things are that move with bodies: boxes of fixtures, cameras.
 
     Attributes:
         body: ids of the bodies that they move with (B,).
@@ -77,7 +78,7 @@ class Boxes:
     local: NDArray[np.float64]
 
     @classmethod
-    def of(cls, places: Sequence[tuple[int, NDArray[np.float64]]]) -> Boxes:
+    def of(cls, places: Sequence[tuple[int, NDArray[np.float64]]]) -> Attached:
         """Of bodies and poses in their frames (7,)."""
         local = [pose for _, pose in places]
         return cls(np.array([body for body, _ in places], np.intp), np.array(local).reshape(-1, 7))
@@ -99,6 +100,8 @@ class Description:
         joint_open: joint position at openness 1 (J,).
         boxes: of the scene's boxes.
         read_switches: give the states of the scene's switches, one after the other.
+        cameras: of the scene's cameras.
+        particles: body id of each particle of a liquid (P,).
     """
 
     scene: Scene
@@ -110,12 +113,14 @@ class Description:
     joint_dof: NDArray[np.intp]
     joint_closed: NDArray[np.float64]
     joint_open: NDArray[np.float64]
-    boxes: Boxes
+    boxes: Attached
     read_switches: Sequence[Read] = ()
+    cameras: Attached = field(default_factory=lambda: Attached.of(()))
+    particles: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
 
 
 def find(model: Any, kind: str, name: str, what: str = "the layout") -> int:
-    """Id of a ``body``, ``geom``, ``joint`` or ``site``.
+    """Id of a ``body``, ``camera``, ``geom``, ``joint`` or ``site``.
 
     Args:
         model: a ``mujoco.MjModel``.
@@ -156,6 +161,24 @@ def geom_place(model: Any, geom: int) -> tuple[int, NDArray[np.float64]]:
     """The body that a geom moves with, and the geom's pose in its frame (7,)."""
     pose = np.concatenate((model.geom_pos[geom], model.geom_quat[geom]))
     return int(model.geom_bodyid[geom]), pose
+
+
+def camera_place(model: Any, camera: int) -> tuple[int, NDArray[np.float64]]:
+    """The body that a camera moves with, and the camera's pose in its frame (7,)."""
+    pose = np.concatenate((model.cam_pos[camera], model.cam_quat[camera]))
+    return int(model.cam_bodyid[camera]), pose
+
+
+def camera_of(model: Any, camera: int, aspect: float) -> Camera:
+    """A camera.
+
+    Args:
+        model: a ``mujoco.MjModel``.
+        camera: its id.
+        aspect: width of its image over the height.
+    """
+    fov = float(np.deg2rad(model.cam_fovy[camera]))
+    return Camera(str(model.camera(camera).name), fov, aspect)
 
 
 def site_place(model: Any, site: int) -> tuple[int, NDArray[np.float64]]:

@@ -7,11 +7,13 @@ and the library is looked for here.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 from pytest_safemanip.errors import ConfigError
@@ -33,6 +35,22 @@ _PROBE = (
     "context.make_current(); empty = mujoco.MjModel.from_xml_string('<mujoco/>'); "
     "mujoco.MjrContext(empty, mujoco.mjtFontScale.mjFONTSCALE_50); os._exit(0)"
 )
+
+
+@contextlib.contextmanager
+def never_drawn() -> Iterator[None]:
+    """Let MuJoCo be imported without a GL library: where ``MUJOCO_GL`` names one that is not there
+    it cannot be imported, and without that name it starts a process to look for one of windows.
+    """
+    wanted = os.environ.get("MUJOCO_GL")
+    os.environ["MUJOCO_GL"] = "disabled"
+    try:
+        yield
+    finally:
+        if wanted is None:
+            del os.environ["MUJOCO_GL"]
+        else:
+            os.environ["MUJOCO_GL"] = wanted
 
 
 def open_context(wanted: str) -> Any:

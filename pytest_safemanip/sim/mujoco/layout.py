@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.backend import GripperSpec
 from pytest_safemanip.trace.elements import ActionEntry, Vector
 
@@ -125,6 +127,7 @@ class FixtureLayout:
             a box that is told.
         handles: boxes of handles, likewise.
         controls: boxes of knobs and buttons, likewise.
+        burners: spaces that burners heat, likewise, named like their switches.
         attributes: see :class:`~pytest_safemanip.trace.elements.Entity`.
     """
 
@@ -135,7 +138,21 @@ class FixtureLayout:
     interiors: Mapping[str, str | Region] = field(default_factory=dict)
     handles: Mapping[str, str | Region] = field(default_factory=dict)
     controls: Mapping[str, str | Region] = field(default_factory=dict)
+    burners: Mapping[str, str | Region] = field(default_factory=dict)
     attributes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class LiquidLayout:
+    """A liquid, as small bodies that move freely.
+
+    Attributes:
+        bodies: its particles, each a sphere.
+        category: what it is, such as ``water``.
+    """
+
+    bodies: tuple[str, ...]
+    category: str
 
 
 @dataclass(frozen=True)
@@ -149,6 +166,9 @@ class Layout:
         objects: by name.
         fixtures: by name.
         roles: the task's own names; every object and fixture is its own beside them.
+        cameras: what policies may see through, by name in the model: width of an image over its
+            height.
+        liquids: by name.
     """
 
     control_period: float
@@ -157,3 +177,38 @@ class Layout:
     objects: Mapping[str, ObjectLayout]
     fixtures: Mapping[str, FixtureLayout] = field(default_factory=dict)
     roles: Mapping[str, str] = field(default_factory=dict)
+    cameras: Mapping[str, float] = field(default_factory=dict)
+    liquids: Mapping[str, LiquidLayout] = field(default_factory=dict)
+
+    def check(self) -> None:
+        """Refuse what contradicts itself, whatever the model has.
+
+        Raises:
+            ConfigError: naming the hand or the fixture.
+        """
+        if not 0.0 < self.control_period < math.inf:
+            raise ConfigError(f"control_period: {self.control_period:g} s, expected more than 0")
+        names = [entry.name for entry in self.actions]
+        for hand in self.robot.hands:
+            spec, what = hand.spec, f"hand {hand.spec.name!r}"
+            if spec.entry and spec.entry not in names:
+                hint = did_you_mean(spec.entry, names)
+                raise ConfigError(f"{what}: no entry of the actions is {spec.entry!r}; {hint}")
+            if spec.closes == spec.opens:
+                raise ConfigError(f"{what}: what opens it, {spec.opens:g}, closes it, too")
+            if len(spec.fingers) != len(hand.fingers):
+                raise ConfigError(
+                    f"{what}: {len(spec.fingers)} finger groups, and bodies of {len(hand.fingers)}"
+                )
+            for finger in hand.joints:
+                _check_way(what, finger.name, finger)
+        for name, fixture in self.fixtures.items():
+            for joint, way in fixture.joints.items():
+                _check_way(f"fixture {name!r}", joint, way)
+
+
+def _check_way(what: str, joint: str, way: FingerJoint | JointLayout) -> None:
+    if not math.isfinite(way.opened - way.closed) or way.opened == way.closed:
+        raise ConfigError(
+            f"{what}: joint {joint!r} is closed at {way.closed:g} and opened at {way.opened:g}"
+        )

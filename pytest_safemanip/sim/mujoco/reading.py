@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.sim.mujoco.description import Description
+from pytest_safemanip.sim.mujoco.description import Attached, Description
 from pytest_safemanip.sim.mujoco.scratch import Scratch
 from pytest_safemanip.trace.geometry import cross, multiply, rotate
 from pytest_safemanip.trace.steps import Contacts, Step
@@ -35,7 +35,8 @@ class Reader:
         self.description = describe(self._scratch)
         hands = [hand.body for hand in self.description.hands]
         self._bodies = np.append(self.description.object_body, np.array(hands, np.intp))
-        self._boxes_at, self._boxes = b"", np.zeros((0, 7), np.float32)
+        self._boxes = _Follower(self.description.boxes)
+        self._cameras = _Follower(self.description.cameras)
 
     def fingerprint(self) -> str:
         """Digest of the episode's state as it is now."""
@@ -72,25 +73,15 @@ class Reader:
             object_pose=_f32(np.concatenate((d.xpos[body], d.xquat[body]), axis=1)),
             object_twist=_f32(twist[: len(body)]),
             joint=_f32(np.stack((openness, d.qvel[info.joint_dof] / way), axis=1)),
-            box_pose=self._box_poses(),
+            box_pose=self._boxes.poses(d),
             switch=np.array([on for read in info.read_switches for on in read()], np.float32),
             qpos=_f32(d.qpos),
             qvel=_f32(d.qvel),
             success=success,
             contacts=contacts,
+            camera_pose=self._cameras.poses(d),
+            particles=_f32(d.xpos[info.particles]),
         )
-
-    def _box_poses(self) -> NDArray[np.float32]:
-        """Poses of the scene's boxes (B, 7); those of the last time where none has moved."""
-        d, (body, local) = self._scratch, vars(self.description.boxes).values()
-        place, turn = d.xpos[body], d.xquat[body]
-        seen = place.tobytes() + turn.tobytes()
-        if seen != self._boxes_at:
-            positions = place + rotate(turn, local[:, :3])
-            turns = multiply(turn, local[:, 3:])
-            self._boxes = _f32(np.concatenate((positions, turns), axis=1))
-            self._boxes_at = seen
-        return self._boxes
 
     def _refresh(self) -> None:
         m = self._model
@@ -98,6 +89,30 @@ class Reader:
         mujoco.mj_kinematics(m, self._scratch)
         mujoco.mj_comPos(m, self._scratch)
         mujoco.mj_comVel(m, self._scratch)
+
+
+class _Follower:
+    """Follows what is attached to bodies.
+
+    Args:
+        attached: what it is.
+    """
+
+    def __init__(self, attached: Attached) -> None:
+        self._attached, self._seen = attached, b""
+        self._poses = np.zeros((0, 7), np.float32)
+
+    def poses(self, data: Any) -> NDArray[np.float32]:
+        """Where it is (B, 7); computed anew only if something has moved."""
+        body, local = self._attached.body, self._attached.local
+        place, turn = data.xpos[body], data.xquat[body]
+        seen = place.tobytes() + turn.tobytes()
+        if seen != self._seen:
+            positions = place + rotate(turn, local[:, :3])
+            turns = multiply(turn, local[:, 3:])
+            self._poses = _f32(np.concatenate((positions, turns), axis=1))
+            self._seen = seen
+        return self._poses
 
 
 def _twists(model: Any, data: Any, bodies: NDArray[np.intp]) -> NDArray[np.float64]:

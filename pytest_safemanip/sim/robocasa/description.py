@@ -10,14 +10,19 @@ import numpy as np
 from pytest_safemanip.sim.mujoco import extents
 from pytest_safemanip.sim.mujoco.describing import body_of, closed_kinematics, joint_of
 from pytest_safemanip.sim.mujoco.description import (
-    Boxes,
+    Attached,
     Description,
     Hand,
+    camera_of,
+    camera_place,
+    find,
     site_place,
 )
 from pytest_safemanip.sim.mujoco.reading import Reader
 from pytest_safemanip.sim.robocasa import parts as part_names
 from pytest_safemanip.sim.robocasa import regions
+from pytest_safemanip.sim.robocasa.liquids import liquids_in
+from pytest_safemanip.sim.robocasa.observation import CAMERAS
 from pytest_safemanip.sim.robocasa.robot import PANDA, SPEC
 from pytest_safemanip.sim.robocasa.switches import reached, switches
 from pytest_safemanip.trace.elements import ROBOT, Body, Entity, EntityKind
@@ -58,6 +63,8 @@ def describe(env: Any, data: Any) -> Description:
     boxes = regions.boxes(model, data, table, env, sorted(set(roles.values())))
     at_sites = reached(model, env)
     found, readers = switches(model, env)
+    cameras = [find(model, "camera", name.removeprefix("video.")) for name in CAMERAS]
+    liquid_entities, liquids, particles = liquids_in(model)
     hand = _hand(model)
     geoms = np.flatnonzero(_of_hand(model))
     half, centre = map(extents.vector, extents.box_around(model, data, hand.pose(data), geoms))
@@ -65,8 +72,9 @@ def describe(env: Any, data: Any) -> Description:
         control_period=float(env.control_timestep),
         entities=(
             Entity(ROBOT, "robot", type(env.robots[0].robot_model).__name__),
-            *(Entity(n, "object", categories[n]) for n in objects),
+            *(Entity(n, "object", categories[n], _filled(model, n)) for n in objects),
             *(_fixture(n, f) for n, f in env.fixtures.items()),
+            *liquid_entities,
         ),
         bodies=tuple(_body(model, data, name, body) for name, body in objects.items()),
         parts=table.parts,
@@ -86,7 +94,13 @@ def describe(env: Any, data: Any) -> Description:
         surfaces=tuple(extents.surfaces(model, closed, table, set(fixtures))),
         grippers=(PANDA.in_scene(half, centre),),
         actions=SPEC.robot.actions.entries,
-        roles={**roles, **{name: name for name in objects}},
+        roles={
+            **roles,
+            **{name: name for name in objects},
+            **{liquid.name: liquid.name for liquid in liquid_entities},
+        },
+        liquids=liquids,
+        cameras=tuple(camera_of(model, camera, 1.0) for camera in cameras),
     ).checked()
     ids = np.array([joint for _, joint in joints], np.intp)
     return Description(
@@ -99,13 +113,15 @@ def describe(env: Any, data: Any) -> Description:
         joint_dof=model.jnt_dofadr[ids].astype(np.intp),
         joint_closed=np.zeros(len(ids)),
         joint_open=np.array(travel, np.float64),
-        boxes=Boxes.of(
+        cameras=Attached.of([camera_place(model, camera) for camera in cameras]),
+        boxes=Attached.of(
             [
                 *(place for _, place in boxes),
                 *(site_place(model, site) for _, site in at_sites),
             ]
         ),
         read_switches=readers,
+        particles=particles,
     )
 
 
@@ -121,6 +137,18 @@ def _hand(model: Any) -> Hand:
         closed=np.zeros(2),
         opened=opened,
     )
+
+
+def _filled(model: Any, name: str) -> tuple[str, ...]:
+    """``liquid`` of an object that RoboCasa shows a liquid in: of a site, or a geom, that is not
+    transparent.
+    """
+    kinds = (mujoco.mjtObj.mjOBJ_SITE, model.site_rgba), (mujoco.mjtObj.mjOBJ_GEOM, model.geom_rgba)
+    for kind, colours in kinds:
+        number = mujoco.mj_name2id(model, kind, f"{name}_liquid")
+        if number >= 0 and colours[number, 3] > 0.0:
+            return ("liquid",)
+    return ()
 
 
 def _of_hand(model: Any) -> list[bool]:

@@ -9,6 +9,7 @@ from typing import Any
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.robocasa import scenes
+from pytest_safemanip.sim.robocasa.liquids import fills_of, with_particles
 from pytest_safemanip.sim.robocasa.patches import environments
 from pytest_safemanip.sim.robocasa.robot import ROBOT_MODEL
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
@@ -43,8 +44,14 @@ def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None 
     added = [change.category for change in request.changes if isinstance(change, Add)]
     if added:
         environments.add_objects(env, added)
-    if edit is not None:
-        env.set_xml_processor(edit)
+    fills = fills_of(request.changes)
+
+    def edited(model: str) -> str:
+        changed = edit(model) if edit is not None else model
+        return with_particles(changed, fills) if fills else changed
+
+    if edit is not None or fills:
+        env.set_xml_processor(edited)
     with environments.quick_settling(env, Controls):
         env.reset()
     if added:

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import CannotStage, ConfigError, did_you_mean
 from pytest_safemanip.sim.mujoco.description import Description
+from pytest_safemanip.sim.robocasa.liquids import fill
 from pytest_safemanip.sim.robocasa.patches.environments import quick_settling
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
-from pytest_safemanip.sim.staging import Add, Change, Move, Posture, Put, SetOpen
+from pytest_safemanip.sim.staging import Add, Change, Fill, Move, Posture, Put, SetOpen
 from pytest_safemanip.trace.geometry import about, corners, matrix, multiply, rotate, to_world
 from pytest_safemanip.trace.steps import Step
 
@@ -46,7 +47,8 @@ def stage(
         ConfigError: if the scene has no such role, joint or interior.
     """
     staged = _Stage(env, description, step)
-    for change in changes:
+    # Liquids come last: into where what holds them stands in the end.
+    for change in sorted(changes, key=lambda change: isinstance(change, Fill)):
         staged.make(change)
     env.sim.forward()
     _settle(env)
@@ -112,8 +114,8 @@ class _Stage:
 
     def make(self, change: Change) -> None:
         """Make a change, but for those of what only cameras see."""
-        if isinstance(change, Put | SetOpen):
-            self._stands.clear()  # what lies in a drawer comes along, or is pushed aside
+        if isinstance(change, Put | SetOpen | Fill):
+            self._stands.clear()  # what lies in a drawer comes along, or is pushed aside; balls flow
         match change:
             case Put():
                 self.put(change)
@@ -125,6 +127,8 @@ class _Stage:
                 self.add(change)
             case Posture():
                 self.pose(change)
+            case Fill():
+                self.fill(change)
 
     def move(self, change: Move) -> None:
         """Move an object on its level, and turn it about the middle of its box."""
@@ -190,6 +194,11 @@ class _Stage:
         data, joint = self._env.sim.data, self._env.objects[role].joints[0]
         data.set_joint_qpos(joint, pose)
         data.set_joint_qvel(joint, np.zeros(6))
+
+    def fill(self, change: Fill) -> None:
+        entity = self._object(change.role)
+        body = self._scene.bodies[self._scene.object_index[entity]]
+        fill(self._env, change, body, self._poses[entity])
 
     def _floor(self, change: Put, target: str) -> Floats:
         """The middle of what something is put onto, beside or into (3,)."""

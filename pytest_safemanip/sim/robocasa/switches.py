@@ -17,6 +17,11 @@ _POURED = (0.04, 0.04, 0.0)
 _HEATED = (0.08, 0.08, 0.1)
 """Half extents of what a burner heats, m: RoboCasa counts a pan within 8 cm as on it."""
 
+_OVEN, _TIMER, _SPEED = "temperature", "time", "knob_speed"
+"""RoboCasa's names of the knobs that switch ovens, toaster ovens and stand mixers on."""
+_SET = 0.1
+"""From this share of its range on a knob is set, as RoboCasa's tasks have it of the toaster oven's
+timer."""
 _BURNER_OFF = 0.35
 """Knob angle from 0 or a full turn within which a burner is off, rad (``Stove.is_burner_on``)."""
 
@@ -27,8 +32,9 @@ def switches(model: Any, env: Any) -> tuple[list[Switch], list[Read]]:
     RoboCasa's own state is read, which it updates in every control step; it is never updated here,
     since its timers and latches count how often that happens.
     """
-    from robocasa.models.fixtures import Sink, Stove
+    from robocasa.models.fixtures import Oven, Sink, StandMixer, Stove, ToasterOven
 
+    turned = {Oven: _OVEN, ToasterOven: _TIMER, StandMixer: _SPEED}
     found: list[Switch] = []
     readers: list[Read] = []
     for name, fixture in env.fixtures.items():
@@ -42,6 +48,12 @@ def switches(model: Any, env: Any) -> tuple[list[Switch], list[Read]]:
         elif hasattr(fixture, "_turned_on"):
             found.append(Switch(name, "power", "appliance"))
             readers.append(_power(fixture))
+        elif knob := turned.get(type(fixture)):
+            joint = fixture._joint_names[knob]
+            if joint in env.sim.model.joint_names:  # not every model has all knobs
+                key = _joint_key(model, fixture, joint)
+                found.append(Switch(name, "power", "appliance", key))
+                readers.append(_dial(env, fixture, joint))
     return found, readers
 
 
@@ -69,8 +81,16 @@ def reached(model: Any, env: Any) -> list[tuple[Box, int]]:
 
 
 def _knob(model: Any, stove: Any, burner: str) -> str:
-    joint = model.joint(f"{stove.naming_prefix}knob_{burner}_joint").id
-    return f"{stove.name}/{local_name(model, joint, stove.name)}"
+    return _joint_key(model, stove, f"{stove.naming_prefix}knob_{burner}_joint")
+
+
+def _joint_key(model: Any, fixture: Any, joint: str) -> str:
+    return f"{fixture.name}/{local_name(model, model.joint(joint).id, fixture.name)}"
+
+
+def _dial(env: Any, appliance: Any, joint: str) -> Read:
+    """What is switched by a knob with a scale."""
+    return lambda: (bool(appliance.get_joint_state(env, [joint])[joint] >= _SET),)
 
 
 def _tap(env: Any, sink: Any) -> Read:

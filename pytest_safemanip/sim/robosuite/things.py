@@ -78,7 +78,16 @@ def layout(
         objects={name: what for name, what in _objects(model).items() if only in ("", name)},
         fixtures={name: fixture for name, fixture in _fixtures().items() if _has(bodies, fixture)},
         roles={"obj": only} if only else {},
+        cameras=cameras_of(model),
     )
+
+
+def cameras_of(model: Any) -> dict[str, float]:
+    """What robosuite's policies see through, of any version: the view from in front and those in
+    the hands, and that their images are square.
+    """
+    names = [model.camera(number).name for number in range(model.ncam)]
+    return {name: 1.0 for name in names if name.endswith(("agentview", "eye_in_hand"))}
 
 
 def _hand(arm: Arm) -> HandLayout:

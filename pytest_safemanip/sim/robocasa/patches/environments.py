@@ -20,8 +20,8 @@ from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck, LastCorners
 
 def quicken(env: Any) -> None:
     """Let fixtures and tasks have the same answers sooner: at every step, and some several times,
-    they ask for joints' addresses, buttons' contacts, fixtures' states and interiors and objects'
-    corners.
+    they ask for joints' addresses, contacts of buttons and racks, fixtures' states and interiors
+    and objects' corners.
     """
     from robocasa.models import fixtures
 
@@ -31,12 +31,21 @@ def quicken(env: Any) -> None:
         fixtures.Oven: ("update_state",),
         fixtures.Dishwasher: ("update_state",),
     }
+    touched = {
+        fixtures.Dishwasher: "check_rack_contact",
+        fixtures.Oven: "check_rack_contact",
+        fixtures.ToasterOven: "check_rack_contact",
+        fixtures.Toaster: "check_slot_contact",
+    }
     env.sim.model.get_joint_qpos_addr = functools.cache(env.sim.model.get_joint_qpos_addr)
     env.check_contact = ContactCheck(env.sim)
     for fixture in env.fixtures.values():
         for kind, methods in joints.items():
             if isinstance(fixture, kind):
                 _remember(fixture, methods, _positions(env, fixture))
+        for kind, method in touched.items():
+            if isinstance(fixture, kind):
+                _remember(fixture, (method,), _touching(env))
         if isinstance(fixture, (fixtures.Drawer, fixtures.Fridge)):
             _remember(fixture, ("update_state",), _interiors(env, fixture))
         if isinstance(fixture, fixtures.Fixture):
@@ -48,6 +57,15 @@ def quicken(env: Any) -> None:
 def _remember(fixture: Any, methods: Sequence[str], seen: Callable[[], Any]) -> None:
     for name in methods:
         setattr(fixture, name, Unchanged(getattr(type(fixture), name).__get__(fixture), seen))
+
+
+def _touching(env: Any) -> Callable[[], Any]:
+    """Reads what touches what; fast stepping has another check than this one."""
+
+    def read() -> Any:
+        return env.check_contact.touching()
+
+    return read
 
 
 def _positions(env: Any, fixture: Any) -> Callable[[], bytes]:
@@ -167,6 +185,54 @@ def add_objects(env: Any, categories: Sequence[str]) -> None:
 def list_added(env: Any) -> None:
     """List what was added among the things of a scene that was just reset."""
     env.object_cfgs = [*env.object_cfgs, *env.added_cfgs]
+
+
+@contextlib.contextmanager
+def stored_scene(env: Any, model: Any, begins: Any) -> Iterator[None]:
+    """Let a reset take a model as it was stored, with fixtures and objects where they are in it.
+
+    RoboCasa's playback draws places of its own: fixtures, and checks that ask where they are, are
+    then not where the model has them. To find free places takes seconds where it is narrow.
+
+    Args:
+        env: a RoboCasa environment before its reset.
+        model: a ``mujoco.MjModel``.
+        begins: its ``MjData`` when the episode begins, with the poses of bodies.
+    """
+    from robocasa.utils import env_utils
+    from robosuite.utils.binding_utils import MjSim
+
+    original = env_utils._get_placement_initializer
+
+    def initializer(*args: Any, **named: Any) -> Any:
+        found = original(*args, **named)
+        things = [thing for own in found.samplers.values() for thing in own.mujoco_objects]
+        places = {thing.name: (*_place(thing, model, begins), thing) for thing in things}
+        found.sample = lambda placed_objects: places
+        return found
+
+    def initialize_sim() -> None:
+        env.sim = MjSim(model)
+        env.sim.forward()
+        env.initialize_time(env.control_freq)
+
+    env_utils._get_placement_initializer, env._initialize_sim = initializer, initialize_sim
+    try:
+        yield
+    finally:
+        env_utils._get_placement_initializer = original
+        del env._initialize_sim
+
+
+def _place(thing: Any, model: Any, begins: Any) -> tuple[Any, Any]:
+    """Position and quaternion of a fixture in a model, or of an object when its episode begins."""
+    from robocasa.models.fixtures import Fixture
+
+    if isinstance(thing, Fixture):  # some, as lids, fall from there
+        body = model.body(thing.root_body)
+        return body.pos, body.quat
+    body = begins.body(thing.root_body)
+    return body.xpos, body.xquat
 
 
 def keep_layout_fresh(env: Any) -> None:

@@ -6,6 +6,7 @@ Both print, set environment variables and want a display library.
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib.abc
 import importlib.machinery
 import io
@@ -51,6 +52,21 @@ def quiet() -> Iterator[None]:
 
 
 @contextlib.contextmanager
+def uncollected() -> Iterator[None]:
+    """Let the garbage collector pass over all that is imported, now and later: it stays until the
+    process ends, and each time to look through it takes as long as five control steps.
+    """
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        if enabled:
+            gc.enable()
+
+
+@contextlib.contextmanager
 def robosuite_settings() -> Iterator[None]:
     """The settings module that robosuite lets a user provide; the same physics for everyone."""
     name = "robosuite.macros_private"
@@ -66,9 +82,10 @@ def robosuite_settings() -> Iterator[None]:
 @contextlib.contextmanager
 def stand_ins() -> Iterator[None]:
     """Stand-ins for what is imported and never called: OpenCV, which needs libGL and serves the
-    on-screen viewer, and Numba, which is switched off and takes a tenth of a second.
+    on-screen viewer, MuJoCo's own viewer, which starts a process to look for a library of windows,
+    and Numba, which is switched off and takes a tenth of a second.
     """
-    absent = [name for name in ("cv2", "numba") if name not in sys.modules]
+    absent = [name for name in ("cv2", "numba", "mujoco.viewer") if name not in sys.modules]
     sys.modules.update({name: types.ModuleType(name) for name in absent})
     try:
         yield

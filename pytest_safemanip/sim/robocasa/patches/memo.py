@@ -138,6 +138,10 @@ class ContactCheck:
         second = self._group(geoms_2)
         return any((a in first and b in second) or (a in second and b in first) for a, b in pairs)
 
+    def touching(self) -> tuple[bytes, Pairs]:
+        """All that its answers depend on in a simulation."""
+        return self._data.contact.geom.tobytes(), self._carried()
+
     def _group(self, geoms: Any) -> frozenset[int]:
         if isinstance(geoms, str):
             return self._numbers((geoms,))
@@ -164,15 +168,18 @@ class Unchanged:
 
     def __init__(self, method: Callable[..., Any], seen: Callable[[], Any]) -> None:
         self._method, self._seen = method, seen
-        self._known: Any = None
-        self._answer: Any = None
+        self._last: Any = None
+        self._answers: dict[Any, Any] = {}
 
     def __call__(self, *args: Any, **named: Any) -> Any:
-        """What it answers, or a copy of what it answered last."""
-        known = args, named, self._seen()
-        if known != self._known:
-            self._answer, self._known = self._method(*args, **named), known
-        return _copied(self._answer)
+        """What it answers, or a copy of what it has answered since a change."""
+        seen, asked = self._seen(), (args, tuple(named.items()))
+        if seen != self._last:
+            self._last = seen
+            self._answers.clear()
+        if asked not in self._answers:
+            self._answers[asked] = self._method(*args, **named)
+        return _copied(self._answers[asked])
 
 
 def _copied(answer: Any) -> Any:

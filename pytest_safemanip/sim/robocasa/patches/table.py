@@ -108,6 +108,13 @@ PATCHES = (
         _has("robosuite.renderers.viewer.opencv_renderer", "import cv2"),
     ),
     Patch(
+        "no_viewer",
+        "sys.modules:mujoco.viewer",
+        "robosuite imports MuJoCo's viewer, which starts a process to look for windows",
+        "importing",
+        _has("robosuite.renderers.viewer.mjviewer_renderer", "from mujoco import viewer"),
+    ),
+    Patch(
         "assets_root",
         "robocasa.models:assets_root",
         "the assets are read from a folder of ours; RoboCasa's own releases have no setting for it",
@@ -165,6 +172,21 @@ PATCHES = (
         _lacks(f"{_UTILS}.binding_utils", "cache"),
     ),
     Patch(
+        "known_racks",
+        ", ".join(
+            f"{_FIXTURES}.{name}"
+            for name in (
+                "dishwasher:Dishwasher.check_rack_contact",
+                "oven:Oven.check_rack_contact",
+                "toaster_oven:ToasterOven.check_rack_contact",
+                "toaster:Toaster.check_slot_contact",
+            )
+        ),
+        "what lies on a rack is looked for among all of the kitchen's geoms, several times a step",
+        "environments",
+        _has(f"{_FIXTURES}.dishwasher", "range(env.sim.model.ngeom)"),
+    ),
+    Patch(
         "known_fixtures",
         ", ".join(
             f"{_FIXTURES}.{name}"
@@ -198,6 +220,15 @@ PATCHES = (
         "RoboCasa parses the same files for every fixture: half of a reset of its own kitchens",
         "registry",
         _has(f"{_SCENES}.scene_utils", "yaml.safe_load"),
+    ),
+    Patch(
+        "stored_scene",
+        "robocasa.utils.env_utils:_get_placement_initializer, "
+        "robosuite.environments.base:MujocoEnv._initialize_sim",
+        "RoboCasa's playback draws other places for fixtures than the stored model has: its checks "
+        "ask where they are not; to find places takes seconds where it is narrow",
+        "environments",
+        _has("robocasa.environments.kitchen.kitchen", "EnvUtils._get_placement_initializer("),
     ),
     Patch(
         "fresh_layout",

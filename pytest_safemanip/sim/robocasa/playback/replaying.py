@@ -7,9 +7,9 @@ that was taken there, by RoboCasa's own controllers; then the next state is put 
 
 from __future__ import annotations
 
+import functools
 import gc
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,14 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import ConfigError, RolloutError, TraceError, first_line
 from pytest_safemanip.sim.backend import Start
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.strangers import check_stable
 from pytest_safemanip.sim.robocasa import environment, loading, scenes
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.patches import environments
 from pytest_safemanip.sim.robocasa.playback import episode_meta, task_choices
 from pytest_safemanip.sim.robocasa.robot import SPEC
-from pytest_safemanip.sim.robocasa.stepping.exact import Controls, Stepper
+from pytest_safemanip.sim.robocasa.stepping.exact import Controls
+from pytest_safemanip.sim.robocasa.stepping.fast import LawStepper
 from pytest_safemanip.trace.steps import Step
 
 SEED = 0
@@ -69,8 +71,8 @@ class Replay:
     """
 
     def __init__(self, episode: StoredEpisode, assets_root: Path) -> None:
-        gc.collect()  # the environment before refers to itself
         patches = loading.load(assets_root)
+        gc.collect()  # the environment before refers to itself
         mujoco.set_mju_user_warning(_ignore)
         meta = episode_meta.checked(episode.meta, assets_root)
         kitchen = episode_meta.kitchen_of(dict(episode.meta))  # type: ignore[call-overload]
@@ -83,7 +85,10 @@ class Replay:
         self._reader = open_reader(env)
         self._objects = self._reader.description.object_body
         self._sampler = ContactSampler(self._model, self._reader.description.table)
-        self._stepper = Stepper(env, self._sampler.sample)
+        self._stepper = LawStepper(env, self._sampler.sample)
+        # Where the elbow is pulled to: the posture that the episode began in, not one drawn now.
+        arm = env.robots[0].composite_controller.part_controllers["right"]
+        arm.initial_joint = self._data.qpos[arm.qpos_index].copy()
         self._at, self.drift = 0, 0.0
         self._sampler.sample(self._data)
         self.start = Start(
@@ -104,6 +109,7 @@ class Replay:
 
         Raises:
             RolloutError: if RoboCasa fails.
+            TraceError: if physics comes to numbers that are not finite.
         """
         try:
             self._stepper.step(action)
@@ -112,6 +118,7 @@ class Replay:
             raise RolloutError(
                 f"RoboCasa fails in step {self._at + 1}: {first_line(error)}"
             ) from error
+        check_stable(self._data)
         self._at += 1
         if self._at < len(self._states):
             reached = self._places()
@@ -148,11 +155,16 @@ def _rebuilt(episode: StoredEpisode, meta: dict[str, Any], kitchen: str, assets_
     env = environment.unset(episode.task, SEED, **arguments)
     env.set_ep_meta(meta)
     try:
-        with environments.quick_settling(env, Controls):
-            # RoboCasa's playback compiles a model of its own first, and drops it.
-            env._initialize_sim = partial(env._initialize_sim, xml_string=episode.model)
+        xml = functools.reduce(lambda text, edit: edit(text), env._xml_processors, episode.model)
+        model = mujoco.MjModel.from_xml_string(xml)
+        begins = mujoco.MjData(model)
+        begins.qpos[:] = _checked(episode.states, model)[0, 1 : 1 + model.nq]
+        mujoco.mj_kinematics(model, begins)
+        with (
+            environments.quick_settling(env, Controls),
+            environments.stored_scene(env, model, begins),
+        ):
             env.reset()
-            del env._initialize_sim
         env.sim.reset()
         task_choices.restore(env, meta.get(task_choices.KEY, {}))
     except (ConfigError, TraceError):

@@ -1,0 +1,1 @@
+"""Hazards beside those of the ten templates: fire, heat, falls, edges, nearness, sight, liquids."""
