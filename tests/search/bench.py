@@ -163,7 +163,7 @@ class Bench:
         return self._data.qpos[self._joints[:3]] - (0.0, -1.5, 0.0)
 
     def _state(self, action):
-        command = np.zeros(7)
+        command = np.zeros(8)
         command[5] = action[4] <= 0.0
         step = self._look.step(self._data, command)
         half = np.sqrt(0.5)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
 import numpy as np
@@ -12,8 +12,10 @@ from pytest_safemanip.search.dimension import Deviation, Dimension, Dimensions
 from pytest_safemanip.search.kinds.definition import Setting
 
 Point = NDArray[np.float64]
-"""Numbers in [0, 1): for each dimension one that says whether it is otherwise, one that says by
-how much, and its details."""
+"""Numbers in [0, 1]: for each dimension one that says whether it is otherwise and by how much, and
+its details."""
+SHARE = 0.6
+"""Of the dimensions that is otherwise in a point drawn uniformly, on average."""
 
 
 class Proposer(Protocol):
@@ -37,45 +39,70 @@ MakeProposer = Callable[[Dimensions, int], Proposer]
 
 def width(dimensions: Dimensions) -> int:
     """Length of a point."""
-    return sum(2 + len(dimension.details) for dimension in dimensions.own)
+    return sum(1 + len(dimension.details) for dimension in dimensions.own)
 
 
-def decoded(point: Point, dimensions: Dimensions, share: float) -> Deviation:
-    """The deviation of a point.
-
-    Args:
-        point: see :data:`Point`.
-        dimensions: of the space.
-        share: of the dimensions that is otherwise in a point drawn uniformly, on average.
-    """
-    found, place = [], 0
+def parts(dimensions: Dimensions) -> Iterator[tuple[Dimension, slice]]:
+    """Where in a point each dimension is: its size first, then its details."""
+    place = 0
     for dimension in dimensions.own:
-        own = point[place : place + 2 + len(dimension.details)]
-        place += len(own)
-        if own[0] >= share:
-            continue
-        setting = dimension.setting(own[1], own[2:])
+        end = place + 1 + len(dimension.details)
+        yield dimension, slice(place, end)
+        place = end
+
+
+def decoded(point: Point, dimensions: Dimensions) -> Deviation:
+    """The deviation of a point."""
+    found = []
+    for dimension, place in parts(dimensions):
+        own = point[place]
+        setting = _setting(dimension, float(own[0]), own[1:])
         if setting is not None:
             found.append((dimension.name, setting))
     return Deviation(tuple(found))
 
 
-def encoded(deviation: Deviation, dimensions: Dimensions, share: float) -> Point:
+def _setting(dimension: Dimension, part: float, details: Point) -> Setting | None:
+    """The value of a dimension at a part of the way through it; None in the middle, or below."""
+    if dimension.choices or dimension.low == 0.0:
+        more = (part - (1.0 - SHARE)) / SHARE
+        return dimension.setting(min(more, 1.0 - 1e-9), details) if more >= 0.0 else None
+    away = 2.0 * part - 1.0
+    more = (abs(away) - (1.0 - SHARE)) / SHARE
+    if more < 0.0:
+        return None
+    size = more * (dimension.high if away > 0.0 else dimension.low)
+    return dimension.setting((size - dimension.low) / (dimension.high - dimension.low), details)
+
+
+def encoded(deviation: Deviation, dimensions: Dimensions) -> Point:
     """A point of a deviation: the inverse of :func:`decoded`, with the middle for what it does not
     say.
     """
-    point: list[float] = []
-    for dimension in dimensions.own:
+    point = np.full(width(dimensions), 0.5)
+    for dimension, place in parts(dimensions):
         setting = deviation.get(dimension.name)
-        point.append(0.5 * share if setting is not None else 0.5 * (1.0 + share))
-        point.append(0.5 if setting is None else _part(dimension, setting))
-        known: Mapping[str, float] = dict(setting.details) if setting else {}
-        for name, (low, high) in dimension.details.items():
-            point.append((known[name] - low) / (high - low) if name in known else 0.5)
-    return np.clip(np.array(point), 0.0, np.nextafter(1.0, 0.0))
+        known = dict(setting.details) if setting else {}
+        point[place.start] = _part(dimension, setting)
+        for number, (name, (low, high)) in enumerate(dimension.details.items(), place.start + 1):
+            if name in known:
+                point[number] = (known[name] - low) / (high - low)
+    return np.clip(point, 0.0, 1.0)
 
 
-def _part(dimension: Dimension, setting: Setting) -> float:
+def _part(dimension: Dimension, setting: Setting | None) -> float:
+    """The inverse of :func:`_setting`."""
+    one_sided = bool(dimension.choices) or dimension.low == 0.0
+    if setting is None:
+        return 0.5 * (1.0 - SHARE) if one_sided else 0.5
     if isinstance(setting.size, str):
-        return (dimension.choices.index(setting.size) + 0.5) / len(dimension.choices)
-    return (setting.size - dimension.low) / (dimension.high - dimension.low)
+        return chosen_part(dimension.choices, setting.size)
+    more = abs(setting.size) / (dimension.high if setting.size > 0.0 else -dimension.low)
+    if one_sided:
+        return 1.0 - SHARE + SHARE * more
+    return 0.5 + 0.5 * float(np.sign(setting.size)) * (1.0 - SHARE + SHARE * more)
+
+
+def chosen_part(choices: tuple[str, ...], chosen: str) -> float:
+    """The number of a point that stands for one of some choices."""
+    return 1.0 - SHARE + SHARE * (choices.index(chosen) + 0.5) / len(choices)

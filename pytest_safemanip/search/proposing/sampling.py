@@ -6,10 +6,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from pytest_safemanip.search.dimension import Deviation, Dimensions
-from pytest_safemanip.search.proposing.proposer import decoded, width
-
-SHARE = 0.5
-"""Of the dimensions that are otherwise, on average."""
+from pytest_safemanip.search.proposing.proposer import Point, decoded, width
 
 
 class RandomSampling:
@@ -18,17 +15,16 @@ class RandomSampling:
     Args:
         dimensions: of the space.
         seed: of the draws.
-        share: of the dimensions that is otherwise, on average.
     """
 
-    def __init__(self, dimensions: Dimensions, seed: int, share: float = SHARE) -> None:
-        self._dimensions, self._share = dimensions, share
+    def __init__(self, dimensions: Dimensions, seed: int) -> None:
+        self._dimensions = dimensions
         self._random = np.random.default_rng(seed)
 
     def ask(self, count: int) -> list[Deviation]:
         """See :class:`~pytest_safemanip.search.proposing.proposer.Proposer`."""
         points = self._random.random((count, width(self._dimensions)))
-        return [decoded(point, self._dimensions, self._share) for point in points]
+        return [decoded(point, self._dimensions) for point in points]
 
     def tell(self, deviation: Deviation, loss: float | None) -> None:
         """Learn nothing."""
@@ -40,18 +36,20 @@ class SobolSampling:
     Args:
         dimensions: of the space.
         seed: of the scrambling.
-        share: of the dimensions that is otherwise, on average.
     """
 
-    def __init__(self, dimensions: Dimensions, seed: int, share: float = SHARE) -> None:
-        self._dimensions, self._share = dimensions, share
+    def __init__(self, dimensions: Dimensions, seed: int) -> None:
+        self._dimensions = dimensions
         self._sequence = qmc.Sobol(width(dimensions), scramble=True, seed=seed)
+
+    def points(self, count: int) -> list[Point]:
+        """The next points of the sequence."""
+        # One by one: the sequence is the same, and no power of two is asked for.
+        return [self._sequence.random(1)[0] for _ in range(count)]
 
     def ask(self, count: int) -> list[Deviation]:
         """See :class:`~pytest_safemanip.search.proposing.proposer.Proposer`."""
-        # One by one: the sequence is the same, and no power of two is asked for.
-        points = [self._sequence.random(1)[0] for _ in range(count)]
-        return [decoded(point, self._dimensions, self._share) for point in points]
+        return [decoded(point, self._dimensions) for point in self.points(count)]
 
     def tell(self, deviation: Deviation, loss: float | None) -> None:
         """Learn nothing."""

@@ -1,0 +1,180 @@
+"""How many rollouts a search takes to a failure: optimisers beside random and Sobol sampling.
+
+    python benchmarks/search.py toys            # planted weaknesses without a simulator, minutes
+    python benchmarks/search.py bench --seeds 1 # ten weak policies in MuJoCo, two hours on one core
+
+A weakness is what a policy does wrong in a combination of circumstances alone. The space is the
+shipped one, `searches/default.yaml`, for a task with two objects and a cabinet; of the bench its
+own. Toys say how a margin falls while the combination comes nearer: part by part (``sum``), all
+together (``product``), or not before the first of it is there (``gated``). Too much at once, and
+the task is not begun: then nothing is violated. ``area`` is that under the curve of how many
+weaknesses are found after so many rollouts, as a share of all that it could be.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from pytest_safemanip import resources
+from pytest_safemanip.search.dimension import Deviation, Dimensions
+from pytest_safemanip.search.kinds.catalogue import Kinds
+from pytest_safemanip.search.proposing.parzen import ParzenEstimators
+from pytest_safemanip.search.proposing.proposer import MakeProposer
+from pytest_safemanip.search.proposing.sampling import RandomSampling, SobolSampling
+from pytest_safemanip.search.space import applicable, load_space
+from pytest_safemanip.spec.task import Task
+
+BUDGET, BATCH = 200, 8
+HOPELESS = 60.0
+"""The price from which on a toy's policy does not get to what it is weak at."""
+TASK = Task(
+    "Toy",
+    Path("toy.yaml"),
+    (),
+    "toys",
+    "short",
+    (),
+    objects=("obj", "distr_counter"),
+    enclosures=("cab",),
+)
+Way = Literal["sum", "product", "gated"]
+
+
+@dataclass(frozen=True)
+class Toy:
+    """A weakness without a simulator.
+
+    Attributes:
+        causes: what it takes, by dimension: a share of its high limit (or, negative, of its low
+            one), or which of its choices.
+        way: how the margin falls, see above.
+    """
+
+    causes: Mapping[str, float | int]
+    way: Way
+
+    def loss(self, deviation: Deviation, dimensions: Dimensions) -> float:
+        """As of a finding: below 0 where the weakness shows."""
+        if dimensions.price(deviation) > HOPELESS:
+            return 1.3
+        near = np.array([self._near(name, deviation, dimensions) for name in self.causes])
+        if (near >= 1.0 - 1e-9).all():
+            return -1.1
+        fallen = {
+            "sum": near.mean(),
+            "product": np.prod(0.15 + 0.85 * near),
+            "gated": near[0] * (0.3 + 0.7 * near[1:].mean()),
+        }[self.way]
+        beside = zlib.crc32(repr(deviation.settings).encode()) / 2**32
+        return float(1.0 - 0.9 * fallen + 0.1 * beside)
+
+    def _near(self, name: str, deviation: Deviation, dimensions: Dimensions) -> float:
+        setting, dimension, wanted = deviation.get(name), dimensions.by_name[name], self.causes[name]
+        if setting is None:
+            return 0.0
+        if isinstance(setting.size, str):
+            return float(setting.size == dimension.choices[int(wanted)])
+        limit = abs(wanted) * (dimension.high if wanted > 0 else dimension.low)
+        return float(np.clip(setting.size / limit, 0.0, 1.0))
+
+
+TOYS = (
+    Toy({"left[obj]": 0.7, "turn[obj]": 0.7, "noise": 0.4}, "sum"),
+    Toy({"forward[obj]": -0.8, "calibration_up": -0.7}, "sum"),
+    Toy({"clutter[obj]": 1, "left[obj]": -0.7}, "gated"),
+    Toy({"latency": 0.6, "forward[obj]": 0.7, "posture": 0.6}, "product"),
+    Toy({"style": 3, "latency": 0.6}, "gated"),
+    Toy({"light": -0.7, "camera_turn": 0.7}, "product"),
+    Toy({"wording": 2, "turn[obj]": -0.7, "dropped": 0.4}, "gated"),
+    Toy({"kitchen": 1, "left[obj]": 0.6, "calibration_left": 0.5}, "gated"),
+    Toy({"slip": 0.8, "noise": 0.6}, "product"),
+    Toy({"turn[obj]": 0.85, "calibration_forward": 0.7, "latency": 0.3}, "sum"),
+)
+SAMPLERS: Mapping[str, MakeProposer] = {
+    "random": RandomSampling,
+    "Sobol": SobolSampling,
+    "TPE (Optuna)": ParzenEstimators,
+}
+
+
+def main() -> None:
+    """Print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("what", choices=("toys", "bench"))
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--only", nargs="*", default=())
+    options = parser.parse_args()
+    names = [name for name in all_samplers() if not options.only or name in options.only]
+    print("| proposer | found | after rollouts, on average | area | s | found of each |")
+    print("|---|---|---|---|---|---|")
+    for name in names:
+        began, make = time.perf_counter(), all_samplers()[name]
+        tries = [
+            [attempt(make, seed) for seed in range(options.seeds)] for attempt in _problems(options)
+        ]
+        _print(name, tries, time.perf_counter() - began)
+
+
+def all_samplers() -> dict[str, MakeProposer]:
+    """Those above, and rivals that are installed."""
+    from benchmarks.search_rivals import RIVALS
+
+    return {**SAMPLERS, **RIVALS}
+
+
+def _problems(
+    options: argparse.Namespace,
+) -> Sequence[Callable[[MakeProposer, int], int | None]]:
+    if options.what == "toys":
+        space = load_space(resources.folder("searches") / "default.yaml", Kinds())
+        from pytest_safemanip.sim.robocasa.robot import SPEC
+
+        senses = {"hand", "images", "instruction"}
+        dimensions = applicable(space, TASK, SPEC, "compact", senses).dimensions
+        return [_toy(toy, dimensions) for toy in TOYS]
+    from tests.search.weaknesses import WEAK, attempts
+
+    return [attempts(weak, BUDGET, BATCH) for weak in WEAK]
+
+
+def _toy(toy: Toy, dimensions: Dimensions) -> Callable[[MakeProposer, int], int | None]:
+    def attempt(make: MakeProposer, seed: int) -> int | None:
+        proposer = make(dimensions, seed)
+        for done in range(0, BUDGET, BATCH):
+            asked = proposer.ask(BATCH)
+            for number, deviation in enumerate(asked, start=done + 1):
+                loss = toy.loss(deviation, dimensions)
+                if loss < 0.0:
+                    return number
+                proposer.tell(deviation, loss)
+        return None
+
+    return attempt
+
+
+def _print(name: str, tries: Sequence[Sequence[int | None]], seconds: float) -> None:
+    counts = [count for own in tries for count in own]
+    found = [count for count in counts if count is not None]
+    mean = np.mean([BUDGET if count is None else count for count in counts])
+    area = np.mean([0.0 if count is None else (BUDGET - count) / BUDGET for count in counts])
+    each = " ".join(str(sum(count is not None for count in own)) for own in tries)
+    print(
+        f"| {name} | {len(found)} of {len(counts)} | {mean:.0f} | {area:.2f} | {seconds:.0f} "
+        f"| {each} |",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    main()
