@@ -128,7 +128,7 @@ def main() -> None:
 
 def all_samplers() -> dict[str, MakeProposer]:
     """Those above, and rivals that are installed."""
-    from benchmarks.search_rivals import RIVALS
+    from search_rivals import RIVALS
 
     return {**SAMPLERS, **RIVALS}
 

@@ -180,8 +180,10 @@ class Search:
         while own.asked < self._effort.rollouts:
             everything = list(self.tried.items())
             for trial, outcome in everything[known:]:
-                loss = None if outcome.refused else outcome.findings[own.property_id].loss
-                proposer.tell(trial.deviation, loss)
+                if trial.repeat == 0:
+                    found_there = outcome.findings.get(own.property_id)
+                    loss = found_there.loss if found_there is not None else None
+                    proposer.tell(trial.deviation, loss)
             known = len(everything)
             count = min(self._effort.batch, self._effort.rollouts - own.asked)
             asked = [

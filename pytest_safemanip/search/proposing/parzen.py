@@ -59,7 +59,7 @@ class ParzenEstimators:
         self._left -= even
         found = self._even.ask(even)
         with _experimental():
-            asked = [self._study.ask(self._known) for _ in range(count - even)]
+            asked = [self._study.ask(dict(self._known)) for _ in range(count - even)]
         for trial in asked:  # what comes of them is told with all else
             self._study.tell(trial, state=TrialState.FAIL)
         return found + [decoded(self._point(trial.params), self._dimensions) for trial in asked]
