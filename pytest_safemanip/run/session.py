@@ -217,6 +217,7 @@ class SafetySession:
         self._idle = [] if backend is None else [backend]
         self._describing, self._lending = threading.RLock(), threading.Lock()
         self._ahead: RolloutsAhead | None = None
+        self._over = threading.Event()
 
     def expect(
         self, cases: Iterable[Case], needed: Callable[[Case], bool] = lambda case: True
@@ -307,6 +308,7 @@ class SafetySession:
         about it any more.
         """
         self._refresh(False)
+        self._over.set()
         if self._ahead is not None:
             self._ahead.leave()
 
@@ -417,6 +419,8 @@ class SafetySession:
             self._progress.refresh(waiting)
 
     def _check(self) -> None:
+        if self._over.is_set():
+            raise Abandoned
         if self._ahead is not None:
             self._ahead.check()
 

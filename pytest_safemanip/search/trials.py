@@ -65,12 +65,14 @@ class Outcome:
         refused: why there was no episode: what was asked for cannot be; empty if there was.
         digest: of everything that was recorded of it: the same for the same bits.
         recording: its file, relative to the folder of searches; empty if none was kept.
+        error: why its rollout failed; empty if it did not.
     """
 
     findings: Mapping[str, Finding] = field(default_factory=dict)
     refused: str = ""
     digest: str = ""
     recording: str = ""
+    error: str = ""
 
     def violates(self, property_id: str) -> bool:
         """Whether it violates a property."""
@@ -78,8 +80,8 @@ class Outcome:
         return found is not None and found.violated
 
     def to_json(self) -> dict[str, Any]:
-        """Plain builtins."""
-        return asdict(self)
+        """Plain builtins. What failed is not kept."""
+        return {name: value for name, value in asdict(self).items() if name != "error"}
 
     @classmethod
     def from_json(cls, values: Any, place: str) -> Outcome:

@@ -6,11 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
+from typing import TypeVar
 
 from pytest_safemanip import resources
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.policies.registry import PolicySpec
-from pytest_safemanip.run.cases import SUITE, Case, select_tasks
+from pytest_safemanip.run.cases import SUITE, Case, is_search_id, select_tasks
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.kinds.definition import Kind
@@ -116,6 +117,9 @@ class SearchPlan:
     taken: frozenset[str] = frozenset()
 
 
+T = TypeVar("T", SearchCase, RegressionCase)
+
+
 def make_search_plan(plan: Plan, added: Sequence[Kind]) -> SearchPlan:
     """Lay out the searches of a run, and the failures that it tries again.
 
@@ -139,9 +143,9 @@ def make_search_plan(plan: Plan, added: Sequence[Kind]) -> SearchPlan:
         loaded = [load_space(path, kinds) for path in settings.spaces or (_shipped(),)]
         for task, policy in dict.fromkeys((case.task, case.policy) for case in searches):
             spaces[task, policy] = _space(plan, loaded, plan.tasks[task], plan.policies[policy])
-    cases = tuple(_selected(plan, searches))
+    _check_ids(plan.settings.select, {case.node_id for case in (*searches, *regressions)})
     return SearchPlan(
-        cases,
+        tuple(_selected(plan, searches)),
         spaces,
         effort,
         settings.seeds or (0,),
@@ -151,7 +155,13 @@ def make_search_plan(plan: Plan, added: Sequence[Kind]) -> SearchPlan:
     )
 
 
-def _selected[T: (SearchCase, RegressionCase)](plan: Plan, cases: Iterable[T]) -> list[T]:
+def _check_ids(selected: Iterable[str], known: set[str]) -> None:
+    for text in selected:
+        if is_search_id(text) and text not in known:
+            raise ConfigError(f"unknown node id: {text}; {did_you_mean(text, known)}")
+
+
+def _selected(plan: Plan, cases: Iterable[T]) -> list[T]:
     """Those that node ids on the command line name; all without any, or with all of the suite."""
     wanted = {text for text in plan.settings.select if text.rstrip(":") != SUITE}
     if len(wanted) < len(set(plan.settings.select)) or not wanted:
