@@ -80,7 +80,11 @@ class Toy:
         return float(1.0 - 0.9 * fallen + 0.1 * beside)
 
     def _near(self, name: str, deviation: Deviation, dimensions: Dimensions) -> float:
-        setting, dimension, wanted = deviation.get(name), dimensions.by_name[name], self.causes[name]
+        setting, dimension, wanted = (
+            deviation.get(name),
+            dimensions.by_name[name],
+            self.causes[name],
+        )
         if setting is None:
             return 0.0
         if isinstance(setting.size, str):

@@ -1,6 +1,6 @@
 """Other maintained optimisers as proposers, for `benchmarks/search.py`; not part of the package.
 
-    pip install cmaes nevergrad
+pip install cmaes nevergrad
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ class Evolution:
         import cmaes
 
         size = width(dimensions)
-        self._dimensions, self._waiting = dimensions, []
+        self._dimensions = dimensions
+        self._waiting: list[tuple[Deviation, Any]] = []
         self._told: list[tuple[Any, float]] = []
         self._optimiser = cmaes.CMA(
             np.full(size, 0.5), 0.3, np.tile((0.0, 1.0), (size, 1)), seed=seed + 1
@@ -61,7 +62,8 @@ class Nevergrad:
         space = nevergrad.p.Array(shape=(width(dimensions),), lower=0.0, upper=1.0)
         space.random_state.seed(seed)
         self._optimiser = nevergrad.optimizers.registry[name](space, budget=200, num_workers=8)
-        self._dimensions, self._waiting = dimensions, []
+        self._dimensions = dimensions
+        self._waiting: list[tuple[Deviation, Any]] = []
 
     def ask(self, count: int) -> list[Deviation]:
         """See `Proposer`."""

@@ -14,7 +14,7 @@ from pytest_safemanip.run.searching.running import Searched
 from pytest_safemanip.search.coverage import looked_at, tolerances
 from pytest_safemanip.search.dimension import Deviation, Dimensions
 from pytest_safemanip.search.kinds.definition import Named
-from pytest_safemanip.search.regression import changes_of
+from pytest_safemanip.search.regression import Regression, as_dimensions, changes_of
 from pytest_safemanip.search.search import Failure
 from pytest_safemanip.search.units import show
 from pytest_safemanip.trace.elements import ROBOT
@@ -43,6 +43,12 @@ def sentence(property_id: str, told: str, failed: int, runs: int, exact: bool) -
     when = f" when {told}" if told else " as it is, without any change"
     often = "every time" if exact else f"{failed} of {runs}"
     return f"fails {property_id}{when} ({often})"
+
+
+def told_again(kept: Regression, scene: Scene) -> str:
+    """``fails release_stability when the mug stands 4 cm nearer the robot``."""
+    dimensions, deviation = as_dimensions(kept.changes)
+    return f"fails {kept.property_id} when {said(deviation, dimensions, scene)}"
 
 
 def said(deviation: Deviation, dimensions: Dimensions, scene: Scene) -> str:

@@ -169,9 +169,7 @@ def _change(own: yamlfile.Section, kinds: Mapping[str, Kind]) -> Change:
     kind = kind_of(own, kinds)
     sized = "size" if kind.unit else "choice"
     own.check_keys((*kind.keys, sized, *kind.details), ())
-    details = tuple(
-        (name, _size(own, name, detail.unit)) for name, detail in kind.details.items()
-    )
+    details = tuple((name, _size(own, name, detail.unit)) for name, detail in kind.details.items())
     size = _size(own, sized, kind.unit) if kind.unit else own.string(sized)
     if size == 0.0:
         raise own.error(sized, "expected a size other than 0")

@@ -16,7 +16,6 @@ from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.search.dimension import Dimension, Dimensions
-from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.kinds.definition import Kind
 from pytest_safemanip.search.units import parse_size
 from pytest_safemanip.sim.backend import BackendSpec
@@ -81,7 +80,7 @@ class Space:
         return replace(self, declared=(*self.declared, *other.declared))
 
 
-def load_space(path: Path, kinds: Kinds) -> Space:
+def load_space(path: Path, kinds: Mapping[str, Kind]) -> Space:
     """Read a space from a YAML file.
 
     Raises:
@@ -101,7 +100,7 @@ def load_space(path: Path, kinds: Kinds) -> Space:
     )
 
 
-def _dimension(section: yamlfile.Section, name: str, kinds: Kinds) -> Dimension:
+def _dimension(section: yamlfile.Section, name: str, kinds: Mapping[str, Kind]) -> Dimension:
     if not name.isidentifier():
         raise section.error(name, "expected a name of letters, digits and '_'")
     own = section.section(name)
@@ -125,7 +124,7 @@ def _dimension(section: yamlfile.Section, name: str, kinds: Kinds) -> Dimension:
     )
 
 
-def kind_of(section: yamlfile.Section, kinds: Kinds) -> Kind:
+def kind_of(section: yamlfile.Section, kinds: Mapping[str, Kind]) -> Kind:
     """The kind that a mapping names by one of its keys.
 
     Raises:

@@ -11,7 +11,7 @@ import pytest
 from pytest_safemanip.plugin.items import SafetyViolation
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.report.counterexample import counterexample, headline
-from pytest_safemanip.report.searching import SearchData, search_data
+from pytest_safemanip.report.searching import SearchData, search_data, told_again
 from pytest_safemanip.run.cases import SUITE
 from pytest_safemanip.run.invocation import Invocation, look_at
 from pytest_safemanip.run.plan import Plan
@@ -193,8 +193,9 @@ class RegressionItem(VariedItem):
             SafetyViolation: with the sentence that says when.
         """
         if self._verdict.outcome.label == "VIOLATED":
-            said = self.suite.keeping.sentence(self.kept, self._rollout.recording.scene)
-            raise SafetyViolation(f"still {said}: {headline(self._verdict, self._rollout.recording)}")
+            recording = self._rollout.recording
+            told = told_again(self.kept.regression, recording.scene)
+            raise SafetyViolation(f"still {told}: {headline(self._verdict, recording)}")
 
     def repr_failure(self, excinfo: Any, style: Any = None) -> Any:
         """The sentence and the counterexample instead of a traceback."""

@@ -10,7 +10,7 @@ from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.searching.plan import RegressionCase, SearchCase
 from pytest_safemanip.run.searching.running import Searched
 from pytest_safemanip.run.session import EvaluatedRollout, Otherwise, SafetySession
-from pytest_safemanip.search.regression import Regression, as_dimensions, changes_of
+from pytest_safemanip.search.regression import Regression, changes_of
 from pytest_safemanip.search.search import Failure
 
 

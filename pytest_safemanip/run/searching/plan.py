@@ -143,7 +143,10 @@ def make_search_plan(plan: Plan, added: Sequence[Kind]) -> SearchPlan:
         loaded = [load_space(path, kinds) for path in settings.spaces or (_shipped(),)]
         for task, policy in dict.fromkeys((case.task, case.policy) for case in searches):
             spaces[task, policy] = _space(plan, loaded, plan.tasks[task], plan.policies[policy])
-    _check_ids(plan.settings.select, {case.node_id for case in (*searches, *regressions)})
+    _check_ids(
+        plan.settings.select,
+        {*(own.node_id for own in searches), *(own.node_id for own in regressions)},
+    )
     return SearchPlan(
         tuple(_selected(plan, searches)),
         spaces,

@@ -1,4 +1,4 @@
-"""Runs searches: asks a search for trials, runs them side by side, and tells it what came of them."""
+"""Runs searches: their trials side by side, as they ask for them; tells them what came of each."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from pytest_safemanip.run.session import Otherwise, SafetySession
 from pytest_safemanip.run.watching import Watch
 from pytest_safemanip.search.dimension import Dimensions
 from pytest_safemanip.search.proposing.proposer import MakeProposer
-from pytest_safemanip.search.search import Search
+from pytest_safemanip.search.search import Failure, Search
 from pytest_safemanip.search.trials import Finding, Outcome, Trial
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
@@ -70,7 +70,7 @@ class Searches:
         plan: the run.
         searches: its searches.
         rollouts: runs trials.
-        make: makes what proposes them.
+        make: makes what proposes them; None if there are no searches.
         jobs: trials that are run side by side.
         show: told of steps.
         refresh: called again and again while trials are waited for.
@@ -81,7 +81,7 @@ class Searches:
         plan: Plan,
         searches: SearchPlan,
         rollouts: SafetySession,
-        make: MakeProposer,
+        make: MakeProposer | None,
         jobs: Callable[[int], int],
         show: Show,
         refresh: Callable[[bool], None],
@@ -114,6 +114,10 @@ class Searches:
                 raise
         return self._done[key]
 
+    def recording(self, failure: Failure) -> Path:
+        """The recording of a failure."""
+        return self.folder / "recordings" / failure.outcome.recording
+
     @contextlib.contextmanager
     def _alone(self, task: str, policy: str) -> Iterator[None]:
         """The only one of this run's processes: the others wait, and read what it has found."""
@@ -128,6 +132,8 @@ class Searches:
     def _run(self, task: str, policy: str, told: Callable[[Searched], None]) -> Searched:
         own = [case.property_id for case in self._searches.cases if _of(case) == (task, policy)]
         space = self._searches.spaces[task, policy]
+        if self._make is None:
+            raise ConfigError("there is nothing that proposes trials")
         search = Search(
             space.dimensions, own, self._searches.seeds, self._searches.effort, self._make
         )

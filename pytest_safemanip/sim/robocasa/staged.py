@@ -115,7 +115,8 @@ class _Stage:
     def make(self, change: Change) -> None:
         """Make a change, but for those of what only cameras see."""
         if isinstance(change, Put | SetOpen | Fill):
-            self._stands.clear()  # what lies in a drawer comes along, or is pushed aside; balls flow
+            # What lies in a drawer comes along, or is pushed aside; what is poured flows.
+            self._stands.clear()
         match change:
             case Put():
                 self.put(change)
