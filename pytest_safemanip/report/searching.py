@@ -161,8 +161,8 @@ def _found(own: Mapping[str, Any]) -> list[str]:
         return [f"survived {own['rollouts']} rollouts; least margin {_least(own['margins'])}"]
     head = failure["sentence"].replace(f"fails {own['property']}", "fails", 1)
     reduced = (
-        f"found after {failure['found_at']}, reduced from {counted(failure['first_changes'], 'change')} "
-        f"in {own['shrinking']}; margin {failure['margin']:g}, severity {failure['severity']:g}"
+        f"found after {failure['found_at']}, reduced from "
+        f"{counted(failure['first_changes'], 'change')} in {own['shrinking']}; margin {failure['margin']:g}, severity {failure['severity']:g}"
     )
     borders = [_border(t) for t in own["tolerances"] if t["failed"]]
     kept = [f"kept in {failure['kept']}"] if failure["kept"] else []
@@ -170,8 +170,8 @@ def _found(own: Mapping[str, Any]) -> list[str]:
 
 
 def _border(own: Mapping[str, Any]) -> str:
-    unit = own["unit"]
-    return f"{own['dimension']}: survives {show(own['survived'], unit)}, fails at {show(own['failed'], unit)}"
+    survived, failed = (show(own[key], own["unit"]) for key in ("survived", "failed"))
+    return f"{own['dimension']}: survives {survived}, fails at {failed}"
 
 
 def _least(margins: Iterable[float | None]) -> str:

@@ -75,8 +75,8 @@ class SearchReporting:
             number = len(self._searches.cases)
             lines.append(f"safemanip: searches: {number}, up to {effort.rollouts} rollouts each")
         if self._searches.regressions:
-            number = counted(len(self._searches.regressions), "kept failure")
-            lines.append(f"safemanip: {number} of {self._searches.folder.name}/ tried again")
+            kept = counted(len(self._searches.regressions), "kept failure")
+            lines.append(f"safemanip: {kept} of {self._searches.folder.name}/ tried again")
         return lines
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:

@@ -143,10 +143,8 @@ def make_search_plan(plan: Plan, added: Sequence[Kind]) -> SearchPlan:
         loaded = [load_space(path, kinds) for path in settings.spaces or (_shipped(),)]
         for task, policy in dict.fromkeys((case.task, case.policy) for case in searches):
             spaces[task, policy] = _space(plan, loaded, plan.tasks[task], plan.policies[policy])
-    _check_ids(
-        plan.settings.select,
-        {*(own.node_id for own in searches), *(own.node_id for own in regressions)},
-    )
+    known = {*(own.node_id for own in searches), *(own.node_id for own in regressions)}
+    _check_ids(plan.settings.select, known)
     return SearchPlan(
         tuple(_selected(plan, searches)),
         spaces,
