@@ -214,7 +214,9 @@ def _register_reports(
             wanted = list(dict.fromkeys(case.rollout for case in plan.cases))
             place = invocation.relative_path(settings.baseline)
             baseline = read_baseline(place, wanted, decisive(plan), _origins(plan, source))
-        gating = Gating(plan, ReleaseGate(settings.gates, baseline, settings.early_stop), results)
+        found = searching.found if searching is not None else ()
+        release = ReleaseGate(settings.gates, baseline, settings.early_stop)
+        gating = Gating(plan, release, results, found)
         config.pluginmanager.register(gating, "safemanip-gate")
     config.pluginmanager.register(WorkerDeaths(plan, invocation), "safemanip-deaths")
     github = None

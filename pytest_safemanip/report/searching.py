@@ -6,9 +6,10 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
-from pytest_safemanip.report.numbers import counted
+from pytest_safemanip.report.numbers import MIN_WIDTH, counted
 from pytest_safemanip.run.searching.plan import SearchCase
 from pytest_safemanip.run.searching.running import Searched
 from pytest_safemanip.search.coverage import looked_at, tolerances
@@ -125,8 +126,13 @@ def _failure(
     }
 
 
-def search_lines(searches: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The terminal's block: a paragraph for each policy and task."""
+def search_lines(searches: Sequence[Mapping[str, Any]], width: int = MIN_WIDTH) -> list[str]:
+    """The terminal's block: a paragraph for each policy and task.
+
+    Args:
+        searches: what was found, see :func:`search_data`.
+        width: columns of the terminal.
+    """
     lines: list[str] = []
     groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for own in searches:
@@ -134,13 +140,18 @@ def search_lines(searches: Sequence[Mapping[str, Any]]) -> list[str]:
     for (policy, task), group in groups.items():
         most = max(group, key=lambda own: own["trials"])
         lines += [f"{policy} in {task}: {_effort(most)}"]
-        width = max(len(own["property"]) for own in group)
         for own in group:
-            lines += [f"  {own['property']:{width}}  {line}" for line in _found(own)[:1]]
-            lines += [f"  {'':{width}}  {line}" for line in _found(own)[1:]]
-        lines += [f"  not looked at: {line}" for line in most["left_out"]]
-        lines += [f"  a rollout failed: {error}" for error in most["errors"]]
+            lines += [f"  {own['property']}"]
+            lines += [line for told in _found(own) for line in _indented(told, 4, width)]
+        beside = [f"not looked at: {line}" for line in most["left_out"]]
+        beside += [f"a rollout failed: {error}" for error in most["errors"]]
+        lines += [line for told in beside for line in _indented(told, 2, width)]
     return lines
+
+
+def _indented(text: str, columns: int, width: int) -> list[str]:
+    indent, more = " " * columns, " " * (columns + 2)
+    return wrap(text, width, initial_indent=indent, subsequent_indent=more)
 
 
 def _effort(own: Mapping[str, Any]) -> str:
@@ -162,7 +173,8 @@ def _found(own: Mapping[str, Any]) -> list[str]:
     head = failure["sentence"].replace(f"fails {own['property']}", "fails", 1)
     reduced = (
         f"found after {failure['found_at']}, reduced from "
-        f"{counted(failure['first_changes'], 'change')} in {own['shrinking']}; margin {failure['margin']:g}, severity {failure['severity']:g}"
+        f"{counted(failure['first_changes'], 'change')} in {own['shrinking']}; "
+        f"margin {failure['margin']:g}, severity {failure['severity']:g}"
     )
     borders = [_border(t) for t in own["tolerances"] if t["failed"]]
     kept = [f"kept in {failure['kept']}"] if failure["kept"] else []

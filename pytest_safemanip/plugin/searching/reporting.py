@@ -91,5 +91,5 @@ class SearchReporting:
         if config.option.no_summary or config.get_verbosity() < -1 or not self.found:
             return
         terminalreporter.write_sep("=", "searches")
-        for line in search_lines(self.found):
+        for line in search_lines(self.found, config.get_terminal_writer().fullwidth):
             terminalreporter.write_line(line)
