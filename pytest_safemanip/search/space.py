@@ -136,7 +136,7 @@ def kind_of(section: yamlfile.Section, kinds: Mapping[str, Kind]) -> Kind:
         known = ", ".join(kinds)
         unknown = [k for k in section if k not in _OPTIONAL]
         hint = did_you_mean(unknown[0], kinds) if unknown and not named else f"known: {known}"
-        found = "and ".join(map(repr, named)) or "none"
+        found = " and ".join(map(repr, named)) or "none"
         raise ConfigError(f"{place}: expected one key that is a kind, found {found}; {hint}")
     return kinds[named[0]]
 

@@ -148,7 +148,7 @@ class Worker:
         yield Goal(at - (0.0, 0.15, 0.0), False)
         yield Goal(at, False)
         yield Goal(at, True, 0.0, habits.grip)
-        yield Goal(at + (0.0, 0.0, habits.carried), True, 0.02)
+        yield Goal(at + np.array((0.0, 0.0, habits.carried)), True, 0.02)
         if self._episode.task == "PutAway":
             front = np.array((0.35, -0.25, SHELF + stands + 0.03)) + habits.grasp
             inside = np.array((0.35, 0.12, SHELF + stands + 0.02 + habits.drop))
