@@ -73,6 +73,8 @@ class Reporting:
 
     def pytest_report_header(self) -> list[str]:
         """What is about to be done."""
+        if not self._plan.cases and self._plan.settings.select:  # kept failures and searches alone
+            return []
         lines = header_lines(self._plan, self._source)
         rollouts = {case.rollout for case in self._plan.cases}
         reused = self._reused(self._rollouts.reusable(), len(rollouts))

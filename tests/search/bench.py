@@ -90,7 +90,7 @@ class Bench:
                 )
                 turn += change.turn
             elif isinstance(change, Add):
-                beside = np.array(things[0].place[:2]) + (-change.by[1], change.by[0])
+                beside = np.add(things[0].place[:2], (-change.by[1], change.by[0]))
                 name = f"added_{len(things)}"
                 things.append(self._thing(name, change.category, beside))
             elif isinstance(change, Posture):

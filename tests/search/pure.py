@@ -1,4 +1,4 @@
-"""Weaknesses without a simulator: what comes of a trial is a function of what is otherwise in it."""
+"""Weaknesses without a simulator: what comes of a trial is a function of it."""
 
 from __future__ import annotations
 
