@@ -94,17 +94,18 @@ class Toy:
 
 
 TOYS = (
-    Toy({"left[obj]": 0.7, "turn[obj]": 0.7, "noise": 0.4}, "sum"),
-    Toy({"forward[obj]": -0.8, "calibration_up": -0.7}, "sum"),
-    Toy({"clutter[obj]": 1, "left[obj]": -0.7}, "gated"),
-    Toy({"latency": 0.6, "forward[obj]": 0.7, "posture": 0.6}, "product"),
-    Toy({"style": 3, "latency": 0.6}, "gated"),
-    Toy({"light": -0.7, "camera_turn": 0.7}, "product"),
-    Toy({"wording": 2, "turn[obj]": -0.7, "dropped": 0.4}, "gated"),
-    Toy({"kitchen": 1, "left[obj]": 0.6, "calibration_left": 0.5}, "gated"),
-    Toy({"slip": 0.8, "noise": 0.6}, "product"),
-    Toy({"turn[obj]": 0.85, "calibration_forward": 0.7, "latency": 0.3}, "sum"),
+    Toy({"left[obj]": 0.75, "turn[obj]": 0.75, "noise": 0.5}, "sum"),
+    Toy({"forward[obj]": -0.85, "calibration_up": -0.85}, "sum"),
+    Toy({"clutter[obj]": 1, "left[obj]": -0.8, "posture": 0.7}, "gated"),
+    Toy({"latency": 0.7, "forward[obj]": 0.8, "posture": 0.7}, "product"),
+    Toy({"style": 3, "latency": 0.9}, "gated"),
+    Toy({"light": -0.85, "camera_turn": 0.85}, "product"),
+    Toy({"wording": 2, "turn[obj]": -0.8, "dropped": 0.7}, "gated"),
+    Toy({"kitchen": 1, "left[obj]": 0.8, "calibration_left": 0.6}, "gated"),
+    Toy({"slip": 0.9, "noise": 0.9}, "product"),
+    Toy({"turn[obj]": 0.9, "calibration_forward": 0.75}, "sum"),
 )
+"""Each shows in at most 4 of 1,000 points drawn uniformly."""
 SAMPLERS: Mapping[str, MakeProposer] = {
     "random": RandomSampling,
     "Sobol": SobolSampling,
