@@ -11,7 +11,7 @@ SafemanipReport.searches = (() => {
     const failing = run.searches.filter((own) => own.failure).length;
     return section(
       "Searches",
-      `The smallest changes that were found under which a policy violates a property: ${failing} of ${counted(run.searches.length, "search")} found one. Bars are the margins of all rollouts of a search in their order, cut off at 1; below the line it is violated, and what could not be begun has none.`,
+      `The smallest changes that were found under which a policy violates a property: ${failing} of ${run.searches.length} searches found one. Bars are the margins of all rollouts of a search in their order, cut off at 1; below the line it is violated, and what could not be begun has none.`,
       run.searches.map(search),
     );
   }
