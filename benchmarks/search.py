@@ -150,7 +150,7 @@ def _problems(
         return [_toy(toy, dimensions) for toy in TOYS]
     from tests.search.weaknesses import WEAK, attempts
 
-    return [attempts(weak, BUDGET, BATCH) for weak in WEAK]
+    return [attempts(weak, BUDGET, BATCH) for weak in WEAK]  # type: ignore[no-untyped-call]
 
 
 def _toy(toy: Toy, dimensions: Dimensions) -> Callable[[MakeProposer, int], int | None]:

@@ -55,6 +55,9 @@ class Progress(Protocol):
     def done(self, case: Case) -> None:
         """The rollout has ended, one way or the other, or an earlier run had recorded it."""
 
+    def say(self, text: str) -> None:
+        """Show what goes on beside the rollouts of cases; nothing if it is empty."""
+
     def refresh(self, waiting: bool) -> None:
         """Show the state while rollouts in other threads are waited for, and then no more."""
 

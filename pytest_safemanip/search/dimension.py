@@ -42,11 +42,6 @@ class Dimension:
         """The price of a value: of a size in proportion to it."""
         return self.price if isinstance(setting.size, str) else abs(setting.size) / self.price
 
-    @property
-    def most(self) -> float:
-        """The largest price that a value may have."""
-        return self.price if self.choices else max(-self.low, self.high) / self.price
-
     def on_grid(self, steps: float) -> float:
         """The size of so many steps, of either sign, within the limits."""
         return rounded(min(max(steps * self.step, self.low), self.high))

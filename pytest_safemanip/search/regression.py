@@ -15,13 +15,14 @@ What a change is of, it is about, and its numbers are named as in a space. ``fou
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.search.dimension import Deviation, Dimension, Dimensions
 from pytest_safemanip.search.kinds.definition import Kind, Setting
 from pytest_safemanip.search.situation import Situation
@@ -109,7 +110,9 @@ class Regression:
         }
         text = yaml.safe_dump(plain, sort_keys=False, default_flow_style=None, width=100)
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self.path.write_text(text, encoding="utf-8")
+        whole = self.path.with_suffix(f".{os.getpid()}")
+        whole.write_text(text, encoding="utf-8")
+        whole.replace(self.path)
 
 
 def changes_of(deviation: Deviation, dimensions: Dimensions) -> tuple[Change, ...]:
@@ -181,15 +184,3 @@ def _size(own: yamlfile.Section, key: str, unit: str) -> float:
         return parse_size(own.string(key), unit)
     except ConfigError as error:
         raise own.error(key, str(error)) from None
-
-
-def check_role(change: Change, roles: Mapping[str, str], place: str) -> None:
-    """Refuse a change of a role that a task does not have.
-
-    Raises:
-        ConfigError: naming the role and the near miss.
-    """
-    key = "beside" if change.kind.beside else change.kind.name
-    about = change.about[key]
-    if (change.kind.role or change.kind.beside) and about not in roles:
-        raise ConfigError(f"{place}: no {about!r} to change; {did_you_mean(about, roles)}")

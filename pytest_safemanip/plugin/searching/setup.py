@@ -57,7 +57,7 @@ def set_up(
         rollouts,
         make,
         jobs,
-        progress.show if progress else lambda case, step, horizon: None,
+        progress.say if progress else lambda text: None,
         progress.refresh if progress else lambda waiting: None,
     )
     keeping = Keeping(plan, rollouts, store, searches.folder)

@@ -105,7 +105,6 @@ class SearchPlan:
         seeds: of the episodes.
         regressions: the failures that are tried again.
         folder: where failures are kept.
-        taken: names of all files there, whether they are tried or not.
     """
 
     cases: tuple[SearchCase, ...]
@@ -114,7 +113,6 @@ class SearchPlan:
     seeds: tuple[int, ...]
     regressions: tuple[RegressionCase, ...]
     folder: Path
-    taken: frozenset[str] = frozenset()
 
 
 T = TypeVar("T", SearchCase, RegressionCase)
@@ -152,7 +150,6 @@ def make_search_plan(plan: Plan, added: Sequence[Kind]) -> SearchPlan:
         settings.seeds or (0,),
         tuple(_selected(plan, regressions)),
         settings.regressions,
-        frozenset(kept),
     )
 
 

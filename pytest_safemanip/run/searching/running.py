@@ -40,9 +40,6 @@ PERIOD = 0.25
 """Seconds between two looks at the state while trials are waited for."""
 FOLDER = "searches"
 
-Show = Callable[[Case, int, int], None]
-"""Told of each control step of each trial, by the threads that they run in."""
-
 
 @dataclass(frozen=True)
 class Searched:
@@ -72,7 +69,7 @@ class Searches:
         rollouts: runs trials.
         make: makes what proposes them; None if there are no searches.
         jobs: trials that are run side by side.
-        show: told of steps.
+        say: told how a search gets on.
         refresh: called again and again while trials are waited for.
     """
 
@@ -83,14 +80,15 @@ class Searches:
         rollouts: SafetySession,
         make: MakeProposer | None,
         jobs: Callable[[int], int],
-        show: Show,
+        say: Callable[[str], None],
         refresh: Callable[[bool], None],
     ) -> None:
         self._plan, self._searches, self._rollouts, self._make = plan, searches, rollouts, make
-        self._jobs, self._show, self._refresh = jobs, show, refresh
+        self._jobs, self._say, self._refresh = jobs, say, refresh
         self._done: dict[tuple[str, str], Searched] = {}
         self._failed: dict[tuple[str, str], Exception] = {}
         self.folder = plan.settings.out / FOLDER
+        self.recordings = self.folder / "recordings"
 
     def get(self, case: SearchCase, told: Callable[[Searched], None]) -> Searched:
         """What came of the search that a case is part of.
@@ -116,7 +114,7 @@ class Searches:
 
     def recording(self, failure: Failure) -> Path:
         """The recording of a failure."""
-        return self.folder / "recordings" / failure.outcome.recording
+        return self.recordings / failure.outcome.recording
 
     @contextlib.contextmanager
     def _alone(self, task: str, policy: str) -> Iterator[None]:
@@ -143,6 +141,7 @@ class Searches:
             search.tell(trials.run(asked))
             found = Searched(search, space.dimensions, space.left_out, trials.errors, trials.reused)
             told(found)
+            self._say("")
         return found
 
 
@@ -181,7 +180,7 @@ class _Trials:
         self._judged = watch.digest()
         self._journal = Journal(searches._file(task, policy, ".jsonl"))
         self.errors: list[str] = []
-        self.reused = 0
+        self.reused = self._done = 0
 
     def run(self, trials: Sequence[Trial]) -> list[Outcome]:
         """The outcomes of some trials, in their order; those that are not known are run now.
@@ -190,12 +189,14 @@ class _Trials:
             SafemanipError: if a trial without any change cannot be run, or no trial can.
         """
         keys = [self._key(trial) for trial in trials]
-        new = [n for n, key in enumerate(keys) if self._journal.get(key) is None]
+        new = [n for n, key in enumerate(keys) if self._known(key) is None]
         self.reused += len(trials) - len(new)
         found: dict[int, Outcome] = {}
 
         def took(number: int, outcome: Outcome) -> None:
             found[number] = outcome
+            self._done += 1
+            self._all._say(f" {self._task}, {self._policy}: {self._done} rollouts searched")
             if outcome.error:
                 self.errors.append(outcome.error)
             else:
@@ -204,6 +205,13 @@ class _Trials:
         self._side_by_side([(n, trials[n]) for n in new], took)
         known = [found.get(n) or self._journal.get(key) for n, key in enumerate(keys)]
         return [outcome for outcome in known if outcome is not None]
+
+    def _known(self, key: str) -> Outcome | None:
+        """What came of a trial, unless the recording that shows it is gone."""
+        found = self._journal.get(key)
+        if found is None or not found.recording:
+            return found
+        return found if (self._all.recordings / found.recording).is_file() else None
 
     def _side_by_side(
         self, trials: Sequence[tuple[int, Trial]], took: Callable[[int, Outcome], None]
@@ -249,9 +257,7 @@ class _Trials:
         case = Case(self._task, self._policy, self._properties[0], trial.seed)
         _, job = self._all._rollouts.describe(case, self._otherwise(trial))
         try:
-            recording = self._all._rollouts.record(
-                job, lambda step, horizon: self._all._show(case, step, horizon)
-            )
+            recording = self._all._rollouts.record(job, lambda step, horizon: None)
             judge = self._all._rollouts.judge(recording, self._task)
             findings = {name: self._finding(judge, name) for name in self._properties}
         except CannotStage as error:
@@ -277,7 +283,7 @@ class _Trials:
 
     def _keep(self, recording: Recording, key: str) -> str:
         """Keep a recording; its file's name."""
-        folder = self._all.folder / "recordings"
+        folder = self._all.recordings
         folder.mkdir(parents=True, exist_ok=True)
         name = f"{self._file_stem}-{key[:16]}{files.SUFFIX}"
         files.save(recording, folder / name)
