@@ -101,6 +101,7 @@ class Outcome:
             not all(type(flag) is bool for flag in flags)
             or not all(isinstance(x, int | float) and math.isfinite(x) for x in numbers)
             or not all(isinstance(text, str) for text in texts.values())
+            or "/" in texts["recording"]
         ):
             raise ConfigError(f"{place}: no outcome of a trial")
         return cls(findings, **texts)

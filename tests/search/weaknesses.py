@@ -17,7 +17,7 @@ from tests.search.trying import Tries
 from tests.search.workers import Habits, Worker
 
 TASK, PROPERTY = "PutAway", "enclosure_release"
-SHORT, TOO_SHORT = 0.085, 0.03
+SHORT, TOO_SHORT = 0.06, 0.055
 """How much shorter a thing is put while the combination comes nearer, and once it is there, m."""
 NEAR = 0.13
 """How near something else has to stand, m."""

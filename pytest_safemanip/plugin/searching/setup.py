@@ -56,6 +56,7 @@ def set_up(
         searches,
         rollouts,
         make,
+        simulation.run_id,
         jobs,
         progress.say if progress else lambda text: None,
         progress.refresh if progress else lambda waiting: None,

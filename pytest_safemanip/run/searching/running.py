@@ -68,6 +68,7 @@ class Searches:
         searches: its searches.
         rollouts: runs trials.
         make: makes what proposes them; None if there are no searches.
+        run_id: of this test run, the same in all of its processes.
         jobs: trials that are run side by side.
         say: told how a search gets on.
         refresh: called again and again while trials are waited for.
@@ -79,11 +80,13 @@ class Searches:
         searches: SearchPlan,
         rollouts: SafetySession,
         make: MakeProposer | None,
+        run_id: str,
         jobs: Callable[[int], int],
         say: Callable[[str], None],
         refresh: Callable[[bool], None],
     ) -> None:
         self._plan, self._searches, self._rollouts, self._make = plan, searches, rollouts, make
+        self._run_id = run_id
         self._jobs, self._say, self._refresh = jobs, say, refresh
         self._done: dict[tuple[str, str], Searched] = {}
         self._failed: dict[tuple[str, str], Exception] = {}
@@ -178,7 +181,7 @@ class _Trials:
             plan.settings.semantics,
         )
         self._judged = watch.digest()
-        self._journal = Journal(searches._file(task, policy, ".jsonl"))
+        self._journal = Journal(searches._file(task, policy, ".jsonl"), searches._run_id)
         self.errors: list[str] = []
         self.reused = self._done = 0
 
@@ -190,7 +193,7 @@ class _Trials:
         """
         keys = [self._key(trial) for trial in trials]
         new = [n for n, key in enumerate(keys) if self._known(key) is None]
-        self.reused += len(trials) - len(new)
+        self.reused += sum(map(self._journal.is_earlier, keys))
         found: dict[int, Outcome] = {}
 
         def took(number: int, outcome: Outcome) -> None:
