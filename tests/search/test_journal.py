@@ -43,8 +43,8 @@ def test_a_line_that_was_cut_off_is_none(tmp_path):
         '{"key": "a", "run": "b", "outcome": {"findings": {}, "refused": 1, "digest": ""}}',
         '{"key": "a", "run": "b", "outcome": {"findings": {"p": {"violated": 1, "margin": 2.0}}, '
         '"refused": "", "digest": "", "recording": ""}}',
-        '{"key": "a", "run": "b", "outcome": {"findings": {"p": {"violated": true, "margin": NaN}}, '
-        '"refused": "", "digest": "", "recording": ""}}',
+        '{"key": "a", "run": "b", "outcome": {"findings": {"p": {"violated": true, "margin": NaN}}'
+        ', "refused": "", "digest": "", "recording": ""}}',
         '{"key": "a", "run": "b", "outcome": {"findings": {}, "refused": "", "digest": "", '
         '"recording": "../../a.rollout"}}',
     ],
