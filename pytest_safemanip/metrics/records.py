@@ -21,15 +21,17 @@ class ToleranceRecord(NamedTuple):
 
 
 class SearchRecord(NamedTuple):
-    """What a search for violations of a property by a policy in a task says of tolerances.
+    """What a search for violations of a property by a policy in a task came to.
 
-    ``over`` is whether it came to its end.
+    ``over`` is whether it came to its end; ``fails`` says when the property is violated, and is
+    empty where no violation was found.
     """
 
     policy: str
     task: str
     property: str
     over: bool
+    fails: str
     tolerances: tuple[ToleranceRecord, ...]
 
 

@@ -171,6 +171,7 @@ def read_searches(whole: Fields) -> tuple[SearchRecord, ...]:
             own.told("task"),
             own.told("property"),
             own.boolean("over"),
+            "" if own.values.get("failure") is None else own.section("failure").told("sentence"),
             tuple(map(_tolerance, own.fields("tolerances"))),
         )
         for own in whole.fields("searches")

@@ -59,7 +59,7 @@ def searches(whole: Fields) -> list[Json]:
 def _failure(own: Fields) -> Json:
     failure = own.section("failure")
     return {
-        "sentence": printable(failure.text("sentence"), MAX_TOLD),
+        "sentence": failure.told("sentence"),
         "kept": printable(failure.text("kept", empty=True), MAX_TOLD),
         **{name: failure.count(name) for name in ("found_at", "first_changes")},
         **{name: finite(failure, name) for name in ("margin", "severity")},
