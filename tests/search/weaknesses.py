@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pytest_safemanip.search.dimension import Dimensions
 from pytest_safemanip.search.trials import Trial
 from tests.search.bench import LEVER
-from tests.search.trying import Tries
+from tests.search.trying import Tries, dimensions_of
 from tests.search.workers import Habits, Worker
 
 TASK, PROPERTY = "PutAway", "enclosure_release"
@@ -54,6 +55,16 @@ class Weakness:
         }[name]
         return float(np.clip(there / wanted, 0.0, 1.0))
 
+    @property
+    def dimensions(self):
+        """The space of the bench; what stands in the hand's way is in it where it is a cause."""
+        own = dimensions_of(TASK).own
+        return Dimensions(tuple(d for d in own if d.name != "clutter" or d.name in self.causes))
+
+    def tries(self):
+        """Runs trials of a policy that has it."""
+        return Tries(TASK, self.worker, (PROPERTY,), self.dimensions)
+
     def worker(self):
         """A policy that has it."""
         weakness = self
@@ -85,7 +96,7 @@ def attempts(weakness, budget, batch):
     """What tries one proposer: the number of rollouts to the first violation, or None."""
 
     def attempt(make, seed):
-        tries = Tries(TASK, weakness.worker, (PROPERTY,))
+        tries = weakness.tries()
         proposer = make(tries.dimensions, seed)
         for done in range(0, budget, batch):
             for number, deviation in enumerate(proposer.ask(batch), start=done + 1):
