@@ -176,6 +176,8 @@ def test_ctrl_c_keeps_what_was_found(searched: Callable[..., Suite]) -> None:
         os.killpg(run.pid, signal.SIGINT)
         output = run.communicate(timeout=30)[0].decode()
     assert "KeyboardInterrupt" in output
+    assert "slow in Reach: 1 rollout, 3 dimensions" in output
+    assert "nothing found in 8 rollouts so far" in output
     assert (suite.out / "searches" / "Reach-slow.jsonl").read_text().count("\n") >= 1
 
 

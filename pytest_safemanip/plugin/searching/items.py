@@ -10,14 +10,14 @@ import pytest
 
 from pytest_safemanip.plugin.items import SafetyViolation
 from pytest_safemanip.plugin.longrepr import to_longrepr
+from pytest_safemanip.plugin.searching.telling import Telling
 from pytest_safemanip.report.counterexample import counterexample, headline
-from pytest_safemanip.report.searching import SearchData, search_data, told_again
+from pytest_safemanip.report.searching import SearchData, told_again
 from pytest_safemanip.run.cases import SUITE
 from pytest_safemanip.run.invocation import Invocation, look_at
 from pytest_safemanip.run.plan import Plan
-from pytest_safemanip.run.searching.keeping import Keeping
 from pytest_safemanip.run.searching.plan import RegressionCase, SearchCase, SearchPlan
-from pytest_safemanip.run.searching.running import Searched, Searches
+from pytest_safemanip.run.searching.running import Searched
 from pytest_safemanip.run.session import SafetySession
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace import files
@@ -29,10 +29,8 @@ class SearchSuite(pytest.Collector):
     Args:
         plan: the run.
         searches: what there is to do.
-        running: runs the searches.
         rollouts: runs the kept failures.
-        keeping: keeps failures.
-        invocation: what paths and commands in messages refer to.
+        telling: tells what searches found.
     """
 
     def __init__(
@@ -40,15 +38,13 @@ class SearchSuite(pytest.Collector):
         *,
         plan: Plan,
         searches: SearchPlan,
-        running: Searches,
         rollouts: SafetySession,
-        keeping: Keeping,
-        invocation: Invocation,
+        telling: Telling,
         **arguments: Any,
     ) -> None:
         super().__init__(**arguments)
-        self.plan, self._searches, self.running = plan, searches, running
-        self.rollouts, self.keeping, self.invocation = rollouts, keeping, invocation
+        self.plan, self._searches, self.rollouts = plan, searches, rollouts
+        self.telling, self.invocation = telling, telling.invocation
 
     def collect(self) -> Iterator[pytest.Item]:
         """Kept failures first: they are quickly tried."""
@@ -130,21 +126,13 @@ class SearchItem(VariedItem):
         Raises:
             SafemanipError: if not even the episode as it is can be run.
         """
-        found = self.suite.running.get(self.case, self._keep)
-        failure = found.search.pursuits[self.case.property_id].failure
         self._recording: Path | None = None
-        kept = scene = None
-        if failure is not None:
-            self._recording = self.suite.running.recording(failure)
-            scene = files.load_scene(self._recording)
-            kept = self.suite.keeping.keep(self.case, found, failure)
-        if kept is not None:
-            kept = self.suite.invocation.relative_path(kept)
-        self.data = search_data(self.case, found, scene, kept)
+        found = self.suite.telling.running.get(self.case, self._keep)
+        self.data, self._recording = self.suite.telling.tell(self.case, found)
 
     def _keep(self, found: Searched) -> None:
         """Keep what was found as soon as it is."""
-        self.suite.keeping.keep_all(self.case, found)
+        self.suite.telling.keeping.keep_all(self.case, found)
 
     def runtest(self) -> None:
         """Fail if there is a violation.
@@ -183,7 +171,7 @@ class RegressionItem(VariedItem):
         Raises:
             SafemanipError: if that fails.
         """
-        self._rollout = self.suite.keeping.again(self.kept)
+        self._rollout = self.suite.telling.keeping.again(self.kept)
         self._verdict = self._rollout.verdict(self.property.id)
 
     def runtest(self) -> None:

@@ -10,10 +10,10 @@ import pytest
 from pytest_safemanip.errors import SafemanipError
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.plugin.searching.items import RegressionItem, SearchItem
+from pytest_safemanip.plugin.searching.telling import Telling
 from pytest_safemanip.report.failure import ErrorTexts
 from pytest_safemanip.report.numbers import counted
 from pytest_safemanip.report.searching import SearchData, search_lines
-from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.searching.plan import SearchPlan
 from pytest_safemanip.run.session import SafetySession
 
@@ -56,15 +56,15 @@ class SearchReporting:
     """Collects what searches found, from this process and from workers.
 
     Args:
-        plan: the run.
-        searches: its searches.
+        searches: those of the run.
+        telling: tells what they found.
 
     Attributes:
-        found: of each search that has ended.
+        found: of each search.
     """
 
-    def __init__(self, plan: Plan, searches: SearchPlan) -> None:
-        self._plan, self._searches = plan, searches
+    def __init__(self, searches: SearchPlan, telling: Telling) -> None:
+        self._searches, self._telling = searches, telling
         self.found: list[SearchData] = []
 
     def pytest_report_header(self) -> list[str]:
@@ -84,6 +84,17 @@ class SearchReporting:
         data = getattr(report, "safemanip_search", None)
         if data is not None:
             self.found.append(data)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_sessionfinish(self) -> Generator[None, None, None]:
+        """Take in what searches found by now that Ctrl-C has ended, before anything is written."""
+        told = {(own["task"], own["policy"], own["property"]) for own in self.found}
+        for case in self._searches.cases:
+            found = self._telling.running.so_far.get((case.task, case.policy))
+            key = case.task, case.policy, case.property_id
+            if found is not None and key not in told:
+                self.found.append(self._telling.tell(case, found)[0])
+        return (yield)
 
     @pytest.hookimpl(trylast=True)
     def pytest_terminal_summary(self, terminalreporter: Any, config: pytest.Config) -> None:

@@ -10,6 +10,7 @@ from pytest_safemanip.errors import ConfigError, install_command
 from pytest_safemanip.plugin.collection import Maker
 from pytest_safemanip.plugin.searching.items import SearchSuite
 from pytest_safemanip.plugin.searching.reporting import SearchExecuting, SearchReporting
+from pytest_safemanip.plugin.searching.telling import Telling
 from pytest_safemanip.plugin.simulation import Simulation
 from pytest_safemanip.rollouts.store import Store
 from pytest_safemanip.run.cases import SUITE
@@ -62,10 +63,11 @@ def set_up(
         progress.refresh if progress else lambda waiting: None,
     )
     keeping = Keeping(plan, rollouts, store, searches.folder)
+    telling = Telling(running, keeping, invocation)
     config.pluginmanager.register(SearchExecuting(rollouts), "safemanip-search-execute")
     reporting = None
     if not hasattr(config, "workerinput"):
-        reporting = SearchReporting(plan, searches)
+        reporting = SearchReporting(searches, telling)
         config.pluginmanager.register(reporting, "safemanip-search-report")
 
     def maker(session: pytest.Session) -> pytest.Collector:
@@ -75,10 +77,8 @@ def set_up(
             nodeid=SUITE,
             plan=plan,
             searches=searches,
-            running=running,
             rollouts=rollouts,
-            keeping=keeping,
-            invocation=invocation,
+            telling=telling,
         )
         return suite
 

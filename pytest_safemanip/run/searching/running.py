@@ -72,6 +72,11 @@ class Searches:
         jobs: trials that are run side by side.
         say: told how a search gets on.
         refresh: called again and again while trials are waited for.
+
+    Attributes:
+        so_far: what is known of the searches that were begun here, by task and policy.
+        folder: where outcomes and recordings are.
+        recordings: those of trials that violate something.
     """
 
     def __init__(
@@ -89,6 +94,7 @@ class Searches:
         self._run_id = run_id
         self._jobs, self._say, self._refresh = jobs, say, refresh
         self._done: dict[tuple[str, str], Searched] = {}
+        self.so_far: dict[tuple[str, str], Searched] = {}
         self._failed: dict[tuple[str, str], Exception] = {}
         self.folder = plan.settings.out / FOLDER
         self.recordings = self.folder / "recordings"
@@ -143,6 +149,7 @@ class Searches:
         while asked := search.ask():
             search.tell(trials.run(asked))
             found = Searched(search, space.dimensions, space.left_out, trials.errors, trials.reused)
+            self.so_far[task, policy] = found
             told(found)
             self._say("")
         return found
