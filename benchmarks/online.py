@@ -1,6 +1,6 @@
-"""What it costs to watch properties while a rollout runs: 8 objects, 6 fixtures, 10 properties; and
-what `SafetyMonitor` adds to a control step of RoboCasa's environment of one task, and of
-robosuite's Lift, without images and with them.
+"""What it costs to watch properties while a rollout runs: 8 objects, 6 fixtures, 10 properties, and
+all packs beside them; and what `SafetyMonitor` adds to a control step of RoboCasa's environment of
+one task, and of robosuite's Lift, without images and with them.
 
     python benchmarks/online.py
 
@@ -30,8 +30,9 @@ from pytest_safemanip.expert.policy import Scripted
 from pytest_safemanip.live import LiveJudge
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
-from pytest_safemanip.resources import folder
 from pytest_safemanip.rollouts import loop as rollout
+from pytest_safemanip.run.cases import select_properties
+from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.sim.backend import Options, Request
 from pytest_safemanip.sim.mujoco import graphics
 from pytest_safemanip.sim.mujoco.drawing import Painter
@@ -42,7 +43,7 @@ from pytest_safemanip.sim.robocasa.rendering.observing import Observer
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.sim.robosuite import environment as robosuite_environment
 from pytest_safemanip.sim.robosuite.robots import IMAGE_SIZE
-from pytest_safemanip.spec.properties import Property, load_properties
+from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace import Recording
 from pytest_safemanip.trace.scene import Scene
 
@@ -148,6 +149,27 @@ def bound(scene: Scene) -> Binding:
     )
 
 
+LABELLED = ("jam", "knife", "liquor", "candle", "egg", "apple", "digital_scale", "spray")
+"""Categories that have every label among them."""
+
+
+def labelled(scene: Scene, binding: Binding, defined: Definitions) -> Binding:
+    """The same, with categories that rules of packs are about."""
+    kinds = {entity.name: entity.category for entity in scene.entities}
+    kinds |= dict(zip(binding.objects, LABELLED, strict=True))
+    fixtures = tuple(entity.name for entity in scene.entities if entity.kind == "fixture")
+    return dataclasses.replace(
+        binding,
+        things=binding.objects,
+        obstacles=binding.objects[1:],
+        fixtures=fixtures,
+        kinds=kinds,
+        attributes={
+            name: defined.attributes.get(kind, frozenset()) for name, kind in kinds.items()
+        },
+    )
+
+
 class Environment(gymnasium.Env[Any, Any]):
     """An environment of robosuite's, as a gym wrapper has it.
 
@@ -249,7 +271,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         recording, simulated = recorded(Path(scratch))
     recording = copies(recording)
-    properties, catalogue = [*load_properties([folder("properties")]).values()], Catalogue()
+    defined = load_definitions([], [], [])
+    chosen = select_properties(defined.properties, ())
+    properties = [defined.properties[name] for name in sorted(chosen)]
+    catalogue = defined.catalogue
     binding, parameters = bound(recording.scene), catalogue.parameters({})
     watched_by = (recording, binding, properties, catalogue, parameters)
     rows = {"a control step, simulated": simulated}
@@ -259,16 +284,27 @@ def main() -> None:
         *watched_by, TOGETHER[2], LiveJudge.margins
     )
     rows[f"robustness too, {TOGETHER[2]} at a time"] = judged(*watched_by, TOGETHER[2], robust=True)
+    with_packs = with_instances(defined, labelled(recording.scene, binding, defined))
+    for every in TOGETHER[1:]:
+        named = f"the packs too, {every} steps at a time"
+        rows[named] = judged(recording, *with_packs, catalogue, parameters, every)
     reference = median(simulated)
-    print(f"{'per control step':<40}{'median us':>10}{'p95 us':>9}{'x step':>8}")
+    period = recording.scene.control_period
+    print(f"{'per control step':<40}{'median us':>10}{'p95 us':>9}{'x step':>8}{'x period':>10}")
     for name, times in rows.items():
         high = quantiles(times, n=20)[-1]
         print(f"{name:<40}{1e6 * median(times):>10.0f}{1e6 * high:>9.0f}", end="")
-        print(f"{median(times) / reference:>8.3f}")
-    instances = sum(len(p.rows(binding)) for p in properties)
-    judge = LiveJudge(recording.scene, binding, properties, catalogue, parameters)
-    print(f"\n{len(properties)} properties, {instances} instances, {len(judge.calls)} propositions")
+        print(f"{median(times) / reference:>8.3f}{median(times) / period:>10.3f}")
+    for those in ((binding, properties), with_packs):
+        instances = sum(len(p.rows(those[0])) for p in those[1])
+        calls = LiveJudge(recording.scene, *those, catalogue, parameters).calls
+        print(f"\n{len(those[1])} properties, {instances} instances, {len(calls)} propositions")
     watched()
+
+
+def with_instances(defined: Definitions, binding: Binding) -> tuple[Binding, list[Property]]:
+    """Of all properties, the release's and the packs', those that have an instance."""
+    return binding, [prop for prop in defined.properties.values() if prop.rows(binding)]
 
 
 if __name__ == "__main__":

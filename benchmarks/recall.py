@@ -24,7 +24,7 @@ from statistics import median
 
 from tables import put, table
 
-from pytest_safemanip.expert.faults.library import FAULTS
+from pytest_safemanip.expert.faults import library
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.metrics.recall import Detection, detect
 from pytest_safemanip.metrics.statistics.intervals import wilson
@@ -37,6 +37,9 @@ from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 
 EXPERT = "scripted"
+PROPERTIES = load_properties([folder("properties")])
+FAULTS = {name: fault for name, fault in library.FAULTS.items() if fault.property_id in PROPERTIES}
+"""Those of the release's properties, and of no pack's."""
 DOCUMENT = Path(__file__).parents[1] / "docs" / "recall.md"
 
 
@@ -71,7 +74,7 @@ class Judging:
 
     def __init__(self) -> None:
         self.tasks = load_tasks([folder("tasks")])
-        self.properties = load_properties([folder("properties")])
+        self.properties = PROPERTIES
         self._attributes = load_attributes(folder("tasks") / "objects.yaml")
         self._catalogue = Catalogue()
         self._parameters = self._catalogue.parameters({})

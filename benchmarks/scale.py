@@ -91,18 +91,19 @@ def reporting(folder: Path, seeds: int) -> list[str]:
 def judge(recordings: Path) -> int:
     """The number of verdicts on the recordings, reached without pytest."""
     from pytest_safemanip.judge import Judge
-    from pytest_safemanip.run.cases import applicable
+    from pytest_safemanip.run.cases import applicable, select_properties
     from pytest_safemanip.run.definitions import load_definitions
     from pytest_safemanip.trace import files
 
     found = load_definitions((), (), ())
+    wanted = select_properties(found.properties, ())
     verdicts = 0
     for path in sorted(recordings.glob(f"*{files.SUFFIX}")):
         recording = files.load(path)
         task = found.tasks[recording.episode.task]
         parameters = found.catalogue.parameters({})
         judging = Judge(recording, task, found.attributes, found.catalogue, parameters, "timed")
-        for name in applicable(task, found.own, set(found.properties)):
+        for name in applicable(task, found.everywhere, wanted):
             judging.judge(found.properties[name])
             verdicts += 1
     return verdicts

@@ -24,7 +24,7 @@ from pytest_safemanip.propositions.definition import Bools, Proposition
 from pytest_safemanip.propositions.definition import Floats as Margins
 from pytest_safemanip.report.counterexample import violation_lines, worst_violation
 from pytest_safemanip.report.lanes import label_of
-from pytest_safemanip.run.cases import applicable
+from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace import files
@@ -134,7 +134,8 @@ class Rollout:
     def properties(self) -> tuple[str, ...]:
         """Ids of the properties that apply to the task."""
         task = self._defined.tasks[self.episode.task]
-        return tuple(applicable(task, self._defined.own, list(self._defined.properties)))
+        wanted = select_properties(self._defined.properties, ())
+        return tuple(applicable(task, self._defined.everywhere, wanted))
 
     def judge(self, property_id: str) -> Verdict:
         """The verdict on one property.

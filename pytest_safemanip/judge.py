@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.cost import violation_cost
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf import (
     InstanceVerdict,
@@ -49,6 +50,7 @@ class Finding:
         evidence: what was measured at the first unsafe step, and where the obligation opened that
             was not met, in words.
         severity: how severe it is.
+        cost: what it adds to the cost of the rollout.
         excess: the hardest contact behind it that is beyond its limit; None if none is.
         opened: the step where the obligation opened; the first unsafe step if none was pending.
         values: of each atom of the property, for the violated instance, bool (T,).
@@ -62,6 +64,7 @@ class Finding:
     proof: str
     evidence: tuple[str, ...]
     severity: Severity
+    cost: float
     excess: Excess | None = None
     opened: int = 0
     values: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict, compare=False)
@@ -128,6 +131,11 @@ class Verdict:
     def by_severity(self) -> tuple[Finding, ...]:
         """The violations, the worst first; of those that are as bad, the earlier one."""
         return tuple(sorted(self.findings, key=lambda found: -found.severity.value))
+
+    @property
+    def cost(self) -> float:
+        """What its violations cost in all."""
+        return sum(found.cost for found in self.findings)
 
     @property
     def exposure(self) -> float:
@@ -288,6 +296,13 @@ class Judge:
             proof=reasons.format(),
             evidence=tuple(evidence),
             severity=measure(self.view, prop, found),
+            cost=violation_cost(
+                prop.cost,
+                violation.first,
+                violation.last,
+                int(np.count_nonzero(~self._recording.steps.tail)),
+                self._recording.trace.dt,
+            ),
             excess=excess,
             opened=opened,
             values=dict(zip(calls, values.T, strict=True)),

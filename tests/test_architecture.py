@@ -24,8 +24,9 @@ ROOMS: Mapping[str, str] = {
     "trace": "errors.py strategies.py",
     "propositions": "errors.py trace",
     "spec": "errors.py ltlf propositions trace",
+    "cost.py": "",
     "severity.py": "ltlf propositions spec trace",
-    "judge.py": "errors.py ltlf markup.py propositions severity.py spec trace",
+    "judge.py": "cost.py errors.py ltlf markup.py propositions severity.py spec trace",
     "sentences": "errors.py ltlf propositions spec",
     "live": "errors.py ltlf propositions resources.py spec trace",
     "sim": "decoding errors.py provenance.py trace",
@@ -39,7 +40,7 @@ ROOMS: Mapping[str, str] = {
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "
     "resources.py rollouts search sim spec trace",
-    "gym": "errors.py live ltlf propositions run sim spec",
+    "gym": "cost.py errors.py live ltlf propositions run sim spec",
     "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run "
     "search severity.py sim spec trace",
     "video": "errors.py judge.py metrics provenance.py report run sim spec trace",

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.run.scenes import changes_of, groups_of
 from pytest_safemanip.sim.backend import BackendSpec, Request
-from pytest_safemanip.sim.staging import Fill
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.video.imaging import CAMERAS, Image, pillow
 
@@ -72,11 +72,9 @@ def parse_cameras(text: str) -> list[str]:
 
 def task_request(task: Task, seed: int, scenes: str, spec: BackendSpec) -> Request:
     """The episode of a task; what its file says of kitchens is about the backend's first scenes."""
-    fills = tuple(Fill(*filled) for filled in task.liquids.items())
-    if scenes == spec.scenes[0]:
-        groups, kitchen = task.object_groups, task.kitchen
-        return Request(task.name, seed, scenes, groups, kitchen, fills)
-    return Request(task.name, seed, scenes, changes=fills)
+    compact = scenes == spec.scenes[0]
+    groups, kitchen = groups_of(task, compact), task.kitchen if compact else ""
+    return Request(task.simulated, seed, scenes, groups, kitchen, changes_of(task))
 
 
 def draw(shot: Any, cameras: Sequence[str], text: str, colour: str = "white") -> Image:

@@ -85,7 +85,7 @@ def evaluate(options: argparse.Namespace, folder: Folder | None = None) -> Evalu
         )
     task = found.tasks[name]
     wanted = select_properties(found.properties, _split(options.property), "--property")
-    ids = applicable(task, found.own, wanted)
+    ids = applicable(task, found.everywhere, wanted)
     if not ids:
         raise ConfigError(f"--property: none of {', '.join(sorted(wanted))} applies to {name}")
     params = parse_params(_split(options.params), "--params") or folder.settings.params

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 
 from pytest_safemanip.cli.folder import own_file, read_folder
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
 from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.definitions import Definitions
+from pytest_safemanip.spec.packs import Pack
 from pytest_safemanip.spec.properties import LEAST_SEVERITY, Property
 
-EXAMPLE = "safemanip properties category:enclosure_access"
+EXAMPLE = "safemanip properties pack:safebox"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,14 +21,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "selectors",
         nargs="*",
         metavar="SELECTOR",
-        help="ids, globs, category:NAME, as --safemanip-properties; all",
+        help="ids, globs, category:NAME, pack:NAME, as --safemanip-properties; all but packs",
     )
+    parser.add_argument("--packs", action="store_true", help="list the packs instead")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the table."""
     found = read_folder().definitions
+    if options.packs:
+        return _list(found.packs.values(), options.json)
     wanted = select_properties(found.properties, options.selectors, "SELECTOR")
     chosen = [found.properties[name] for name in found.properties if name in wanted]
     tasks = {prop.id: _tasks(prop, found) for prop in chosen}
@@ -42,7 +47,26 @@ def run(options: argparse.Namespace) -> int:
 def _tasks(prop: Property, found: Definitions) -> list[str]:
     """The tasks that a property applies to."""
     every = found.tasks.values()
-    return [task.name for task in every if applicable(task, found.own, {prop.id})]
+    return [task.name for task in every if applicable(task, found.everywhere, {prop.id})]
+
+
+def _list(packs: Iterable[Pack], as_json: bool) -> int:
+    """Print what packs there are, with their rules."""
+    if as_json:
+        print_json([{**_described(pack), "rules": list(pack.rules)} for pack in packs])
+        return 0
+    rows = [
+        (f"pack:{pack.name}", str(len(pack.rules)), f"{pack.title}\n{pack.source}")
+        for pack in packs
+    ]
+    print_table(("pack", "rules", "what it asks"), rows)
+    print_wrapped("\n'safemanip properties pack:NAME' prints the rules of one")
+    return 0
+
+
+def _described(pack: Pack) -> dict[str, object]:
+    plain = {"pack": pack.name, "title": pack.title, "source": pack.source, "about": pack.about}
+    return {**plain, "not_expressed": dict(pack.not_expressed)}
 
 
 def _about(prop: Property) -> list[str]:
@@ -53,6 +77,8 @@ def _about(prop: Property) -> list[str]:
         facts.append(f"within {prop.deadline_s:g} s")
     if prop.severity != LEAST_SEVERITY:
         facts.append(f"severity {prop.severity:g} at least")
+    if prop.cost != prop.severity:
+        facts.append(f"cost {prop.cost:g}")
     place = own_file(prop.path)
     return [prop.title, str(prop.formula), "; ".join(facts), *([place] if place else [])]
 
@@ -61,6 +87,7 @@ def _plain(prop: Property, tasks: list[str]) -> dict[str, object]:
     return {
         "id": prop.id,
         "category": prop.category,
+        "pack": prop.pack or None,
         "title": prop.title,
         "source": prop.source,
         "variables": prop.variables,
@@ -71,6 +98,7 @@ def _plain(prop: Property, tasks: list[str]) -> dict[str, object]:
         "deadline_s": prop.deadline_s,
         "discharged_by": prop.discharged_by,
         "severity": prop.severity,
+        "cost": prop.cost,
         "tasks": tasks,
         "path": str(prop.path),
     }

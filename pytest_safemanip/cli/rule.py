@@ -62,8 +62,9 @@ def _checked(text: str, arities: dict[str, int]) -> Property:
 
 def _print_caveats(rule: Rule, prop: Property, found: Definitions) -> None:
     """What the property asks beside what the sentence may have meant."""
-    tasks = [task.name for task in found.tasks.values() if _applies(prop, found, task.name)]
-    print_wrapped(f"applies to {len(tasks)} of {len(found.tasks)} tasks")
+    every = found.unstaged
+    tasks = [name for name in every if _applies(prop, found, name)]
+    print_wrapped(f"applies to {len(tasks)} of {len(every)} tasks")
     if rule.nouns and prop.ranges:
         named = ", ".join(repr(noun) for noun in rule.nouns)
         print_wrapped(

@@ -95,7 +95,7 @@ def _export(options: argparse.Namespace, folder: Folder, kept: list[Regression])
 def _scenes(kept: Regression, folder: Folder, options: argparse.Namespace) -> list[object]:
     own = folder.with_backend(kept.backend)
     task = own.task(kept.task)
-    spec = find_simulator(kept.backend, own.extensions.backends).spec.in_task(task.name)
+    spec = find_simulator(kept.backend, own.extensions.backends).spec.in_task(task.simulated)
     family = kept.scenes or spec.scenes[0]
 
     def plain(seed: int) -> Request:

@@ -12,7 +12,7 @@ from pytest_safemanip.cli.folder import Folder, add_backend, read_folder
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.propositions.binding import Binding
-from pytest_safemanip.run.cases import applicable
+from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.invocation import relative_path
 from pytest_safemanip.run.plan import check_properties
 from pytest_safemanip.run.roles import check_task, task_roles
@@ -157,7 +157,7 @@ def _seed(text: str) -> int:
 
 def _roles(folder: Folder, task: Task, scene: Scene | None) -> Iterator[RoleRow]:
     """All roles of the task; with a scene, those that it has."""
-    described = _described(folder, task.name)
+    described = _described(folder, task.simulated)
     roles = {role.name: role for role in task_roles(task, described)}
     for name in dict.fromkeys([*roles, *(scene.roles if scene else ())]):
         touch = task.touch.get(name, ())
@@ -191,6 +191,7 @@ def _parts(role: RoleRow) -> str:
 def _keys(task: Task) -> list[tuple[str, str]]:
     """The other keys of the binding, as in the task's file; those that are there."""
     values = {
+        "stages": (task.base,) if task.base else (),
         "enclosures": task.enclosures,
         "exclusive_enclosures": task.exclusive_enclosures,
         "mechanisms": task.mechanisms,
@@ -210,7 +211,7 @@ def _keys(task: Task) -> list[tuple[str, str]]:
 
 def _properties(folder: Folder, task: Task) -> list[Property]:
     found = folder.definitions
-    ids = applicable(task, found.own, set(found.properties))
+    ids = applicable(task, found.everywhere, select_properties(found.properties, ()))
     return [found.properties[id_] for id_ in ids]
 
 

@@ -7,13 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pytest_safemanip.cost import step_cost
 from pytest_safemanip.errors import ConfigError, did_you_mean, install_command
 from pytest_safemanip.gym.sources import OpenProbe, source_of
 from pytest_safemanip.live import LiveJudge
 from pytest_safemanip.ltlf import Profile, StateClass, StepVerdict
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Proposition
-from pytest_safemanip.run.cases import applicable
+from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.sim.mujoco.layout import Layout
 from pytest_safemanip.sim.mujoco.probe import Probe
@@ -68,8 +69,9 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Watches properties while an environment is stepped; changes no bit of what it does.
 
     ``info["safety"]`` has a :class:`PropertyState` for each property, by its id, and
-    ``info["cost"]`` is 1.0 at an unsafe step and 0.0 at any other, so that its mean is the
-    exposure.
+    ``info["cost"]`` is 0.0 at a step that is not unsafe. Where a violation begins it is what its
+    property costs, at each further step of it as much times the control period in seconds, added up
+    over all properties and instances; its sum is the cost of the episode.
 
     Args:
         env: of RoboCasa or robosuite, or any whose MuJoCo model's layout is given.
@@ -114,6 +116,8 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._probe: Probe | None = None
         self._judge: LiveJudge | None = None
         self._unsafe: set[tuple[str, int]] = set()
+        self._weights = {prop.id: prop.cost for prop in self._properties}
+        self._dt = 0.0
 
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; ``info`` is about its first state.
@@ -126,6 +130,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._probe = self._source.open()
         scene, task = self._probe.scene, self._task
         binding = task if isinstance(task, Binding) else task.bind(scene, self._defined.attributes)
+        self._dt = scene.control_period
         self._rows = {p.id: p.rows(binding)
                       for p in self._properties}  # fmt: skip
         self._judge = LiveJudge(
@@ -172,8 +177,13 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         return dict(self._judge.verdicts())
 
     def _said(self, judge: LiveJudge, told: Mapping[str, Sequence[StepVerdict]]) -> dict[str, Any]:
+        before = frozenset(self._unsafe)
         safety = {name: self._state(judge, name, instances) for name, instances in told.items()}
-        return {"safety": safety, "cost": float(any(s.unsafe for s in safety.values()))}
+        cost = sum(
+            step_cost(self._weights[name], (name, number) not in before, self._dt)
+            for name, number in self._unsafe
+        )
+        return {"safety": safety, "cost": float(cost)}
 
     def _state(
         self, judge: LiveJudge, name: str, instances: Sequence[StepVerdict]
@@ -207,7 +217,8 @@ def _properties(
     if asked is None:
         if isinstance(task, Binding):
             raise ConfigError("SafetyMonitor: name the properties of a binding")
-        asked = applicable(task, defined.own, list(defined.properties))
+        wanted = select_properties(defined.properties, ())
+        asked = applicable(task, defined.everywhere, wanted)
     found = []
     for one in asked:
         if isinstance(one, str) and one not in defined.properties:

@@ -21,6 +21,7 @@ from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.observed.known import Observations, Unobserved
 from pytest_safemanip.propositions.online import Call, Online
 from pytest_safemanip.propositions.view import View
+from pytest_safemanip.spec.packs import load_packs
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
@@ -244,7 +245,11 @@ class LiveMonitor:
 def _property(wanted: Property | str) -> Property:
     if isinstance(wanted, Property):
         return wanted
-    shipped = load_properties([resources.folder("properties")])
+    place = resources.folder("properties")
+    shipped = load_properties([place])
+    shipped |= {
+        id_: rule for pack in load_packs(place).values() for id_, rule in pack.rules.items()
+    }
     if wanted not in shipped:
         hint = did_you_mean(wanted, shipped, "safemanip properties")
         raise ConfigError(f"unknown property {wanted!r}; {hint}")

@@ -1,12 +1,13 @@
 """Steps that leave an automaton where it is, whatever the atoms say that were not looked up.
 
 A property is triggered by few atoms, those of its trigger. While none of its instances is,
-the others decide nothing, and need not be evaluated.
+the others decide nothing, and need not be evaluated. Nor need they while one atom that a bad prefix
+needs is false, as `a` in `G !(a & b)`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import lru_cache, partial
 
 import numpy as np
@@ -30,24 +31,49 @@ class Quiet:
 
     Attributes:
         watched: the atoms that have to be known at every step: those that the trigger depends on;
-            all of them if every step triggers.
+            if every step triggers, one that settles it while it is false, or else all of them.
         others: the rest.
     """
 
     def __init__(self, rules: Rules) -> None:
         atoms = range(len(rules.dfa.atoms))
         letters = np.arange(1 << len(atoms))
-        trigger, flipped = rules.trigger, [letters ^ (1 << atom) for atom in atoms]
-        if rules.standing is not rules.table:  # whether the clocks stand is not known here
-            trigger = None
-        matters = [trigger is None or bool((trigger != trigger[f]).any()) for f in flipped]
-        self.watched = tuple(atom for atom in atoms if matters[atom])
-        self.others = tuple(atom for atom in atoms if not matters[atom])
-        stays = rules.table == np.arange(len(rules.dfa))[:, None]
-        for atom in self.others:
-            stays &= stays[:, flipped[atom]]
+        self._flipped = [letters ^ (1 << atom) for atom in atoms]
+        self._rules = rules
+        self.watched = tuple(atoms)
+        if rules.standing is rules.table:  # else whether the clocks stand is not known here
+            self.watched = self._triggering() or self._settling() or self.watched
+        self.others = tuple(atom for atom in atoms if atom not in self.watched)
+        self._stays = self._staying(self.watched)
+
+    def _triggering(self) -> tuple[int, ...]:
+        """The atoms that the trigger depends on; none if every step triggers."""
+        trigger = self._rules.trigger
+        if trigger is None:
+            return ()
+        flips = enumerate(self._flipped)
+        return tuple(atom for atom, flipped in flips if (trigger != trigger[flipped]).any())
+
+    def _settling(self) -> tuple[int, ...]:
+        """The first atom that, while it is false, keeps the automaton where it begins, whatever the
+        others are; none if there is no such atom, or it is triggered by some letters only.
+        """
+        if self._rules.trigger is not None:
+            return ()
+        alone = ((atom,) for atom in range(len(self._flipped)))
+        return next((atom for atom in alone if self._staying(atom)[0, 0]), ())
+
+    def _staying(self, watched: Collection[int]) -> BoolArray:
+        """Whether the automaton stays where it is, with no obligation open, whatever the atoms are
+        that are not watched: bool[states, letters].
+        """
+        stays = self._rules.table == np.arange(len(self._rules.dfa))[:, None]
+        for atom, flipped in enumerate(self._flipped):
+            if atom not in watched:
+                stays &= stays[:, flipped]
         # While an obligation is open, the other atoms say whether it is met.
-        self._stays = stays & rules.closed[:, None]
+        found: BoolArray = stays & self._rules.closed[:, None]
+        return found
 
     def restless(self, states: Sequence[int], letters: Letters) -> list[int]:
         """The instances for which the other atoms may matter at some step.

@@ -20,7 +20,7 @@ GateVerdict = Literal["PASS", "FAIL", "INCONCLUSIVE", "INCOMPLETE"]
 POWER = 0.8
 """Probability that "would likely decide" stands for."""
 NOT_MEASURED = (
-    "violations have no severity in what an earlier version has written; judge the recordings "
+    "violations have no {} in what an earlier version has written; judge the recordings "
     "again, with --safemanip-recordings"
 )
 MOST = 1_000_000
@@ -94,8 +94,9 @@ def decide(gate: Gate, policy: str, records: Sequence[RolloutRecord]) -> Decisio
     """
     cases = select(records, gate.where)
     known = [case for case in cases if case.decided]
-    if gate.needs_severity and not all(case.measured for case in known):
-        return Decision(gate, policy, "INCOMPLETE", None, why=NOT_MEASURED)
+    for key in gate.needs:
+        if any(case.lacks(key) for case in known):
+            return Decision(gate, policy, "INCOMPLETE", None, why=NOT_MEASURED.format(key))
     if gate.severe is not None:
         known = [case.of(gate.severe) for case in known]
     if gate.metric in FIGURES:

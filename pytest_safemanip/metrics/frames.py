@@ -9,7 +9,7 @@ from pytest_safemanip.errors import ConfigError, install_command
 from pytest_safemanip.markup import table
 from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.metrics.rates import Rate
-from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.metrics.records import RolloutRecord, cost_of
 
 if TYPE_CHECKING:
     import pandas
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 COLUMNS = (
     *("policy", "task", "seed", "suite", "horizon", "success", "acting_steps"),
     *("property", "category", "outcome", "triggered"),
-    *("violations", "first_step", "unsafe_s", "severity", "error", "recording"),
+    *("violations", "first_step", "unsafe_s", "severity", "cost", "error", "recording"),
 )
 
 
@@ -81,6 +81,7 @@ def _rows(record: RolloutRecord) -> Iterator[dict[str, Any]]:
             "first_step": min((v["first"] for v in found), default=None),
             "unsafe_s": sum(v["duration_s"] for v in found),
             "severity": max((v["severity"] for v in found if "severity" in v), default=None),
+            "cost": cost_of([verdict]),
         }
 
 

@@ -62,9 +62,13 @@ class Gate:
     unit: str = ""
 
     @property
-    def needs_severity(self) -> bool:
-        """Whether it asks how severe violations are."""
-        return self.severe is not None or self.metric.endswith("_severity")
+    def needs(self) -> tuple[str, ...]:
+        """What it asks of violations: ``severity``, ``cost``."""
+        asked = {
+            "severity": self.severe is not None or self.metric.endswith("_severity"),
+            "cost": self.metric.endswith("_cost"),
+        }
+        return tuple(key for key, wanted in asked.items() if wanted)
 
     @property
     def small(self) -> bool:

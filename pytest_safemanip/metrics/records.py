@@ -64,8 +64,8 @@ class PropertyRecord:
         triggered: whether some instance was triggered.
         violations: entities, first and last step, duration in seconds, reason and ``severity`` of
             each, what it was ``measured`` by (``margin``, ``force`` in N, ``fall`` in m, ``speed``
-            in m/s), and its ``excess`` (``between``, ``entities``, ``force`` and ``limit`` in N,
-            ``step``), if any.
+            in m/s), its ``cost``, and its ``excess`` (``between``, ``entities``, ``force`` and
+            ``limit`` in N, ``step``), if any.
     """
 
     property: str
@@ -73,6 +73,16 @@ class PropertyRecord:
     outcome: OutcomeName
     triggered: bool
     violations: tuple[Mapping[str, Any], ...]
+
+
+def cost_of(verdicts: Iterable[PropertyRecord]) -> float | None:
+    """What the violations of a rollout cost in all; None where a version that added up no cost has
+    written one of them.
+    """
+    violations = [violation for verdict in verdicts for violation in verdict.violations]
+    if not all("cost" in violation for violation in violations):
+        return None
+    return round(sum(float(violation["cost"]) for violation in violations), 6)
 
 
 @dataclass
@@ -131,6 +141,11 @@ class RolloutRecord:
         return self.success is not None and not self.error
 
     @property
+    def cost(self) -> float | None:
+        """What its violations cost in all; None where that of one is not known."""
+        return cost_of(self.properties.values())
+
+    @property
     def reason(self) -> str:
         """The reason why some verdict is missing, in one line."""
         if self.error:
@@ -149,7 +164,8 @@ class RolloutRecord:
 
     def to_json(self) -> dict[str, Any]:
         """Plain builtins."""
-        return {**asdict(self), "properties": [asdict(p) for p in self.properties.values()]}
+        verdicts = [asdict(p) for p in self.properties.values()]
+        return {**asdict(self), "cost": self.cost, "properties": verdicts}
 
 
 def by_policy(records: Iterable[RolloutRecord]) -> dict[str, list[RolloutRecord]]:

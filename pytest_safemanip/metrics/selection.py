@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, severity
+from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, cost_of, severity
 
 FILTERS = ("policy", "task", "suite", "horizon", "category", "property")
 _OF_PROPERTIES = ("category", "property")
@@ -91,10 +91,14 @@ class RolloutSlice:
         """Whether none of the properties was triggered."""
         return all(v.outcome == "VACUOUS" for v in self.verdicts)
 
-    @property
-    def measured(self) -> bool:
-        """Whether the severity of all violations is known."""
-        return all("severity" in found for v in self.verdicts for found in v.violations)
+    def lacks(self, key: str) -> bool:
+        """Whether something is not known of one of the violations: ``severity``, or ``cost``."""
+        return any(key not in found for v in self.verdicts for found in v.violations)
+
+    @cached_property
+    def cost(self) -> float | None:
+        """What the violations cost in all; None where that of one is not known."""
+        return cost_of(self.verdicts)
 
     def of(self, severe: Severe) -> RolloutSlice:
         """The same with those of its violations that are severe enough."""
@@ -114,6 +118,13 @@ class RolloutSlice:
             unsafe += max(0, end - max(first, counted))
             counted = max(counted, end)
         return unsafe / steps if steps else 0.0
+
+    @cached_property
+    def after_first(self) -> float:
+        """Share of the acting steps from the first unsafe one on, in [0, 1]; 0 without one."""
+        steps = self.record.acting_steps
+        begins = [found["first"] for verdict in self.verdicts for found in verdict.violations]
+        return max(0, steps - min(begins, default=steps)) / steps if steps else 0.0
 
 
 def select(

@@ -355,6 +355,7 @@ def _violation(found: Fields) -> Mapping[str, Any]:
         "duration_s": found.number("duration_s"),
         "reason": found.told("reason"),
         **_severity(found),
+        **({"cost": found.number("cost")} if found.values.get("cost") is not None else {}),
         **({"excess": _excess(found.section("excess"))} if found.values.get("excess") else {}),
         **_shown(found),
     }

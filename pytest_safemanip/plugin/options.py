@@ -65,7 +65,7 @@ OPTIONS = (
     ),
     Option(
         "--safemanip-properties",
-        "property ids, globs, or category:NAME (default: all that apply)",
+        "property ids, globs, category:NAME, or pack:NAME (default: all that apply, but for packs)",
         "",
         "ID[,...]",
         repeat=True,

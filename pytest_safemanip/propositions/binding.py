@@ -49,6 +49,7 @@ class Binding:
         kinds: category of each object and fixture.
         zones: named regions.
         hot: objects that are hot from the first step on.
+        filled: objects that a simulated liquid is in when the episode begins.
     """
 
     objects: tuple[str, ...] = ()
@@ -71,6 +72,7 @@ class Binding:
     kinds: Mapping[str, str] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
     hot: frozenset[str] = frozenset()
+    filled: tuple[str, ...] = ()
 
     def parameters(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Values of parameters for this task: its own, where nobody has changed them."""
@@ -93,6 +95,7 @@ class Binding:
             "obstacles": tuple((o,) for o in self.obstacles),
             "fixtures": tuple((f,) for f in self.fixtures),
             "zones": tuple((z,) for z in self.zones),
+            "filled": tuple((o,) for o in self.filled),
         }
         return rows[name]
 

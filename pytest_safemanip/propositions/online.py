@@ -68,6 +68,7 @@ class Online:
         self._lengths = {name: self._length(p) for name, p in catalogue.items()}
         self._kept = max(self._lengths.values()) + every
         self._steps = StepMemory(scene, self._kept)
+        self._traces: dict[int, Trace] = {}  # of the newest steps, by length
         self._forget()
 
     def _forget(self) -> None:
@@ -77,6 +78,7 @@ class Online:
         self._folds: dict[Callable[[View], Fold], tuple[Fold, _Series]] = {}
         self._shared: dict[Hashable, Any] = {}
         self._with: dict[tuple[str, ...], Online] = {}
+        self._resolved: dict[Call, tuple[Online, Call]] = {}
 
     def setting(self, name: str, settings: Settings) -> Online:
         """What evaluates the same steps, with those parameters changed that a call sets."""
@@ -127,6 +129,7 @@ class Online:
         new = dataclasses.replace(new, tail=~np.array(acting, bool))
         check_steps(self.scene, new, self._steps.count)
         self._steps.extend(new)
+        self._traces.clear()
         for online in (self, *self._with.values()):
             online._slices.clear()
             for start in tuple(online._folds):
@@ -172,10 +175,9 @@ class Online:
         self, kind: str, call: Call, look: Callable[..., Array], length: int
     ) -> Array:
         """A series of values or margins of a proposition at the newest steps."""
-        own, settings = split(self.catalogue[call[0]], call[1:])
-        if settings:
-            online = self.setting(call[0], settings)
-            return online._of_proposition(kind, (call[0], *own), look, length)
+        online, call = self._resolved.get(call) or self._resolve(call)
+        if online is not self:
+            return online._of_proposition(kind, call, look, length)
         key = (kind, call)
         if key not in self._series:
             check_call(self.catalogue[call[0]], call[1:], self.scene, self.binding.zones)
@@ -187,6 +189,13 @@ class Online:
             return look(asked, self.catalogue[call[0]], call[1:])
 
         return self._caught_up(key, compute).last(length)
+
+    def _resolve(self, call: Call) -> tuple[Online, Call]:
+        """Who evaluates a call, and what is left of it without the parameters that it sets."""
+        own, settings = split(self.catalogue[call[0]], call[1:])
+        found = self.setting(call[0], settings), (call[0], *own)
+        self._resolved[call] = found
+        return found
 
     def points(
         self, compute: Callable[..., A], arguments: Hashable, length: int, seconds: float = 0.0
@@ -227,7 +236,9 @@ class Online:
         """The newest steps as a view, as many as there are and are kept."""
         length = min(length, self._steps.held)
         if length not in self._slices:
-            self._slices[length] = _Slice(self, Trace(self.scene, self._steps.last(length)))
+            if length not in self._traces:
+                self._traces[length] = Trace(self.scene, self._steps.last(length))
+            self._slices[length] = _Slice(self, self._traces[length])
         return self._slices[length]
 
     def _caught_up(self, key: Hashable, compute: Callable[[int], Array]) -> Ring:

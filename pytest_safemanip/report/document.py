@@ -28,7 +28,7 @@ from pytest_safemanip.run.results import Results
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 
-JUDGING = ("judge.py", "ltlf", "propositions", "severity.py", "spec", "trace")
+JUDGING = ("cost.py", "judge.py", "ltlf", "propositions", "severity.py", "spec", "trace")
 """The parts of the package that decide the verdicts on a recording."""
 NOT_DECISIVE: Mapping[type, Collection[str]] = {
     Property: ("id", "category", "title", "source", "path", "lines", "_automata"),

@@ -54,6 +54,7 @@ def verdict_properties(verdict: Verdict, recording: Recording, path: Path) -> Us
         pairs.append(("safemanip.comparable", NOT_COMPARABLE))
     if verdict.findings:
         pairs.append(("safemanip.severity", round(verdict.by_severity[0].severity.value, 3)))
+        pairs.append(("safemanip.cost", round(verdict.cost, 3)))
         pairs.append(("safemanip.first_violation_step", verdict.findings[0].first))
     return pairs
 

@@ -167,7 +167,15 @@ def _severity_lines(total: Group, records: Sequence[RolloutRecord]) -> list[str]
     return [
         f"  severity  at worst {worst:.2f} ({whose}), median {middle:.2f}",
         *([f"            rollouts with {', '.join(rates)}"] if rates else []),
+        *_cost_line(total),
     ]
+
+
+def _cost_line(total: Group) -> list[str]:
+    mean, most = total.figures["mean_cost"], total.figures["max_cost"]
+    if mean is None or most is None:
+        return []
+    return [f"  cost      {mean:.2f} a rollout, {most:.2f} at most"]
 
 
 def _told(verdict: PropertyRecord) -> str:

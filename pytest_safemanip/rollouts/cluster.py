@@ -177,7 +177,7 @@ class _Worker:
         if job.policy not in self._policies:
             self._policies[job.policy] = self.recipe.policy(job.policy)
         policy = self._policies[job.policy]
-        if (policy.fingerprint_in(job.task, job.sets) or "") != job.hashes["policy"]:
+        if (policy.fingerprint_in(job.request.task, job.sets) or "") != job.hashes["policy"]:
             raise ConfigError(f"policy {job.policy!r} is another one {_here()}; {_REMEDY}")
         return retry.run(job, self._backend, policy, lambda step, horizon: None)
 

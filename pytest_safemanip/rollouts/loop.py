@@ -115,7 +115,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     actor = policy if isinstance(policy, AdaptedPolicy) else AdaptedPolicy(policy)
     robot = backend.spec.in_task(job.request.task).robot
     info = EpisodeInfo(
-        job.task,
+        job.request.task,
         seed_of_repeat(job.request.seed, job.repeat),
         instruction,
         horizon,

@@ -39,7 +39,7 @@ def run(job: rollout.Job, backend: Backend, policy: PolicySpec, show: rollout.On
     while True:
         show(0, 0)
         try:
-            policy.ready(job.task, job.sets)
+            policy.ready(job.request.task, job.sets)
             with np.errstate(), _filters(), closing(_made(policy)) as made:
                 return _noted(rollout.run(job, backend, made, show), restarts)
         except PolicyConnectionLost as error:

@@ -86,7 +86,8 @@ def parse_node_id(text: str) -> Case:
 def select_tasks(
     tasks: Mapping[str, Task], selectors: Sequence[str], option: str = "--safemanip-tasks"
 ) -> list[Task]:
-    """Tasks by name, glob, ``suite:``, ``horizon:``, ``set:``, ``quick`` or ``all``.
+    """Tasks by name, glob, ``suite:``, ``horizon:``, ``set:``, ``quick`` or ``all``; the last and
+    ``horizon:`` without those that stage the scene of another.
 
     Args:
         tasks: all there are, by name.
@@ -110,9 +111,12 @@ def select_tasks(
 def _is_selected(task: Task, selector: str) -> bool:
     kind, _, name = selector.partition(":")
     if name:
-        groups = {"suite": (task.suite,), "horizon": (task.horizon,), "set": task.sets}
+        own = () if task.base else (task.horizon,)
+        groups = {"suite": (task.suite,), "horizon": own, "set": task.sets}
         return name in groups.get(kind, ())
-    if selector == "all" or selector in task.sets:
+    if selector == "all":
+        return not task.base
+    if selector in task.sets:
         return True
     return fnmatch.fnmatchcase(task.name, selector)
 
@@ -122,7 +126,8 @@ def select_properties(
     selectors: Sequence[str],
     option: str = "--safemanip-properties",
 ) -> Collection[str]:
-    """Ids of properties by id, glob or ``category:``; all of them without a selector.
+    """Ids of properties by id, glob, ``category:`` or ``pack:``; without a selector, of all that
+    are of no pack.
 
     Args:
         properties: all there are, by id.
@@ -133,12 +138,14 @@ def select_properties(
         ConfigError: if a selector matches nothing.
     """
     if not selectors:
-        return set(properties)
+        return {p.id for p in properties.values() if not p.pack}
     chosen: set[str] = set()
     for selector in selectors:
-        kind, _, category = selector.partition(":")
-        if kind == "category" and category:
-            found = {p.id for p in properties.values() if p.category == category}
+        kind, _, name = selector.partition(":")
+        if kind == "category" and name:
+            found = {p.id for p in properties.values() if p.category == name}
+        elif kind == "pack":
+            found = _of_pack(properties, name, option)
         else:
             found = set(fnmatch.filter(properties, selector))
         if not found:
@@ -149,16 +156,29 @@ def select_properties(
     return chosen
 
 
-def applicable(task: Task, own: Mapping[str, Property], wanted: Collection[str]) -> list[str]:
+def _of_pack(properties: Mapping[str, Property], name: str, option: str) -> set[str]:
+    """Ids of the rules of a pack, or of all packs of a glob."""
+    packs = {p.pack for p in properties.values() if p.pack}
+    found = {p.id for p in properties.values() if p.pack and fnmatch.fnmatchcase(p.pack, name)}
+    if not found:
+        hint = did_you_mean(name, packs)
+        known = f"; known: {', '.join(sorted(packs))}" if hint.startswith("did") else ""
+        raise ConfigError(f"{option}: unknown pack {name!r}; {hint}{known}")
+    return found
+
+
+def applicable(
+    task: Task, everywhere: Mapping[str, Property], wanted: Collection[str]
+) -> list[str]:
     """Ids of the properties that apply to a task and are wanted.
 
     Args:
         task: names the properties that apply to it.
-        own: the user's properties, which apply wherever they have an instance.
+        everywhere: properties that apply wherever they have an instance.
         wanted: ids.
     """
-    everywhere = [p.id for p in own.values() if p.may_apply(task)]
-    return [name for name in dict.fromkeys([*task.properties, *everywhere]) if name in wanted]
+    others = [p.id for p in everywhere.values() if p.id in wanted and p.may_apply(task)]
+    return [name for name in dict.fromkeys([*task.properties, *others]) if name in wanted]
 
 
 def keep_selected(cases: Iterable[Case], selected: Collection[str]) -> list[Case]:

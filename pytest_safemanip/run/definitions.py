@@ -12,9 +12,10 @@ from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.sim.backend import DerivedTask, DerivesTasks, Options, Simulator
 from pytest_safemanip.spec.objects import load_attributes
+from pytest_safemanip.spec.packs import Pack, load_packs, task_folders
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
-from pytest_safemanip.spec.tasks import derived_task, load_changes, load_tasks
+from pytest_safemanip.spec.tasks import derived_task, load_changes, load_staged, load_tasks
 from pytest_safemanip.spec.yamlfile import Section
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.episode import Episode
@@ -30,22 +31,30 @@ class Definitions:
     Attributes:
         catalogue: the propositions.
         tasks: by name, those of all backends.
-        properties: by id.
-        own: those of the properties that are the user's.
+        properties: by id; those of packs, too.
+        everywhere: those of the properties that apply to every task that has an instance of them:
+            the user's and those of packs.
         attributes: of object categories; the user's rows take the place of shipped ones.
         runnable: those of the tasks that the chosen backend has; empty where none is to be run.
         elsewhere: of the others, by name, the backend that has it.
         changes: what the user's files change in tasks that backends derive, by task.
+        packs: by name.
     """
 
     catalogue: Catalogue
     tasks: Mapping[str, Task]
     properties: Mapping[str, Property]
-    own: Mapping[str, Property]
+    everywhere: Mapping[str, Property]
     attributes: Mapping[str, frozenset[str]]
     runnable: Mapping[str, Task] = field(default_factory=dict)
     elsewhere: Mapping[str, str] = field(default_factory=dict)
     changes: Mapping[str, Section] = field(default_factory=dict)
+    packs: Mapping[str, Pack] = field(default_factory=dict)
+
+    @property
+    def unstaged(self) -> dict[str, Task]:
+        """The tasks without those that stage the scene of another, by name."""
+        return {name: task for name, task in self.tasks.items() if not task.base}
 
     def of_backend(self, simulator: Simulator, options: Options) -> Definitions:
         """With the tasks of a backend, which are runnable then, if it derives them.
@@ -114,19 +123,30 @@ def load_definitions(
     task_folder = resources.folder("tasks")
     known = {name: len(p.arguments) for name, p in catalogue.items()}
     attributes = _attributes([task_folder, *task_paths])
-    shipped = load_properties([resources.folder("properties")], propositions=known)
+    properties = resources.folder("properties")
+    shipped = load_properties([properties], propositions=known)
+    parameters = catalogue.parameters({})
+    packs = load_packs(
+        properties,
+        propositions=known,
+        categories=attributes,
+        parameters=parameters,
+    )
+    shipped |= {id_: rule for pack in packs.values() for id_, rule in pack.rules.items()}
     own = load_properties(
         property_paths,
         propositions=known,
         constants=(ROBOT,),
         categories=attributes,
-        parameters=catalogue.parameters({}),
+        parameters=parameters,
     )
     for name in sorted(set(shipped) & set(own)):
         raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
     folders = {place.name: place for place in sorted(task_folder.iterdir()) if place.is_dir()}
     chosen = folders.pop(backend.partition(":")[0], task_folder)
     runnable = load_tasks([chosen, *task_paths])
+    staged = [*(task_folders(properties) if chosen == task_folder else ()), *task_paths]
+    runnable |= load_staged(staged, runnable)
     others = {name: load_tasks([place]) for name, place in folders.items()}
     if chosen != task_folder:
         others[FIRST_BACKEND] = load_tasks([task_folder])
@@ -139,7 +159,8 @@ def load_definitions(
             task: name for name, tasks in others.items() for task in tasks if task not in runnable
         },
         properties={**shipped, **own},
-        own=own,
+        everywhere={id_: rule for id_, rule in shipped.items() if rule.pack} | own,
+        packs=packs,
         attributes=attributes,
         changes=load_changes(task_paths),
     )

@@ -105,7 +105,8 @@ class Plan:
         policy = self.policies.get(rollout.policy)
         if policy is None or policy.server is None:
             return ""
-        return policy.server(rollout.task, self.tasks[rollout.task].sets)
+        task = self.tasks[rollout.task]
+        return policy.server(task.simulated, task.sets)
 
     def jobs(self, rollouts: int) -> int:
         """How many rollouts are run side by side.
@@ -142,7 +143,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         defined = defined.of_recordings(episodes.values())
         tasks = defined.tasks
     properties = defined.properties
-    settings = _with_selected_ids(settings, tasks)
+    settings = _with_selected_ids(settings, tasks, properties)
     wanted = select_properties(properties, settings.properties)
     recordings: dict[RolloutKey, Path] = {}
     partial: set[RolloutKey] = set()
@@ -163,7 +164,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         policies = {name: resolve_policy(name, settings, added) for name in settings.policies}
         _check_home(settings, defined)
         rollouts = _rollouts(settings, defined, policies)
-        _check_backend(settings, policies, simulator.spec, rollouts)
+        _check_backend(settings, policies, simulator.spec, rollouts, tasks)
         _check_servers(rollouts, tasks, policies)
     described = (simulator or find_simulator(settings.backend, added.backends)).create
     for name in dict.fromkeys(task for _, task, _ in rollouts):
@@ -173,7 +174,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     cases = [
         Case(task, policy, prop, seed)
         for policy, task, seed in rollouts
-        for prop in applicable(tasks[task], defined.own, wanted)
+        for prop in applicable(tasks[task], defined.everywhere, wanted)
     ]
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
@@ -251,8 +252,10 @@ def refuse_standins(plan: Plan, source: Provenance) -> None:
     )
 
 
-def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Settings:
-    """Node ids say which policies, tasks and seeds are meant."""
+def _with_selected_ids(
+    settings: Settings, tasks: Mapping[str, Task], properties: Mapping[str, Property]
+) -> Settings:
+    """Node ids say which policies, tasks, seeds and rules of packs are meant."""
     ids = [text for text in settings.select if text.rstrip(":") != SUITE]
     if not ids or len(ids) < len(settings.select) or any(map(is_search_id, ids)):
         return settings
@@ -261,11 +264,12 @@ def _with_selected_ids(settings: Settings, tasks: Mapping[str, Task]) -> Setting
         if case.task not in tasks:
             hint = did_you_mean(case.task, tasks, "safemanip tasks")
             raise ConfigError(f"{case.node_id}: unknown task {case.task!r}; {hint}")
+    named = [name for name in (case.property_id for case in cases) if name in properties]
     return dataclasses.replace(
         settings,
         policies=tuple(dict.fromkeys(case.policy for case in cases)),
         tasks=tuple(dict.fromkeys(case.task for case in cases)),
-        properties=(),
+        properties=(*select_properties(properties, ()), *named),
         seeds=tuple(sorted({case.seed for case in cases})),
     )
 
@@ -280,7 +284,7 @@ def _rollouts(
             if task not in defined.tasks:
                 hint = did_you_mean(task, defined.runnable, "safemanip tasks")
                 raise ConfigError(f"policy {name!r}: unknown task {task!r} in its 'tasks'; {hint}")
-        can = [task for task in chosen if policy.tasks is None or task.name in policy.tasks]
+        can = [task for task in chosen if policy.tasks is None or task.simulated in policy.tasks]
         cannot = [task.name for task in chosen if task not in can]
         # "all" means all that the policy can do; who names a task wants that one.
         if cannot and (settings.tasks != ("all",) or not can):
@@ -313,12 +317,13 @@ def _check_backend(
     policies: Mapping[str, PolicySpec],
     declared: BackendSpec,
     rollouts: Iterable[RolloutKey],
+    tasks: Mapping[str, Task],
 ) -> None:
     """The backend has the scenes that are asked for, and gives what policies look at."""
     if settings.scenes:
         declared.check_scenes(settings.scenes, "--safemanip-scenes")
     for name, task in dict.fromkeys((name, task) for name, task, _ in rollouts):
-        policy, spec = policies[name], declared.in_task(task)
+        policy, spec = policies[name], declared.in_task(tasks[task].simulated)
         seen = {*(camera.name for camera in spec.cameras), *spec.state}
         if policy.scenes and not settings.scenes:
             spec.check_scenes(policy.scenes, f"policy {name!r}")
@@ -337,7 +342,7 @@ def _check_servers(
         server = policies[name].server
         if server is not None:
             try:
-                server(task, tasks[task].sets)
+                server(tasks[task].simulated, tasks[task].sets)
             except RolloutError as error:
                 raise ConfigError(f"policy {name!r}: {error}") from error
 

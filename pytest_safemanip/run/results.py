@@ -86,6 +86,7 @@ def _violation(finding: Finding) -> dict[str, Any]:
         "reason": finding.reason,
         "severity": round(finding.severity.value, 3),
         "measured": finding.severity.measured,
+        "cost": round(finding.cost, 6),
     }
     excess = finding.excess
     if excess is None:

@@ -74,19 +74,26 @@ def check_task(task: Task, factory: object, *, recorded: bool = False) -> None:
     if not isinstance(factory, DescribesTasks):
         return
     names = factory.task_names()
-    if not names or (recorded and task.name not in names):
+    name = task.simulated
+    if not names or (recorded and name not in names):
         return
-    if task.name not in names:
-        place = yamlfile.load(task.path).place("task")
-        hint = did_you_mean(task.name, names)
-        raise ConfigError(f"{place}: the simulator has no task {task.name!r}; {hint}")
-    described = factory.describe_task(task.name)
+    if name not in names:
+        place = yamlfile.load(task.path).place("base" if task.base else "task")
+        hint = did_you_mean(name, names)
+        raise ConfigError(f"{place}: the simulator has no task {name!r}; {hint}")
+    described = factory.describe_task(name)
     for role, touched in task.touch.items():
         parts = parts_of(role, task, described)
         for part in touched:
             if part not in parts:
-                place = yamlfile.load(task.path).section("touch").place(role)
+                place = _touch_place(task, role)
                 raise ConfigError(f"{place}: unknown part {part!r} of {role}; {_hint(part, parts)}")
+
+
+def _touch_place(task: Task, role: str) -> str:
+    """Where a task says what may be touched of a role; its base's file may."""
+    section = yamlfile.load(task.path)
+    return section.section("touch").place(role) if "touch" in section else str(task.path)
 
 
 def _hint(part: str, parts: Iterable[str]) -> str:

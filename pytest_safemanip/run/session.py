@@ -31,11 +31,12 @@ from pytest_safemanip.run.ahead import Abandoned, RolloutsAhead
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.remembered import RecentRollouts, RepeatedFailures
+from pytest_safemanip.run.scenes import changes_of, groups_of
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.run.watching import Watch
 from pytest_safemanip.search.situation import Situation
 from pytest_safemanip.sim.backend import Backend, Provenance, Request
-from pytest_safemanip.sim.staging import Fill, to_plain
+from pytest_safemanip.sim.staging import to_plain
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
@@ -461,16 +462,16 @@ class SafetySession:
         task = self._plan.tasks[case.task]
         scenes, stepping = self._plan.scenes(case.policy), self._plan.stepping(case.policy)
         compact = scenes == backend.spec.scenes[0]  # what a task says of them is about these
-        staging = policy.staging(case.task)
-        groups = {**(task.object_groups if compact else {}), **staging.objects}
+        staging = policy.staging(task.simulated)
+        groups = {**groups_of(task, compact), **staging.objects}
         kitchen = task.kitchen if compact else ""
-        changes = (*staging.changes, *(Fill(*filled) for filled in task.liquids.items()))
+        changes = (*staging.changes, *changes_of(task))
         own = otherwise or Otherwise()
         request = own.situation.request(
-            Request(case.task, case.seed, scenes, groups, kitchen, changes, stepping)
+            Request(task.simulated, case.seed, scenes, groups, kitchen, changes, stepping)
         )
         protocol = loop.Protocol(settings.stop, settings.horizon_scale, own.stall_s)
-        told = policy.fingerprint_in(case.task, task.sets)
+        told = policy.fingerprint_in(task.simulated, task.sets)
         # Nobody can tell whether a policy without a fingerprint is still the same.
         fingerprint = told or f"run {self._run_id}"
         watch = Watch.of(self._plan, case) if settings.stop == "violation" else None

@@ -80,6 +80,19 @@ class Fill:
 
 
 @dataclass(frozen=True)
+class Push:
+    """Lets an object move when the episode begins.
+
+    Attributes:
+        role: the object.
+        velocity: along the base's forward and left directions (2,), m/s. A round one rolls.
+    """
+
+    role: str
+    velocity: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Move:
     """Moves an object from where its seed put it, on the same level.
 
@@ -145,7 +158,7 @@ class Light:
     factor: float
 
 
-Change = Put | SetOpen | Fill | Move | Add | Posture | Cameras | Light
+Change = Put | SetOpen | Fill | Push | Move | Add | Posture | Cameras | Light
 
 
 @dataclass(frozen=True)
@@ -165,6 +178,7 @@ KINDS: Mapping[str, type[Change]] = {
     "put": Put,
     "open": SetOpen,
     "fill": Fill,
+    "push": Push,
     "move": Move,
     "add": Add,
     "posture": Posture,

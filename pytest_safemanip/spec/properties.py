@@ -19,7 +19,8 @@ attributes or of some kinds (`spec/ranges.py`); without it there is one instance
 proposition, with which arguments, each atom of the formulas stands for; a call may set parameters
 of its proposition, `near(o, f, distance=0.3)`. Optional keys: `for_each`, `paper_formula` (by
 default the formula), `trigger`, `deadline_s`, `discharged_by` (`robot` or `physics`), `severity`
-(what a violation weighs whatever was measured). Instead of `formula` there may be a `pattern` with
+(what a violation weighs whatever was measured), `cost` (what it adds to the cost of a rollout, by
+default its `severity`). Instead of `formula` there may be a `pattern` with
 its `scope` and keys:
 
     pattern: response(obj_released, settled | obj_grasped)
@@ -64,6 +65,7 @@ _OPTIONAL = (
     "deadline_s",
     "discharged_by",
     "severity",
+    "cost",
 )
 _OF_PATTERNS = ("scope", *KEYS)
 LEAST_SEVERITY, MOST_SEVERITY = 1.0, 100.0
@@ -89,6 +91,8 @@ class Property:
         deadline_s: how long an obligation may be open, in seconds, or None.
         discharged_by: who has to meet the obligations.
         severity: what a violation weighs whatever was measured of it.
+        cost: what a violation adds to the cost of a rollout, and once more for each further second.
+        pack: name of the pack that it is a rule of; empty for all others.
         lines: where in the file the formulas are, by key.
     """
 
@@ -105,6 +109,8 @@ class Property:
     deadline_s: float | None
     discharged_by: DischargedBy
     severity: float = LEAST_SEVERITY
+    cost: float = LEAST_SEVERITY
+    pack: str = ""
     lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
         default_factory=dict, init=False, repr=False, compare=False
@@ -212,6 +218,7 @@ def load_properties(
     constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
+    besides: Collection[str] = (),
 ) -> dict[str, Property]:
     """Read all properties of some folders, every `*.yaml` in them.
 
@@ -224,6 +231,7 @@ def load_properties(
             `for_each` unchecked.
         parameters: names of the parameters of all propositions; None leaves those that calls set
             unchecked.
+        besides: names of files there that are no properties.
 
     Returns:
         The properties by id, in the order of folders and file names.
@@ -236,6 +244,8 @@ def load_properties(
         if not folder.is_dir():
             raise ConfigError(f"{folder}: no such folder of properties")
         for path in sorted(folder.glob("*.yaml")):
+            if path.name in besides:
+                continue
             loaded = load_property(
                 path,
                 propositions=propositions,
@@ -301,6 +311,7 @@ def load_property(
         else None,
         discharged_by=_discharged_by(section),
         severity=_severity(section),
+        cost=_cost(section),
         lines=_lines(section),
     )
 
@@ -378,6 +389,12 @@ def _severity(section: Section) -> float:
     if "severity" not in section:
         return LEAST_SEVERITY
     return section.number("severity", positive=True, most=MOST_SEVERITY)
+
+
+def _cost(section: Section) -> float:
+    if "cost" not in section:
+        return _severity(section)
+    return section.number("cost", positive=True, most=MOST_SEVERITY)
 
 
 def _discharged_by(section: Section) -> DischargedBy:

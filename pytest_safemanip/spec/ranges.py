@@ -41,10 +41,13 @@ RELATIONS: Mapping[str, int] = MappingProxyType(
         "obstacles": 1,
         "fixtures": 1,
         "zones": 1,
+        "filled": 1,
     }
 )
 """What variables can range over, with their number: relations of a task's binding, and of the scene
 that it is bound to."""
+ZONES = "zones"
+"""The relation whose members have names, and neither a category nor attributes."""
 OF_SCENE = ("things", "obstacles", "fixtures")
 """Relations whose members only the scene of an episode knows."""
 
@@ -60,7 +63,7 @@ class Range:
     Attributes:
         variables: their names.
         relation: whose members they are.
-        kinds: categories of which a member has to be one; empty for any.
+        kinds: categories of which a member has to be one, of zones their names; empty for any.
         having: attributes that it has to have, all of them.
         lacking: attributes of which it may have none.
     """
@@ -102,7 +105,8 @@ class Range:
         return tuple(row for row in rows if self._admits(row[0], binding))
 
     def _admits(self, entity: str, binding: Binding) -> bool:
-        if self.kinds and binding.kinds.get(entity) not in self.kinds:
+        kind = entity if self.relation == ZONES else binding.kinds.get(entity)
+        if self.kinds and kind not in self.kinds:
             return False
         if not self.having and not self.lacking:
             return True
@@ -202,10 +206,11 @@ class _Clause:
         said = self._said(words)
         if said and wanted != 1:
             raise self._error(f"{relation!r} has pairs: {next(iter(said))!r} has no meaning there")
+        categories = None if relation == ZONES else self.categories
         return Range(
             variables,
             relation,
-            kinds=self._listed(said, "of", "or", self.categories, "category"),
+            kinds=self._listed(said, "of", "or", categories, "category"),
             having=self._listed(said, "with", "and", ATTRIBUTES, "attribute"),
             lacking=self._listed(said, "without", "and", ATTRIBUTES, "attribute"),
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from pytest_safemanip.errors import TraceError, did_you_mean
 from pytest_safemanip.propositions.binding import Binding, Zone
@@ -19,7 +20,7 @@ class Task:
     """A task with its safety binding, in terms of roles.
 
     Attributes:
-        name: the task's name, also the backend's name for it.
+        name: the task's name, also the backend's name for it unless there is a ``base``.
         path: the file it was read from.
         sets: selections that it belongs to.
         suite: group of the benchmark.
@@ -45,6 +46,9 @@ class Task:
         zones: named regions, each around a role.
         hot: roles of objects that are hot when an episode begins.
         liquids: role of a liquid to the role of the object that it is in when an episode begins.
+        base: the backend's task whose scene it changes; empty where it is the backend's own.
+        staging: what it changes in its scene, in plain values (`spec/staged.py`).
+        drawn: role to the categories or groups that its staging draws the object from.
         derived: what a backend derived of it, as the content of a file; empty if nothing did.
     """
 
@@ -74,7 +78,20 @@ class Task:
     zones: Mapping[str, Zone] = field(default_factory=dict)
     hot: tuple[str, ...] = ()
     liquids: Mapping[str, str] = field(default_factory=dict)
+    base: str = ""
+    staging: tuple[Mapping[str, Any], ...] = ()
+    drawn: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     derived: str = ""
+
+    @property
+    def simulated(self) -> str:
+        """The backend's name of what is simulated."""
+        return self.base or self.name
+
+    @property
+    def filled(self) -> tuple[str, ...]:
+        """Roles of the objects that liquids are in when an episode begins."""
+        return tuple(dict.fromkeys(self.liquids.values()))
 
     def bind(self, scene: Scene, attributes: Mapping[str, frozenset[str]]) -> Binding:
         """The binding of one episode.
@@ -147,6 +164,7 @@ class Task:
                 if zone.around not in lacking
             },
             hot=frozenset(entities(self.hot)),
+            filled=entities(self.filled),
         )
 
     def _roles(self) -> set[str]:

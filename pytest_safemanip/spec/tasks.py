@@ -26,7 +26,11 @@ that an episode may lack), ``not_grounded`` (property to the reason why it canno
 the role that it is grown from, ``margin`` and ``above``, m), ``hot`` (objects that are hot when an
 episode begins), ``liquids`` (role of a liquid to the object that it is in then),
 ``compact`` (``kitchen``: which compact kitchen, ``small`` or ``full``; ``object_groups``: role to
-the categories or groups drawn in it).
+the categories or groups drawn in it), ``staging`` (what is changed in the scene,
+`spec/staged.py`).
+
+A file with ``base`` is that task in a scene that is staged otherwise: its keys stand for the
+base's. ``all`` does not choose it; its name, its ``suite`` and its ``sets`` do.
 
 A backend may derive its tasks from files of its simulator's. Of such a task a file has ``base:
 derived`` and those keys alone that are to be different:
@@ -47,6 +51,7 @@ from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.propositions.binding import Zone
 from pytest_safemanip.propositions.onset import SKILLS
 from pytest_safemanip.spec import yamlfile
+from pytest_safemanip.spec.staged import read_staging
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.yamlfile import Section
 from pytest_safemanip.trace.elements import ROBOT
@@ -71,10 +76,13 @@ _OPTIONAL = (
     "zones",
     "hot",
     "liquids",
+    "staging",
     "compact",
 )
 KITCHENS = ("small", "full", "deep", "roomy")
 """The compact kitchens, the usual one first."""
+DERIVED = "derived"
+"""What ``base`` is in a file that changes a task which a backend derives."""
 HORIZONS = ("atomic", "short", "medium", "long")
 """The classes of tasks by their length, the shortest first."""
 TASK_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -116,12 +124,42 @@ def load_changes(folders: Sequence[Path]) -> dict[str, Section]:
             section = yamlfile.load(path)
             if "base" not in section:
                 continue
-            if section.string("base") != "derived":
-                raise section.error("base", "expected 'derived'")
+            if section.string("base") != DERIVED:
+                continue
             name = section.string("task")
             if name in found:
                 raise ConfigError(f"task {name!r} is changed in {found[name].path} and {path}")
             found[name] = section
+    return found
+
+
+def load_staged(folders: Sequence[Path], bases: Mapping[str, Task]) -> dict[str, Task]:
+    """Read the tasks of some folders that stage the scene of another.
+
+    Args:
+        folders: where their files are.
+        bases: the tasks whose scenes may be staged.
+
+    Raises:
+        ConfigError: if a file is wrong, its base is unknown, or a name is taken.
+    """
+    found: dict[str, Task] = {}
+    for path in (path for folder in folders for path in sorted(folder.glob("*.yaml"))):
+        if path.name == OBJECTS_FILE:
+            continue
+        section = yamlfile.load(path)
+        if "base" not in section or section.string("base") == DERIVED:
+            continue
+        base = section.string("base")
+        if base not in bases:
+            hint = did_you_mean(base, bases, "safemanip tasks")
+            raise section.error("base", f"unknown task {base!r}; {hint}; or {DERIVED!r}")
+        section.check_keys(("task", "base", "sets", "suite"), (*_REQUIRED, *_OPTIONAL))
+        task = replace(_task(section.over(yamlfile.load(bases[base].path))), base=base)
+        if task.name in {*bases, *found}:
+            taken = {**bases, **found}[task.name].path
+            raise ConfigError(f"task {task.name!r} is in {taken} and {path}")
+        found[task.name] = task
     return found
 
 
@@ -159,6 +197,7 @@ def _task(section: Section) -> Task:
     liquids = _liquids(section, objects)
     contents = (*objects, *liquids)
     compact = section.section("compact") if "compact" in section else None
+    staging, drawn = read_staging(section)
     if compact:
         compact.check_keys((), ("kitchen", "object_groups"))
     return Task(
@@ -186,6 +225,8 @@ def _task(section: Section) -> Task:
         zones=_zones(section),
         hot=_strings(section, "hot"),
         liquids=liquids,
+        staging=staging,
+        drawn=drawn,
         kitchen=_kitchen(compact),
         object_groups=_lists(compact, "object_groups"),
     )

@@ -77,7 +77,7 @@ def test_tasks_are_selected_as_in_pytest(safemanip: Command) -> None:
     found = safemanip("tasks", "OpenD*", "set:quick").out
     assert "OpenDrawer " in found
     assert "PickPlaceCounterToCabinet " in found
-    assert "5 of 50 tasks" in found
+    assert "5 of 61 tasks" in found
     line = safemanip("tasks", "OpenDrawr").refusal
     assert line == (
         "safemanip tasks: error: SELECTOR: 'OpenDrawr' matches no task; did you mean 'OpenDrawer'?"
@@ -90,6 +90,21 @@ def test_properties_have_formula_category_and_the_number_of_their_tasks(safemani
     assert "G (reach_in -> fix_open)" in found
     assert "category enclosure_access; for each f in enclosures" in found
     assert "'enclosure_acess' matches no property" in safemanip("properties", "enclosure_acess").err
+
+
+def test_packs_are_listed_and_the_rules_of_one(safemanip: Command) -> None:
+    found = names(safemanip("properties", "--packs").out)
+    assert found[0].startswith("pack:")
+    assert "pack:safebox" in found
+    rules = names(safemanip("properties", "pack:safebox").out)
+    assert "safebox_fragile_not_dropped" in rules
+    listed = {
+        row["pack"]: row for row in json.loads(safemanip("properties", "--packs", "--json").out)
+    }
+    assert listed["safebox"]["rules"] == rules
+    assert len(names(safemanip("properties").out)) == 10
+    line = safemanip("properties", "pack:safeboks").refusal
+    assert "unknown pack 'safeboks'; did you mean 'safebox'?" in line
 
 
 def test_propositions_are_those_of_the_catalogue(safemanip: Command) -> None:

@@ -151,7 +151,7 @@ def test_a_misspelt_part_or_property_of_a_users_task_is_one_line(safemanip: Comm
 def test_an_unknown_task_has_a_near_miss(safemanip: Command):
     assert "did you mean 'OpenDrawer'?" in safemanip("task", "OpenDrawr").refusal
     line = safemanip("task", "Juggle").refusal
-    assert "unknown task 'Juggle'; nearest of 50: " in line
+    assert "unknown task 'Juggle'; nearest of 61: " in line
     assert line.endswith("; 'safemanip tasks' lists all")
     assert line.count(",") == 2
 

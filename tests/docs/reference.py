@@ -40,6 +40,7 @@ from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.files import _DIGEST, _HEADER, _NAMES, _SURFACES, SCHEMA
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Contacts, Step, Steps
+from tests.docs.packs import broken, listed, packs
 from tests.physics import severities
 
 PACKAGE = Path(pytest_safemanip.__file__).parent
@@ -120,8 +121,8 @@ def properties() -> str:
     """The shipped properties with their formulas."""
     defined = _defined()
     sections = [f"# Properties\n\n{WRITTEN}\n"]
-    for prop in defined.properties.values():
-        tasks = [task.name for task in defined.tasks.values() if prop.id in task.properties]
+    for prop in (p for p in defined.properties.values() if not p.pack):
+        tasks = [task.name for task in defined.unstaged.values() if prop.id in task.properties]
         formula, paper = str(prop.formula), str(prop.paper_formula)
         sections += [
             f"## `{prop.id}`\n\n{prop.title} ({prop.source}).\n",
@@ -136,7 +137,7 @@ def properties() -> str:
         sections += [
             f"\nFor each: {over}. Deadline: {deadline}. Discharged by: {prop.discharged_by}. "
             f"Severity: {prop.severity:g} at least. "
-            f"Applies to {len(tasks)} of {len(defined.tasks)} tasks.\n"
+            f"Applies to {len(tasks)} of {len(defined.unstaged)} tasks.\n"
         ]
     return "\n".join(sections)
 
@@ -213,7 +214,7 @@ def tasks() -> str:
             ", ".join(f"`{prop}`" for prop in task.properties),
         )
         for task in sorted(
-            _defined().tasks.values(), key=lambda t: (HORIZONS.index(t.horizon), t.name)
+            _defined().unstaged.values(), key=lambda t: (HORIZONS.index(t.horizon), t.name)
         )
     ]
     head = ("task", "suite", "horizon", "sets", "objects, enclosures", "properties")
@@ -376,6 +377,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "docs/reference/patterns.md": patterns,
     "docs/reference/tasks.md": tasks,
     "docs/reference/recording.md": recording,
+    **packs(),
 }
 """What prints each page, by its path."""
 
@@ -384,5 +386,7 @@ REGIONS: Mapping[tuple[str, str], Callable[[], str]] = {
     ("docs/metrics.md", "metrics"): metrics,
     ("docs/search.md", "kinds"): kinds,
     ("docs/architecture.md", "imports"): imports,
+    ("docs/packs.md", "packs"): listed,
+    ("docs/coverage.md", "packs"): broken,
 }
 """What prints a part of a page, by the page's path and the comment before the part."""

@@ -11,10 +11,9 @@ from pathlib import Path
 import platformdirs
 import pytest
 
-from pytest_safemanip import resources
 from pytest_safemanip.run.cases import select_tasks
+from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.run.option_values import parse_seeds
-from pytest_safemanip.spec.tasks import load_tasks
 from tests.conftest import Rollouts
 from tests.docs.blocks import Page, masked, parse, refreshed
 
@@ -35,7 +34,7 @@ class Earlier:
 
     def __init__(self, rollouts: Rollouts, folder: Path) -> None:
         self._rollouts, self._folder = rollouts, folder
-        self._tasks = load_tasks([resources.folder("tasks")])
+        self._tasks = load_definitions([], [], []).runnable
         self._parser = argparse.ArgumentParser()
         for name, default in {
             "policy": "",

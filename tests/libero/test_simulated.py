@@ -69,6 +69,17 @@ class Scripted:
         self.verdicts = {id_: judge.judge(defined.properties[id_]) for id_ in bound.properties}
         return {id_ for id_, v in self.verdicts.items() if v.outcome.label == "VIOLATED"}
 
+    def broken(self, pack: str) -> set[str]:
+        """The rules of a pack that the last recording breaks, without the pack's name."""
+        task, defined = self.recording.episode.task, self.defined
+        parameters = defined.catalogue.parameters({})
+        judge = Judge(
+            self.recording, defined.tasks[task], defined.attributes, defined.catalogue, parameters
+        )
+        rules = defined.packs[pack].rules.items()
+        found = {id_: judge.judge(rule).findings for id_, rule in rules}
+        return {id_.removeprefix(f"{pack}_") for id_, findings in found.items() if findings}
+
     def evidence(self, property_id: str) -> str:
         """What was measured where a property was violated."""
         return "\n".join(text for f in self.verdicts[property_id].findings for text in f.evidence)
@@ -112,6 +123,12 @@ def test_a_bowl_put_onto_the_plate_violates_nothing(violated):
     assert all(v.triggered for v in verdicts.values()), verdicts
 
 
+def test_a_bowl_put_onto_the_plate_keeps_off_obstacles(violated):
+    violated(PLATE, scripts.BowlOntoPlate())
+    # Its hand sets out past a bottle, within 5 cm and at more than 0.3 m/s.
+    assert violated.broken("safelibero") == {"slow_near_obstacle"}
+
+
 def test_a_bowl_that_is_dropped_onto_the_plate_is_found(violated):
     assert violated(PLATE, scripts.Drops()) == {"action_onset"}
 
@@ -139,6 +156,7 @@ def test_an_obstacle_of_safelibero_that_is_displaced_is_found(with_obstacle):
     way = recording.steps.object_pose[:, recording.scene.object_index[OBSTACLE], :2]
     assert np.linalg.norm(way[-1] - way[0]) > 0.01
     assert OBSTACLE in with_obstacle.evidence("collision_contact")
+    assert {"obstacle_not_touched", "obstacle_not_displaced"} <= with_obstacle.broken("safelibero")
 
 
 @pytest.mark.parametrize("task", [PLATE, BOTTOM, MICROWAVE, STOVE])

@@ -18,6 +18,9 @@ FORMULAS = (
     "G (a & c -> X !b)",
     "G (a -> WX (!b W c))",
     "G !(a | b | c)",
+    "G !(a & b & c)",
+    "G !(b & (a | c))",
+    "G !(a & b) & F c",
     "F a & G (b -> c)",
     "a U (b | last & c)",
 )
@@ -58,6 +61,22 @@ def test_only_the_trigger_is_looked_up_until_it_holds():
     asked.clear()
     monitor.gather(5, value_of)  # the obligation is open now
     assert asked == [(0, 1, 0, 5), (1, 1, 0, 5), (1, 0, 0, 5)]
+
+
+def test_of_what_never_holds_together_the_rest_is_looked_up_where_the_first_does():
+    monitor = Monitor(compile_formula("G !(a & b)", atoms=("a", "b")), 1, dt=0.1)
+    values = np.zeros((100, 1, 2), bool)
+    values[40:50, 0, 0] = values[45, 0, 1] = True
+    asked = []
+
+    def value_of(instance, atom, first, stop):
+        asked.append((atom, first, stop))
+        return values[first:stop, instance, atom]
+
+    monitor.steps(monitor.gather(100, value_of), [True] * 100)
+    assert asked == [(0, 0, 100), (1, 40, 72)]
+    (verdict,) = monitor.verdicts()
+    assert [(v.first, v.last) for v in verdict.violations] == [(45, 45)]
 
 
 @pytest.mark.parametrize(

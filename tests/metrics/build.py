@@ -34,8 +34,11 @@ def bad(name="a", *spans, category="c"):
 
 
 def severe(*severities, name="a", first=2):
-    """A violated property, with violations that are so severe."""
-    spans = [{**span(first, first + 1), "severity": own, "measured": {}} for own in severities]
+    """A violated property, with violations that are so severe, and cost as much."""
+    spans = [
+        {**span(first, first + 1), "severity": own, "measured": {}, "cost": own}
+        for own in severities
+    ]
     return verdict(name, "VIOLATED", "c", True, spans)
 
 

@@ -62,6 +62,10 @@ def measured():
         ("success_and_safe[severity >= 3] >= 0.8", 0.8, "PASS"),
         ("violations_per_rollout[severity >= 2] <= 0.4", 0.4, "PASS"),
         ("exposure[severity >= 5] <= 0.04", 0.04, "PASS"),
+        ("mean_cost <= 5", 9.6 / 5, "PASS"),
+        ("max_cost[property=a] <= 2", 5.0, "FAIL"),
+        ("max_cost[severity >= 6] <= 2", 0.0, "PASS"),
+        ("intervention_share <= 0.4", 0.48, "FAIL"),
         ("max_severity <= 4", 5.0, "FAIL"),
         ("max_severity[severity >= 6] <= 4", 0.0, "PASS"),
         ("median_severity <= 1.7", 1.7, "PASS"),
@@ -73,11 +77,19 @@ def test_a_gate_counts_what_is_severe_enough(text, value, wanted):
     assert (found.value, found.verdict) == (pytest.approx(value), wanted)
 
 
-@pytest.mark.parametrize("text", ["violation_rate[severity >= 2] <= 0.5", "max_severity <= 2"])
-def test_violations_of_an_earlier_version_have_no_severity_to_decide_by(text):
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("violation_rate[severity >= 2] <= 0.5", "severity"),
+        ("max_severity <= 2", "severity"),
+        ("mean_cost <= 5", "cost"),
+        ("max_cost[property=a] <= 25", "cost"),
+    ],
+)
+def test_violations_of_an_earlier_version_have_nothing_to_decide_by(text, what):
     found = decided(text, rollouts("x...."))
     assert found.verdict == "INCOMPLETE"
-    assert "violations have no severity in what an earlier version has written" in found.why
+    assert f"violations have no {what} in what an earlier version has written" in found.why
     assert decided(text, rollouts(".....")).verdict == "PASS"
 
 

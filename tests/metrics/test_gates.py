@@ -33,6 +33,7 @@ KNOWN = {name: {f"{name}_one", f"{name}_two"} for name in FILTERS}
         ),
         ("violations_per_rollout <= 2.5", ("violations_per_rollout", {}, "<=", 2.5, None, False)),
         ("triggered_rate[] > 0", ("triggered_rate", {}, ">", 0.0, None, False)),
+        ("max_cost[task=T*] <= 25", ("max_cost", {"task": "T*"}, "<=", 25.0, None, False)),
         ("max_severity <= 3", ("max_severity", {}, "<=", 3.0, None, False)),
     ],
 )
@@ -69,7 +70,7 @@ def test_a_gate_may_count_severe_violations_only(text, where, severe):
     gate = parse_gate(text)
     assert (gate.where, gate.severe) == (where, severe)
     assert parse_gate(str(gate)) == gate
-    assert gate.needs_severity == (severe is not None)
+    assert gate.needs == (("severity",) if severe else ())
     check_filters(gate, {name: {"a", "T"} for name in FILTERS})
 
 
@@ -97,7 +98,7 @@ def test_a_gate_may_count_severe_violations_only(text, where, severe):
         ("violation_rate == 0.1", "expected METRIC"),
         ("violation_rate <= 0.1 @0.95 everywhere", "expected METRIC"),
         ("violation_rat <= 0.1", "did you mean 'violation_rate'?"),
-        ("rate <= 0.1", "known: conditional_rate, exposure, "),
+        ("rate <= 0.1", "nearest of 19: success_rate, "),
         ("violation_rate[suit=a] <= 0.1", "did you mean 'suite'?"),
         ("violation_rate[robot=a] <= 0.1", "known: category, horizon, policy, property, severity,"),
         ("violation_rate[suite] <= 0.1", "expected FILTER=VALUE"),

@@ -114,6 +114,8 @@ def test_number_duration_and_beginning_of_violations():
         "first_violation_step": pytest.approx((2 + 7) / 2),
         "max_severity": 0.0,
         "median_severity": None,
+        "mean_cost": None,  # of spans without one
+        "max_cost": None,
     }
     none = measure([rollout(True, verdict("a"))]).total.figures
     assert none["violations_per_rollout"] == 0.0

@@ -35,6 +35,7 @@ def finding(first: int = 3, last: int = 4, **changed: Any) -> Finding:
         "proof": "step 3 breaks it",
         "evidence": ("mug moved 40 mm",),
         "severity": severity(),
+        "cost": 1.0 + 0.05 * (last - first),
     }
     return Finding(**{**fields, **changed})
 

@@ -74,6 +74,7 @@ def test_a_rollout_lists_its_verdicts_violations_and_recording(run):
     # The folder may be moved: paths are relative to it.
     assert done["recording"] == "recordings/one.rollout"
     assert (done["success"], done["acting_steps"], done["provenance"]) == (False, 6, 0)
+    assert (done["cost"], failed["cost"]) == (1.05, 0.0)
     vacuous, violated = done["properties"]
     assert (violated["outcome"], vacuous["outcome"]) == ("VIOLATED", "VACUOUS")
     assert list(violated["violations"]) == [
@@ -85,6 +86,7 @@ def test_a_rollout_lists_its_verdicts_violations_and_recording(run):
             "reason": "bad prefix",
             "severity": 1.5,
             "measured": {"margin": 1.0, "force": 0.0, "fall": 0.0, "speed": 0.0},
+            "cost": 1.05,
             "evidence": ["mug moved 40 mm"],
             "timeline": None,
         }

@@ -43,6 +43,7 @@ def test_a_verdict_adds_its_outcome_and_the_first_violation():
         "safemanip.recording": "out/one.rollout",
         "safemanip.first_violation_step": 2,
         "safemanip.severity": 1.5,
+        "safemanip.cost": 2.05,
     }
 
 

@@ -68,13 +68,17 @@ def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
         "  outcomes  0 success and safe, 1 success but unsafe,",
     ]
     assert lines[9] == "            1 fail but safe, 0 fail and unsafe"
-    assert lines[10:12] == ["  severity  at worst 1.50 (grasp_stability), median 1.50", ""]
-    assert [re.split(r"  +", line.strip()) for line in lines[12:15]] == [
+    assert lines[10:13] == [
+        "  severity  at worst 1.50 (grasp_stability), median 1.50",
+        "  cost      0.55 a rollout, 1.10 at most",
+        "",
+    ]
+    assert [re.split(r"  +", line.strip()) for line in lines[13:16]] == [
         ["category (tasks)", "triggered", "violated", "rate", "95 % CI", "exposure"],
         ["enclosure_access (1)", "never", "-", "-", "-", "-"],
         ["grasp_stability (1)", "2 of 2", "1 of 2", "50.0 %", "9 to 91 %", "25.0 %"],
     ]
-    assert lines[15] == "  unresolved: grasp_stability 1"
+    assert lines[16] == "  unresolved: grasp_stability 1"
     assert lines[-2:] == list(LEGEND)
     assert max(map(len, lines)) <= 80
 

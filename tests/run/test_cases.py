@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -37,6 +38,7 @@ TASKS = {
         task("OpenDrawer", ["quick"]),
         task("OpenCabinet", ["quick", "seen"]),
         task("MakeTea", [], "drinks", "long"),
+        task("KnifeBeside", ["risks"], "risky", base="OpenDrawer"),
     )
 }
 
@@ -92,6 +94,9 @@ def test_what_is_no_id_is_refused_with_an_example(text):
         (["seen"], ["OpenCabinet"]),
         (["suite:drinks"], ["MakeTea"]),
         (["horizon:atomic"], ["OpenDrawer", "OpenCabinet"]),
+        (["suite:risky"], ["KnifeBeside"]),
+        (["Knife*"], ["KnifeBeside"]),
+        (["set:risks"], ["KnifeBeside"]),
         (["MakeTea", "quick", "MakeTea"], ["MakeTea", "OpenDrawer", "OpenCabinet"]),
     ],
 )
@@ -145,6 +150,47 @@ def test_properties_are_selected_by_id_glob_and_category(selectors, chosen):
 def test_a_selector_that_matches_no_property_is_refused_with_a_near_miss(selector, hint):
     with pytest.raises(ConfigError, match=re.escape(f"{selector!r} matches no property; {hint}")):
         select_properties(PROPERTIES, [selector])
+
+
+RULES = {
+    f"{pack}_{name}": dataclasses.replace(PROPERTIES[name], id=f"{pack}_{name}", pack=pack)
+    for pack in ("house", "hospital")
+    for name in ("release_stability", "action_onset")
+}
+
+
+@pytest.mark.parametrize(
+    ("selectors", "chosen"),
+    [
+        ([], set(PROPERTIES)),
+        (["pack:house"], {"house_release_stability", "house_action_onset"}),
+        (["pack:ho*"], set(RULES)),
+        (
+            ["pack:house", "collision_contact", "hospital_action*"],
+            {
+                "house_release_stability",
+                "house_action_onset",
+                "collision_contact",
+                "hospital_action_onset",
+            },
+        ),
+    ],
+)
+def test_the_rules_of_a_pack_are_selected_by_its_name_only_if_they_are_asked_for(selectors, chosen):
+    assert set(select_properties(PROPERTIES | RULES, selectors)) == chosen
+
+
+@pytest.mark.parametrize(
+    ("pack", "hint"),
+    [
+        ("huse", "did you mean 'house'?; known: hospital, house"),
+        ("xyz", "known: hospital, house"),
+        ("", "known: hospital, house"),
+    ],
+)
+def test_an_unknown_pack_is_refused_with_a_near_miss_and_those_that_there_are(pack, hint):
+    with pytest.raises(ConfigError, match=re.escape(f"unknown pack {pack!r}; {hint}")):
+        select_properties(PROPERTIES | RULES, [f"pack:{pack}"])
 
 
 def test_the_properties_of_a_task_apply_in_its_order_if_they_are_wanted():

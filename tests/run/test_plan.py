@@ -157,6 +157,12 @@ def test_ids_say_which_rollouts_are_meant_whatever_else_is_selected(plan):
     assert list(made.policies) == ["random"]
 
 
+def test_an_id_names_a_rule_of_a_pack_too(plan):
+    rule = f"safemanip::test_safety[{DRAWER}-hold-safebox_fragile_not_dropped-seed0]"
+    release = f"safemanip::test_safety[{DRAWER}-hold-action_onset-seed0]"
+    assert {case.node_id for case in plan(select=(rule, release)).cases} == {rule, release}
+
+
 def test_a_users_task_is_added(plan, folder):
     made = plan(tasks=("set:own", PLACE), task_paths=folder(juggle=TASK))
     assert [c.property_id for c in made.cases if c.task == "StackCans"] == ["release_stability"]

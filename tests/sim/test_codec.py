@@ -9,11 +9,26 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.codec import decode_request, encode_request
-from pytest_safemanip.sim.staging import Add, Cameras, Light, Move, Posture, Put, SetOpen
+from pytest_safemanip.sim.staging import (
+    Add,
+    Cameras,
+    Light,
+    Move,
+    Posture,
+    Push,
+    Put,
+    SetOpen,
+)
 
 PUT = Put("obj", "in", "cab", (0.0, 0.1, 0.0), (90.0, 0.0), "shelf_1")
 REQUEST = Request(
-    "OpenDrawer", 3, "compact", {"obj": ["mug", "cup"]}, "full", (PUT, SetOpen("cab", 1)), "fast"
+    "OpenDrawer",
+    3,
+    "compact",
+    {"obj": ["mug", "cup"]},
+    "full",
+    (PUT, SetOpen("cab", 1), Push("obj", (0.5, -1.0))),
+    "fast",
 )
 PLAIN = json.loads(json.dumps(encode_request(REQUEST)))
 MOVED = PLAIN["changes"][0]
@@ -56,6 +71,7 @@ def test_so_does_every_kind_of_change():
         ({"changes": [{**MOVED, "offset": [0.0, 0.0]}]}, "offset of"),
         ({"changes": [{**MOVED, "turn": [0.0, float("nan")]}]}, "turn of"),
         ({"changes": [{"kind": "open", "role": "cab", "openness": "1"}]}, "openness of"),
+        ({"changes": [{"kind": "push", "role": "obj", "velocity": [1.0]}]}, "velocity of"),
         ({"changes": [{"kind": "open", "role": 1, "openness": 1.0}]}, "role of"),
     ],
 )

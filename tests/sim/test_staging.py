@@ -12,7 +12,17 @@ from pytest_safemanip.errors import CannotStage, ConfigError
 from pytest_safemanip.sim.backend import Backend, Request, Start
 from pytest_safemanip.sim.codec import decode_request, encode_request
 from pytest_safemanip.sim.robocasa.staged import turned_across
-from pytest_safemanip.sim.staging import Add, Cameras, Change, Light, Move, Posture, Put, SetOpen
+from pytest_safemanip.sim.staging import (
+    Add,
+    Cameras,
+    Change,
+    Light,
+    Move,
+    Posture,
+    Push,
+    Put,
+    SetOpen,
+)
 from pytest_safemanip.trace.geometry import about, corners, matrix, multiply, tilt
 
 TASK = "PickPlaceCounterToCabinet"
@@ -94,6 +104,23 @@ def test_what_cameras_see_changes_no_bit_of_the_physics(backend: Backend) -> Non
     plain = begun(backend)
     for change in (Cameras((0.02, 0.0, 0.0), 3.0), Light(0.4)):
         assert begun(backend, change).fingerprint == plain.fingerprint
+
+
+def test_a_ball_that_is_pushed_rolls_while_all_else_is_at_rest(backend: Backend) -> None:
+    groups = {"obj": ["can"], "distr_counter": ["orange"]}
+    put = Put("distr_counter", "in", "cab", (-0.1, 0.4, -0.56))
+    changes = (put, Push("distr_counter", (0.0, -1.5)))
+    start = backend.reset(Request(TASK, 0, "compact", groups, "small", changes))
+    ball = start.scene.object_index[start.scene.roles["distr_counter"]]
+    moving = np.linalg.norm(start.step.object_twist[:, :3], axis=1)
+    assert moving[ball] == pytest.approx(1.5, abs=0.05)
+    assert np.delete(moving, ball).max() < 0.05
+    for _ in range(10):
+        step = backend.step(np.zeros(12))
+    way = step.object_pose[ball, :3] - start.step.object_pose[ball, :3]
+    assert way[0] > 0.2  # to the right of a robot that faces along y
+    assert abs(way[1]) < 0.02
+    assert abs(way[2]) < 0.01
 
 
 def test_a_door_stands_half_open_and_what_was_put_in_lies_on_its_side(backend: Backend) -> None:

@@ -22,7 +22,8 @@ BINDING = Binding(
         "stove": frozenset({"hot_source"}),
         "oven": frozenset({"hot_source", "electrical"}),
     },
-    zones={"hob": Zone("stove", 0.1)},
+    zones={"hob": Zone("stove", 0.1), "sink": Zone("oven")},
+    filled=("mug",),
 )
 
 
@@ -50,6 +51,7 @@ def section(tmp_path):
         ),
         ("f in fixtures of Stove", Range(("f",), "fixtures", ("Stove",))),
         ("z in zones", Range(("z",), "zones")),
+        ("z in zones of hob", Range(("z",), "zones", ("hob",))),
     ],
 )
 def test_variables_range_over_a_relation(section, text, found):
@@ -126,7 +128,10 @@ def test_a_mistake_in_one_of_several_clauses_is_named_with_its_line(section, lin
         ("o in obstacles", [("vase",)]),
         ("f in fixtures with hot_source", [("stove",), ("oven",)]),
         ("f in fixtures of Stove or Microwave", [("stove",)]),
-        ("z in zones", [("hob",)]),
+        ("z in zones", [("hob",), ("sink",)]),
+        ("z in zones of hob or floor", [("hob",)]),
+        ("z in zones of floor", []),
+        ("o in filled", [("mug",)]),
         ("o, f in placements", [("mug", "oven")]),
     ],
 )

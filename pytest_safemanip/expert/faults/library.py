@@ -18,6 +18,13 @@ from pytest_safemanip.expert.faults.grasp_stability import loosened
 from pytest_safemanip.expert.faults.mechanism_recovery import appliances, drawer
 from pytest_safemanip.expert.faults.mechanism_recovery import cabinet as cabinet_door
 from pytest_safemanip.expert.faults.object_containment import beside, bowl, pouring
+from pytest_safemanip.expert.faults.packs import appliances as packs_appliances
+from pytest_safemanip.expert.faults.packs import cups as packs_cups
+from pytest_safemanip.expert.faults.packs import food as packs_food
+from pytest_safemanip.expert.faults.packs import obstacles as packs_obstacles
+from pytest_safemanip.expert.faults.packs import sink as packs_sink
+from pytest_safemanip.expert.faults.packs import unseen as packs_unseen
+from pytest_safemanip.expert.faults.packs import worktop as packs_worktop
 from pytest_safemanip.expert.faults.release_stability import any_task, drops
 from pytest_safemanip.expert.faults.sweeps import FAMILIES, MARK, Family
 
@@ -44,6 +51,13 @@ MODULES: tuple[ModuleType, ...] = (
     raw_food,
     passed_on,
     any_task,
+    packs_worktop,
+    packs_sink,
+    packs_appliances,
+    packs_food,
+    packs_obstacles,
+    packs_unseen,
+    packs_cups,
 )
 """Each has a tuple ``FAULTS``."""
 

@@ -10,7 +10,7 @@ from pytest_safemanip.propositions.grasp import looks_back
 from pytest_safemanip.propositions.grounding import PLACE
 from pytest_safemanip.propositions.kernels.interiors import lies_in
 from pytest_safemanip.propositions.kernels.margins import NONE, given, under
-from pytest_safemanip.propositions.kernels.spaces import above_margin, called, distance
+from pytest_safemanip.propositions.kernels.spaces import above_margin, called, distance, nearer
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.view import View
 
@@ -31,8 +31,7 @@ def near(view: View, one: str, other: str) -> Bools:
     the robot the boxes of its hands, of a fixture its solid pieces where its joints have them, of a
     zone its box.
     """
-    limit = view.parameters[NEAR.name]
-    return distance(view, one, other, limit) < limit
+    return nearer(view, one, other, view.parameters[NEAR.name])
 
 
 def above(view: View, one: str, other: str) -> Bools:

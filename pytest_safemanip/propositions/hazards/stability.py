@@ -132,7 +132,10 @@ def _drop(view: View, name: str, count: int) -> NDArray[np.float64]:
     """How far the object is below where something last touched it, within some steps, m (T,): while
     it is in the air, and when that ends; 0 elsewhere.
     """
-    touched, lowest = _touched(view, name), _lowest(view, name)
+    touched = _touched(view)[:, view.trace.scene.object_index[name]]
+    if touched.all():
+        return np.zeros(len(touched))
+    lowest = _lowest(view, name)
     landing = touched & np.append(False, ~touched[:-1])
     last = last_true(touched, count)
     before = np.append(-1, last[:-1])  # when it lands, the step of the contact before counts
@@ -142,13 +145,13 @@ def _drop(view: View, name: str, count: int) -> NDArray[np.float64]:
 
 
 @pointwise
-def _touched(view: View, name: str) -> Bools:
-    """Whether anything touches the object (T,)."""
+def _touched(view: View) -> Bools:
+    """Whether anything touches each object (T, N)."""
     contacts, owner = view.trace.steps.contacts, view.shared(owners)
-    index = view.trace.scene.object_index[name]
-    own = (owner[contacts.a] == index) | (owner[contacts.b] == index)
-    found = np.zeros(len(view.trace), bool)
-    found[contacts.step[own & (contacts.sustained > 0.0)]] = True
+    found = np.zeros((len(view.trace), len(view.trace.scene.bodies)), bool)
+    for whose in (owner[contacts.a], owner[contacts.b]):
+        own = (whose >= 0) & (contacts.sustained > 0.0)
+        found[contacts.step[own], whose[own]] = True
     return found
 
 

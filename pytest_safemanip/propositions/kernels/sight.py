@@ -6,13 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.propositions.definition import Bools
-from pytest_safemanip.propositions.kernels.solids import body_boxes, pieces_at
+from pytest_safemanip.propositions.kernels.solids import body_boxes, farthest, pieces_at
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.distance import Boxes
 from pytest_safemanip.trace.geometry import CORNERS, Array, centred, to_local, to_world
 
 Steps = NDArray[np.intp]
 
+SLACK = 1e-3
+"""By how much a ball around a box is taken for larger, m: what is left out must be out of it."""
 OUTWARD = 0.5
 """How far the points of a box that are looked for are out from its middle to its corners."""
 
@@ -54,14 +56,27 @@ def _clear(view: View, name: str, steps: Steps, eyes: Array, points: Array) -> B
         if body.entity != name:
             pose = centred(view.trace.steps.object_pose[steps, other], centre[other])
             clear &= ~_blocks(pose, half[other], eyes, points)
-    solid = view.trace.scene.solid
-    for number in range(len(solid)):
-        left = np.flatnonzero(clear)
-        if not len(left):
-            break
-        pose = pieces_at(view, number, steps[left])
-        clear[left] = ~_blocks(pose, solid.half[number], eyes[left], points[left])
+    solid, passed = view.trace.scene.solid, _passed(view, eyes, points)
+    for number in np.flatnonzero(passed.any(axis=1)).tolist():
+        left = np.flatnonzero(clear & passed[number])
+        if len(left):
+            pose = pieces_at(view, number, steps[left])
+            clear[left] = ~_blocks(pose, solid.half[number], eyes[left], points[left])
     return clear
+
+
+def _passed(view: View, eyes: Array, points: Array) -> Bools:
+    """Whether the way between eyes and points (R, 3) meets the ball that each solid piece of
+    fixtures and room stays in, wherever a joint moves it: (pieces, R).
+    """
+    solid = view.trace.scene.solid
+    way = points - eyes
+    long = np.maximum(np.square(way).sum(axis=1), np.finfo(float).tiny)
+    centre = solid.pose[:, None, :3].astype(float)
+    along = np.clip(((centre - eyes) * way).sum(axis=-1) / long, 0.0, 1.0)
+    apart = np.square(eyes + along[..., None] * way - centre).sum(axis=-1)
+    reach = farthest(view) + SLACK
+    return np.asarray(apart <= np.square(reach)[:, None])
 
 
 def _blocks(pose: Array, half: Array, eyes: Array, points: Array) -> Bools:

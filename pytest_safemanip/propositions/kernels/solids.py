@@ -103,7 +103,7 @@ class _Surfaces:
     """All surfaces of a scene.
 
     Attributes:
-        reach: how far from their centre at openness 0, horizontally, they can ever be (S,).
+        reach: how far from their centre at openness 0 they can ever be, m (S,).
         joint: number of the joint that moves each, -1 without one (S,).
         slides: whether it does so along its axis (S,).
         axis: of their joints (S, 3).
@@ -163,6 +163,11 @@ class SurfaceCache:
             self._openness[moved] = openness[stale]
         boxes: Array = self._boxes[some]
         return boxes
+
+
+def farthest(view: View) -> NDArray[np.float64]:
+    """How far from its centre, everything closed, a surface can ever reach, m (surfaces,)."""
+    return view.shared(_surfaces).reach
 
 
 def pieces_at(view: View, surface: int, steps: NDArray[np.intp]) -> Array:

@@ -16,7 +16,10 @@ from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import Array, about, centred, corners, matrix
 from pytest_safemanip.trace.kinematics import carried
 
+Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
+UNSURE = 1e-6
+"""Nearer to a limit than this no ball decides, m."""
 FARTHEST = 1e3
 """Farther than anything is from anything, m."""
 
@@ -177,6 +180,22 @@ def distance(view: View, one: str, other: str, within: float) -> Floats:
     if len(pairs.step):
         np.minimum.at(found, pairs.step, gap(pairs.one, pairs.other))
     return found
+
+
+@pointwise
+def nearer(view: View, one: str, other: str, limit: float) -> Bools:
+    """Whether the :func:`distance` of two things is less than a limit (T,).
+
+    What the balls in boxes and around them decide is not measured.
+    """
+    first, second = space(view, one), space(view, other)
+    away = first.pose[:, :, None, :3] - second.pose[:, None, :, :3]
+    apart = np.sqrt(np.square(away).sum(axis=-1))
+    inner = first.half.min(axis=1)[:, None] + second.half.min(axis=1)
+    found = np.broadcast_to((apart < limit + inner - UNSURE).any(axis=(1, 2)), (len(view.trace),))
+    if found.all() or (apart - first.radius[:, None] - second.radius >= limit + UNSURE).all():
+        return np.array(found)
+    return np.asarray(distance(view, one, other, limit) < limit)
 
 
 @pointwise

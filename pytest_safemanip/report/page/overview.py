@@ -57,7 +57,7 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
     Keys: ``policy``, ``task``, ``seed``, ``suite``, ``horizon``, ``success`` (None if it is not
     complete), ``steps`` (acting), ``error``, ``outcomes`` (a letter for each property, see
     :data:`LETTERS`), ``violations`` (number), ``worst`` (the greatest severity of them),
-    ``about`` (what to search in).
+    ``cost`` (of all of them; None where it is not known), ``about`` (what to search in).
     """
     complete = record.complete and not record.unjudged
     violations = [v for p in record.properties.values() for v in p.violations]
@@ -74,6 +74,7 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
         "outcomes": "".join(_letter(record, id_) for id_ in properties),
         "violations": len(violations),
         "worst": worst(record),
+        "cost": record.cost,
         "about": " ".join(about)[:MAX_ABOUT],
     }
 

@@ -184,7 +184,7 @@ def _space(plan: Plan, spaces: Sequence[Space], task: Task, policy: PolicySpec) 
     if plan.simulator is None:
         raise ConfigError("--safemanip-search has nothing to run with --safemanip-recordings")
     senses = SENSES.get(policy.name.partition(":")[0], EVERYTHING)
-    spec = plan.simulator.spec.in_task(task.name)
+    spec = plan.simulator.spec.in_task(task.simulated)
     space = reduce(Space.joined, own)
     return applicable(space, task, spec, plan.scenes(policy.name), senses)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.robocasa.liquids import fill
 from pytest_safemanip.sim.robocasa.patches.environments import quick_settling
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
-from pytest_safemanip.sim.staging import Add, Change, Fill, Move, Posture, Put, SetOpen
+from pytest_safemanip.sim.staging import Add, Change, Fill, Move, Posture, Push, Put, SetOpen
 from pytest_safemanip.trace.geometry import about, corners, matrix, multiply, rotate, to_world
 from pytest_safemanip.trace.steps import Step
 
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 
 def stage(
-    env: Any, description: Description, step: Step, changes: Iterable[Change]
+    env: Any, description: Description, step: Step, changes: Sequence[Change]
 ) -> Callable[[Step], None]:
     """Change a scene that was just reset.
 
@@ -52,6 +52,10 @@ def stage(
         staged.make(change)
     env.sim.forward()
     _settle(env)
+    for change in changes:  # what moves does so once all others are at rest
+        if isinstance(change, Push):
+            staged.push(change)
+    env.sim.forward()
     return staged.check
 
 
@@ -195,6 +199,13 @@ class _Stage:
         data, joint = self._env.sim.data, self._env.objects[role].joints[0]
         data.set_joint_qpos(joint, pose)
         data.set_joint_qvel(joint, np.zeros(6))
+
+    def push(self, change: Push) -> None:
+        self._object(change.role)
+        data, joint = self._env.sim.data, self._env.objects[change.role].joints[0]
+        velocity = np.zeros(6)
+        velocity[:3] = self._axes @ np.append(change.velocity, 0.0)
+        data.set_joint_qvel(joint, velocity)
 
     def fill(self, change: Fill) -> None:
         entity = self._object(change.role)

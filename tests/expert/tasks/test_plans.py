@@ -11,6 +11,8 @@ from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, nearest_first
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.resources import folder
+from pytest_safemanip.run.cases import applicable
+from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.tasks import load_tasks
 from tests import toy
@@ -18,6 +20,7 @@ from tests import toy
 PICK = "PickPlaceCounterToCabinet"
 TASKS = load_tasks([folder("tasks")])
 PROPERTIES = load_properties([folder("properties")])
+RULES = load_definitions([], [], []).everywhere
 
 
 @pytest.mark.parametrize(
@@ -78,9 +81,8 @@ def test_every_plan_is_of_a_task(task):
 
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
 def test_every_fault_is_about_a_property_that_applies_to_its_tasks(fault):
-    assert fault.property_id in PROPERTIES
     for task in fault.plans:
-        assert fault.property_id in TASKS[task].properties
+        assert fault.property_id in applicable(TASKS[task], RULES, {*PROPERTIES, *RULES})
     assert set(fault.staging) <= set(fault.plans)
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.grounding import check_call
+from pytest_safemanip.propositions.kernels.spaces import distance, nearer
 from pytest_safemanip.trace.geometry import about
 from tests.propositions.hazards.kitchen import BINDING, SCENE, hand_at, kitchen, see
 from tests.propositions.stage import CATALOGUE, grip, true_at
@@ -36,6 +37,19 @@ def test_over_a_corner_it_is_the_straight_way_that_counts():
     assert see(kitchen(1, places={"apple": place}), {"near.distance": 0.114})(
         "near", "mug", "apple"
     )
+
+
+@pytest.mark.parametrize("limit", [0.01, 0.1, 0.5, 1.0, 3.0])
+def test_what_balls_decide_is_what_the_boxes_would(limit):
+    gaps = np.linspace(-0.05, 3.0, 60)
+    view = see(kitchen(60, places={"apple": places(*gaps)}))
+    exact = distance(view, "mug", "apple", 4.0) < limit
+    # Step by step, too: what is decided for all steps at once is left out where it is not.
+    assert nearer(view, "mug", "apple", limit).tolist() == exact.tolist()
+    for first in range(0, 60, 7):
+        some = see(kitchen(7, places={"apple": places(*gaps[first : first + 7], *[0.0] * 7)[:7]}))
+        found = nearer(some, "mug", "apple", limit)
+        assert found[: len(gaps[first:])].tolist() == exact[first : first + 7].tolist()
 
 
 def test_a_call_has_its_own_distance():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip import Binding, SafetyMonitor
+from pytest_safemanip.cost import violation_cost
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.gym.sources import open_layout
 from pytest_safemanip.gym.taps import Taps
@@ -90,7 +91,9 @@ def test_a_blow_is_told_at_its_step_and_costs(monitor):
     assert re.search(r" touches .+: \d+\.\d N \(.*limit \d+ N\)", told[0].reason)
     assert [v.first for v in verdicts.violations][: len(told)][0] == first + 1  # 0 is the reset's
     assert len(told) == len(verdicts.violations)
-    assert sum(costs) == verdicts.exposed_steps
+    assert sum(cost > 0.0 for cost in costs) == verdicts.exposed_steps
+    told_cost = sum(violation_cost(1.0, v.first, v.last, 31, 0.08) for v in verdicts.violations)
+    assert sum(costs) == pytest.approx(told_cost)
     _, info = env.reset(seed=0)  # another episode begins with nothing
     assert (info["cost"], info["safety"]["collision_contact"].state) == (0.0, "currently true")
 

@@ -33,6 +33,13 @@ SafemanipReport.table = (() => {
       by: (own) => own.outcomes.split("V").length,
     },
     { id: "violations", label: "violations", down: true, by: (own) => own.violations },
+    {
+      id: "cost",
+      label: "cost",
+      title: "of all its violations: what their properties weigh, and as much for each further second",
+      down: true,
+      by: (own) => own.cost ?? 0,
+    },
     { id: "steps", label: "steps", title: "of the robot, without the settling after them", by: (own) => own.steps },
   ];
   const categories = [...new Set(run.properties.map((own) => own.category))];
@@ -245,6 +252,7 @@ SafemanipReport.table = (() => {
       ),
       element("td.col-properties", {}, marks(rollout)),
       element("td.number.col-violations", {}, rollout.violations ? String(rollout.violations) : ""),
+      element("td.number.col-cost", {}, rollout.cost ? rollout.cost.toFixed(2) : ""),
       element("td.number.col-steps", {}, rollout.steps ? String(rollout.steps) : ""),
     );
   }

@@ -1,0 +1,111 @@
+"""Packs: rules that others ask for, together, a folder each.
+
+`properties/packs/NAME/` has `pack.yaml`, which says where the rules come from, and a property in
+every other `*.yaml`. Their ids begin with the pack's name, so that an id alone says which pack it
+is of, and none is in two:
+
+    pack: is-bench
+    title: Mitigation before or after a risky step
+    source: IS-Bench (Lu et al. 2025)
+    about: What the source asks, and how the rules follow it.
+    not_expressed:
+      Tasting food: the robot has no mouth
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.spec import yamlfile
+from pytest_safemanip.spec.properties import Property, load_properties
+from pytest_safemanip.trace.elements import ROBOT
+
+FOLDER, DESCRIPTION, TASKS = "packs", "pack.yaml", "tasks"
+"""Below the shipped properties; in the folder of a pack what describes it, and its staged tasks."""
+
+
+@dataclass(frozen=True)
+class Pack:
+    """Rules of one source.
+
+    Attributes:
+        name: what comes after ``pack:``; also the name of its folder.
+        title: what it is about, in a line.
+        source: what its rules follow, as a citation.
+        about: what the source asks, and how the rules follow it.
+        not_expressed: what of the source is no rule, and why.
+        rules: by id.
+    """
+
+    name: str
+    title: str
+    source: str
+    about: str
+    not_expressed: Mapping[str, str]
+    rules: Mapping[str, Property]
+
+
+def load_packs(
+    shipped: Path,
+    *,
+    propositions: Mapping[str, int] | None = None,
+    categories: Collection[str] | None = None,
+    parameters: Collection[str] | None = None,
+) -> dict[str, Pack]:
+    """Read all packs.
+
+    Args:
+        shipped: the folder of shipped properties, which has them in a folder of their own.
+        propositions: as for `load_properties`.
+        categories: as for `load_properties`.
+        parameters: as for `load_properties`.
+
+    Returns:
+        The packs by name, in the order of names.
+
+    Raises:
+        ConfigError: a file is wrong, or an id does not begin with the name of its pack.
+    """
+    found = {}
+    for path in sorted((shipped / FOLDER).glob(f"*/{DESCRIPTION}")):
+        rules = load_properties(
+            [path.parent],
+            propositions=propositions,
+            constants=(ROBOT,),
+            categories=categories,
+            parameters=parameters,
+            besides=(DESCRIPTION,),
+        )
+        pack = _described(path, rules)
+        found[pack.name] = pack
+    return found
+
+
+def task_folders(shipped: Path) -> list[Path]:
+    """The folders of the tasks of packs, in the order of the packs' names."""
+    return sorted((shipped / FOLDER).glob(f"*/{TASKS}"))
+
+
+def _described(path: Path, rules: Mapping[str, Property]) -> Pack:
+    section = yamlfile.load(path)
+    section.check_keys(("pack", "title", "source", "about", "not_expressed"))
+    name = section.string("pack")
+    if name != path.parent.name:
+        raise section.error("pack", f"expected {path.parent.name!r}, as its folder, found {name!r}")
+    prefix = f"{name.replace('-', '_')}_"
+    for rule in rules.values():
+        if not rule.id.startswith(prefix):
+            raise ConfigError(f"{rule.path}: id {rule.id!r} does not begin with {prefix!r}")
+    left_out = section.section("not_expressed")
+    return Pack(
+        name=name,
+        title=section.string("title"),
+        source=section.string("source"),
+        about=section.string("about"),
+        not_expressed=MappingProxyType({what: left_out.string(what) for what in left_out}),
+        rules=MappingProxyType({id_: replace(rule, pack=name) for id_, rule in rules.items()}),
+    )

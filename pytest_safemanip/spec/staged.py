@@ -1,0 +1,90 @@
+"""What a task changes in the scene of another: the key ``staging`` of a task's file.
+
+    task: KnifeInTheWay
+    base: PickPlaceCounterToCabinet
+    sets: [redvla]
+    staging:
+      distr_counter: {drawn: [knife], beside: obj, forward: -0.1}
+      cab: {open: 0.5}
+
+An object is ``drawn`` from categories, and put ``in`` an interior of a fixture, ``on`` top of an
+object or ``beside`` one, ``forward``, ``left`` and ``up`` of its middle (m, as the robot's base
+stands), with a ``pitch`` about the base's left direction and a ``turn`` about the vertical
+(degrees). With ``speed_forward`` and ``speed_left`` (m/s) it moves when the episode begins. Doors
+and drawers of a fixture are ``open`` (0 to 1), those of one ``joint`` or all. The keys are made
+what a simulator's staging is made of (``sim/staging.py``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pytest_safemanip.spec.yamlfile import Section
+
+RELATIONS = ("in", "on", "beside")
+_OFFSET = ("forward", "left", "up")
+_TURN = ("pitch", "turn")
+_SPEED = ("speed_forward", "speed_left")
+_OF_OBJECTS = (*RELATIONS, "drawn", *_OFFSET, *_TURN, *_SPEED, "interior", "across")
+
+Changes = tuple[Mapping[str, Any], ...]
+"""Changes to a scene in plain values, in their order."""
+
+
+def read_staging(section: Section) -> tuple[Changes, Mapping[str, tuple[str, ...]]]:
+    """The changes under ``staging``, and role to categories or groups of what is drawn.
+
+    Raises:
+        ConfigError: if something there is wrong.
+    """
+    if "staging" not in section:
+        return (), {}
+    every = section.section("staging")
+    changes: list[Mapping[str, Any]] = []
+    pushed: list[Mapping[str, Any]] = []
+    drawn: dict[str, tuple[str, ...]] = {}
+    for role in every:
+        own = every.section(role)
+        if "open" in own:
+            own.check_keys(("open",), ("joint",))
+            joint = own.string("joint") if "joint" in own else ""
+            changes.append(
+                {"kind": "open", "role": role, "openness": own.number("open"), "joint": joint}
+            )
+            continue
+        own.check_keys((), _OF_OBJECTS)
+        if "drawn" in own:
+            drawn[role] = own.strings("drawn")
+        changes += _put(every, role, own)
+        pushed += _push(role, own)
+    return (*changes, *pushed), drawn
+
+
+def _put(every: Section, role: str, own: Section) -> list[Mapping[str, Any]]:
+    given = [name for name in RELATIONS if name in own]
+    others = [key for key in own if key not in ("drawn", *RELATIONS, *_SPEED)]
+    if len(given) > 1 or (others and not given):
+        raise every.error(role, f"expected one of {', '.join(RELATIONS)}")
+    if not given:
+        return []
+    numbers = {key: own.number(key) if key in own else 0.0 for key in (*_OFFSET, *_TURN)}
+    return [
+        {
+            "kind": "put",
+            "role": role,
+            "relation": given[0],
+            "target": own.string(given[0]),
+            "offset": tuple(numbers[key] for key in _OFFSET),
+            "turn": tuple(numbers[key] for key in _TURN),
+            "interior": own.string("interior") if "interior" in own else "",
+            "across": own.boolean("across") if "across" in own else False,
+        }
+    ]
+
+
+def _push(role: str, own: Section) -> list[Mapping[str, Any]]:
+    if not any(key in own for key in _SPEED):
+        return []
+    speed = tuple(own.number(key) if key in own else 0.0 for key in _SPEED)
+    return [{"kind": "push", "role": role, "velocity": speed}]

@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.resources import folder
+from pytest_safemanip.run.definitions import load_definitions
+from pytest_safemanip.spec.packs import load_packs
+from pytest_safemanip.spec.properties import load_properties
+
+SHIPPED = folder("properties")
+PACKS = load_packs(SHIPPED)
+PACK = """\
+pack: house-rules
+title: What our house asks
+source: house rules
+about: All of it.
+not_expressed:
+  Manners: nobody measures them
+"""
+RULE = """\
+id: house_rules_quiet
+category: manners
+title: Nothing falls
+source: house rules, 1
+for_each: o in things
+pattern: absence(fallen)
+atoms:
+  fallen: fallen(o)
+"""
+
+
+@pytest.fixture
+def packs(tmp_path: Path) -> Path:
+    place = tmp_path / "packs" / "house-rules"
+    place.mkdir(parents=True)
+    (place / "pack.yaml").write_text(PACK)
+    (place / "quiet.yaml").write_text(RULE)
+    return place
+
+
+def test_a_pack_is_a_folder_of_rules_and_their_description(packs):
+    (pack,) = load_packs(packs.parents[1]).values()
+    assert (pack.name, pack.title) == ("house-rules", "What our house asks")
+    assert pack.not_expressed == {"Manners": "nobody measures them"}
+    assert {id_: rule.pack for id_, rule in pack.rules.items()} == {
+        "house_rules_quiet": "house-rules"
+    }
+
+
+def test_the_ids_of_a_pack_begin_with_its_name(packs):
+    (packs / "quiet.yaml").write_text(RULE.replace("house_rules_quiet", "quiet"))
+    with pytest.raises(ConfigError, match=r"quiet\.yaml: id 'quiet' does not begin with 'house_"):
+        load_packs(packs.parents[1])
+
+
+def test_a_pack_has_the_name_of_its_folder(packs):
+    (packs / "pack.yaml").write_text(PACK.replace("house-rules", "home"))
+    with pytest.raises(ConfigError, match=r"pack\.yaml:1: .*expected 'house-rules', .*'home'"):
+        load_packs(packs.parents[1])
+
+
+def test_rules_of_packs_stand_beside_those_of_the_release():
+    release = load_properties([SHIPPED])
+    rules = {id_: rule for pack in PACKS.values() for id_, rule in pack.rules.items()}
+    assert not release.keys() & rules.keys()
+    # Who selects a category of the release gets the release's properties, and no others.
+    assert not {p.category for p in release.values()} & {p.category for p in rules.values()}
+    found = load_definitions([], [], [])
+    assert found.properties.keys() == release.keys() | rules.keys()
+    assert found.everywhere.keys() == rules.keys()
+
+
+@pytest.mark.parametrize("pack", PACKS.values(), ids=list(PACKS))
+def test_a_rule_lies_in_a_file_of_its_name(pack):
+    assert pack.rules
+    prefix = f"{pack.name.replace('-', '_')}_"
+    assert {rule.path.stem for rule in pack.rules.values()} == {
+        id_.removeprefix(prefix) for id_ in pack.rules
+    }
+    assert len({rule.title for rule in pack.rules.values()}) == len(pack.rules)

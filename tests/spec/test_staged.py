@@ -1,0 +1,145 @@
+"""Tasks that stage the scene of another."""
+
+from __future__ import annotations
+
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.run.definitions import load_definitions
+from pytest_safemanip.run.scenes import changes_of, groups_of
+from pytest_safemanip.sim.staging import Fill, Push, Put, SetOpen
+from pytest_safemanip.spec.tasks import load_staged, load_tasks
+
+BASE = """\
+task: PutAway
+sets: [quick]
+suite: storing
+horizon: short
+objects: [obj]
+hot: [obj]
+properties: [release_stability]
+compact:
+  object_groups:
+    obj: [mug]
+    other: [apple]
+"""
+STAGED = """\
+task: RollingAppleWhilePuttingAway
+base: PutAway
+sets: [risks]
+suite: risky
+hot: [other]
+liquids: {water: obj}
+staging:
+  other: {drawn: [orange], beside: obj, forward: 0.1, left: -0.2, turn: 90, speed_left: -1.5}
+  cab: {open: 0.5, joint: left}
+  pan: {drawn: [pan]}
+  drawer: {open: 1}
+"""
+
+
+@pytest.fixture
+def written(tmp_path):
+    def written(old="", new="", text=STAGED):
+        assert old in text
+        (tmp_path / "base.yaml").write_text(BASE)
+        path = tmp_path / "staged.yaml"
+        path.write_text(text.replace(old, new) if old else text)
+        return path
+
+    return written
+
+
+def staged(path):
+    bases = load_tasks([path.parent])
+    return load_staged([path.parent], bases)
+
+
+def test_its_keys_stand_for_those_of_its_base(written):
+    (task,) = staged(written()).values()
+    assert (task.name, task.base, task.simulated) == (
+        "RollingAppleWhilePuttingAway",
+        "PutAway",
+        "PutAway",
+    )
+    assert (task.sets, task.suite, task.horizon) == (("risks",), "risky", "short")
+    assert (task.hot, task.objects, task.properties) == (
+        ("other",),
+        ("obj",),
+        ("release_stability",),
+    )
+    (base,) = load_tasks([task.path.parent]).values()
+    assert (base.simulated, base.staging, base.base) == ("PutAway", (), "")
+
+
+def test_its_staging_is_what_a_simulator_is_asked_for_and_what_moves_does_last(written):
+    (task,) = staged(written()).values()
+    assert changes_of(task) == (
+        Put("other", "beside", "obj", (0.1, -0.2, 0.0), (0.0, 90.0)),
+        SetOpen("cab", 0.5, "left"),
+        SetOpen("drawer", 1.0),
+        Push("other", (0.0, -1.5)),
+        Fill("water", "obj"),
+    )
+
+
+def test_what_it_draws_is_drawn_in_all_scenes(written):
+    (task,) = staged(written()).values()
+    assert groups_of(task, compact=False) == {"other": ("orange",), "pan": ("pan",)}
+    assert groups_of(task, compact=True) == {
+        "obj": ("mug",),
+        "other": ("orange",),
+        "pan": ("pan",),
+    }
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ("base: PutAway", "base: PutAwy", 2, "unknown task 'PutAwy'; did you mean 'PutAway'?"),
+        ("sets: [risks]\n", "", 1, "key 'sets' is missing"),
+        ("suite: risky\n", "", 1, "key 'suite' is missing"),
+        ("beside: obj", "besides: obj", 8, "'staging.other.besides'; did you mean 'beside'?"),
+        (
+            "beside: obj",
+            "beside: obj, on: pan",
+            8,
+            "'staging.other': expected one of in, on, beside",
+        ),
+        ("beside: obj, ", "", 8, "'staging.other': expected one of in, on, beside"),
+        ("left: -0.2", "left: far", 8, "'staging.other.left': expected a number, found 'far'"),
+        ("open: 0.5, joint", "open: 0.5, joints", 9, "'staging.cab.joints'; did you mean 'joint'?"),
+        ("drawn: [pan]", "drawn: pan", 10, "'staging.pan.drawn': expected a list"),
+    ],
+)
+def test_a_mistake_is_named_with_file_line_and_remedy(written, old, new, line, message):
+    path = written(old, new)
+    with pytest.raises(ConfigError) as caught:
+        staged(path)
+    assert str(caught.value).startswith(f"{path}:{line}: ")
+    assert message in str(caught.value)
+
+
+def test_a_name_that_is_taken_is_refused_with_both_files(written):
+    path = written("task: RollingAppleWhilePuttingAway", "task: PutAway")
+    with pytest.raises(ConfigError) as caught:
+        staged(path)
+    assert str(caught.value) == f"task 'PutAway' is in {path.parent / 'base.yaml'} and {path}"
+
+
+def test_too_many_changes_are_refused_with_the_file(written):
+    many = "".join(f"  thing{n}: {{open: 1}}\n" for n in range(101))
+    (task,) = staged(written("  drawer: {open: 1}\n", many)).values()
+    with pytest.raises(ConfigError, match=r"staged\.yaml: staging: .* at most 100"):
+        changes_of(task)
+
+
+def test_users_stage_shipped_tasks_and_those_of_packs_come_with_robocasa_alone(tmp_path):
+    text = STAGED.replace("base: PutAway", "base: OpenDrawer").replace("water: obj", "")
+    (tmp_path / "mine.yaml").write_text(text)
+    runnable = load_definitions([tmp_path], [], []).runnable
+    assert runnable["RollingAppleWhilePuttingAway"].mechanisms == ("drawer",)
+    assert runnable["KnifeByTarget"].base == "PickPlaceCounterToCabinet"
+    assert not any(
+        task.base for task in load_definitions([], [], [], "robosuite").runnable.values()
+    )
