@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from pytest_safemanip.search.kinds.definition import Kind, Named, Setting
@@ -144,6 +144,21 @@ class Dimensions:
             dimension = self.by_name[name]
             situation = dimension.kind.apply(situation, dimension.about, setting)
         return situation
+
+    def enlarged(self, deviation: Deviation, factor: float) -> Deviation:
+        """A deviation with larger sizes, within the limits; choices stay."""
+        return Deviation(
+            tuple(
+                (name, setting)
+                if isinstance(setting.size, str)
+                else (name, replace(setting, size=self._enlarged(name, factor * setting.size)))
+                for name, setting in deviation.settings
+            )
+        )
+
+    def _enlarged(self, name: str, size: float) -> float:
+        dimension = self.by_name[name]
+        return dimension.on_grid(round(size / dimension.step))
 
     def price(self, deviation: Deviation) -> float:
         """The sum of the prices of its values."""

@@ -20,8 +20,6 @@ from tests.search.workers import Habits, Worker
 TASK, PROPERTY = "PutAway", "enclosure_release"
 SHORT, TOO_SHORT = 0.06, 0.055
 """How much shorter a thing is put while the combination comes nearer, and once it is there, m."""
-NEAR = 0.13
-"""How near something else has to stand, m."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class Weakness:
     Attributes:
         name: of it.
         causes: dimensions of the space of the bench, with the size that it takes (cm or degrees),
-            or the choice; of ``clutter`` nothing but that something stands near.
+            or the choice.
     """
 
     name: str
@@ -44,9 +42,6 @@ class Weakness:
     def _near(self, name, wanted, seen):
         if name == "category":
             return float(seen.category == wanted)
-        if name == "clutter":
-            away = np.linalg.norm(seen.beside, axis=1).min(initial=np.inf)
-            return float(np.clip(NEAR / max(away, 1e-6), 0.0, 1.0)) if np.isfinite(away) else 0.0
         there = {
             "forward": 100.0 * seen.forward,
             "left": 100.0 * seen.left,
@@ -57,9 +52,8 @@ class Weakness:
 
     @property
     def dimensions(self):
-        """The space of the bench; what stands in the hand's way is in it where it is a cause."""
-        own = dimensions_of(TASK).own
-        return Dimensions(tuple(d for d in own if d.name != "clutter" or d.name in self.causes))
+        """The space of the bench without what stands in the hand's way: that is a weakness of all."""
+        return Dimensions(tuple(d for d in dimensions_of(TASK).own if d.name != "clutter"))
 
     def tries(self):
         """Runs trials of a policy that has it."""
@@ -83,11 +77,11 @@ WEAK = (
     Weakness("a candle near and left", {"forward": -8.0, "left": 8.0, "category": "candle"}),
     Weakness("jam far and right", {"category": "jam", "left": -8.0, "forward": 7.0}),
     Weakness("a candle far and turned", {"category": "candle", "turn": -12.0, "forward": 7.0}),
-    Weakness("crowded and turned", {"clutter": "", "turn": 12.0, "left": 5.0}),
+    Weakness("jam turned and left", {"category": "jam", "turn": 12.0, "left": 6.5}),
     Weakness("askew and right", {"posture": 2.8, "left": -8.0, "turn": 8.0}),
     Weakness("far, right and turned", {"forward": 7.0, "left": -7.0, "turn": 8.0}),
     Weakness("jam near and askew", {"category": "jam", "posture": 2.8, "forward": -9.0}),
-    Weakness("crowded, askew and far", {"clutter": "", "posture": 2.8, "forward": 8.0}),
+    Weakness("a candle askew and turned", {"category": "candle", "posture": 3.2, "turn": -12.0}),
     Weakness("far left and turned", {"left": 9.0, "turn": -12.0}),
 )
 

@@ -1,8 +1,9 @@
 """What to try next by tree-structured Parzen estimators (Bergstra et al. 2011), as Optuna has them.
 
 The first trials fill the space evenly. Those that come after are drawn where the better trials so
-far are dense and the others are not, all dimensions together. `benchmarks/search.py` holds this
-against what else there is.
+far are dense and the others are not, all dimensions together; but for two of each round, which
+carry further what came nearest to a violation: its sizes are larger. `benchmarks/search.py` holds
+this against what else there is.
 """
 
 from __future__ import annotations
@@ -26,6 +27,10 @@ from pytest_safemanip.search.proposing.proposer import (
 )
 from pytest_safemanip.search.proposing.sampling import SobolSampling
 
+FURTHER = (1.3, 2.0)
+"""How much larger the sizes of the best trial so far are tried."""
+BEST = 8
+"""Trials that are carried further, the best first."""
 FIRST = 32
 """Trials that fill the space evenly."""
 WORST = 1e6
@@ -45,6 +50,9 @@ class ParzenEstimators:
     def __init__(self, dimensions: Dimensions, seed: int) -> None:
         self._dimensions = dimensions
         self._even, self._left = SobolSampling(dimensions, seed), FIRST
+        self._nearest: list[tuple[float, int, Deviation]] = []
+        self._carried: set[Deviation] = set()
+        self._told = 0
         self._known: Mapping[str, BaseDistribution] = dict(_distributions(dimensions))
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         with _experimental():
@@ -58,8 +66,10 @@ class ParzenEstimators:
         even = min(count, self._left)
         self._left -= even
         found = self._even.ask(even)
+        if even < count:
+            found += self._further()[: count - even]
         with _experimental():
-            asked = [self._study.ask(dict(self._known)) for _ in range(count - even)]
+            asked = [self._study.ask(dict(self._known)) for _ in range(count - len(found))]
         for trial in asked:  # what comes of them is told with all else
             self._study.tell(trial, state=TrialState.FAIL)
         return found + [decoded(self._point(trial.params), self._dimensions) for trial in asked]
@@ -67,6 +77,20 @@ class ParzenEstimators:
     def tell(self, deviation: Deviation, loss: float | None) -> None:
         """See :class:`~pytest_safemanip.search.proposing.proposer.Proposer`."""
         self._study.add_trial(self._trial(deviation, WORST if loss is None else loss))
+        self._told += 1
+        if loss is not None and deviation:
+            self._nearest = sorted([*self._nearest, (loss, self._told, deviation)])[:BEST]
+
+    def _further(self) -> list[Deviation]:
+        """The trials that came nearest to a violation, with larger sizes; each is tried once."""
+        found: list[Deviation] = []
+        for _, _, deviation in self._nearest:
+            for factor in FURTHER:
+                own = self._dimensions.enlarged(deviation, factor)
+                if own not in self._carried and len(found) < len(FURTHER):
+                    self._carried.add(own)
+                    found.append(own)
+        return found
 
     def _point(self, values: Mapping[str, float | str]) -> Point:
         point: list[float] = []
