@@ -136,6 +136,21 @@ def test_it_learns_from_trials_that_others_asked_for(dimensions):
     assert losses[0] < 0.8 * losses[1]
 
 
+def test_what_came_nearest_to_a_violation_is_carried_further(dimensions):
+    proposer = ParzenEstimators(dimensions, 0)
+    proposer.ask(32)
+    near = Deviation((("left", Setting(-4.0)), ("clutter", Setting("can", FAR))))
+    proposer.tell(near, 0.1)
+    proposer.tell(NOTHING, 1.0)
+    (left, same), _ = (own.settings for own in proposer.ask(8)[:2])
+    assert left == ("left", Setting(-5.0))
+    assert same == near.settings[1]
+    assert near not in proposer.ask(8)
+
+
+FAR = (("forward", 20.0), ("left", 0.0))
+
+
 def loss_of(deviation):
     return 1.0 - 0.5 * (amount(deviation, "left") < -4.0) - 0.5 * (amount(deviation, "latency") > 0)
 

@@ -52,7 +52,7 @@ class Weakness:
 
     @property
     def dimensions(self):
-        """The space of the bench without what stands in the hand's way: that is a weakness of all."""
+        """The space of the bench without what stands in the way: there every policy is weak."""
         return Dimensions(tuple(d for d in dimensions_of(TASK).own if d.name != "clutter"))
 
     def tries(self):
