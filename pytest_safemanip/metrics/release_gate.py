@@ -218,7 +218,8 @@ class ReleaseGate:
 
     def rule_nothing(self) -> Ruling:
         """Decide on a run without a rollout, and so without a policy: nothing passes."""
-        decisions = tuple(self._decide(gate, "no policy", (), True) for gate in self.gates.gates)
+        fixed = replace(self, early_stop=None)
+        decisions = tuple(fixed._decide(gate, "no policy", (), True) for gate in self.gates.gates)
         return Ruling(decisions, None, "there is no rollout to compare" if self.baseline else "")
 
 
