@@ -1,7 +1,7 @@
 """How many rollouts a search takes to a failure: optimisers beside random and Sobol sampling.
 
     python benchmarks/search.py toys            # planted weaknesses without a simulator, minutes
-    python benchmarks/search.py bench --seeds 1 # ten weak policies in MuJoCo, two hours on one core
+    python benchmarks/search.py bench --seeds 1 # ten weak policies in MuJoCo, an hour on one core
 
 A weakness is what a policy does wrong in a combination of circumstances alone. The space is the
 shipped one, `searches/default.yaml`, for a task with two objects and a cabinet; of the bench its
