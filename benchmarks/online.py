@@ -284,16 +284,17 @@ def main() -> None:
         *watched_by, TOGETHER[2], LiveJudge.margins
     )
     rows[f"robustness too, {TOGETHER[2]} at a time"] = judged(*watched_by, TOGETHER[2], robust=True)
+    rows["all propositions and warnings, 1 at a time"] = judged(*watched_by, 1, LiveJudge.warnings)
     with_packs = with_instances(defined, labelled(recording.scene, binding, defined))
     for every in TOGETHER[1:]:
         named = f"the packs too, {every} steps at a time"
         rows[named] = judged(recording, *with_packs, catalogue, parameters, every)
     reference = median(simulated)
     period = recording.scene.control_period
-    print(f"{'per control step':<40}{'median us':>10}{'p95 us':>9}{'x step':>8}{'x period':>10}")
+    print(f"{'per control step':<48}{'median us':>10}{'p95 us':>9}{'x step':>8}{'x period':>10}")
     for name, times in rows.items():
         high = quantiles(times, n=20)[-1]
-        print(f"{name:<40}{1e6 * median(times):>10.0f}{1e6 * high:>9.0f}", end="")
+        print(f"{name:<48}{1e6 * median(times):>10.0f}{1e6 * high:>9.0f}", end="")
         print(f"{median(times) / reference:>8.3f}{median(times) / period:>10.3f}")
     for those in ((binding, properties), with_packs):
         instances = sum(len(p.rows(those[0])) for p in those[1])

@@ -25,7 +25,7 @@ from statistics import median
 from tables import put, table
 
 from pytest_safemanip.expert.faults import library
-from pytest_safemanip.judge import Judge
+from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.metrics.recall import Detection, detect
 from pytest_safemanip.metrics.statistics.intervals import wilson
 from pytest_safemanip.propositions.catalogue import Catalogue
@@ -82,12 +82,15 @@ class Judging:
             name: prop.deadline_s for name, prop in self.properties.items() if prop.deadline_s
         }
 
-    def __call__(self, recording: Recording) -> Judged:
-        """Judge a rollout by all properties that apply to its task."""
-        about = recording.episode
-        task = self.tasks[about.task]
+    def verdicts(self, recording: Recording) -> dict[str, Verdict]:
+        """The verdicts on a rollout by all properties that apply to its task."""
+        task = self.tasks[recording.episode.task]
         judge = Judge(recording, task, self._attributes, self._catalogue, self._parameters)
-        verdicts = {name: judge.judge(self.properties[name]) for name in task.properties}
+        return {name: judge.judge(self.properties[name]) for name in task.properties}
+
+    def __call__(self, recording: Recording) -> Judged:
+        """Judge a rollout, and find its hazards."""
+        about, verdicts = recording.episode, self.verdicts(recording)
         detections, alarms = detect(
             about.hazards,
             {name: verdict.findings for name, verdict in verdicts.items()},

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Collection
 from itertools import groupby
 
+from pytest_safemanip.cli.folder import read_folder
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
 from pytest_safemanip.errors import ConfigError, did_you_mean
 
@@ -26,8 +27,10 @@ def run(options: argparse.Namespace) -> int:
     from pytest_safemanip.expert.tasks.plans import EXPERT
 
     every = rows()
-    _check("--task", options.task, EXPERT)
-    _check("--property", options.property, {row.property_id for row in every})
+    if options.task is not None and options.task not in EXPERT:
+        options.task = _base(options.task, EXPERT)
+    if options.property is not None:
+        _check_property(options.property, {row.property_id for row in every})
     chosen = [
         row
         for row in every
@@ -63,6 +66,20 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _check(option: str, name: str | None, known: Collection[str]) -> None:
-    if name is not None and name not in known:
-        raise ConfigError(f"{option}: unknown {name!r}; {did_you_mean(name, known)}")
+def _base(name: str, planned: Collection[str]) -> str:
+    """The task whose scene a task stages, which its plans are of."""
+    task = read_folder().definitions.tasks.get(name)
+    if task is not None and task.base in planned:
+        return task.base
+    raise ConfigError(f"--task: the expert has no task {name!r}; {did_you_mean(name, planned)}")
+
+
+def _check_property(name: str, aimed_at: Collection[str]) -> None:
+    if name in aimed_at:
+        return
+    if name in read_folder().definitions.properties:
+        raise ConfigError(
+            f"--property: no fault is aimed at {name!r}; those of others may break it: "
+            "docs/coverage.md has one for each rule of the packs"
+        )
+    raise ConfigError(f"--property: unknown {name!r}; {did_you_mean(name, aimed_at)}")

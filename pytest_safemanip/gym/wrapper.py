@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from pytest_safemanip.cost import step_cost
 from pytest_safemanip.errors import ConfigError, did_you_mean, install_command
 from pytest_safemanip.gym.sources import OpenProbe, source_of
-from pytest_safemanip.live import LiveJudge
+from pytest_safemanip.live import HORIZON, EarlyWarning, LiveJudge
+from pytest_safemanip.live.warning import soonest
 from pytest_safemanip.ltlf import Profile, StateClass, StepVerdict
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Proposition
@@ -58,11 +62,14 @@ class PropertyState(NamedTuple):
             instances'.
         unsafe: whether the step is unsafe for one of them.
         violations: those that begin at this step.
+        time_to_violation: seconds until a step is expected to be unsafe if the robot goes on, inf
+            if none is.
     """
 
     state: str
     unsafe: bool
     violations: tuple[NewViolation, ...]
+    time_to_violation: float
 
 
 class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
@@ -71,7 +78,8 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
     ``info["safety"]`` has a :class:`PropertyState` for each property, by its id, and
     ``info["cost"]`` is 0.0 at a step that is not unsafe. Where a violation begins it is what its
     property costs, at each further step of it as much times the control period in seconds, added up
-    over all properties and instances; its sum is the cost of the episode.
+    over all properties and instances; its sum is the cost of the episode. ``info["warnings"]`` has
+    the violations that are near, and :meth:`warnings` those that are if an action is taken next.
 
     Args:
         env: of RoboCasa or robosuite, or any whose MuJoCo model's layout is given.
@@ -85,6 +93,8 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         propositions: of your own.
         params: of propositions, those that differ from the defaults.
         semantics: of formulas, ``timed`` or ``paper``.
+        horizon: how many seconds before the last chance to prevent it a violation is near; None if
+            no warnings are wanted, which saves their time.
 
     Raises:
         ConfigError: if a name is unknown, or the environment is one of which nothing is known.
@@ -103,12 +113,14 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         propositions: Iterable[Proposition] = (),
         params: Mapping[str, float] | None = None,
         semantics: Profile = "timed",
+        horizon: float | None = HORIZON,
     ) -> None:
         super().__init__(env)
         defined = load_definitions(
             list(map(Path, tasks)), list(map(Path, property_paths)), propositions
         )
         self._defined, self._stop, self._semantics = defined, stop, semantics
+        self._horizon = horizon
         self._task = _task(task, defined)
         self._properties = _properties(properties, self._task, defined)
         self._parameters = defined.catalogue.parameters(params or {})
@@ -166,6 +178,25 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._source.leave()
         super().close()
 
+    def warnings(self, action: Any, pace: float = 1.0) -> list[EarlyWarning]:
+        """The violations that are near if an action is taken next, the most urgent first: a shield
+        asks before it passes one on.
+
+        Args:
+            action: as the environment behind all wrappers takes it (A,).
+            pace: share of its present speed that it tells the robot to keep; 1 if that is not
+                known.
+
+        Raises:
+            ConfigError: before the first reset, or if no warnings are wanted.
+        """
+        if self._horizon is None:
+            raise ConfigError("SafetyMonitor: without a horizon there are no warnings")
+        if self._probe is None or self._judge is None:
+            raise ConfigError("SafetyMonitor: call reset before warnings")
+        commands = self._probe.commands(np.asarray(action, float).ravel())
+        return self._judge.warnings(commands, pace, self._horizon)
+
     def verdicts(self) -> dict[str, Any]:
         """The verdicts if the episode ended now, by property: one for each instance.
 
@@ -178,15 +209,21 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
 
     def _said(self, judge: LiveJudge, told: Mapping[str, Sequence[StepVerdict]]) -> dict[str, Any]:
         before = frozenset(self._unsafe)
-        safety = {name: self._state(judge, name, instances) for name, instances in told.items()}
+        expected = [] if self._horizon is None else judge.warnings(horizon=math.inf)
+        left = soonest(told, expected)
+        safety = {
+            name: self._state(judge, name, instances, left[name])
+            for name, instances in told.items()
+        }
         cost = sum(
             step_cost(self._weights[name], (name, number) not in before, self._dt)
             for name, number in self._unsafe
         )
-        return {"safety": safety, "cost": float(cost)}
+        near = [one for one in expected if one.last_chance <= (self._horizon or 0.0)]
+        return {"safety": safety, "cost": float(cost), "warnings": near}
 
     def _state(
-        self, judge: LiveJudge, name: str, instances: Sequence[StepVerdict]
+        self, judge: LiveJudge, name: str, instances: Sequence[StepVerdict], left: float
     ) -> PropertyState:
         new = []
         for number, verdict in enumerate(instances):
@@ -199,7 +236,8 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
                 reason = measured[0] if measured else "bad prefix" if bad else "overdue"
                 new.append(NewViolation(self._rows[name][number], reason))
         worst = min((v.state_class for v in instances), key=_WORST.index)
-        return PropertyState(worst.value, any(v.unsafe for v in instances), tuple(new))
+        unsafe = any(v.unsafe for v in instances)
+        return PropertyState(worst.value, unsafe, tuple(new), left)
 
 
 def _task(task: str | Task | Binding, defined: Definitions) -> Task | Binding:

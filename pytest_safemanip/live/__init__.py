@@ -3,5 +3,6 @@
 from pytest_safemanip.live.feed import HandReading, Touch
 from pytest_safemanip.live.judge import LiveJudge
 from pytest_safemanip.live.monitor import LiveMonitor, Watched
+from pytest_safemanip.live.warning import HORIZON, EarlyWarning
 
-__all__ = ["HandReading", "LiveJudge", "LiveMonitor", "Touch", "Watched"]
+__all__ = ["HORIZON", "EarlyWarning", "HandReading", "LiveJudge", "LiveMonitor", "Touch", "Watched"]

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from pytest_safemanip.errors import TraceError
+from pytest_safemanip.live.warning import HORIZON, EarlyWarning, Lookout, soonest
 from pytest_safemanip.ltlf import (
     InstanceVerdict,
     Monitor,
@@ -18,6 +21,7 @@ from pytest_safemanip.ltlf import (
 )
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import MARGIN_BOUND, Bools, Proposition
+from pytest_safemanip.propositions.forecasts import Told
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.online import Call, Online
 from pytest_safemanip.spec.properties import Property
@@ -58,12 +62,14 @@ class LiveJudge:
         self._robust: dict[str, tuple[Property, list[OnlineRobustness]]] = {}
         self._profile, self._robustness = profile, dict[str, list[float]]()
         self._calls: dict[str, list[list[Call]]] = {}
+        self._rows: dict[str, tuple[tuple[str, ...], ...]] = {}
         for prop in properties:
             rows = prop.rows(binding)
             if not rows and prop.is_open:
                 continue  # nothing of the kind is in this scene
             if not rows:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")
+            self._rows[prop.id] = rows
             self._monitors[prop.id] = prop.monitor(rows, dt=scene.control_period, profile=profile)
             self._calls[prop.id] = [prop.calls(row) for row in rows]
             if robust:
@@ -73,6 +79,9 @@ class LiveJudge:
         for call in self.calls:
             check_call(catalogue[call[0]], call[1:], scene, binding.zones)
         self._online = Online(scene, binding, parameters, catalogue, (), every)
+        self._lookout = Lookout(self._online, properties, self._rows, self._calls)
+        self._commands: NDArray[Any] = np.zeros(len(scene.grippers))
+        self._over = False
         self._acting: list[bool] = []  # of the steps that wait
         self._started = False
 
@@ -101,6 +110,7 @@ class LiveJudge:
             TraceError: if a number is impossible; the steps that waited are then not taken in.
         """
         self._acting.append(acting)
+        self._commands, self._over = step.commands, not acting
         try:
             ready = len(self._online.push(step, action, acting))
         except TraceError:
@@ -149,6 +159,44 @@ class LiveJudge:
         before one was, or if it is not wanted.
         """
         return dict(self._robustness)
+
+    def warnings(
+        self, commands: ArrayLike | None = None, pace: float = 1.0, horizon: float = HORIZON
+    ) -> list[EarlyWarning]:
+        """The violations that are near after the newest step that was evaluated, the most urgent
+        first; none in the settle tail.
+
+        They are computed when this is called, best after every step.
+
+        Args:
+            commands: what the grippers are told at the next step (G,), above 0 to close and below 0
+                to open; None if they are told what they were told last.
+            pace: share of its present speed that the robot is told to keep at the next step; 1 if
+                that is not known.
+            horizon: how many seconds before the last chance to prevent one it is near.
+
+        Raises:
+            ValueError: if there is not a command for each gripper.
+        """
+        if not self._started or self._over:
+            return []
+        told = Told(self._commands if commands is None else np.asarray(commands, float), pace)
+        return self._lookout.warnings(self._monitors, told, horizon)
+
+    def time_to_violation(
+        self, commands: ArrayLike | None = None, pace: float = 1.0
+    ) -> dict[str, float]:
+        """Seconds until each property is expected to be violated, by its id: 0 while it is, inf if
+        nothing points to it.
+
+        Args:
+            commands: as for :meth:`warnings`.
+            pace: likewise.
+
+        Raises:
+            ValueError: likewise.
+        """
+        return soonest(self._monitors, self.warnings(commands, pace, math.inf))
 
     def _read(self, count: int) -> dict[str, list[StepVerdict]]:
         """Feed the newest complete steps to the monitors."""

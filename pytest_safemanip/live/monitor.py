@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pytest_safemanip import resources
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.live.feed import Feed, HandReading, Reading, Touch
+from pytest_safemanip.live.warning import HORIZON, EarlyWarning, Lookout, soonest
 from pytest_safemanip.ltlf import Profile
 from pytest_safemanip.ltlf.partial import Known, PartialMonitor, PartialStep, PartialVerdict, label
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Bools
+from pytest_safemanip.propositions.forecasts import Told
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.observed.known import Observations, Unobserved
 from pytest_safemanip.propositions.online import Call, Online
@@ -90,7 +94,9 @@ class LiveMonitor:
         self._rows: dict[str, tuple[tuple[str, ...], ...]] = {}
         self._calls: dict[str, list[list[Call]]] = {}
         self._monitors: dict[str, PartialMonitor] = {}
-        for prop in map(_property, (properties,) if isinstance(properties, str) else properties):
+        given = (properties,) if isinstance(properties, str) else properties
+        wanted = [_property(one) for one in given]
+        for prop in wanted:
             rows = prop.rows(binding)
             if not rows and prop.is_open:
                 continue  # nothing of the kind is in this scene
@@ -104,8 +110,13 @@ class LiveMonitor:
         if not self._rows:
             raise ConfigError("no property is given: nothing would be watched")
         self._online = Online(scene, binding, parameters, catalogue, ())
+        self._commands: NDArray[Any] = np.zeros(len(scene.grippers))
+        self._over = True
         self._observations = Observations(
             scene, binding, parameters, catalogue, self._value, self._holds
+        )
+        self._lookout = Lookout(
+            self._online, wanted, self._rows, self._calls, self._observations.knows
         )
 
     @property
@@ -176,6 +187,7 @@ class LiveMonitor:
             TraceError: if a number is impossible; the step is then not taken in.
         """
         self._online.push(step, action, acting)
+        self._commands, self._over = step.commands, not acting
         missing, touching = missing or Unobserved(), step.contacts
         pairs = zip(touching.a.tolist(), touching.b.tolist(), strict=True)
         self._observations.add(missing, {(min(pair), max(pair)) for pair in pairs})
@@ -208,6 +220,26 @@ class LiveMonitor:
             call: self._online.margin(call) if self._observations.knows(call) else None
             for call in self.calls
         }
+
+    def warnings(
+        self, commands: ArrayLike | None = None, pace: float = 1.0, horizon: float = HORIZON
+    ) -> list[EarlyWarning]:
+        """The violations that are near after the last step, as far as what was observed shows, the
+        most urgent first; see :meth:`LiveJudge.warnings`. Of a proposition whose value is not known
+        no change is expected.
+        """
+        if self._over:
+            return []
+        told = Told(self._commands if commands is None else np.asarray(commands, float), pace)
+        return self._lookout.warnings(self._monitors, told, horizon)
+
+    def time_to_violation(
+        self, commands: ArrayLike | None = None, pace: float = 1.0
+    ) -> dict[str, float]:
+        """Seconds until each property is expected to be violated; see
+        :meth:`LiveJudge.time_to_violation`.
+        """
+        return soonest(self._monitors, self.warnings(commands, pace, math.inf))
 
     def verdicts(self) -> dict[str, list[PartialVerdict]]:
         """The verdicts on each property's instances if the last step was the end.

@@ -40,6 +40,7 @@ from pytest_safemanip.ltlf.formula import (
 from pytest_safemanip.ltlf.monitor import Monitor
 from pytest_safemanip.ltlf.parser import parse
 from pytest_safemanip.ltlf.robustness import OnlineRobustness, robustness
+from pytest_safemanip.ltlf.robustness.prediction import NOTHING, Prediction
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile
 from pytest_safemanip.ltlf.verdicts import (
     InstanceVerdict,
@@ -53,6 +54,7 @@ from pytest_safemanip.ltlf.verdicts import (
 from pytest_safemanip.ltlf.witness import DecidingValue
 
 __all__ = [
+    "NOTHING",
     "Always",
     "And",
     "Atom",
@@ -79,6 +81,7 @@ __all__ = [
     "Or",
     "Outcome",
     "PathStep",
+    "Prediction",
     "Profile",
     "PropertyOutcome",
     "Reason",

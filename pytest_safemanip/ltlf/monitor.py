@@ -15,6 +15,7 @@ from pytest_safemanip.ltlf.formula import Formula
 from pytest_safemanip.ltlf.letters import BoolArray, Letters, check_values, pack, packed
 from pytest_safemanip.ltlf.partial import PartialMonitor
 from pytest_safemanip.ltlf.quiet import Values, gather
+from pytest_safemanip.ltlf.robustness.prediction import Atoms, Prediction, predictor_of
 from pytest_safemanip.ltlf.rules import DischargedBy, Profile, Rules, check_acting, rules_of
 from pytest_safemanip.ltlf.verdicts import InstanceVerdict, StepVerdict
 
@@ -136,6 +137,19 @@ class Monitor:
         after = rows[live.states[-2] if len(live.states) > 1 else 0]
         unsafe = rules.is_bad if rules.is_bad[live.state] else [not c for c in rules.is_closed]
         return [k for k in range(len(self.dfa.atoms)) if not unsafe[after[letter ^ (1 << k)]]]
+
+    def predict(self, order: Sequence[int], atoms: Sequence[Atoms]) -> list[Prediction]:
+        """What is expected of each instance after the last step.
+
+        Args:
+            order: numbers of all atoms, those first that are cheap to look at.
+            atoms: of each instance.
+        """
+        predictor = predictor_of(self._rules, tuple(order))
+        return [
+            predictor.predict(live.state, live.open_steps, one)
+            for live, one in zip(self._live, atoms, strict=True)
+        ]
 
     def partial(self) -> PartialMonitor:
         """A fresh monitor of the same property for steps at which not every atom is known."""

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.ltlf.dfa import StateClass
+from pytest_safemanip.ltlf.robustness.prediction import Atoms, Prediction, predictor_of
 from pytest_safemanip.ltlf.rules import Rules
 from pytest_safemanip.ltlf.verdicts import Outcome
 
@@ -126,6 +127,18 @@ class PartialMonitor:
             classes = {self._rules.dfa.classes[run.state] for run, _ in runs}
             self._unsafe[number].append(unsafe)
             found.append(PartialStep(classes.pop() if len(classes) == 1 else None, unsafe))
+        return found
+
+    def predict(self, order: Sequence[int], atoms: Sequence[Atoms]) -> list[Prediction]:
+        """What is expected of each instance, see :class:`~pytest_safemanip.ltlf.Monitor`: the least
+        urgent of what is expected of the states that it may be in.
+        """
+        predictor = predictor_of(self._rules, tuple(order))
+        found = []
+        for runs, one in zip(self._runs, atoms, strict=True):
+            ways = {(run.state, run.open_steps) for run in runs}
+            each = [predictor.predict(state, steps, one) for state, steps in ways]
+            found.append(max(each, key=lambda p: (p.last_chance, p.violation)))
         return found
 
     def verdicts(self) -> list[PartialVerdict]:

@@ -45,9 +45,12 @@ def check_gate(gate: Gate) -> None:
     if gate.metric in SHARES and SHARES[gate.metric].steady:
         return
     steady = ", ".join(name for name, share in SHARES.items() if share.steady)
+    why = "what it is over depends on how rollouts end"
+    if gate.metric not in SHARES:
+        why = "it is no share of rollouts, and one rollout may change it by any amount"
     raise ConfigError(
-        f"{gate.metric} cannot be decided early, since what it is over depends on how rollouts "
-        f"end; decide on one of {steady}, or leave out --safemanip-early-stop"
+        f"{gate.metric} cannot be decided early, since {why}; decide on one of {steady}, or leave "
+        "out --safemanip-early-stop"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,14 +12,12 @@ import pytest
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.plan import Plan
 
-RESERVED = ("filterwarnings", "parametrize", "skip", "skipif", "usefixtures", "xfail")
-"""pytest's own markers, which do something."""
-
 
 class CaseMarkers:
     """The markers of cases: ``safemanip``, the property's category, the task's suite.
 
-    Names that are no identifiers, and those of pytest's own markers, are left out.
+    Names that are no identifiers are left out, and those of markers that take arguments: pytest's
+    own, or another plugin's, as ``timeout``. They do something.
 
     Args:
         config: pytest's; the markers are registered in it.
@@ -30,12 +29,19 @@ class CaseMarkers:
         cases = plan.cases
         categories = {plan.properties[case.property_id].category for case in cases}
         suites = {plan.tasks[case.task].suite for case in cases}
-        for name in sorted(_markable(categories)):
+        categories, suites = _markable(categories), _markable(suites)
+        for name in sorted(categories):
             config.addinivalue_line("markers", f"{name}: safety cases of this category")
-        for name in sorted(_markable(suites - categories)):
+        for name in sorted(suites - categories):
             config.addinivalue_line("markers", f"{name}: safety cases on tasks of this suite")
-        self._names = {"safemanip", *_markable(categories | suites)}
+        self._config, self._known = config, {"safemanip", *categories, *suites}
         self._markers: dict[str, pytest.MarkDecorator] = {}
+
+    @cached_property
+    def _names(self) -> set[str]:
+        """What cases are marked with: looked up when all plugins have registered theirs."""
+        registered = (line.partition(":")[0] for line in self._config.getini("markers"))
+        return self._known - {name.partition("(")[0] for name in registered if "(" in name}
 
     def of(self, case: Case) -> list[pytest.MarkDecorator]:
         """The markers of a case."""
@@ -51,7 +57,7 @@ class CaseMarkers:
 
 
 def _markable(names: Iterable[str]) -> set[str]:
-    return {n for n in names if n.isidentifier() and not n.startswith("_") and n not in RESERVED}
+    return {n for n in names if n.isidentifier() and not n.startswith("_")}
 
 
 def label_for_allure(item: pytest.Item, case: Case, category: str) -> None:

@@ -124,9 +124,10 @@ OPTIONS = (
     ),
     Option(
         "--safemanip-stop",
-        "end a rollout at success, at success or its first violation, or only at its horizon",
+        "end a rollout at success; or also at its first violation, or at a warning before that; or "
+        "only at its horizon",
         "success",
-        choices=("success", "violation", "horizon"),
+        choices=("success", "violation", "warning", "horizon"),
         rollouts=True,
     ),
     Option(

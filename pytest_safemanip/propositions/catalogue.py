@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 
 from pytest_safemanip.errors import ConfigError
@@ -18,6 +19,7 @@ from pytest_safemanip.propositions import (
     release,
 )
 from pytest_safemanip.propositions.definition import Parameters, Proposition
+from pytest_safemanip.propositions.forecasts import FORECASTS
 from pytest_safemanip.propositions.hazards import (
     appliances,
     limits,
@@ -51,7 +53,9 @@ _MODULES = (
     visibility,
     liquids,
 )
-SHIPPED: tuple[Proposition, ...] = tuple(p for m in _MODULES for p in m.PROPOSITIONS)
+SHIPPED: tuple[Proposition, ...] = tuple(
+    dataclasses.replace(p, forecast=FORECASTS.get(p.name)) for m in _MODULES for p in m.PROPOSITIONS
+)
 
 
 class Catalogue(Mapping[str, Proposition]):

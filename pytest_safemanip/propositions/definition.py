@@ -160,6 +160,9 @@ class Proposition:
             not cached.
         lacks: what a scene lacks for it to be told, given the scene and arguments, in words; empty
             if nothing. What is lacking is an error, before anything is judged.
+        forecast: when its value is expected to change, from a view and what the robot is told next
+            (``forecasts.Told``): seconds from the view's last step, inf if it is not; None where
+            the margin and its rate say it, as they do without a forecast.
         reads: what of a step its value may depend on, for monitors that do not see everything;
             None for all that there is.
         exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
@@ -179,6 +182,7 @@ class Proposition:
     debounce: Callable[[Mapping[str, float]], float] | None = None
     sparse: bool = False
     lacks: Callable[..., str] = _nothing
+    forecast: Callable[..., float | None] | None = None
     reads: Reads | None = None
     exempt: Mapping[str, str] = field(default_factory=dict)
 

@@ -191,12 +191,12 @@ def _hand_inside(view: View, fixture: str) -> Bools:
     """Whether the centre of each gripper's box is inside (T, G)."""
     inside = np.zeros((len(view.trace), len(view.trace.scene.grippers)), bool)
     for pose, half in interiors(view, fixture):
-        inside |= (np.abs(seen_in(view, pose, _hand_centres)) <= half).all(axis=-1)
+        inside |= (np.abs(seen_in(view, pose, hand_centres)) <= half).all(axis=-1)
     return inside
 
 
 @pointwise
-def _hand_centres(view: View) -> NDArray[np.float64]:
+def hand_centres(view: View) -> NDArray[np.float64]:
     """Centre of each gripper's box, world frame (T, G, 3)."""
     centres = [hand.centre for hand in view.trace.scene.grippers]
     return to_world(view.trace.steps.eef_poses, np.reshape(centres, (-1, 3)))
@@ -225,7 +225,7 @@ def _behind(view: View, joint: int, steps: Steps) -> Bools:
     """
     trace = view.trace
     half = np.array(trace.scene.joints[joint].half)
-    centres = _hand_centres(view)[steps]
+    centres = hand_centres(view)[steps]
     local = to_local(np.array(trace.scene.joints[joint].pose), centres.reshape(-1, 3))
     beside = np.abs(local.reshape(centres.shape)) - half
     outline = np.arange(3) != np.argmin(half)

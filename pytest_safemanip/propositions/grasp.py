@@ -69,7 +69,7 @@ def pressed(view: View, name: str) -> Bools:
     """Two finger groups of a gripper press on the object at this very step, and not to the same
     side (T,).
     """
-    return _any_hand(view, lambda hand: _pressed_by(view, name, hand))
+    return _any_hand(view, lambda hand: pressed_by(view, name, hand))
 
 
 def _any_hand(view: View, holds: Callable[[int], Bools]) -> Bools:
@@ -80,7 +80,7 @@ def _any_hand(view: View, holds: Callable[[int], Bools]) -> Bools:
     return found
 
 
-def _pressed_by(view: View, name: str, hand: int, angle: Parameter = KEPT_ANGLE) -> Bools:
+def pressed_by(view: View, name: str, hand: int, angle: Parameter = KEPT_ANGLE) -> Bools:
     """Two finger groups of a gripper press on the object, at more than an angle to each other
     (T,).
     """
@@ -152,7 +152,7 @@ def _best_hand(view: View, margin: Callable[[int], Floats]) -> Floats:
 
 
 def _pressed_margin(view: View, name: str, hand: int, angle: Parameter = KEPT_ANGLE) -> Floats:
-    """Margins of :func:`_pressed_by` (T,)."""
+    """Margins of :func:`pressed_by` (T,)."""
     index = view.trace.scene.object_index[name]
     return np.asarray(_squeeze(view, hand, view.parameters[angle.name])[:, index])
 
@@ -174,11 +174,11 @@ def _counts(view: View) -> tuple[int, int]:
 
 def _grasped_by(view: View, name: str, hand: int) -> Bools:
     """Whether a gripper grasps the object (T,)."""
-    presses = _pressed_by(view, name, hand)
+    presses = pressed_by(view, name, hand)
     if not presses.any():  # mostly
         return presses
     votes, further = _counts(view)
-    firmly = recently(_pressed_by(view, name, hand, GRASP_ANGLE), further)
+    firmly = recently(pressed_by(view, name, hand, GRASP_ANGLE), further)
     return majority(presses & firmly, votes)
 
 
@@ -269,7 +269,7 @@ def in_fingers(view: View, name: str) -> Bools:
 
     def within(hand: int) -> Bools:
         opening = view.trace.steps.commands[:, hand] < 0.0
-        presses = _pressed_by(view, name, hand)
+        presses = pressed_by(view, name, hand)
         return np.asarray(_grasp_of(view, name, hand) & ~(opening & ~presses))
 
     return _any_hand(view, within)
@@ -314,7 +314,7 @@ def _opened(view: View, hand: int, count: int) -> Bools:
 def _holds(view: View, name: str, hand: int) -> Bools:
     """Whether a gripper's fingers press on the object, and are not commanded to open (T,)."""
     command = view.trace.steps.commands[:, hand]
-    return np.asarray(_pressed_by(view, name, hand) & (command >= 0.0))
+    return np.asarray(pressed_by(view, name, hand) & (command >= 0.0))
 
 
 _Held = tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -17,7 +18,9 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Floats, Proposition
+from pytest_safemanip.propositions.forecasts.motion import Told
 from pytest_safemanip.propositions.grounding import check_call
+from pytest_safemanip.propositions.kernels.filters import slope
 from pytest_safemanip.propositions.memory import Ring, StepMemory
 from pytest_safemanip.propositions.settings import Settings, changed, split
 from pytest_safemanip.propositions.view import Array, Fold, View
@@ -30,6 +33,8 @@ A = TypeVar("A", bound=Array)
 T = TypeVar("T")
 Call = tuple[str, ...]
 """A proposition's name and its arguments."""
+RATE_SECONDS = 0.25
+"""What the rate of a margin is measured over: a single step of a contact's force is noise."""
 
 
 class Online:
@@ -66,6 +71,7 @@ class Online:
             check_call(catalogue[name], tuple(arguments), scene, binding.zones)
         self._none = np.zeros((0, len(self.calls)), bool)
         self._lengths = {name: self._length(p) for name, p in catalogue.items()}
+        self._dt = scene.control_period
         self._kept = max(self._lengths.values()) + every
         self._steps = StepMemory(scene, self._kept)
         self._traces: dict[int, Trace] = {}  # of the newest steps, by length
@@ -170,6 +176,34 @@ class Online:
         view = online.slice(online._lengths[call[0]])
         stop = len(view.trace)
         return float(view.narrowed(stop - 1, stop).measure(proposition, own)[-1])
+
+    def change(self, call: Call, told: Told) -> float:
+        """Seconds from the newest step until the value of a proposition is expected to change, by
+        its forecast, or by its margin and the rate of that; inf if it is not.
+
+        Args:
+            call: the proposition.
+            told: what the robot is told for the next step.
+        """
+        proposition = self.catalogue[call[0]]
+        if proposition.forecast is not None:
+            own, settings = split(proposition, call[1:])
+            online = self.setting(call[0], settings)
+            view = online.slice(max(online._lengths[call[0]], 1 + round(RATE_SECONDS / self._dt)))
+            when = proposition.forecast(view, told, *own)
+            if when is not None:
+                return float(when)
+        if proposition.margin is None:
+            return math.inf
+        margin, rate = self.rate(call)
+        return -margin / rate if margin * rate < 0.0 else math.inf
+
+    def rate(self, call: Call) -> tuple[float, float]:
+        """The margin of a proposition at the newest step, and its rate, 1/s: the slope of a
+        least-squares line through those of the last :data:`RATE_SECONDS`.
+        """
+        margins = self.margins(call, 1 + round(RATE_SECONDS / self._dt))
+        return float(margins[-1]), float(slope(margins, self._dt))
 
     def _of_proposition(
         self, kind: str, call: Call, look: Callable[..., Array], length: int

@@ -65,7 +65,7 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     """
     result = np.ones(len(view.trace), bool)
     for step in _onsets(view, skill, entity):
-        result[step] = all(check.holds for check in _CONDITIONS[skill](view, entity, step))
+        result[step] = all(check.holds for check in conditions(view, skill, entity, step))
     return result
 
 
@@ -73,13 +73,18 @@ def pre_safe_margin(view: View, skill: str, entity: str) -> Floats:
     """The least margin of the conditions; 1 where no skill starts (T,)."""
     result = np.ones(len(view.trace))
     for step in _onsets(view, skill, entity):
-        result[step] = least_margin(_CONDITIONS[skill](view, entity, step))
+        result[step] = least_margin(conditions(view, skill, entity, step))
     return result
 
 
 def pre_safe_evidence(view: View, skill: str, entity: str, step: int) -> list[str]:
     """The conditions that do not hold."""
-    return [c.reason for c in _CONDITIONS[skill](view, entity, step) if not c.holds]
+    return [c.reason for c in conditions(view, skill, entity, step) if not c.holds]
+
+
+def conditions(view: View, skill: str, entity: str, step: int) -> Iterator[Check]:
+    """The conditions of a skill that starts at a step."""
+    return _CONDITIONS[skill](view, entity, step)
 
 
 def _onsets(view: View, skill: str, entity: str) -> list[int]:

@@ -16,7 +16,7 @@ from pytest_safemanip.policies.base import EpisodeInfo, Observation, Permissions
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
 from pytest_safemanip.rollouts.disturbances.definition import Disturbance, to_plain
 from pytest_safemanip.rollouts.disturbances.together import Disturbed, seed_of_repeat
-from pytest_safemanip.sim.backend import ActionSpec, Backend, Request
+from pytest_safemanip.sim.backend import ActionSpec, Backend, Request, RobotSpec
 from pytest_safemanip.sim.clearance import Foresees, blind
 from pytest_safemanip.sim.codec import encode_request
 from pytest_safemanip.sim.rehearsal import Rehearsal, Rehearses
@@ -40,13 +40,31 @@ OnStep = Callable[[int, int], None]
 """Called with the steps so far and the horizon."""
 
 
-class Watch(Interface):
-    """Makes, from the scene of an episode, what is told each of its steps with the action that led
-    to it (None after reset), and says whether the step is unsafe.
-    """
+class Watcher(Interface):
+    """Says where an episode is to end early."""
 
-    def __call__(self, scene: Scene) -> Callable[[Step, NDArray[Any] | None], bool]:
+    def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
+        """Take in a step, and the action that led to it, None after reset; whether it is unsafe."""
+
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
+        """Whether the episode is to end before an action (A,) that comes after others."""
+
+
+class Watch(Interface):
+    """Makes what watches an episode, from its scene and its robot."""
+
+    def __call__(self, scene: Scene, robot: RobotSpec) -> Watcher:
         """For an episode."""
+
+
+class _Blind:
+    """Watches nothing."""
+
+    def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
+        return False
+
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
+        return False
 
 
 @dataclass(frozen=True)
@@ -56,13 +74,13 @@ class Protocol:
     Attributes:
         stop: ``success`` ends the acting part at the first step whose success check holds,
             ``horizon`` never before the horizon, ``violation`` at the first step that succeeds or
-            that is unsafe.
+            that is unsafe, ``warning`` before that, where a warning comes first.
         horizon_scale: factor on the task's own horizon.
         stall_s: seconds after which the acting part ends if nothing moves any more; None if
             it never does for that reason.
     """
 
-    stop: Literal["success", "horizon", "violation"] = "success"
+    stop: Literal["success", "horizon", "violation", "warning"] = "success"
     horizon_scale: float = 1.0
     stall_s: float | None = None
 
@@ -128,8 +146,8 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     if progress:
         progress(0, horizon)
     patient = job.protocol.stop == "horizon"
-    is_unsafe = job.watch(start.scene) if job.watch else lambda step, action: False
-    unsafe = is_unsafe(start.step, None)
+    watcher: Watcher = job.watch(start.scene, robot) if job.watch else _Blind()
+    unsafe, warned = watcher.unsafe(start.step, None), False
     low, high = robot.actions.low, robot.actions.high
     seeds = (job.request.seed, job.repeat)
     disturbed = Disturbed(job.disturbances, start, backend, job.request.task, seeds)
@@ -145,12 +163,15 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     asked = _actions(job.policy, actor, info, steps, backend, disturbed, patient)
     for told in disturbed.told(map(clip, asked)):
         action = np.clip(told, low, high)
+        if watcher.warns(action, actions[1:]):
+            warned = True
+            break
         disturbed.push(len(steps) - 1, steps[-1])
         steps.append(backend.step(action))
         actions.append(action)
         if progress:
             progress(len(steps) - 1, horizon)
-        unsafe |= is_unsafe(steps[-1], action)
+        unsafe |= watcher.unsafe(steps[-1], action)
         stalled = stall.lasts(steps[-1]) and len(steps) > disturbed.until
         if len(steps) > horizon or (steps[-1].success and not patient) or unsafe or stalled:
             break
@@ -168,7 +189,9 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         policy=job.policy,
         instruction=info.instruction,
         horizon=horizon,
-        ended=_ended(bool(steps[acting - 1].success), acting > horizon, patient, unsafe, stalled),
+        ended=_ended(
+            bool(steps[acting - 1].success), acting > horizon, patient, unsafe, stalled, warned
+        ),
         backend=source.backend,
         scenes=job.request.scenes,
         stepping=job.request.stepping,
@@ -187,7 +210,11 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     return check(Recording(episode, start.scene, stacked))
 
 
-def _ended(success: bool, late: bool, patient: bool, unsafe: bool, stalled: bool) -> Ended:
+def _ended(
+    success: bool, late: bool, patient: bool, unsafe: bool, stalled: bool, warned: bool
+) -> Ended:
+    if warned:
+        return "warning"
     if unsafe:
         return "violation"
     if success and not patient:

@@ -14,6 +14,7 @@ from pytest_safemanip.sim.backend import DerivedTask, DerivesTasks, Options, Sim
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.packs import Pack, load_packs, task_folders
 from pytest_safemanip.spec.properties import Property, load_properties
+from pytest_safemanip.spec.ranges import ZONES
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.tasks import derived_task, load_changes, load_staged, load_tasks
 from pytest_safemanip.spec.yamlfile import Section
@@ -151,6 +152,9 @@ def load_definitions(
     if chosen != task_folder:
         others[FIRST_BACKEND] = load_tasks([task_folder])
     foreign = {task.name: task for tasks in others.values() for task in tasks.values()}
+    changes = load_changes(task_paths)
+    if not changes:  # they may have zones of their own
+        _check_zones(own.values(), [*foreign.values(), *runnable.values()])
     return Definitions(
         catalogue=catalogue,
         tasks={**foreign, **runnable},
@@ -162,8 +166,19 @@ def load_definitions(
         everywhere={id_: rule for id_, rule in shipped.items() if rule.pack} | own,
         packs=packs,
         attributes=attributes,
-        changes=load_changes(task_paths),
+        changes=changes,
     )
+
+
+def _check_zones(properties: Iterable[Property], tasks: Iterable[Task]) -> None:
+    """Every zone that a property asks for by name is one of some task."""
+    known = {zone for task in tasks for zone in task.zones}
+    for prop in properties:
+        for clause in prop.ranges:
+            for name in clause.kinds if clause.relation == ZONES else ():
+                if name not in known:
+                    hint = did_you_mean(name, known)
+                    raise ConfigError(f"{prop.path}: no task has a zone {name!r}; {hint}")
 
 
 def _attributes(folders: Iterable[Path]) -> dict[str, frozenset[str]]:

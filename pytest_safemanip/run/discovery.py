@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.metrics.records import RolloutKey
@@ -15,6 +16,9 @@ from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.episode import Episode
+
+MOST_NAMED = 8
+"""Names that a message lists of what there is."""
 
 
 def find_recordings(folder: Path, option: str = "--safemanip-recordings") -> dict[Path, Episode]:
@@ -31,12 +35,14 @@ def find_recordings(folder: Path, option: str = "--safemanip-recordings") -> dic
 def select_recordings(
     settings: Settings, folder: Path, recordings: Mapping[Path, Episode], tasks: Mapping[str, Task]
 ) -> dict[RolloutKey, Path]:
-    """The recordings whose policy, task and seed are selected.
+    """The recordings whose policy, task and seed are selected; of ``all`` tasks also those that
+    stage the scene of another, since they are there.
 
     Raises:
         ConfigError: if there is none, two of the same rollout, or one of an unknown task.
     """
-    chosen = {task.name for task in select_tasks(tasks, settings.tasks)}
+    selectors = ["*" if selector == "all" else selector for selector in settings.tasks]
+    chosen = {task.name for task in select_tasks(tasks, selectors)}
     found: dict[RolloutKey, Path] = {}
     for path, episode in recordings.items():
         if episode.task not in tasks:
@@ -53,10 +59,22 @@ def select_recordings(
             raise ConfigError(f"{path} and {found[key]} are recordings of the same rollout")
         found[key] = path
     if not found:
-        raise ConfigError(
-            f"--safemanip-recordings: no *{files.SUFFIX} file in {folder} is selected"
-        )
+        raise ConfigError(f"--safemanip-recordings: {_none_of(recordings, folder)}")
     return found
+
+
+def _none_of(recordings: Mapping[Path, Episode], folder: Path) -> str:
+    """That no recording in a folder is selected, and what they are of."""
+    if not recordings:
+        return f"no *{files.SUFFIX} file in {folder}"
+    episodes = recordings.values()
+    of: dict[str, list[Any]] = {
+        "tasks": sorted({episode.task for episode in episodes}),
+        "policies": sorted({episode.policy for episode in episodes}),
+        "seeds": sorted({episode.seed for episode in episodes}),
+    }
+    said = [f"{what} {', '.join(map(str, some[:MOST_NAMED]))}" for what, some in of.items()]
+    return f"no *{files.SUFFIX} file in {folder} is selected; there are {'; '.join(said)}"
 
 
 def check_grounded(

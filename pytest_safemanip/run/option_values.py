@@ -302,9 +302,12 @@ def parse_assets(text: str) -> Literal["auto", "official", "primitive"]:
     return "official" if text == "official" else "primitive" if text == "primitive" else "auto"
 
 
-def parse_stop(text: str) -> Literal["success", "horizon", "violation"]:
+def parse_stop(text: str) -> Literal["success", "horizon", "violation", "warning"]:
     """When a rollout ends, from a text that is one of the choices."""
-    return "horizon" if text == "horizon" else "violation" if text == "violation" else "success"
+    match text:
+        case "horizon" | "violation" | "warning":
+            return text
+    return "success"
 
 
 def parse_names(text: str) -> tuple[str, ...]:

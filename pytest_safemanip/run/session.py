@@ -474,7 +474,8 @@ class SafetySession:
         told = policy.fingerprint_in(task.simulated, task.sets)
         # Nobody can tell whether a policy without a fingerprint is still the same.
         fingerprint = told or f"run {self._run_id}"
-        watch = Watch.of(self._plan, case) if settings.stop == "violation" else None
+        watched_for = settings.stop in ("violation", "warning")
+        watch = Watch.of(self._plan, case) if watched_for else None
         watched = watch.digest() if watch else ""
         source = backend.provenance
         allowed = Permissions(task.touch, task.supports) if policy.reads_permissions else None

@@ -37,7 +37,7 @@ class Settings:
     assets: Literal["auto", "official", "primitive"]
     recordings: Path | None
     semantics: Literal["timed", "paper"]
-    stop: Literal["success", "horizon", "violation"]
+    stop: Literal["success", "horizon", "violation", "warning"]
     horizon_scale: float
     prompt: str
     violations: str

@@ -1,10 +1,10 @@
-"""Rollouts that end at the first violation of what they are judged by."""
+"""Rollouts that end at the first violation of what they are judged by, or before it."""
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from pytest_safemanip.propositions.definition import Parameters
 from pytest_safemanip.provenance import functions_digest, source_digest
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.plan import Plan
+from pytest_safemanip.sim.backend import RobotSpec
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace.scene import Scene
@@ -35,6 +36,7 @@ class Watch:
         parameters: values of all their parameters.
         attributes: of object categories.
         semantics: of formulas.
+        early: whether it ends at a warning, too.
     """
 
     task: Task
@@ -43,6 +45,7 @@ class Watch:
     parameters: Parameters
     attributes: Mapping[str, frozenset[str]]
     semantics: Profile
+    early: bool = False
 
     @classmethod
     def of(cls, plan: Plan, case: Case) -> Watch:
@@ -55,17 +58,18 @@ class Watch:
             plan.parameters,
             plan.attributes,
             plan.settings.semantics,
+            plan.settings.stop == "warning",
         )
 
-    def __call__(self, scene: Scene) -> Violated:
-        """What says after each step of an episode whether it is unsafe.
+    def __call__(self, scene: Scene, robot: RobotSpec) -> Watching:
+        """What says of an episode whether a step is unsafe, or going to be.
 
         Raises:
             TraceError: if the scene lacks what a property or a role needs.
         """
         binding = self.task.bind(scene, self.attributes)
         watched = self.properties, self.catalogue, self.parameters, self.semantics
-        return Violated(LiveJudge(scene, binding, *watched))
+        return Watching(LiveJudge(scene, binding, *watched), robot, self.early)
 
     def digest(self) -> str:
         """Digest of all that decides when the rollout ends."""
@@ -83,17 +87,26 @@ class Watch:
         return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
-class Violated:
-    """Whether the step that is taken in is unsafe.
+class Watching:
+    """Watches an episode.
 
     Args:
-        judge: watches.
+        judge: watches it.
+        robot: whose actions are asked about.
+        early: whether there are warnings.
     """
 
-    def __init__(self, judge: LiveJudge) -> None:
-        self._judge = judge
+    def __init__(self, judge: LiveJudge, robot: RobotSpec, early: bool) -> None:
+        self._judge, self._robot, self._early = judge, robot, early
 
-    def __call__(self, step: Step, action: NDArray[Any] | None) -> bool:
-        """Take in a step, and the action that led to it; None after reset."""
+    def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
+        """Take in a step, and the action that led to it, None after reset; whether it is unsafe."""
         told = self._judge.step(step, action)
         return any(one.unsafe for instances in told.values() for one in instances)
+
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
+        """Whether a violation is near if an action is taken next (A,), after others."""
+        if not self._early:
+            return False
+        commands, pace = self._robot.commands(action), self._robot.pace(action, before)
+        return bool(self._judge.warnings(commands, pace))

@@ -29,13 +29,13 @@ class ActionSpec:
         hold: given the actions so far, oldest first, the one that keeps the robot still, its
             grippers as they are.
         random: draws an action for a step, by its number; None for any within the limits.
-        switched: names of entries of which only the sign counts, beside those of grippers.
+        modes: names of the entries that say what others mean.
     """
 
     entries: tuple[ActionEntry, ...]
     hold: Callable[[Sequence[Action]], Action]  # each (A,)
     random: Callable[[np.random.Generator, int], Action] | None = None
-    switched: frozenset[str] = frozenset()
+    modes: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:
@@ -124,6 +124,27 @@ class RobotSpec:
         return np.array(
             [g.command(float(action[place(g.entry)])) if g.entry else 0.0 for g in self.grippers]
         )
+
+    def pace(self, action: Action, before: Sequence[Action]) -> float:
+        """Share of its present speed that an action tells the robot to keep, at most 1: how far it
+        is from holding still, grippers aside, over how far the last one was; 1 where it is in
+        another mode.
+
+        Args:
+            action: the next one (A,).
+            before: those so far, oldest first.
+        """
+        modes = [self.actions.index(name) for name in self.actions.modes]
+        if not before or (action[modes] != before[-1][modes]).any():
+            return 1.0
+        others = {*self.actions.modes, *(gripper.entry for gripper in self.grippers)}
+        moves = [k for k, e in enumerate(self.actions.entries) if e.name not in others]
+        hold = self.actions.hold
+        now, last = (
+            float(np.linalg.norm((told - still)[moves]))
+            for told, still in ((action, hold(before)), (before[-1], hold(before[:-1])))
+        )
+        return min(now / last, 1.0) if last > 0.0 else 1.0
 
 
 @dataclass(frozen=True)

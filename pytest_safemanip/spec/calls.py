@@ -66,8 +66,10 @@ def read_call(
     if known is not None and known[name] != len(arguments):
         wanted = _count(known[name], "argument")
         raise section.error(key, f"{name!r} takes {wanted}, found {len(arguments)} in {text!r}")
-    for setting in settings:
-        own = setting.partition("=")[0]
+    given = [setting.partition("=")[0] for setting in settings]
+    for own in given:
+        if given.count(own) > 1:
+            raise section.error(key, f"parameter {own!r} of {name!r} is given twice in {text!r}")
         if parameters is not None and f"{name}.{own}" not in parameters:
             there = [p.partition(".")[2] for p in parameters if p.startswith(f"{name}.")]
             hint = did_you_mean(own, there) if there else "it has none of its own"

@@ -70,7 +70,7 @@ def load_packs(
     Raises:
         ConfigError: a file is wrong, or an id does not begin with the name of its pack.
     """
-    found = {}
+    found: dict[str, Pack] = {}
     for path in sorted((shipped / FOLDER).glob(f"*/{DESCRIPTION}")):
         rules = load_properties(
             [path.parent],
@@ -81,6 +81,9 @@ def load_packs(
             besides=(DESCRIPTION,),
         )
         pack = _described(path, rules)
+        for other in found.values():
+            for name in sorted(set(pack.rules) & set(other.rules)):
+                raise ConfigError(f"{rules[name].path}: pack:{other.name} has a rule {name!r}, too")
         found[pack.name] = pack
     return found
 

@@ -47,6 +47,7 @@ from pytest_safemanip.ltlf import (
     compile_formula,
     parse,
 )
+from pytest_safemanip.ltlf.compiler import Limits
 from pytest_safemanip.ltlf.formula import LONGEST, atoms_of, is_bounded, is_propositional
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.spec import yamlfile
@@ -70,6 +71,7 @@ _OPTIONAL = (
 _OF_PATTERNS = ("scope", *KEYS)
 LEAST_SEVERITY, MOST_SEVERITY = 1.0, 100.0
 """What a violation weighs where its property does not say; sanity bound on what it may say."""
+MOST_ATOMS = Limits().atoms
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -285,6 +287,8 @@ def load_property(
     section.check_keys(_REQUIRED, (*_OPTIONAL, "pattern", *_OF_PATTERNS))
     ranges = read_for_each(section, categories)
     variables = [name for one in ranges for name in one.variables]
+    for name in sorted(set(variables) & set(constants)):
+        raise section.error("for_each", f"{name!r} cannot be a variable: it has a meaning already")
     formulas = _formulas(section)
     if "trigger" in formulas and not is_propositional(formulas["trigger"]):
         raise section.error("trigger", "expected a formula without temporal operators")
@@ -383,6 +387,9 @@ def _check_atoms(section: Section, atoms: Section, formulas: Mapping[str, Formul
     for atom in atoms:
         if atom not in used:
             raise atoms.error(atom, "declared, but used by no formula")
+    if len(used) > MOST_ATOMS:
+        message = f"{len(used)} atoms, of which a property may have {MOST_ATOMS}; split the rule"
+        raise section.error("atoms", message)
 
 
 def _severity(section: Section) -> float:

@@ -206,14 +206,20 @@ class _Clause:
         said = self._said(words)
         if said and wanted != 1:
             raise self._error(f"{relation!r} has pairs: {next(iter(said))!r} has no meaning there")
+        if relation == ZONES and set(said) - {"of"}:
+            raise self._error("zones have names, as in 'zones of NAME', and no attributes")
         categories = None if relation == ZONES else self.categories
-        return Range(
+        found = Range(
             variables,
             relation,
             kinds=self._listed(said, "of", "or", categories, "category"),
             having=self._listed(said, "with", "and", ATTRIBUTES, "attribute"),
             lacking=self._listed(said, "without", "and", ATTRIBUTES, "attribute"),
         )
+        for name in found.having:
+            if name in found.lacking:
+                raise self._error(f"nothing is with {name!r} and without it")
+        return found
 
     def _said(self, words: Sequence[str]) -> dict[str, list[str]]:
         """What follows each of the words of a clause."""

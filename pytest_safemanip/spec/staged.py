@@ -28,6 +28,9 @@ _TURN = ("pitch", "turn")
 _SPEED = ("speed_forward", "speed_left")
 _OF_OBJECTS = (*RELATIONS, "drawn", *_OFFSET, *_TURN, *_SPEED, "interior", "across")
 
+MOST_OFFSET, MOST_TURN, MOST_SPEED = 10.0, 360.0, 10.0
+"""Of what is put somewhere, m and degrees, and pushed, m/s: farther is no kitchen."""
+
 Changes = tuple[Mapping[str, Any], ...]
 """Changes to a scene in plain values, in their order."""
 
@@ -49,9 +52,10 @@ def read_staging(section: Section) -> tuple[Changes, Mapping[str, tuple[str, ...
         if "open" in own:
             own.check_keys(("open",), ("joint",))
             joint = own.string("joint") if "joint" in own else ""
-            changes.append(
-                {"kind": "open", "role": role, "openness": own.number("open"), "joint": joint}
-            )
+            openness = own.number("open")
+            if not 0.0 <= openness <= 1.0:
+                raise own.error("open", f"expected 0 (closed) to 1 (open), found {openness:g}")
+            changes.append({"kind": "open", "role": role, "openness": openness, "joint": joint})
             continue
         own.check_keys((), _OF_OBJECTS)
         if "drawn" in own:
@@ -68,7 +72,10 @@ def _put(every: Section, role: str, own: Section) -> list[Mapping[str, Any]]:
         raise every.error(role, f"expected one of {', '.join(RELATIONS)}")
     if not given:
         return []
-    numbers = {key: own.number(key) if key in own else 0.0 for key in (*_OFFSET, *_TURN)}
+    if own.string(given[0]) == role:
+        raise own.error(given[0], f"{role!r} cannot be put {given[0]} itself")
+    numbers = {key: _within(own, key, MOST_OFFSET) for key in _OFFSET}
+    numbers |= {key: _within(own, key, MOST_TURN) for key in _TURN}
     return [
         {
             "kind": "put",
@@ -86,5 +93,13 @@ def _put(every: Section, role: str, own: Section) -> list[Mapping[str, Any]]:
 def _push(role: str, own: Section) -> list[Mapping[str, Any]]:
     if not any(key in own for key in _SPEED):
         return []
-    speed = tuple(own.number(key) if key in own else 0.0 for key in _SPEED)
+    speed = tuple(_within(own, key, MOST_SPEED) for key in _SPEED)
     return [{"kind": "push", "role": role, "velocity": speed}]
+
+
+def _within(own: Section, key: str, most: float) -> float:
+    """A number from -most to most, 0 without the key."""
+    number = own.number(key) if key in own else 0.0
+    if abs(number) > most:
+        raise own.error(key, f"expected {-most:g} to {most:g}, found {number:g}")
+    return number

@@ -186,6 +186,8 @@ def load(path: Path) -> Section:
         ConfigError: the file cannot be read, is larger than `MAX_BYTES`, or is not plain YAML.
     """
     try:
+        if path.exists() and not path.is_file():  # a pipe would be waited for
+            raise ConfigError(f"{path}: is no file")
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:

@@ -59,15 +59,27 @@ def gap(one: Boxes, other: Boxes) -> Array:
     """Signed distances of pairs of boxes (K,), m: of their nearest points, or minus the least that
     one would have to move for them to come apart.
     """
-    turn = np.array([[_sum(one.axes[:, i] * other.axes[:, j]) for j in range(3)] for i in range(3)])
-    away = other.centre - one.centre
-    place = np.array([_sum(one.axes[:, i] * away) for i in range(3)])
+    place, turn = _seen_from(one, other)
     found = _separation(place, turn, one.half, other.half)
     apart = np.flatnonzero(found > 0.0)
     if len(apart):
         some = place[:, apart], turn[..., apart], one.half[:, apart], other.half[:, apart]
         found[apart] = _nearest(*some)
     return found
+
+
+def separation(one: Boxes, other: Boxes) -> Array:
+    """What is above 0 where pairs of boxes are apart, and then no more than their distance, m (K,);
+    elsewhere as :func:`gap`, for much less.
+    """
+    return _separation(*_seen_from(one, other), one.half, other.half)
+
+
+def _seen_from(one: Boxes, other: Boxes) -> tuple[Array, Array]:
+    """Centres (3, K) and axes (3, 3, K) of boxes in the frames of others."""
+    turn = np.array([[_sum(one.axes[:, i] * other.axes[:, j]) for j in range(3)] for i in range(3)])
+    away = other.centre - one.centre
+    return np.array([_sum(one.axes[:, i] * away) for i in range(3)]), turn
 
 
 def _separation(place: Array, turn: Array, one: Array, other: Array) -> Array:

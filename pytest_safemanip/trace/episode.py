@@ -22,7 +22,7 @@ MOST_STEPS = 2**32
 """More than a rollout or a seed can have."""
 
 MOST_DISTURBANCES = 100
-Ended = Literal["success", "horizon", "policy", "violation", "stalled"]
+Ended = Literal["success", "horizon", "policy", "violation", "stalled", "warning"]
 
 _TEXTS = ("task", "policy", "instruction", "ended", "backend", "scenes", "stepping", "assets")
 

@@ -133,6 +133,10 @@ def test_faults_can_be_listed_by_task_and_property(safemanip: Command) -> None:
     assert "scripted:drop@0.003 " not in found
     assert "scripted:drop@0.003 " in safemanip("faults", "--property", "action_onset").out
     assert "did you mean 'OpenDrawer'" in safemanip("faults", "--task", "OpenDrawr").refusal
+    staged = safemanip("faults", "--task", "KnifeByTarget").out
+    assert staged == safemanip("faults", "--task", "PickPlaceCounterToCabinet").out
+    indirectly = safemanip("faults", "--property", "redvla_sharp_not_touched").refusal
+    assert "no fault is aimed at 'redvla_sharp_not_touched'" in indirectly
 
 
 @pytest.mark.parametrize("name", ["tasks", "properties", "propositions", "policies", "faults"])

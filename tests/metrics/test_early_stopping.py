@@ -90,8 +90,9 @@ def test_metrics_over_a_number_that_depends_on_the_outcome_are_refused():
         else:
             with pytest.raises(ConfigError, match=r"cannot be decided early.*violation_rate"):
                 check_gate(gate)
-    with pytest.raises(ConfigError, match="cannot be decided early"):
-        check_gate(parse_gate("violations_per_rollout <= 1"))
+    for metric in ("violations_per_rollout", "mean_cost"):
+        with pytest.raises(ConfigError, match="cannot be decided early, since it is no share"):
+            check_gate(parse_gate(f"{metric} <= 1"))
 
 
 def test_the_wrong_decision_is_rarer_than_promised():

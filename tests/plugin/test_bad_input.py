@@ -143,7 +143,7 @@ CASES = {
     ),
     "no recordings": (
         ["--safemanip-recordings=tasks"],
-        "ERROR: --safemanip-recordings: no [*].rollout file in *tasks is selected",
+        "ERROR: --safemanip-recordings: no [*].rollout file in *tasks",
     ),
 }
 

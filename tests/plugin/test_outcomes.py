@@ -199,3 +199,19 @@ def test_a_rollout_that_ends_at_its_first_violation_is_judged_as_far_as_it_went(
     again = one_suite.run(*chosen, "--safemanip-properties=grasp_stability")
     again.assert_outcomes(passed=1)  # other properties, another rollout
     assert files.load(path).episode.ended == "policy"
+
+
+def test_a_rollout_that_ends_at_a_warning_does_not_let_go(one_suite: Suite) -> None:
+    one_suite.run(
+        f"--safemanip-tasks={TASK}",
+        "--safemanip-policy=scripted:drop_high",
+        "--safemanip-stop=warning",
+        "--safemanip-properties=action_onset,release_stability",
+    )
+    (path,) = one_suite.recordings()
+    stopped = load(path)
+    assert files.load(path).episode.ended == "warning"
+    assert not stopped.violations
+    assert stopped.signal("obj_grasped", "obj")[-1]
+    rates = one_suite.summary()["metrics"]["scripted:drop_high"]
+    assert rates["violation_rate"]["hits"] == 0

@@ -108,6 +108,15 @@ def test_markers_are_registered_and_those_of_pytest_are_not_taken(one_suite: Sui
     )
     # A suite of that name does not skip its cases.
     one_suite.run("-m", "housekeeping").assert_outcomes(failed=1, deselected=1)
+    one_suite.pytester.syspathinsert()
+    one_suite.pytester.makepyfile(
+        another="def pytest_configure(config):\n"
+        "    config.addinivalue_line('markers', 'mine(seconds): does something')\n"
+        "def pytest_collection_modifyitems(items):\n"
+        "    assert not any(item.get_closest_marker('mine') for item in items)\n"
+    )
+    task.write_text(task.read_text().replace("suite: skip", "suite: mine"))
+    one_suite.run("-p", "another", "-m", "housekeeping").assert_outcomes(failed=1, deselected=1)
 
 
 def test_without_a_suite_its_marker_is_known_too(one_suite: Suite) -> None:

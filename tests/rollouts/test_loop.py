@@ -69,18 +69,27 @@ def test_or_goes_on_to_the_horizon_if_that_is_asked_for():
     assert recording.episode.ended == "horizon"
 
 
+class Watcher:
+    """Ends a rollout at an unsafe step, or before an action; keeps what it was told."""
+
+    def __init__(self, at=None, before=None):
+        self.at, self.before, self.told, self.asked = at, before, [], []
+
+    def __call__(self, scene, robot):
+        return self
+
+    def unsafe(self, step, action):
+        self.told.append(action)
+        return len(self.told) - 1 == self.at
+
+    def warns(self, action, before):
+        self.asked.append((action, len(before)))
+        return len(before) == self.before
+
+
 def watched(at):
-    """Ends a rollout at a step; keeps what it was told."""
-    told = []
-
-    def watch(scene):
-        def is_unsafe(step, action):
-            told.append(action)
-            return len(told) - 1 == at
-
-        return is_unsafe
-
-    return watch, told
+    watch = Watcher(at)
+    return watch, watch.told
 
 
 @pytest.mark.parametrize(("at", "acting"), [(3, 4), (0, 2)])
@@ -98,6 +107,18 @@ def test_a_watched_rollout_that_stays_safe_ends_at_success():
     watching = dataclasses.replace(job(stop="violation"), watch=watch)
     recording = rollout.run(watching, toy.World(succeeds_at=4), Plays())
     assert (recording.acting, recording.episode.ended) == (5, "success")
+
+
+@pytest.mark.parametrize("before", [0, 3])
+def test_the_action_that_is_warned_of_is_not_taken_and_the_robot_holds_still_instead(before):
+    watch, world = Watcher(before=before), toy.World(rests_from=0)
+    watching = dataclasses.replace(job(stop="warning"), watch=watch)
+    recording = rollout.run(watching, world, Plays())
+    assert (recording.acting, recording.episode.ended) == (before + 1, "warning")
+    assert [count for _, count in watch.asked] == list(range(before + 1))
+    taken = [action.tolist() for action in world.actions]
+    assert taken[:before] == [action.tolist() for action, _ in watch.asked[:before]]
+    assert len(recording.steps) - recording.acting == REST_STEPS
 
 
 def test_without_success_it_ends_at_the_horizon():

@@ -266,6 +266,15 @@ def test_the_users_objects_are_added_to_the_shipped_ones_and_replace_them(plan, 
     assert made.attributes["mug"] == {"container", "fragile"}
 
 
+def test_a_zone_that_no_task_has_is_refused(refusal, folder):
+    own = PROPERTY.replace("o in objects", "z in zones of protcted").replace(
+        "{held: obj_grasped(o), still: settled(o)}",
+        '{held: "in_zone(robot, z)", still: "near(robot, z)"}',
+    )
+    found = refusal(property_paths=folder(gentle=own))
+    assert "gentle.yaml: no task has a zone 'protcted'; did you mean 'protected'?" in found
+
+
 def test_shipped_tasks_are_described_by_the_simulator(plan):
     assert len({case.task for case in plan(tasks=("all",)).cases}) == 50
 
@@ -288,15 +297,19 @@ def recordings(tmp_path):
 
 
 def test_recordings_are_found_in_subfolders_and_selected(plan, recordings):
-    folder = recordings({"seed": 0}, {"seed": 1}, {"policy": "other"}, {"task": DRAWER})
+    staged = "KnifeByTarget"
+    folder = recordings(
+        {"seed": 0}, {"seed": 1}, {"policy": "other"}, {"task": DRAWER}, {"task": staged}
+    )
     made = plan(policies=(), tasks=("all",), recordings=folder)
     assert set(made.recordings) == {
+        ("toy", staged, 0),
         ("toy", PLACE, 0),
         ("toy", PLACE, 1),
         ("other", PLACE, 0),
         ("toy", DRAWER, 0),
     }
-    assert len(made.cases) == 3 * 6 + 3
+    assert len(made.cases) == 4 * 6 + 3
     assert made.policies == {}
     chosen = {"policies": ("toy",), "tasks": (PLACE,), "seeds": (1,)}
     assert set(plan(**chosen, recordings=folder).recordings) == {("toy", PLACE, 1)}
@@ -306,7 +319,7 @@ def test_recordings_are_found_in_subfolders_and_selected(plan, recordings):
     ("episodes", "changed", "message"),
     [
         ([], {}, "--safemanip-recordings: no *.rollout file in "),
-        ([{}], {"seeds": (9,)}, "is selected"),
+        ([{}], {"seeds": (9,)}, "is selected; there are tasks PickPlace"),
         ([{}, {}], {}, "are recordings of the same rollout"),
         ([{"task": "OpenDrawr"}], {}, "unknown task 'OpenDrawr'; did you mean 'OpenDrawer'?"),
         ([{}, {"seed": 1, "scene": {"roles": {}}}], {}, "1.rollout: "),

@@ -83,6 +83,7 @@ def test_a_call_sets_parameters_of_its_proposition(section):
         ("settled(o, speed=fast)", "'speed' of 'settled': expected a number above 0, found 'fast'"),
         ("settled(o, speed=0)", "parameter settled.speed: expected a number above 0"),
         ("settled(o, speed=1e12)", "parameter settled.speed: expected a number above 0, at most"),
+        ("settled(o, speed=1, speed=2)", "parameter 'speed' of 'settled' is given twice"),
         ("settled(speed=1, o)", "argument 'o' comes after a parameter that is set"),
     ],
 )

@@ -56,6 +56,15 @@ def test_the_ids_of_a_pack_begin_with_its_name(packs):
         load_packs(packs.parents[1])
 
 
+def test_a_rule_is_in_one_pack(packs):
+    other = packs.with_name("house")
+    other.mkdir()
+    (other / "pack.yaml").write_text(PACK.replace("house-rules", "house"))
+    (other / "rules_quiet.yaml").write_text(RULE)
+    with pytest.raises(ConfigError, match="pack:house has a rule 'house_rules_quiet', too"):
+        load_packs(packs.parents[1])
+
+
 def test_a_pack_has_the_name_of_its_folder(packs):
     (packs / "pack.yaml").write_text(PACK.replace("house-rules", "home"))
     with pytest.raises(ConfigError, match=r"pack\.yaml:1: .*expected 'house-rules', .*'home'"):

@@ -197,26 +197,28 @@ def test_an_error_says_where_what_and_how_to_mend_it(changed, tmp_path, old, new
     assert message in said
 
 
+def test_a_property_has_as_many_atoms_as_an_automaton_takes(tmp_path):
+    atoms = [f"a{n}" for n in range(13)]
+    head = "id: wide\ncategory: own\ntitle: t\nsource: s\nfor_each: o in objects\n"
+    formula = f"formula: G ({' | '.join(atoms)})\natoms:\n"
+    path = tmp_path / "wide.yaml"
+    path.write_text(head + formula + "".join(f"  {atom}: settled(o)\n" for atom in atoms))
+    with pytest.raises(ConfigError, match=r"wide.yaml:8: .*13 atoms, of which .* 12; split"):
+        load_property(path)
+
+
+def test_what_stands_for_something_is_no_variable(changed):
+    path = changed("o in objects", "robot in objects")
+    with pytest.raises(ConfigError, match="'robot' cannot be a variable: it has a meaning already"):
+        load_property(path, propositions=KNOWN, constants=("robot",))
+
+
 def test_constants_can_be_arguments(changed):
     path = changed("settled: settled(o)", "settled: settled(gripper)")
     with pytest.raises(ConfigError, match="unknown argument 'gripper'"):
         load_property(path)
     found = load_property(path, constants=["gripper"])
     assert found.atoms["settled"].arguments == ("gripper",)
-
-
-def test_a_formula_beyond_the_limits_names_the_file(tmp_path):
-    names = [f"a{i}" for i in range(13)]
-    path = tmp_path / "wide.yaml"
-    declared = "".join(f"  {name}: {name}\n" for name in names)
-    path.write_text(
-        f"id: wide\ncategory: c\ntitle: t\nsource: s\nformula: G ({' & '.join(names)})\natoms:\n"
-        + declared
-    )
-    with pytest.raises(
-        FormulaError, match=r"wide.yaml:5: property 'wide': 13 atoms; the limit is 12"
-    ):
-        load_property(path).dfa()
 
 
 def test_bounds_are_converted_with_the_control_period_of_each_recording(changed):

@@ -53,7 +53,8 @@ def test_an_episode_survives_as_json():
         ({"horizon": -1}, "episode: horizon must be an integer from 0 up"),
         (
             {"ended": "x"},
-            "episode: ended must be one of success, horizon, policy, violation, stalled, found 'x'",
+            "episode: ended must be one of success, horizon, policy, violation, stalled, warning, "
+            "found 'x'",
         ),
         ({"disturbances": [1]}, "episode: each of its disturbances must be a mapping with a kind"),
         ({"disturbances": [{}] * 101}, "episode: disturbances must be a list of at most 100"),

@@ -92,3 +92,14 @@ def _shifted(values: Bools, fill: bool) -> Bools:
     shifted = np.empty_like(values)
     shifted[:1], shifted[1:] = fill, values[:-1]
     return shifted
+
+
+def slope(values: NDArray[Any], dt: float) -> NDArray[np.float64]:
+    """Rates of change of values (T, ...), a step every ``dt`` seconds: the slopes of least-squares
+    lines through all of them, 1/s (...); 0 of one value alone.
+    """
+    values = np.asarray(values, np.float64)
+    if len(values) < 2:
+        return np.zeros(values.shape[1:])
+    away = (np.arange(len(values)) - (len(values) - 1) / 2.0) * dt
+    return np.asarray(np.tensordot(away, values, axes=1) / (away @ away))

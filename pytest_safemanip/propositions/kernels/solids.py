@@ -158,7 +158,7 @@ class SurfaceCache:
         stale = openness != self._openness[some]
         if stale.any():
             moved = some[stale]
-            poses = _poses_at(view, moved, openness[stale])
+            poses = poses_at(view, moved, openness[stale])
             self._boxes[moved] = corners(poses, view.trace.scene.solid.half[moved])
             self._openness[moved] = openness[stale]
         boxes: Array = self._boxes[some]
@@ -177,10 +177,10 @@ def pieces_at(view: View, surface: int, steps: NDArray[np.intp]) -> Array:
         still: Array = view.trace.scene.solid.pose[surface][None]
         return still
     openness = view.trace.steps.joint[steps, joint, 0]
-    return _poses_at(view, np.full(len(steps), surface), openness)
+    return poses_at(view, np.full(len(steps), surface), openness)
 
 
-def _poses_at(view: View, some: NDArray[np.intp], openness: Array) -> Array:
+def poses_at(view: View, some: NDArray[np.intp], openness: Array) -> Array:
     """Centre poses of some surfaces, at the openness of what moves each (K, 7)."""
     known, poses = view.shared(_surfaces), view.trace.scene.solid.pose[some]
     travel, axis, slides = known.travel[some] * openness, known.axis[some], known.slides[some]

@@ -33,7 +33,7 @@ class ActionNoise:
 class _Noisy(Effect):
     def __init__(self, size: float, begun: Begun) -> None:
         actions, self._random = begun.robot.actions, begun.random
-        switched = {*actions.switched, *(g.entry for g in begun.robot.grippers)}
+        switched = {*actions.modes, *(g.entry for g in begun.robot.grippers)}
         moves = np.array([entry.name not in switched for entry in actions.entries])
         self._scale = size * 0.5 * (actions.high - actions.low) * moves
         self._memory = math.exp(-begun.scene.control_period / MEMORY_SECONDS)

@@ -19,6 +19,7 @@ from pytest_safemanip.sim.libero.suites import TaskFiles
 from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.sim.mujoco.simulation import Simulation
+from pytest_safemanip.sim.mujoco.strangers import check_stable
 from pytest_safemanip.trace.steps import Step
 
 
@@ -77,6 +78,7 @@ class LiberoBackend(Simulation):
             self._probe.sample()
         env._post_process()
         self._end_pushes()
+        check_stable(env.sim.data._data)
         return self._probe.read(action, success=bool(env._check_success()))
 
     @property

@@ -31,12 +31,13 @@ class Probe:
 
     Attributes:
         scene: the static part of the episode.
+        commands: what an action tells the grippers (G,).
     """
 
     def __init__(
         self, model: Any, data: Any, reader: Reader, commands: Callable[[Action], Action]
     ) -> None:
-        self._data, self._reader, self._commands = data, reader, commands
+        self._data, self._reader, self.commands = data, reader, commands
         self._sampler = ContactSampler(model, reader.description.table)
         self._sampled = False
         self.scene: Scene = reader.description.scene
@@ -80,7 +81,7 @@ class Probe:
         if not self._sampled:
             self.sample()
         self._sampled = False
-        told = None if action is None else self._commands(action)
+        told = None if action is None else self.commands(action)
         return self._reader.read(success, self._sampler.take(), told)
 
     @property

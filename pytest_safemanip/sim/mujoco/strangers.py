@@ -80,8 +80,7 @@ def check_stable(data: Any) -> None:
     for kind in (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC):
         if data.warning[int(kind)].number:
             raise TraceError(
-                "the physics of the model is unstable: from a recorded state it comes to numbers "
-                "that are not finite"
+                "the physics of the model is unstable: it comes to numbers that are not finite"
             )
 
 

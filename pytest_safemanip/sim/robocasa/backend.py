@@ -18,6 +18,7 @@ from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.foresight import Foresight
 from pytest_safemanip.sim.mujoco.simulation import Simulation
 from pytest_safemanip.sim.mujoco.sleeping import Asleep
+from pytest_safemanip.sim.mujoco.strangers import check_stable
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.foreseeing import open_foresight
@@ -71,6 +72,7 @@ class RoboCasaBackend(Simulation):
         seeing.change(env.sim.model._model, seen, request.changes)
         table = self._reader.description.table
         model = env.sim.model._model
+        check_stable(env.sim.data._data)
         asleep = Asleep(model)
         self._sampler = ContactSampler(model, table, asleep)
         self._stepper = (
@@ -99,6 +101,7 @@ class RoboCasaBackend(Simulation):
         """
         env = self._running("step")
         self._stepper.step(action)
+        check_stable(env.sim.data._data)
         success = bool(env._check_success())
         commands = SPEC.robot.commands(action)
         self._end_pushes()

@@ -64,7 +64,7 @@ PANDA = GripperSpec("right", (("finger_left",), ("finger_right",)), ("palm",), _
 SPEC = BackendSpec(
     robot=RobotSpec(
         ROBOT_MODEL,
-        ActionSpec(tuple(map(ActionEntry, _ENTRIES)), hold, random, frozenset({_ENTRIES[MODE]})),
+        ActionSpec(tuple(map(ActionEntry, _ENTRIES)), hold, random, (_ENTRIES[MODE],)),
         (PANDA,),
     ),
     scenes=("compact", "target", "pretrain"),

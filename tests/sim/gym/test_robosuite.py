@@ -50,6 +50,10 @@ def test_a_hand_that_is_pushed_onto_the_table_costs_and_no_bit_changes(make):
     assert np.array_equal(watched.view(np.uint64), alone.view(np.uint64))
     assert told[0]["cost"] == 0.0
     assert told[-1]["safety"]["collision_contact"].unsafe
+    first = next(step for step, info in enumerate(told) if info["cost"])
+    assert any(info["warnings"] for info in told[:first])
+    assert told[first - 1]["safety"]["collision_contact"].time_to_violation < 0.2
+    assert told[first]["safety"]["collision_contact"].time_to_violation == 0.0
 
 
 def test_other_controllers_are_refused(make):
