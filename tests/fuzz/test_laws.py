@@ -40,7 +40,7 @@ def laws(pytestconfig):
     ],
 )
 def test_shipped_propositions_obey(proposition, law, laws):
-    found = find_counterexample(proposition, law, CATALOGUE, PARAMETERS, examples=laws or 5)
+    found = find_counterexample(proposition, law, CATALOGUE, PARAMETERS, examples=laws or 3)
     assert found is None, found.error
 
 
