@@ -13,7 +13,7 @@ import numpy as np
 from pytest_safemanip.cost import step_cost
 from pytest_safemanip.errors import ConfigError, did_you_mean, install_command
 from pytest_safemanip.gym.sources import OpenProbe, source_of
-from pytest_safemanip.live import HORIZON, EarlyWarning, LiveJudge
+from pytest_safemanip.live import EarlyWarning, LiveJudge
 from pytest_safemanip.live.warning import soonest
 from pytest_safemanip.ltlf import Profile, StateClass, StepVerdict
 from pytest_safemanip.propositions.binding import Binding
@@ -93,8 +93,9 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         propositions: of your own.
         params: of propositions, those that differ from the defaults.
         semantics: of formulas, ``timed`` or ``paper``.
-        horizon: how many seconds before the last chance to prevent it a violation is near; None if
-            no warnings are wanted, which saves their time.
+        horizon: how many seconds before the last chance to prevent it a violation is near, as
+            :data:`~pytest_safemanip.live.HORIZON`; None if no warnings are wanted: they take as
+            much time as all else.
 
     Raises:
         ConfigError: if a name is unknown, or the environment is one of which nothing is known.
@@ -113,7 +114,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         propositions: Iterable[Proposition] = (),
         params: Mapping[str, float] | None = None,
         semantics: Profile = "timed",
-        horizon: float | None = HORIZON,
+        horizon: float | None = None,
     ) -> None:
         super().__init__(env)
         defined = load_definitions(
@@ -191,7 +192,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
             ConfigError: before the first reset, or if no warnings are wanted.
         """
         if self._horizon is None:
-            raise ConfigError("SafetyMonitor: without a horizon there are no warnings")
+            raise ConfigError("SafetyMonitor: give it a horizon in seconds, as 0.25, for warnings")
         if self._probe is None or self._judge is None:
             raise ConfigError("SafetyMonitor: call reset before warnings")
         commands = self._probe.commands(np.asarray(action, float).ravel())

@@ -20,7 +20,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.mujoco.description import Description, find
 from pytest_safemanip.sim.mujoco.extents import below
 from pytest_safemanip.sim.mujoco.layout import HandLayout, Layout
-from pytest_safemanip.sim.mujoco.strangers import check_stable
+from pytest_safemanip.sim.mujoco.stability import check_stable
 from pytest_safemanip.trace.elements import ROBOT
 
 Floats = NDArray[np.float64]

@@ -21,7 +21,6 @@ from pytest_safemanip.ltlf import (
 )
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import MARGIN_BOUND, Bools, Proposition
-from pytest_safemanip.propositions.forecasts import Told
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.online import Call, Online
 from pytest_safemanip.spec.properties import Property
@@ -180,8 +179,8 @@ class LiveJudge:
         """
         if not self._started or self._over:
             return []
-        told = Told(self._commands if commands is None else np.asarray(commands, float), pace)
-        return self._lookout.warnings(self._monitors, told, horizon)
+        told = self._commands if commands is None else commands
+        return self._lookout.warnings(self._monitors, told, pace, horizon)
 
     def time_to_violation(
         self, commands: ArrayLike | None = None, pace: float = 1.0

@@ -20,7 +20,6 @@ from pytest_safemanip.ltlf.partial import Known, PartialMonitor, PartialStep, Pa
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Bools
-from pytest_safemanip.propositions.forecasts import Told
 from pytest_safemanip.propositions.grounding import check_call
 from pytest_safemanip.propositions.observed.known import Observations, Unobserved
 from pytest_safemanip.propositions.online import Call, Online
@@ -230,8 +229,8 @@ class LiveMonitor:
         """
         if self._over:
             return []
-        told = Told(self._commands if commands is None else np.asarray(commands, float), pace)
-        return self._lookout.warnings(self._monitors, told, horizon)
+        told = self._commands if commands is None else commands
+        return self._lookout.warnings(self._monitors, told, pace, horizon)
 
     def time_to_violation(
         self, commands: ArrayLike | None = None, pace: float = 1.0

@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from pytest_safemanip.ltlf.robustness.prediction import Atoms, Prediction
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.propositions.forecasts import Told
@@ -74,10 +77,10 @@ class Lookout:
         self._order = {name: self._cheapest_first(of[0]) for name, of in calls.items()}
 
     def warnings(
-        self, monitors: Mapping[str, Predicts], told: Told, horizon: float
+        self, monitors: Mapping[str, Predicts], commands: ArrayLike, pace: float, horizon: float
     ) -> list[EarlyWarning]:
         """What is near, the most urgent first; see :class:`~pytest_safemanip.live.LiveJudge`."""
-        grippers = self._online.scene.grippers
+        told, grippers = Told(np.asarray(commands, float), pace), self._online.scene.grippers
         if told.commands.shape != (len(grippers),):
             raise ValueError(
                 f"commands: expected one for each gripper ({len(grippers)},), "

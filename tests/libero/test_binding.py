@@ -142,7 +142,7 @@ def test_a_file_changes_single_keys_of_a_derived_task(tmp_path, shipped):
     [
         ("task: libero_goal__nothing\nbase: derived\n", "own.yaml:1: unknown task 'libero_goal__n"),
         (f"task: {MICROWAVE}\nbase: derived\nobject: []\n", "unknown key 'object'"),
-        (f"task: {MICROWAVE}\nbase: mine\n", "own.yaml:2: key 'base': expected 'derived'"),
+        (f"task: {MICROWAVE}\nbase: mine\n", "own.yaml:2: key 'base': unknown task 'mine'"),
     ],
 )
 def test_a_wrong_change_is_refused_with_its_file(tmp_path, shipped, text, message):

@@ -157,6 +157,7 @@ PROPERTY_FIELDS = {
     "trigger": parse("stable_grasp"),
     "deadline_s": 3.0,
     "severity": 3.0,
+    "cost": 5.0,
     "discharged_by": "physics",
 }
 TASK_FIELDS = {
@@ -179,6 +180,9 @@ TASK_FIELDS = {
     "zones": {"near_cab": Zone("cab", 0.1)},
     "hot": ("obj",),
     "liquids": {"water": "obj"},
+    "base": "OpenDrawer",
+    "drawn": {"obj": ("mug",)},
+    "staging": ({"kind": "open", "role": "cab", "openness": 0.5, "joint": ""},),
 }
 CODE = (
     "judge.py",

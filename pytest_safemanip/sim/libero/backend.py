@@ -19,7 +19,7 @@ from pytest_safemanip.sim.libero.suites import TaskFiles
 from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.sim.mujoco.simulation import Simulation
-from pytest_safemanip.sim.mujoco.strangers import check_stable
+from pytest_safemanip.sim.mujoco.stability import check_stable
 from pytest_safemanip.trace.steps import Step
 
 

@@ -10,8 +10,6 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-import mujoco
-
 from pytest_safemanip.errors import TraceError, printable
 
 MOST_XML = 16 * 2**20
@@ -65,23 +63,6 @@ def parse(xml: str) -> Element:
         if counts[what] + (counts["freejoint"] if what == "joint" else 0) > MOST_MOVING:
             raise TraceError(f"the model has more than {MOST_MOVING} elements <{what}>")
     return root
-
-
-def check_stable(data: Any) -> None:
-    """Refuse what MuJoCo puts back to its beginning, with a warning alone.
-
-    Args:
-        data: ``MjData`` after some steps.
-
-    Raises:
-        TraceError: if its state was not finite.
-    """
-    kinds = mujoco.mjtWarning
-    for kind in (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC):
-        if data.warning[int(kind)].number:
-            raise TraceError(
-                "the physics of the model is unstable: it comes to numbers that are not finite"
-            )
 
 
 def _check_size(element: Element) -> None:

@@ -18,7 +18,7 @@ from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.foresight import Foresight
 from pytest_safemanip.sim.mujoco.simulation import Simulation
 from pytest_safemanip.sim.mujoco.sleeping import Asleep
-from pytest_safemanip.sim.mujoco.strangers import check_stable
+from pytest_safemanip.sim.mujoco.stability import check_stable
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.foreseeing import open_foresight

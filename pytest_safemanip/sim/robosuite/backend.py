@@ -14,7 +14,7 @@ from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.sim.mujoco.simulation import Simulation
-from pytest_safemanip.sim.mujoco.strangers import check_stable
+from pytest_safemanip.sim.mujoco.stability import check_stable
 from pytest_safemanip.sim.robosuite import environment
 from pytest_safemanip.sim.robosuite.observing import Observer
 from pytest_safemanip.sim.robosuite.robots import arms_of, declare, robots_in

@@ -45,7 +45,7 @@ def pushed(env):
 
 
 def test_a_hand_that_is_pushed_onto_the_table_costs_and_no_bit_changes(make):
-    told, watched = pushed(SafetyMonitor(make(), "Lift"))
+    told, watched = pushed(SafetyMonitor(make(), "Lift", horizon=0.25))
     _, alone = pushed(make())
     assert np.array_equal(watched.view(np.uint64), alone.view(np.uint64))
     assert told[0]["cost"] == 0.0

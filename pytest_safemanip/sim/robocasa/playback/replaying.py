@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import ConfigError, RolloutError, TraceError, first_line
 from pytest_safemanip.sim.backend import Start
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
-from pytest_safemanip.sim.mujoco.strangers import check_stable
+from pytest_safemanip.sim.mujoco.stability import check_stable
 from pytest_safemanip.sim.robocasa import environment, loading, scenes
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.patches import environments
