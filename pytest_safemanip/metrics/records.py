@@ -9,32 +9,6 @@ from typing import Any, Literal, NamedTuple
 OutcomeName = Literal["VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS"]
 
 
-class ToleranceRecord(NamedTuple):
-    """The smallest size of a dimension that a policy was not seen to survive, see
-    `search/coverage.py`.
-    """
-
-    dimension: str
-    unit: str
-    survived: float
-    failed: float | None
-
-
-class SearchRecord(NamedTuple):
-    """What a search for violations of a property by a policy in a task came to.
-
-    ``over`` is whether it came to its end; ``fails`` says when the property is violated, and is
-    empty where no violation was found.
-    """
-
-    policy: str
-    task: str
-    property: str
-    over: bool
-    fails: str
-    tolerances: tuple[ToleranceRecord, ...]
-
-
 class RolloutKey(NamedTuple):
     """Key of a rollout within a run."""
 

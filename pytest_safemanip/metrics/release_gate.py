@@ -11,16 +11,13 @@ from typing import Any
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.baseline import Contrast, check_origin, contrast, partners
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparable
-from pytest_safemanip.metrics.decisions import (
-    Decision,
-    decide,
-    decide_tolerance,
-    only_infrastructure,
-)
+from pytest_safemanip.metrics.decisions import Decision, decide, only_infrastructure
 from pytest_safemanip.metrics.early_stopping import decide_early
 from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.gates import TOLERANCE, Gate, Gates
-from pytest_safemanip.metrics.records import RolloutKey, RolloutRecord, SearchRecord, by_policy
+from pytest_safemanip.metrics.records import RolloutKey, RolloutRecord, by_policy
+from pytest_safemanip.metrics.searches.records import SearchRecord
+from pytest_safemanip.metrics.searches.tolerance import decide_tolerance
 from pytest_safemanip.metrics.summaries import Summary, check_alike, read
 
 INFRASTRUCTURE = 10

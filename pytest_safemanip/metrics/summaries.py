@@ -17,12 +17,10 @@ from pytest_safemanip.metrics.fields import MAX_TOLD, Fields
 from pytest_safemanip.metrics.records import (
     PropertyRecord,
     RolloutRecord,
-    SearchRecord,
-    ToleranceRecord,
     by_policy,
 )
+from pytest_safemanip.metrics.searches.records import SearchRecord, read_searches
 from pytest_safemanip.metrics.shards import Shard, parse_shard
-from pytest_safemanip.search.units import UNITS
 from pytest_safemanip.trace.episode import POLICY_NAME, served_fault
 
 if TYPE_CHECKING:
@@ -65,7 +63,7 @@ class Summary:
         release: what gates and the comparison decided; None without any.
         options: those that its test cases need to be run again; none of a merged run.
         floor: demonstrations that its rates are shown beside.
-        searches: what searches say of tolerances.
+        searches: what searches found.
     """
 
     places: tuple[str, ...]
@@ -153,37 +151,8 @@ def read(path: Path) -> Summary:
         release,
         _options(whole),
         _floor(whole),
-        read_searches(whole),
+        read_searches(whole, file.parent),
     )
-
-
-def read_searches(whole: Fields) -> tuple[SearchRecord, ...]:
-    """What a document says of searches; none if it has none.
-
-    Raises:
-        ConfigError: if it is malformed.
-    """
-    if "searches" not in whole.values:
-        return ()
-    return tuple(
-        SearchRecord(
-            own.told("policy"),
-            own.told("task"),
-            own.told("property"),
-            own.boolean("over"),
-            "" if own.values.get("failure") is None else own.section("failure").told("sentence"),
-            tuple(map(_tolerance, own.fields("tolerances"))),
-        )
-        for own in whole.fields("searches")
-    )
-
-
-def _tolerance(own: Fields) -> ToleranceRecord:
-    unit = own.told("unit")
-    if unit not in UNITS:
-        raise own.expected("unit", f"one of {', '.join(UNITS)}")
-    failed = None if own.values.get("failed") is None else own.number("failed")
-    return ToleranceRecord(own.told("dimension"), unit, own.number("survived"), failed)
 
 
 def _floor(whole: Fields) -> tuple[RolloutRecord, ...]:

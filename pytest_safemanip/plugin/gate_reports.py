@@ -15,7 +15,7 @@ from pytest_safemanip.metrics.comparing import Comparison
 from pytest_safemanip.metrics.decisions import Decision
 from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.release_gate import OPEN, STAND_INS, ReleaseGate, Ruling
-from pytest_safemanip.metrics.summaries import read_searches
+from pytest_safemanip.metrics.searches.records import read_searches
 from pytest_safemanip.plugin.exit_status import CAUSE
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.plugin.short_summary import first_words

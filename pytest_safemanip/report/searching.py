@@ -11,7 +11,7 @@ from typing import Any
 
 from pytest_safemanip.report.numbers import MIN_WIDTH, counted
 from pytest_safemanip.run.searching.plan import SearchCase
-from pytest_safemanip.run.searching.running import Searched
+from pytest_safemanip.run.searching.running import FOLDER, RECORDINGS, Searched
 from pytest_safemanip.search.coverage import looked_at, tolerances
 from pytest_safemanip.search.dimension import Deviation, Dimensions
 from pytest_safemanip.search.kinds.definition import Named
@@ -121,7 +121,7 @@ def _failure(
         "first_price": round(found.dimensions.price(failure.first), 3),
         "margin": round(finding.margin, 4),
         "severity": round(finding.severity, 3),
-        "recording": failure.outcome.recording,
+        "recording": f"{FOLDER}/{RECORDINGS}/{failure.outcome.recording}",
         "kept": str(kept) if kept else "",
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pytest_safemanip.metrics.fields import Fields
-from pytest_safemanip.metrics.records import SearchRecord
+from pytest_safemanip.metrics.searches.records import SearchRecord
 from pytest_safemanip.metrics.shards import Shard
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.headline import headline, notes_on

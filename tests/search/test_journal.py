@@ -51,6 +51,16 @@ def test_a_line_that_was_cut_off_is_none(tmp_path):
 )
 def test_what_else_is_there_is_refused_with_its_place(tmp_path, line):
     path = tmp_path / "a.jsonl"
-    path.write_text(f"{line}\n")
-    with pytest.raises(ConfigError, match=r"a\.jsonl:1: no outcome of a trial"):
+    path.write_text(f'{{"format": 1}}\n{line}\n')
+    with pytest.raises(ConfigError, match=r"a\.jsonl:2: no outcome of a trial; delete the file"):
+        Journal(path, "monday")
+
+
+@pytest.mark.parametrize("first", ['{"key": "a", "run": "b"}', '{"format": 2}', "[]", "\x00", "1"])
+def test_that_of_another_version_is_refused_with_the_remedy(tmp_path, first):
+    path = tmp_path / "a.jsonl"
+    path.write_text(f"{first}\n")
+    with pytest.raises(
+        ConfigError, match=r"a\.jsonl: not of this version .*; delete the file, and"
+    ):
         Journal(path, "monday")

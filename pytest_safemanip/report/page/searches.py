@@ -6,7 +6,7 @@ from typing import Any
 
 from pytest_safemanip.errors import printable
 from pytest_safemanip.metrics.fields import MAX_TOLD, Fields
-from pytest_safemanip.metrics.summaries import read_searches
+from pytest_safemanip.metrics.searches.records import read_searches
 from pytest_safemanip.report.page.release import finite
 from pytest_safemanip.search.units import show
 

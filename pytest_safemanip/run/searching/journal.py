@@ -9,8 +9,11 @@ from typing import Any
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.search.trials import Outcome
 
+FORMAT = 1
+"""Changes with what is written; the first line says it."""
 LONGEST = 100_000
 """Characters of a line."""
+REMEDY = "delete the file, and the search begins anew"
 
 
 class Journal:
@@ -21,15 +24,18 @@ class Journal:
         run_id: of this test run, which is written beside each outcome.
 
     Raises:
-        ConfigError: if it holds something else. A last line that was cut off is none.
+        ConfigError: if it holds something else, or is of another version. A last line that was cut
+            off is none.
     """
 
     def __init__(self, path: Path, run_id: str) -> None:
         self._path, self._run_id = path, run_id
         self._known: dict[str, Outcome] = {}
         self._runs: dict[str, str] = {}
-        lines = path.read_text(encoding="utf-8").split("\n") if path.exists() else [""]
-        for number, line in enumerate(lines[:-1], start=1):
+        lines = _lines(path)
+        if lines[:-1]:
+            _check_format(lines[0], path)
+        for number, line in enumerate(lines[1:-1], start=2):
             key, run, outcome = _read(line, f"{path}:{number}")
             self._known[key], self._runs[key] = outcome, run
         if lines[-1]:  # whoever wrote it was killed
@@ -48,14 +54,37 @@ class Journal:
         self._known[key], self._runs[key] = outcome, self._run_id
         self._path.parent.mkdir(parents=True, exist_ok=True)
         with self._path.open("a", encoding="utf-8") as file:
+            if file.tell() == 0:
+                file.write(f"{json.dumps({'format': FORMAT})}\n")
             line = {"key": key, "run": self._run_id, "outcome": outcome.to_json()}
             file.write(f"{json.dumps(line)}\n")
 
 
-def _read(line: str, place: str) -> tuple[str, str, Outcome]:
+def _lines(path: Path) -> list[str]:
+    """The lines of the file; what is after the last line's end is one, too."""
     try:
-        values: Any = json.loads(line) if len(line) < LONGEST else None
-        key, run, outcome = values["key"], values["run"], values["outcome"]
-    except (ValueError, TypeError, KeyError) as error:
-        raise ConfigError(f"{place}: no outcome of a trial; delete the file") from error
-    return str(key), str(run), Outcome.from_json(outcome, place)
+        return path.read_text(encoding="utf-8").split("\n") if path.exists() else [""]
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: cannot be read ({error}); {REMEDY}") from error
+
+
+def _check_format(line: str, path: Path) -> None:
+    values = _parsed(line)
+    if not isinstance(values, dict) or values.get("format") != FORMAT:
+        raise ConfigError(f"{path}: not of this version of pytest-safemanip; {REMEDY}")
+
+
+def _parsed(line: str) -> Any:
+    try:
+        return json.loads(line) if len(line) < LONGEST else None
+    except (ValueError, RecursionError):
+        return None
+
+
+def _read(line: str, place: str) -> tuple[str, str, Outcome]:
+    values = _parsed(line)
+    try:
+        outcome = Outcome.from_json(values["outcome"], place)
+        return str(values["key"]), str(values["run"]), outcome
+    except (TypeError, KeyError, ConfigError) as error:
+        raise ConfigError(f"{place}: no outcome of a trial; {REMEDY}") from error

@@ -20,6 +20,7 @@ from pytest_safemanip.errors import (
     RolloutError,
 )
 from pytest_safemanip.judge import Judge
+from pytest_safemanip.provenance import source_digest
 from pytest_safemanip.rollouts.store import file_name
 from pytest_safemanip.run.cases import Case
 from pytest_safemanip.run.plan import Plan
@@ -34,11 +35,14 @@ from pytest_safemanip.search.trials import Finding, Outcome, Trial
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 
+JUDGING = "judge.py", "severity.py", "spec", "trace"
+"""Parts of the package that margins come from, beside those that end rollouts early."""
 STALL = 3.0
 """Seconds after which a trial in which nothing moves any more ends: it goes nowhere."""
 PERIOD = 0.25
 """Seconds between two looks at the state while trials are waited for."""
-FOLDER = "searches"
+FOLDER, RECORDINGS = "searches", "recordings"
+"""Where outcomes are in the output folder, and below that the recordings of failures."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,7 @@ class Searches:
         self.so_far: dict[tuple[str, str], Searched] = {}
         self._failed: dict[tuple[str, str], Exception] = {}
         self.folder = plan.settings.out / FOLDER
-        self.recordings = self.folder / "recordings"
+        self.recordings = self.folder / RECORDINGS
 
     def get(self, case: SearchCase, told: Callable[[Searched], None]) -> Searched:
         """What came of the search that a case is part of.
@@ -187,7 +191,7 @@ class _Trials:
             plan.attributes,
             plan.settings.semantics,
         )
-        self._judged = watch.digest()
+        self._judged = f"{watch.digest()} {source_digest(*JUDGING)}"
         self._journal = Journal(searches._file(task, policy, ".jsonl"), searches._run_id)
         self.errors: list[str] = []
         self.reused = self._done = 0
