@@ -1,7 +1,8 @@
 """How many rollouts a search takes to a failure: optimisers beside random and Sobol sampling.
 
-    python benchmarks/search.py toys            # planted weaknesses without a simulator, minutes
-    python benchmarks/search.py bench --seeds 1 # ten weak policies in MuJoCo, an hour on one core
+    python benchmarks/search.py toys              # planted weaknesses without a simulator, minutes
+    python benchmarks/search.py bench --seeds 1   # ten weak policies in MuJoCo, minutes
+    python benchmarks/search.py causes --drawn 1  # ... that are drawn; what each is reduced to
 
 A weakness is what a policy does wrong in a combination of circumstances alone. The space is the
 shipped one, `searches/default.yaml`, for a task with two objects and a cabinet; of the bench its
@@ -20,7 +21,7 @@ import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.proposing.parzen import ParzenEstimators
 from pytest_safemanip.search.proposing.proposer import MakeProposer
 from pytest_safemanip.search.proposing.sampling import RandomSampling, SobolSampling
+from pytest_safemanip.search.search import Effort, Search
 from pytest_safemanip.search.space import applicable, load_space
 from pytest_safemanip.spec.task import Task
 
@@ -116,10 +118,14 @@ SAMPLERS: Mapping[str, MakeProposer] = {
 def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("toys", "bench"))
+    parser.add_argument("what", choices=("toys", "bench", "causes"))
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--only", nargs="*", default=())
+    parser.add_argument("--only", nargs="*", default=(), help="proposers")
+    parser.add_argument("--drawn", type=int, metavar="SEED", help="draw the bench's weaknesses")
     options = parser.parse_args()
+    if options.what == "causes":
+        _print_causes(options)
+        return
     names = [name for name in all_samplers() if not options.only or name in options.only]
     print("| proposer | found | after rollouts, on average | area | s | found of each |")
     print("|---|---|---|---|---|---|")
@@ -148,9 +154,40 @@ def _problems(
         senses = {"hand", "images", "instruction"}
         dimensions = applicable(space, TASK, SPEC, "compact", senses).dimensions
         return [_toy(toy, dimensions) for toy in TOYS]
-    from tests.search.weaknesses import WEAK, attempts
+    from tests.search.weaknesses import attempts
 
-    return [attempts(weak, BUDGET, BATCH) for weak in WEAK]  # type: ignore[no-untyped-call]
+    return [attempts(weak, BUDGET, BATCH) for weak in _weaknesses(options)]  # type: ignore[no-untyped-call]
+
+
+def _weaknesses(options: argparse.Namespace) -> Sequence[Any]:
+    from tests.search.weaknesses import WEAK, drawn
+
+    return WEAK if options.drawn is None else drawn(options.drawn)  # type: ignore[no-untyped-call]
+
+
+def _print_causes(options: argparse.Namespace) -> None:
+    """Search each weakness as a run does, and print what is left of what was found."""
+    from tests.search.trying import searched
+    from tests.search.weaknesses import PROPERTY
+
+    print("| planted | the nearer | found after | reduced in | to | the cause |")
+    print("|---|---|---|---|---|---|")
+    for weak in _weaknesses(options):
+        tries = weak.tries()
+        search = Search(tries.dimensions, [PROPERTY], (0,), Effort(), ParzenEstimators)
+        own = searched(search, tries).pursuits[PROPERTY]  # type: ignore[no-untyped-call]
+        planted = ", ".join(f"{name} {size}" for name, size in weak.causes.items())
+        if own.failure is None:
+            print(f"| {planted} | {weak.way} | - | | | |", flush=True)
+            continue
+        left = own.failure.deviation
+        told = ", ".join(f"{name} {left[name].size}" for name in left)
+        cause = "yes" if weak.is_shown_by(left) else "no"
+        print(
+            f"| {planted} | {weak.way} | {own.failure.found_at} | {own.shrinking} | {told} "
+            f"| {cause} |",
+            flush=True,
+        )
 
 
 def _toy(toy: Toy, dimensions: Dimensions) -> Callable[[MakeProposer, int], int | None]:

@@ -7,6 +7,7 @@ from itertools import permutations
 
 import pytest
 
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.gates import parse_gate
 from pytest_safemanip.metrics.groups import measure_each
 from pytest_safemanip.metrics.merging import merge
@@ -89,3 +90,17 @@ def test_without_a_failure_the_largest_size_that_was_tried_is_what_is_known():
 
 def test_a_search_that_was_interrupted_decides_nothing():
     assert decided("3 cm", ("left", "cm", 3.5, 4.0), over=False).verdict == "INCOMPLETE"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("tolerance[x] <= 3 cm", r"expected tolerance\[PROPERTY\] >= SIZE"),
+        ("tolerance[x] >= 3 ells", "expected a size of at least 0 with a unit"),
+        ("tolerance[x] >= -3 cm", "expected a size of at least 0 with a unit"),
+        ("tolerance[x] >= cm", "expected"),
+    ],
+)
+def test_what_is_no_size_is_no_gate(text, message):
+    with pytest.raises(ConfigError, match=message):
+        parse_gate(text)

@@ -195,12 +195,22 @@ def _regressions(plan: Plan, kept: Iterable[Regression]) -> Iterable[RegressionC
         return
     known = {(case.policy, case.task, case.property_id) for case in plan.every}
     for own in kept:
-        if own.property_id not in plan.properties:
-            hint = did_you_mean(own.property_id, plan.properties, "safemanip properties")
-            raise ConfigError(f"{own.path}: unknown property {own.property_id!r}; {hint}")
+        _check_known(own, "property", own.property_id, plan.properties, "safemanip properties")
         if own.backend != plan.settings.backend:
             continue
+        _check_known(own, "task", own.task, plan.tasks, "safemanip tasks")
+        if own.scenes:
+            plan.simulator.spec.check_scenes(own.scenes, str(own.path))
         for policy in plan.policies:
             here = not own.scenes or own.scenes == plan.scenes(policy)
             if here and (policy, own.task, own.property_id) in known:
                 yield RegressionCase(own, policy)
+
+
+def _check_known(
+    kept: Regression, what: str, name: str, known: Mapping[str, object], listed_by: str
+) -> None:
+    """Refuse a kept failure that would silently never be tried."""
+    if name not in known:
+        hint = did_you_mean(name, known, listed_by)
+        raise ConfigError(f"{kept.path}: unknown {what} {name!r}; {hint}")
