@@ -1,9 +1,10 @@
 """What to try next by tree-structured Parzen estimators (Bergstra et al. 2011), as Optuna has them.
 
 The first trials fill the space evenly. Those that come after are drawn where the better trials so
-far are dense and the others are not, all dimensions together; but for two of each round, which
-carry further what came nearest to a violation: its sizes are larger. `benchmarks/search.py` holds
-this against what else there is.
+far are dense and the others are not, all dimensions together; but for four of each round, which
+begin from what came nearest to a violation: two carry it further, with larger sizes, two draw one
+of its values anew, for where the better trials are alike nothing else leads away from them.
+`benchmarks/search.py` holds this against what else there is.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ FURTHER = (1.3, 2.0)
 """How much larger the sizes of the best trial so far are tried."""
 BEST = 8
 """Trials that are carried further, the best first."""
+ALTERED, OF = 2, 3
+"""How many of each round have one value drawn anew, and of how many of the best, in turns."""
 FIRST = 32
 """Trials that fill the space evenly."""
 WORST = 1e6
@@ -52,6 +55,7 @@ class ParzenEstimators:
         self._even, self._left = SobolSampling(dimensions, seed), FIRST
         self._nearest: list[tuple[float, int, Deviation]] = []
         self._carried: set[Deviation] = set()
+        self._random, self._turn = np.random.default_rng(seed), 0
         self._told = 0
         self._known: Mapping[str, BaseDistribution] = dict(_distributions(dimensions))
         optuna.logging.set_verbosity(optuna.logging.WARNING)
@@ -67,7 +71,7 @@ class ParzenEstimators:
         self._left -= even
         found = self._even.ask(even)
         if even < count:
-            found += self._further()[: count - even]
+            found += [*self._further(), *self._altered()][: count - even]
         with _experimental():
             asked = [self._study.ask(dict(self._known)) for _ in range(count - len(found))]
         for trial in asked:  # what comes of them is told with all else
@@ -90,6 +94,19 @@ class ParzenEstimators:
                 if own not in self._carried and len(found) < len(FURTHER):
                     self._carried.add(own)
                     found.append(own)
+        return found
+
+    def _altered(self) -> list[Deviation]:
+        """Those that came nearest to a violation, with one value drawn anew, or without it."""
+        found: list[Deviation] = []
+        places = [place for _, place in parts(self._dimensions)]
+        for _ in range(ALTERED if self._nearest else 0):
+            _, _, deviation = self._nearest[self._turn % min(OF, len(self._nearest))]
+            self._turn += 1
+            point = encoded(deviation, self._dimensions)
+            place = places[self._random.integers(len(places))]
+            point[place] = self._random.random(place.stop - place.start)
+            found.append(decoded(point, self._dimensions))
         return found
 
     def _point(self, values: Mapping[str, float | str]) -> Point:
