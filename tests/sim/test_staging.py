@@ -60,8 +60,14 @@ def test_an_object_stands_on_another_or_beside_it(backend: Backend) -> None:
     assert beside.fingerprint != plain.fingerprint
 
 
-def test_an_object_is_moved_on_its_level_and_nothing_else(backend: Backend) -> None:
-    plain, moved = begun(backend), begun(backend, Move("obj", (-0.04, 0.03), 90.0))
+@pytest.fixture(scope="module")
+def plain(backend: Backend) -> Start:
+    """The episode as it is."""
+    return begun(backend)
+
+
+def test_an_object_is_moved_on_its_level_and_nothing_else(backend: Backend, plain: Start) -> None:
+    moved = begun(backend, Move("obj", (-0.04, 0.03), 90.0))
     way = box(moved, "obj").mean(axis=0) - box(plain, "obj").mean(axis=0)
     forward = matrix(np.asarray(plain.step.base_pose[3:], np.float64))[:, 0]
     left = np.array((-forward[1], forward[0], 0.0))
@@ -83,9 +89,9 @@ def test_what_cannot_stand_there_is_no_episode(backend: Backend, change: Change)
 
 
 def test_something_more_stands_beside_an_object_and_all_else_where_it_stood(
-    backend: Backend,
+    backend: Backend, plain: Start
 ) -> None:
-    plain, more = begun(backend), begun(backend, Add("cup", "obj", (0.0, 0.15)))
+    more = begun(backend, Add("cup", "obj", (0.0, 0.15)))
     assert [e.category for e in more.scene.entities if e.name == "added_1"] == ["cup"]
     apart = box(more, "added_1").mean(axis=0) - box(more, "obj").mean(axis=0)
     assert np.linalg.norm(apart[:2]) == pytest.approx(0.15, abs=0.01)
@@ -93,15 +99,14 @@ def test_something_more_stands_beside_an_object_and_all_else_where_it_stood(
         assert box(more, role) == pytest.approx(box(plain, role), abs=0.003)
 
 
-def test_the_arm_begins_a_little_elsewhere_as_the_seed_says(backend: Backend) -> None:
-    plain, turned = begun(backend), begun(backend, Posture(0.05))
+def test_the_arm_begins_a_little_elsewhere_as_the_seed_says(backend: Backend, plain: Start) -> None:
+    turned = begun(backend, Posture(0.05))
     way = float(np.linalg.norm(turned.step.eef_pose[:3] - plain.step.eef_pose[:3]))
     assert 0.005 < way < 0.1
     assert begun(backend, Posture(0.05)).fingerprint == turned.fingerprint
 
 
-def test_what_cameras_see_changes_no_bit_of_the_physics(backend: Backend) -> None:
-    plain = begun(backend)
+def test_what_cameras_see_changes_no_bit_of_the_physics(backend: Backend, plain: Start) -> None:
     for change in (Cameras((0.02, 0.0, 0.0), 3.0), Light(0.4)):
         assert begun(backend, change).fingerprint == plain.fingerprint
 
