@@ -8,7 +8,8 @@ A weakness is what a policy does wrong in a combination of circumstances alone. 
 shipped one, `searches/default.yaml`, for a task with two objects and a cabinet; of the bench its
 own. Toys say how a margin falls while the combination comes nearer: part by part (``sum``), all
 together (``product``), or not before the first of it is there (``gated``). Too much at once, and
-the task is not begun: then nothing is violated. ``area`` is that under the curve of how many
+the task is not begun: then nothing is violated. Those that are drawn mislead, too: three other
+dimensions lower the margin, and violate nothing. ``area`` is that under the curve of how many
 weaknesses are found after so many rollouts, as a share of all that it could be.
 """
 
@@ -28,7 +29,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from pytest_safemanip import resources
-from pytest_safemanip.search.dimension import Deviation, Dimensions
+from pytest_safemanip.search.dimension import Deviation, Dimension, Dimensions
 from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.proposing.parzen import ParzenEstimators
 from pytest_safemanip.search.proposing.proposer import MakeProposer
@@ -61,10 +62,12 @@ class Toy:
         causes: what it takes, by dimension: a share of its high limit (or, negative, of its low
             one), or which of its choices.
         way: how the margin falls, see above.
+        misleading: dimensions that lower the margin, and violate nothing.
     """
 
     causes: Mapping[str, float | int]
     way: Way
+    misleading: tuple[str, ...] = ()
 
     def loss(self, deviation: Deviation, dimensions: Dimensions) -> float:
         """As of a finding: below 0 where the weakness shows."""
@@ -79,7 +82,12 @@ class Toy:
             "gated": near[0] * (0.3 + 0.7 * near[1:].mean()),
         }[self.way]
         beside = zlib.crc32(repr(deviation.settings).encode()) / 2**32
-        return float(1.0 - 0.9 * fallen + 0.1 * beside)
+        away = [_share(name, deviation, dimensions) for name in self.misleading]
+        return float(1.0 - 0.9 * fallen + 0.1 * beside - 0.12 * sum(away))
+
+    def is_in(self, deviation: Deviation, dimensions: Dimensions) -> bool:
+        """Whether a deviation has all of its causes."""
+        return all(self._near(name, deviation, dimensions) >= 1.0 for name in self.causes)
 
     def _near(self, name: str, deviation: Deviation, dimensions: Dimensions) -> float:
         setting, dimension, wanted = (
@@ -95,6 +103,35 @@ class Toy:
         return float(np.clip(setting.size / limit, 0.0, 1.0))
 
 
+def _share(name: str, deviation: Deviation, dimensions: Dimensions) -> float:
+    """How large a size is, as a share of its limit."""
+    setting, own = deviation.get(name), dimensions.by_name[name]
+    return 0.0 if setting is None else abs(setting.amount) / max(own.high, -own.low)
+
+
+def _drawn(seed: int, dimensions: Dimensions) -> list[Toy]:
+    """Toys with two or three causes, of which at most :data:`RARE` of uniform draws have all."""
+    random, found = np.random.default_rng(seed), list[Toy]()
+    uniform = RandomSampling(dimensions, seed).ask(5_000)
+    sized = [own.name for own in dimensions.own if not own.choices]
+    while len(found) < DRAWN:
+        names = random.choice([*dimensions.by_name], random.integers(2, 4), replace=False)
+        causes = {str(name): _cause(dimensions.by_name[name], random) for name in names}
+        others = [name for name in sized if name not in causes]
+        misleading = tuple(map(str, random.choice(others, 3, replace=False)))
+        toy = Toy(causes, random.choice(["sum", "product", "gated"]), misleading)
+        if sum(toy.is_in(own, dimensions) for own in uniform) <= RARE * len(uniform):
+            found.append(toy)
+    return found
+
+
+def _cause(dimension: Dimension, random: np.random.Generator) -> float | int:
+    if dimension.choices:
+        return int(random.integers(len(dimension.choices)))
+    sign = 1.0 if dimension.low == 0.0 or random.random() < 0.5 else -1.0
+    return sign * float(random.uniform(0.5, 0.9))
+
+
 TOYS = (
     Toy({"left[obj]": 0.75, "turn[obj]": 0.75, "noise": 0.5}, "sum"),
     Toy({"forward[obj]": -0.85, "calibration_up": -0.85}, "sum"),
@@ -108,6 +145,8 @@ TOYS = (
     Toy({"turn[obj]": 0.9, "calibration_forward": 0.75}, "sum"),
 )
 """Each shows in at most 4 of 1,000 points drawn uniformly."""
+DRAWN, RARE = 20, 0.004
+"""How many are drawn, and the largest share of uniform points in which one of them shows."""
 SAMPLERS: Mapping[str, MakeProposer] = {
     "random": RandomSampling,
     "Sobol": SobolSampling,
@@ -121,7 +160,7 @@ def main() -> None:
     parser.add_argument("what", choices=("toys", "bench", "causes"))
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--only", nargs="*", default=(), help="proposers")
-    parser.add_argument("--drawn", type=int, metavar="SEED", help="draw the bench's weaknesses")
+    parser.add_argument("--drawn", type=int, metavar="SEED", help="draw the weaknesses")
     options = parser.parse_args()
     if options.what == "causes":
         _print_causes(options)
@@ -153,7 +192,8 @@ def _problems(
 
         senses = {"hand", "images", "instruction"}
         dimensions = applicable(space, TASK, SPEC, "compact", senses).dimensions
-        return [_toy(toy, dimensions) for toy in TOYS]
+        toys = TOYS if options.drawn is None else _drawn(options.drawn, dimensions)
+        return [_toy(toy, dimensions) for toy in toys]
     from tests.search.weaknesses import attempts
 
     return [attempts(weak, BUDGET, BATCH) for weak in _weaknesses(options)]  # type: ignore[no-untyped-call]

@@ -148,6 +148,19 @@ def test_what_came_nearest_to_a_violation_is_carried_further(dimensions):
     assert near not in proposer.ask(8)
 
 
+def test_one_value_of_what_came_nearest_is_drawn_anew(dimensions):
+    proposer = ParzenEstimators(dimensions, 0)
+    proposer.ask(32)
+    near = Deviation((("left", Setting(-10.0)), ("noise", Setting(50.0))))
+    for _ in range(40):
+        proposer.tell(near, 0.1)
+    drawn = []
+    for _ in range(6):
+        others = proposer.ask(8)[:4]
+        drawn += [own for own in others if len(dict(set(own.settings) ^ set(near.settings))) == 1]
+    assert len({name for own in drawn for name in dict(set(own.settings) - set(near.settings))}) > 2
+
+
 FAR = (("forward", 20.0), ("left", 0.0))
 
 
