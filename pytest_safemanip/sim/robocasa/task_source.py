@@ -1,7 +1,8 @@
 """RoboCasa's tasks, read from its source without importing it: importing takes seconds.
 
 A task is a class that descends from ``Kitchen``; which fixtures play its roles stands in calls of
-``register_fixture_ref`` and ``get_fixture``. Nothing is executed.
+``register_fixture_ref`` and ``get_fixture``, which objects do in what ``_get_obj_cfgs`` returns.
+Nothing is executed.
 """
 
 from __future__ import annotations
@@ -11,13 +12,17 @@ import functools
 import importlib.util
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = "Kitchen"
 UNREGISTERED = ("PickPlace", "ManipulateDoor", "OpenDoor", "CloseDoor")
 """Base classes that RoboCasa does not register as tasks (``KitchenEnvMeta``)."""
+
+ADDED = ("_container", "_auxiliary")
+"""What RoboCasa appends to an object's name to call that which it stands in, and its lid."""
+_OBJECTS = "_get_obj_cfgs"
 
 _CLASS = re.compile(r"^class (\w+)\(([\w.,= ]*)\):", re.MULTILINE)
 
@@ -52,6 +57,44 @@ def fixture_roles(folder: Path, task: str) -> dict[str, Kinds]:
     }
 
 
+def object_roles(folder: Path, task: str) -> tuple[str, ...] | None:
+    """The roles that objects play in a task, for ``fnmatch``; None where only running the code would
+    tell. Where an object stands in another, or has a lid, that has a role of its own.
+    """
+    facts = _Facts()
+    for name in _ancestry(folder, task):
+        for path, _ in _classes(folder).get(name, ()):
+            facts.merge(_facts_in(path)[name])
+    patterns = [_pattern(name) for name in facts.objects[_OBJECTS]]
+    if None in patterns:
+        return None
+    known = sorted({pattern for pattern in patterns if pattern is not None})
+    return tuple(f"{pattern}{more}" for pattern in known for more in ("", *ADDED))
+
+
+@functools.cache
+def object_kinds(categories: Path) -> frozenset[str]:
+    """Names of the categories and groups that objects can be drawn from.
+
+    Args:
+        categories: RoboCasa's table of them, ``kitchen_objects.py``.
+    """
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(categories.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Assign([ast.Name("OBJ_CATEGORIES" | "OBJ_GROUPS")], ast.Call() as table):
+                found |= {word.arg for word in table.keywords if word.arg is not None}
+            case ast.Assign([ast.Subscript(ast.Name("OBJ_GROUPS"), ast.Constant(str(group)))]):
+                found.add(group)
+            case ast.keyword("types", value):
+                found |= {
+                    one.value
+                    for one in ast.walk(value)
+                    if isinstance(one, ast.Constant) and isinstance(one.value, str)
+                }
+    return frozenset(found)
+
+
 @functools.cache
 def _classes(folder: Path) -> Mapping[str, list[tuple[Path, tuple[str, ...]]]]:
     """File and bases of each class; one name may be defined in several files."""
@@ -81,11 +124,13 @@ class _Facts:
         references: the calls that find each role's fixture.
         attributes: what is assigned to each attribute of ``self``.
         arguments: defaults of constructors' parameters, and what subclasses give for them.
+        objects: the names of the objects that are made, under one key.
     """
 
     references: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
     attributes: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
     arguments: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
+    objects: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
 
     def add(self, cls: ast.ClassDef) -> None:
         """Take in what a class says."""
@@ -107,6 +152,8 @@ class _Facts:
                     given = node.args
                     for one, value in zip(given.args[::-1], given.defaults[::-1], strict=False):
                         self.arguments[one.arg].append(value)
+                case ast.FunctionDef(name) if name == _OBJECTS:
+                    self.objects[_OBJECTS] += _made(node)
 
     def merge(self, other: _Facts) -> None:
         """Take in what another class says."""
@@ -154,6 +201,41 @@ def _facts_in(path: Path) -> Mapping[str, _Facts]:
         if isinstance(node, ast.ClassDef):
             found[node.name].add(node)
     return found
+
+
+def _made(function: ast.FunctionDef) -> Iterator[ast.expr]:
+    """Names of the objects that a function describes; an ellipsis for what it calls to do so."""
+    for node in ast.walk(function):
+        match node:
+            case ast.Call(ast.Name("dict"), [], words):
+                keys = {word.arg: word.value for word in words}
+            case ast.Dict(names, values):
+                texts = [n.value if isinstance(n, ast.Constant) else None for n in names]
+                keys = dict(zip(map(str, texts), values, strict=True))
+            case ast.Call(ast.Attribute(ast.Call(ast.Name("super")), name)) if name == _OBJECTS:
+                continue
+            case ast.Call(ast.Attribute(_, name) | ast.Name(name)) if "cfg" in name:
+                yield ast.Constant(...)
+                continue
+            case _:
+                continue
+        if "obj_groups" in keys or "placement" in keys:
+            yield keys.get("name", _NAMELESS)
+
+
+_NAMELESS = ast.JoinedStr([ast.Constant("obj_"), ast.FormattedValue(ast.Constant(0), -1)])
+"""How RoboCasa calls an object without a name."""
+
+
+def _pattern(name: ast.expr) -> str | None:
+    """What a name can be, for ``fnmatch``; None for anything."""
+    match name:
+        case ast.Constant(str(text)):
+            return text
+        case ast.JoinedStr(parts):
+            texts = [str(p.value) if isinstance(p, ast.Constant) else "*" for p in parts]
+            return "".join(texts)
+    return None
 
 
 def _fixture_id(value: ast.expr) -> ast.expr | None:
