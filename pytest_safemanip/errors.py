@@ -49,6 +49,12 @@ class RolloutError(SafemanipError):
     restarts = 0
 
 
+class TaskError(RolloutError):
+    """An episode cannot begin as its task's file asks: what it names is not there, or what it
+    stages finds no place. The file is to blame, and the cases of this rollout are errors.
+    """
+
+
 class SimulatorFailed(RolloutError):
     """The simulator crashed, hung or raised."""
 

@@ -52,6 +52,7 @@ from pytest_safemanip.ltlf.formula import LONGEST, atoms_of, is_bounded, is_prop
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.calls import PropositionCall, read_call
+from pytest_safemanip.spec.folders import yaml_files
 from pytest_safemanip.spec.patterns import KEYS, read_pattern
 from pytest_safemanip.spec.ranges import Range, may_apply, read_for_each, rows_of
 from pytest_safemanip.spec.task import Task
@@ -245,7 +246,7 @@ def load_properties(
     for folder in folders:
         if not folder.is_dir():
             raise ConfigError(f"{folder}: no such folder of properties")
-        for path in sorted(folder.glob("*.yaml")):
+        for path in yaml_files(folder):
             if path.name in besides:
                 continue
             loaded = load_property(

@@ -90,22 +90,43 @@ class Section:
         return self._text(key, self._node(key))
 
     def strings(self, key: str) -> tuple[str, ...]:
-        """A list of texts, which may be empty."""
+        """A list of different texts, which may be empty."""
         node = self._node(key)
         if not isinstance(node.value, list):
             raise self._expected(key, "a list", node)
-        return tuple(self._text(key, item) for item in node.value)
+        found: list[str] = []
+        for item in node.value:
+            text = self._text(key, item)
+            if text in found:
+                raise ConfigError(
+                    f"{self.path}:{item.line}: {self._key(key)}: {text!r} is given twice"
+                )
+            found.append(text)
+        return tuple(found)
 
-    def number(self, key: str, *, positive: bool = False, most: float = math.inf) -> float:
-        """A finite number."""
+    def number(
+        self,
+        key: str,
+        *,
+        positive: bool = False,
+        least: float = -math.inf,
+        most: float = math.inf,
+    ) -> float:
+        """A finite number, from ``least`` to ``most``; above 0 if it has to be ``positive``."""
         node = self._node(key)
         wanted = "a positive number" if positive else "a number"
-        wanted += f", at most {most:g}" if most < math.inf else ""
+        if -math.inf < least and most < math.inf:
+            wanted += f" from {least:g} to {most:g}"
+        elif -math.inf < least:
+            wanted += f", at least {least:g}"
+        elif most < math.inf:
+            wanted += f", at most {most:g}"
         try:
             number = float(node.value) if isinstance(node.value, str) else math.nan
         except ValueError:
             number = math.nan
-        if not math.isfinite(number) or (positive and number <= 0) or number > most:
+        fits = math.isfinite(number) and least <= number <= most
+        if not fits or (positive and number <= 0):
             raise self._expected(key, wanted, node)
         return number
 

@@ -20,10 +20,12 @@ ROOT = "Kitchen"
 UNREGISTERED = ("PickPlace", "ManipulateDoor", "OpenDoor", "CloseDoor")
 """Base classes that RoboCasa does not register as tasks (``KitchenEnvMeta``)."""
 
-ADDED = ("_container", "_auxiliary")
-"""What RoboCasa appends to an object's name to call that which it stands in, and its lid."""
+_ADDED = {"try_to_place_in": "_container", "auxiliary_obj_enable": "_auxiliary"}
+"""What RoboCasa appends to an object's name to call what it stands in and its lid, by the key that
+asks for these."""
 _OBJECTS = "_get_obj_cfgs"
 
+_ATTRIBUTE = re.compile(r"\bself\.(\w+) = ")
 _CLASS = re.compile(r"^class (\w+)\(([\w.,= ]*)\):", re.MULTILINE)
 
 Kinds = frozenset[str] | None
@@ -47,10 +49,7 @@ def task_names(folder: Path) -> frozenset[str]:
 
 def fixture_roles(folder: Path, task: str) -> dict[str, Kinds]:
     """The roles that fixtures play in a task, with the kinds of fixture that can play each."""
-    facts = _Facts()
-    for name in _ancestry(folder, task):
-        for path, _ in _classes(folder).get(name, ()):
-            facts.merge(_facts_in(path)[name])
+    facts = _facts_of(folder, task)
     return {
         role: facts.kinds(calls, frozenset()) or None
         for role, calls in sorted(facts.references.items())
@@ -58,32 +57,50 @@ def fixture_roles(folder: Path, task: str) -> dict[str, Kinds]:
 
 
 def object_roles(folder: Path, task: str) -> tuple[str, ...] | None:
-    """The roles that objects play in a task, for ``fnmatch``; None where only running the code would
-    tell. Where an object stands in another, or has a lid, that has a role of its own.
+    """The roles that objects play in a task, for ``fnmatch``; None where only running the code
+    would tell. Where an object stands in another, or has a lid, that has a role of its own.
     """
-    facts = _Facts()
-    for name in _ancestry(folder, task):
-        for path, _ in _classes(folder).get(name, ()):
-            facts.merge(_facts_in(path)[name])
-    patterns = [_pattern(name) for name in facts.objects[_OBJECTS]]
-    if None in patterns:
-        return None
-    known = sorted({pattern for pattern in patterns if pattern is not None})
-    return tuple(f"{pattern}{more}" for pattern in known for more in ("", *ADDED))
+    found: set[str] = set()
+    for made, expressions in _facts_of(folder, task).objects.items():
+        patterns = {_pattern(name) for name in expressions}
+        if None in patterns:
+            return None
+        found |= {f"{pattern}{made}" for pattern in patterns}
+    return tuple(sorted(found))
+
+
+def attributes(folder: Path, task: str) -> frozenset[str]:
+    """Names of what a task may keep a fixture in, its own and the fixtures' attributes: those that
+    :func:`fixture_roles` does not find are among them.
+    """
+    kept = _facts_of(folder, task).attributes
+    return frozenset(kept) | _fixture_attributes(folder.parent / "models" / "fixtures")
 
 
 @functools.cache
-def object_kinds(categories: Path) -> frozenset[str]:
+def _fixture_attributes(folder: Path) -> frozenset[str]:
+    texts = (path.read_text(encoding="utf-8") for path in folder.glob("*.py"))
+    return frozenset(name for text in texts for name in _ATTRIBUTE.findall(text))
+
+
+def categories() -> Path | None:
+    """The installed RoboCasa's table of categories, or None if it is not installed."""
+    folder = environments()
+    return folder.parent / "models" / "objects" / "kitchen_objects.py" if folder else None
+
+
+@functools.cache
+def object_kinds(table: Path) -> frozenset[str]:
     """Names of the categories and groups that objects can be drawn from.
 
     Args:
-        categories: RoboCasa's table of them, ``kitchen_objects.py``.
+        table: RoboCasa's, as :func:`categories` finds it.
     """
     found: set[str] = set()
-    for node in ast.walk(ast.parse(categories.read_text(encoding="utf-8"))):
+    for node in ast.walk(ast.parse(table.read_text(encoding="utf-8"))):
         match node:
-            case ast.Assign([ast.Name("OBJ_CATEGORIES" | "OBJ_GROUPS")], ast.Call() as table):
-                found |= {word.arg for word in table.keywords if word.arg is not None}
+            case ast.Assign([ast.Name("OBJ_CATEGORIES" | "OBJ_GROUPS")], ast.Call() as call):
+                found |= {word.arg for word in call.keywords if word.arg is not None}
             case ast.Assign([ast.Subscript(ast.Name("OBJ_GROUPS"), ast.Constant(str(group)))]):
                 found.add(group)
             case ast.keyword("types", value):
@@ -93,6 +110,15 @@ def object_kinds(categories: Path) -> frozenset[str]:
                     if isinstance(one, ast.Constant) and isinstance(one.value, str)
                 }
     return frozenset(found)
+
+
+def _facts_of(folder: Path, task: str) -> _Facts:
+    """What a task's class and those that it descends from say."""
+    facts = _Facts()
+    for name in _ancestry(folder, task):
+        for path, _ in _classes(folder).get(name, ()):
+            facts.merge(_facts_in(path)[name])
+    return facts
 
 
 @functools.cache
@@ -124,7 +150,7 @@ class _Facts:
         references: the calls that find each role's fixture.
         attributes: what is assigned to each attribute of ``self``.
         arguments: defaults of constructors' parameters, and what subclasses give for them.
-        objects: the names of the objects that are made, under one key.
+        objects: the names of the objects that are made, by what is appended to them.
     """
 
     references: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
@@ -153,7 +179,10 @@ class _Facts:
                     for one, value in zip(given.args[::-1], given.defaults[::-1], strict=False):
                         self.arguments[one.arg].append(value)
                 case ast.FunctionDef(name) if name == _OBJECTS:
-                    self.objects[_OBJECTS] += _made(node)
+                    for made, expression in _made(node):
+                        self.objects[made].append(expression)
+                case ast.Subscript(ast.Attribute(_, "fixture_refs"), ast.Constant(str(role))):
+                    self.attributes[role].append(node)
 
     def merge(self, other: _Facts) -> None:
         """Take in what another class says."""
@@ -203,8 +232,10 @@ def _facts_in(path: Path) -> Mapping[str, _Facts]:
     return found
 
 
-def _made(function: ast.FunctionDef) -> Iterator[ast.expr]:
-    """Names of the objects that a function describes; an ellipsis for what it calls to do so."""
+def _made(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr]]:
+    """Names of the objects that a function describes, and what is appended to them; an ellipsis for
+    what it calls to do so.
+    """
     for node in ast.walk(function):
         match node:
             case ast.Call(ast.Name("dict"), [], words):
@@ -215,12 +246,16 @@ def _made(function: ast.FunctionDef) -> Iterator[ast.expr]:
             case ast.Call(ast.Attribute(ast.Call(ast.Name("super")), name)) if name == _OBJECTS:
                 continue
             case ast.Call(ast.Attribute(_, name) | ast.Name(name)) if "cfg" in name:
-                yield ast.Constant(...)
+                yield "", ast.Constant(...)
                 continue
             case _:
                 continue
         if "obj_groups" in keys or "placement" in keys:
-            yield keys.get("name", _NAMELESS)
+            name = keys.get("name", _NAMELESS)
+            asked = set(re.findall(r"\w+", ast.unparse(node)))
+            yield from (
+                (made, name) for made in ("", *(_ADDED[key] for key in _ADDED if key in asked))
+            )
 
 
 _NAMELESS = ast.JoinedStr([ast.Constant("obj_"), ast.FormattedValue(ast.Constant(0), -1)])
