@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import sys
 from collections.abc import Iterable, Iterator
 
@@ -171,6 +172,11 @@ def install_command(extra: str) -> str:
     return f"pip install '.[{extra}]' in a checkout of pytest-safemanip"
 
 
+def _words(name: str) -> set[str]:
+    """The words that a name consists of."""
+    return {*re.split(r"[\W_]+", name.lower())} - {""}
+
+
 def did_you_mean(name: str, known: Iterable[str], all_of_them: str = "") -> str:
     """The end of an error message about an unknown name: a near miss, or what exists.
 
@@ -183,6 +189,10 @@ def did_you_mean(name: str, known: Iterable[str], all_of_them: str = "") -> str:
 
     names = sorted(known)
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    if not close:  # "hot" for "hot_source"
+        words = _words(name)
+        parts = [other for other in names if words <= _words(other) or _words(other) <= words]
+        close = difflib.get_close_matches(name, parts, n=1, cutoff=0.0)
     if close:
         return f"did you mean {close[0]!r}?"
     if not names:

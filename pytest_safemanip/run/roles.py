@@ -84,14 +84,18 @@ def check_task(task: Task, factory: object, *, recorded: bool = False) -> None:
         hint = did_you_mean(name, names)
         raise ConfigError(f"{place}: the simulator has no task {name!r}; {hint}")
     described = factory.describe_task(name)
+    if not recorded:
+        _check_scene(task, factory, described)
     for role, touched in task.touch.items():
         parts = parts_of(role, task, described)
         for part in touched:
             if part not in parts:
-                message = f"unknown part {part!r}; {_hint(part, parts)}"
+                message = f"unknown part {part!r} of {role}; {_hint(part, parts)}"
                 raise _refused(task, ("touch", role), message)
-    if recorded:
-        return
+
+
+def _check_scene(task: Task, factory: object, described: TaskDescription) -> None:
+    """The simulator can arrange what the task's file says of its scene, as far as it is known."""
     if not described.stages and (task.staging or task.liquids or task.object_groups):
         key = "staging" if task.staging else "liquids" if task.liquids else "compact"
         raise _refused(task, (key,), "the simulator stages nothing and draws nothing else")

@@ -20,6 +20,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.folders import is_hidden, yaml_files
 from pytest_safemanip.spec.properties import Property, load_properties
@@ -53,7 +54,7 @@ class Pack:
 def load_packs(
     shipped: Path,
     *,
-    propositions: Mapping[str, int] | None = None,
+    propositions: Mapping[str, Proposition] | None = None,
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
 ) -> dict[str, Pack]:

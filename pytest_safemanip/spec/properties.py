@@ -50,6 +50,7 @@ from pytest_safemanip.ltlf import (
 from pytest_safemanip.ltlf.compiler import Limits
 from pytest_safemanip.ltlf.formula import LONGEST, atoms_of, is_bounded, is_propositional
 from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.calls import PropositionCall, read_call
 from pytest_safemanip.spec.folders import yaml_files
@@ -217,7 +218,7 @@ class Property:
 def load_properties(
     folders: Sequence[Path],
     *,
-    propositions: Mapping[str, int] | None = None,
+    propositions: Mapping[str, Proposition] | None = None,
     constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
@@ -227,8 +228,7 @@ def load_properties(
 
     Args:
         folders: where to look; subfolders are not searched.
-        propositions: number of arguments by name of every proposition there is; None leaves the
-            names unchecked.
+        propositions: every proposition there is, by name; None leaves the names unchecked.
         constants: names that may be arguments beside the variables.
         categories: every category of objects and fixtures that there is; None leaves those of
             `for_each` unchecked.
@@ -267,7 +267,7 @@ def load_properties(
 def load_property(
     path: Path,
     *,
-    propositions: Mapping[str, int] | None = None,
+    propositions: Mapping[str, Proposition] | None = None,
     constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,

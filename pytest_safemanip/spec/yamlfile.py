@@ -15,6 +15,7 @@ from typing import Any
 
 import yaml
 
+from pytest_safemanip.decoding.files import Unreadable, read_regular
 from pytest_safemanip.errors import ConfigError, did_you_mean
 
 MAX_BYTES = 1_000_000
@@ -190,13 +191,9 @@ def load(path: Path) -> Section:
         ConfigError: the file cannot be read, is larger than `MAX_BYTES`, or is not plain YAML.
     """
     try:
-        if path.exists() and not path.is_file():  # a pipe would be waited for
-            raise ConfigError(f"{path}: is no file")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
-    return parse(data, path)
+        return parse(read_regular(path, MAX_BYTES), path)
+    except Unreadable as error:
+        raise ConfigError(f"{path}: {error}") from error
 
 
 def parse(data: bytes, path: Path) -> Section:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import TaskError
 from pytest_safemanip.sim.backend import Backend, Request, Start
 from pytest_safemanip.sim.codec import decode_request, encode_request
 from pytest_safemanip.sim.robocasa.staged import turned_across
@@ -120,9 +120,18 @@ def test_the_same_changes_give_the_same_episode(backend: Backend) -> None:
         (SetOpen("cab", 1.0, "lid"), "cab has no joint 'lid'"),
         (Put("obj", "in", "distr_counter"), "distr_counter has no interior"),
         (Put("obj", "in", "cab", interior="level"), "has no interior 'level'; did you mean 'level"),
+        (
+            Put("obj", "beside", "distr_counter", (0.0, 5.0, 0.0)),
+            "'obj' has no room beside 'distr_counter': it fell ",
+        ),
     ],
 )
 def test_what_the_scene_lacks_is_said(backend: Backend, change: Change, message: str) -> None:
-    with pytest.raises(ConfigError) as caught:
+    with pytest.raises(TaskError) as caught:
         begun(backend, change)
     assert message in str(caught.value)
+
+
+def test_what_a_task_cannot_use_is_not_drawn(backend: Backend) -> None:
+    with pytest.raises(TaskError, match=r"^obj: nothing in sink_plug is graspable, as the task"):
+        backend.reset(Request(TASK, 0, "compact", {"obj": ["NOTGRASPABLE"]}, "small"))

@@ -251,11 +251,10 @@ def _made(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr]]:
             case _:
                 continue
         if "obj_groups" in keys or "placement" in keys:
-            name = keys.get("name", _NAMELESS)
-            asked = set(re.findall(r"\w+", ast.unparse(node)))
-            yield from (
-                (made, name) for made in ("", *(_ADDED[key] for key in _ADDED if key in asked))
-            )
+            expression = keys.get("name", _NAMELESS)
+            said = re.findall(r"\w+", ast.unparse(node))
+            yield "", expression
+            yield from ((made, expression) for key, made in _ADDED.items() if key in said)
 
 
 _NAMELESS = ast.JoinedStr([ast.Constant("obj_"), ast.FormattedValue(ast.Constant(0), -1)])
