@@ -325,7 +325,7 @@ class SafetySession:
                     return retry.run(job, backend, policy, show)
             except TaskError as error:
                 self._check()
-                raise TaskError(placed(self._asking(case), error)) from error
+                raise TaskError(placed(self._asking(case), error)) from None
             except (SafemanipError, Abandoned):
                 self._check()  # an error because the run has ended is none
                 raise

@@ -31,8 +31,10 @@ _OF_OBJECTS = (*RELATIONS, "drawn", *_OFFSET, *_TURN, *_SPEED, "interior", "acro
 MOST_OFFSET, MOST_TURN, MOST_SPEED = 10.0, 360.0, 10.0
 """Of what is put somewhere, m and degrees, and pushed, m/s: farther is no kitchen."""
 
-MOST_STAGED = 50
-"""Things that a task may stage: with what policies stage, as many as a simulator is asked for."""
+MOST_STAGED, MOST_LIQUIDS = 50, 10
+"""Things that a task may stage, and vessels that it may fill: fewer changes, with those that a
+policy asks for, than simulators are asked for.
+"""
 
 Changes = tuple[Mapping[str, Any], ...]
 """Changes to a scene in plain values, in their order."""

@@ -53,7 +53,7 @@ from pytest_safemanip.propositions.binding import Zone
 from pytest_safemanip.propositions.onset import SKILLS
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.folders import yaml_files
-from pytest_safemanip.spec.staged import MOST_OFFSET, read_staging
+from pytest_safemanip.spec.staged import MOST_LIQUIDS, MOST_OFFSET, read_staging
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.yamlfile import Section
 from pytest_safemanip.trace.elements import ROBOT
@@ -310,6 +310,10 @@ def _liquids(section: Section, objects: Sequence[str]) -> Mapping[str, str]:
     if "liquids" not in section:
         return {}
     inner = section.section("liquids")
+    if len(list(inner)) > MOST_LIQUIDS:
+        raise section.error(
+            "liquids", f"{len(list(inner))} liquids, of which {MOST_LIQUIDS} may be"
+        )
     found = {}
     for name in inner:
         if not TASK_NAME.fullmatch(name):

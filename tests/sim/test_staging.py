@@ -133,5 +133,5 @@ def test_what_the_scene_lacks_is_said(backend: Backend, change: Change, message:
 
 
 def test_what_a_task_cannot_use_is_not_drawn(backend: Backend) -> None:
-    with pytest.raises(TaskError, match=r"^obj: nothing in sink_plug is graspable, as the task"):
-        backend.reset(Request(TASK, 0, "compact", {"obj": ["NOTGRASPABLE"]}, "small"))
+    with pytest.raises(TaskError, match=r"^obj: nothing in pizza is graspable, as the task"):
+        backend.reset(Request(TASK, 0, "compact", {"obj": ["pizza"]}, "small"))

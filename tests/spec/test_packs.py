@@ -98,10 +98,9 @@ def test_no_file_of_a_pack_is_passed_over(packs, file, message):
 @pytest.mark.parametrize("name", ["loud.yml", "loud.YAML", ".loud.yaml"])
 def test_of_properties_and_tasks_no_file_is_passed_over_either(tmp_path, name):
     (tmp_path / name).write_text(RULE)
+    message = rf"{name}: (only \*.yaml is|hidden files are not) read"
     for paths in (([tmp_path], []), ([], [tmp_path])):
-        with pytest.raises(
-            ConfigError, match=rf"{name}: (only \*.yaml is|hidden files are not) read"
-        ):
+        with pytest.raises(ConfigError, match=message):
             load_definitions(*paths, [])
 
 
