@@ -188,11 +188,13 @@ def did_you_mean(name: str, known: Iterable[str], all_of_them: str = "") -> str:
     import difflib  # only where something is wrong: this module is imported by every pytest run
 
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
-    if not close:  # "hot" for "hot_source"
-        words = _words(name)
-        parts = [other for other in names if words <= _words(other) or _words(other) <= words]
-        close = difflib.get_close_matches(name, parts, n=1, cutoff=0.0)
+    words = _words(name)  # "hot" is meant by "hot_source", and not what has as many letters
+    parts = [other for other in names if words <= _words(other) or _words(other) <= words]
+    close = (
+        difflib.get_close_matches(name, names, n=1, cutoff=0.8)
+        or (parts if words and len(parts) == 1 else [])
+        or difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    )
     if close:
         return f"did you mean {close[0]!r}?"
     if not names:

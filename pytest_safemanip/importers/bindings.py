@@ -122,33 +122,18 @@ def _hand(name: str, section: Section, hands: int) -> HandLayout:
     for joints_of, joint in _in(section, "joints"):
         ends = joints_of.section(joint)
         ends.check_keys(("closed", "opened"))
-        joints.append(FingerJoint(joint, *_ends(ends, "closed", "opened")))
-    opens, closes = _ends(section, "opens", "closes", (-1.0, 1.0))
+        joints.append(FingerJoint(joint, ends.number("closed"), ends.number("opened")))
     return HandLayout(
         GripperSpec(
             name,
             tuple((f"{label}finger_{side}",) for side in fingers),
             (f"{label}palm",),
             section.string("entry") if "entry" in section else f"{label}{CLOSE}",
-            opens,
-            closes,
+            section.number("opens") if "opens" in section else -1.0,
+            section.number("closes") if "closes" in section else 1.0,
         ),
         frame=section.string("frame"),
         fingers=tuple(fingers.strings(side) for side in fingers),
         palm=section.strings("palm"),
         joints=tuple(joints),
     )
-
-
-def _ends(
-    section: Section, first: str, second: str, usual: tuple[float, float] | None = None
-) -> tuple[float, float]:
-    """Two numbers between which something goes: different ones."""
-    found = [
-        section.number(key) if usual is None or key in section else usual[n]
-        for n, key in enumerate((first, second))
-    ]
-    if found[0] == found[1]:
-        key = second if second in section else first
-        raise section.error(key, f"{first!r} and {second!r} are the same, {found[0]:g}")
-    return found[0], found[1]

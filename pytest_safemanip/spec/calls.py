@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.propositions.definition import Proposition, check_value
+from pytest_safemanip.spec.objects import ATTRIBUTES
 from pytest_safemanip.spec.yamlfile import Section
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e-?\d+)?")
@@ -63,6 +64,8 @@ def read_call(
         count = len(arguments)
         alike = {f"{k}{text[len(name) :]}" for k, p in known.items() if len(p.arguments) == count}
         hint = did_you_mean(text, alike, "safemanip propositions")
+        if name in ATTRIBUTES:
+            hint += f" {name!r} is an attribute, as in 'o in things with {name}'"
         raise ConfigError(f"{section.place(key)}: unknown proposition {text!r}; {hint}")
     if known is not None and len(known[name].arguments) != len(arguments):
         wanted = _count(len(known[name].arguments), "argument")

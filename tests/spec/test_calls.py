@@ -116,3 +116,12 @@ def test_what_sets_no_parameter_is_refused_with_file_and_line(section, text, mes
         read_call(file, "a", ("o",), KNOWN, PARAMETERS)
     assert str(caught.value).startswith(f"{file.path}:2: ")
     assert message in str(caught.value)
+
+
+def test_an_attribute_is_no_proposition_and_said_to_be_one(section):
+    with pytest.raises(ConfigError) as caught:
+        read_call(section("a: hot_source(o)"), "a", ("o",), Catalogue())
+    assert str(caught.value).endswith(
+        ":1: unknown proposition 'hot_source(o)'; did you mean 'hot(o)'? 'hot_source' is an "
+        "attribute, as in 'o in things with hot_source'"
+    )

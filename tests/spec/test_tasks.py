@@ -212,6 +212,7 @@ def test_a_category_without_attributes_is_an_error(written):
         ("  water: obj", "  obj: other", 33, "expected 'LIQUID: OBJECT', found obj: other"),
         ("  water: obj", "  hot water: obj", 33, "in the name of a liquid, found 'hot water'"),
         ("  object_groups:", "  groups:", 30, "'compact.groups'; did you mean"),
+        ("upright: [obj]", "hot_source: [obj]", 20, "key 'hot_source'; did you mean 'hot'?"),
     ],
 )
 def test_a_mistake_is_named_with_file_line_and_remedy(written, old, new, line, message):
