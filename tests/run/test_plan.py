@@ -321,6 +321,8 @@ def test_a_zone_that_no_task_has_is_refused_beside_changes_of_derived_tasks_too(
 
 def test_shipped_tasks_are_described_by_the_simulator(plan):
     assert len({case.task for case in plan(tasks=("all",)).cases}) == 50
+    staged = {case.task for case in plan(tasks=("*",)).cases}
+    assert {"KnifeByTarget", "FullCup", "PushField"} <= staged
 
 
 SCENE = dataclasses.replace(toy.SCENE, roles={**toy.SCENE.roles, "drawer": "cabinet"})
