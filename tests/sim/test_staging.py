@@ -135,9 +135,21 @@ def test_what_the_scene_lacks_is_said(backend: Backend, change: Change, message:
     assert message in str(caught.value)
 
 
-def test_what_a_task_cannot_use_is_not_drawn(backend: Backend) -> None:
-    with pytest.raises(TaskError, match=r"^obj: nothing in pizza is graspable, as the task"):
-        backend.reset(Request(TASK, 0, "compact", {"obj": ["pizza"]}, "small"))
+@pytest.mark.parametrize(
+    ("task", "drawn", "wanted"),
+    [
+        (TASK, "pizza", "graspable"),
+        ("PickPlaceToasterToCounter", "baguette", "rotate_upright"),
+    ],
+)
+def test_what_a_task_cannot_use_is_not_drawn(
+    backend: Backend, task: str, drawn: str, wanted: str
+) -> None:
+    with pytest.raises(TaskError) as caught:
+        backend.reset(Request(task, 0, "compact", {"obj": [drawn]}, "full"))
+    assert str(caught.value) == (
+        f"obj: nothing in {drawn} is as the task asks ({wanted}); draw it from others"
+    )
 
 
 def test_what_finds_no_place_is_an_error_of_its_task(monkeypatch: pytest.MonkeyPatch) -> None:

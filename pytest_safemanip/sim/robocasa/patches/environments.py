@@ -139,6 +139,10 @@ def quick_settling(env: Any, controls: Callable[[Any], Acts]) -> Iterator[None]:
         controller.new_update = True
 
 
+_UPRIGHT = "model_upright.xml"
+"""The file of a model that stands, which few categories have."""
+
+
 def choose_objects(env: Any, groups: Mapping[str, Sequence[str]]) -> None:
     """Let the task draw some of its objects from other groups; all else stays the task's own.
 
@@ -156,14 +160,15 @@ def choose_objects(env: Any, groups: Mapping[str, Sequence[str]]) -> None:
     def sample_object(drawn: Any, **asked: Any) -> Any:
         try:
             return sample(drawn, **asked)
-        except ValueError as error:  # to choose from nothing
+        except (ValueError, FileNotFoundError) as error:  # nothing to choose from, or not upright
+            missing = str(getattr(error, "filename", None) or _UPRIGHT)
             roles = [role for role, own in groups.items() if list(own) == drawn]
-            if not roles:
+            if not roles or not missing.endswith(_UPRIGHT):
                 raise
-            wanted = " and ".join(name for name, value in asked.items() if value is True)
+            wanted = ", ".join(name for name, value in asked.items() if value is True)
             raise TaskError(
-                f"{roles[0]}: nothing in {', '.join(drawn)} is {wanted}, as the task asks of it; "
-                "draw it from others"
+                f"{roles[0]}: nothing in {', '.join(drawn)} is as the task asks"
+                f"{f' ({wanted})' if wanted else ''}; draw it from others"
             ) from error
 
     env._get_obj_cfgs, env.sample_object = get_obj_cfgs, sample_object
