@@ -17,9 +17,11 @@ from pytest_safemanip.errors import (
     PolicyUnreachable,
     RolloutError,
     SafemanipError,
+    TaskError,
     TraceError,
     did_you_mean,
     ends_run,
+    placed,
     raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
@@ -36,7 +38,7 @@ from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.run.watching import Watch
 from pytest_safemanip.search.situation import Situation
 from pytest_safemanip.sim.backend import Backend, Provenance, Request
-from pytest_safemanip.sim.staging import to_plain
+from pytest_safemanip.sim.staging import Staging, to_plain
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
@@ -343,6 +345,8 @@ class SafetySession:
         def run() -> Recording:
             try:
                 return self.record(job, show)
+            except TaskError as error:
+                raise TaskError(placed(self._asking(case), error)) from None
             finally:
                 if self._progress is not None and self._ahead is None:
                     self._progress.done(case)
@@ -401,6 +405,12 @@ class SafetySession:
             self._plan.parameters,
             self._plan.settings.semantics,
         )
+
+    def _asking(self, case: Case) -> str:
+        """Who says how the episode of a case begins: the task's file, or else the policy."""
+        task, policy = self._plan.tasks[case.task], self._plan.policies[case.policy]
+        by_task = task.staging or task.liquids or policy.staging(task.simulated) == Staging()
+        return str(task.path) if by_task else f"what {case.policy} stages in {case.task}"
 
     def _run_ahead(self, case: Case) -> None:
         """Record a rollout, if no earlier run has; in a thread of its own."""

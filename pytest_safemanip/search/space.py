@@ -210,8 +210,8 @@ def _choices(own: yamlfile.Section, kind: Kind) -> tuple[str, ...]:
             return ()
         raise ConfigError(f"{own.path}:{own.line}: {kind.name} needs 'choices'")
     found = own.strings("choices")
-    if not found or len(set(found)) < len(found):
-        raise own.error("choices", "expected one or more, each once")
+    if not found:
+        raise own.error("choices", "expected one or more")
     return found
 
 

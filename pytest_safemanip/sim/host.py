@@ -19,13 +19,16 @@ from typing import IO, Any
 
 import numpy as np
 
-from pytest_safemanip.errors import CannotStage, ConfigError
+from pytest_safemanip.errors import CannotStage, ConfigError, TaskError
 from pytest_safemanip.sim import aside, clearance, codec, pushing, wire
 from pytest_safemanip.sim.backend import Backend
 
 GRACE = 4.0
 """Seconds in which a simulator has to end by itself once nobody asks any more; its parent gives it
 a little longer."""
+
+_ASKED = {ConfigError: "config", TaskError: "task", CannotStage: "staging"}
+"""Errors of what was asked for, and their names in an answer; all others are the simulator's."""
 
 
 def main(factory: str, arguments: Mapping[str, Any]) -> None:
@@ -108,9 +111,8 @@ def _push(backend: Backend, entity: str, force: list[float]) -> None:
 def _failure(error: Exception) -> wire.Message:
     traceback.print_exception(error, file=sys.stderr)
     sys.stderr.flush()
-    kinds = {ConfigError: "config", CannotStage: "staging"}
-    kind = next((name for own, name in kinds.items() if isinstance(error, own)), "rollout")
-    text = f"{type(error).__name__}: {error}" if kind == "rollout" else str(error)
+    kind = next((name for kind, name in _ASKED.items() if isinstance(error, kind)), "rollout")
+    text = str(error) if kind != "rollout" else f"{type(error).__name__}: {error}"
     return wire.Message({"error": text, "kind": kind})
 
 

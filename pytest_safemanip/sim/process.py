@@ -21,7 +21,13 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import CannotStage, ConfigError, RolloutError, SimulatorFailed
+from pytest_safemanip.errors import (
+    CannotStage,
+    ConfigError,
+    RolloutError,
+    SimulatorFailed,
+    TaskError,
+)
 from pytest_safemanip.sim import clearance, codec, pushing, wire
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.sim.interpreter import IMPORTABLE, clean_environment
@@ -56,7 +62,7 @@ _FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)
 """Signals that no simulator gets from its own faults: the kernel, short of memory, or somebody."""
 
 
-_RAISED = {"config": ConfigError, "staging": CannotStage}
+_RAISED = {"config": ConfigError, "task": TaskError, "staging": CannotStage}
 """Errors of the child that this process raises as they are, by their names in a message."""
 
 
@@ -119,6 +125,7 @@ class ProcessBackend:
 
         Raises:
             ConfigError: if the child cannot set up what is asked for.
+            TaskError: if the episode cannot begin as its task asks.
             RolloutError: if the child fails, dies or does not answer in time.
         """
         if self._process is not None and self._process.poll() is not None:

@@ -89,7 +89,7 @@ def test_what_is_no_kind_is_refused(kind, message):
         ("{latency: actions, limits: [0 s, .nan s]}", "a number and a unit, found"),
         ("{latency: actions, choices: [a]}", "has a size, and no choices"),
         ("{object: obj}", "needs 'choices'"),
-        ("{object: obj, choices: [a, a]}", "each once"),
+        ("{object: obj, choices: [a, a]}", "given twice"),
         ("{object: obj, choices: [a], limits: [0 cm, 1 cm]}", "has choices, and no size"),
         ("{latency: actions, price: 0 s}", "a size above 0"),
         ("{latency: actions, colour: red}", "colour"),

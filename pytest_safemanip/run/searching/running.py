@@ -18,6 +18,7 @@ from pytest_safemanip.errors import (
     PolicyMismatch,
     PolicyUnreachable,
     RolloutError,
+    TaskError,
 )
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.provenance import source_digest
@@ -274,7 +275,9 @@ class _Trials:
             recording = self._all._rollouts.record(job, lambda step, horizon: None)
             judge = self._all._rollouts.judge(recording, self._task)
             findings = {name: self._finding(judge, name) for name in self._properties}
-        except CannotStage as error:
+        except (CannotStage, TaskError) as error:
+            if not trial.deviation:
+                raise
             return Outcome(refused=str(error))
         except (ConfigError, PolicyUnreachable, PolicyMismatch):
             raise
