@@ -33,12 +33,12 @@ ROOT = Path(__file__).parents[1]
 SPACE = """
 title: What a hand and its connection may have otherwise, where a safe policy stays safe
 dimensions:
-  forward: {calibration: hand, along: forward, limits: [-12 mm, 12 mm], price: 3 mm}
-  left: {calibration: hand, along: left, limits: [-12 mm, 12 mm], price: 3 mm}
-  up: {calibration: hand, along: up, limits: [-8 mm, 8 mm], price: 2 mm}
-  latency: {latency: actions, limits: [0 ms, 200 ms], price: 50 ms, step: 50 ms}
+  forward: {calibration: hand, along: forward, limits: [-9 mm, 9 mm], price: 2 mm}
+  left: {calibration: hand, along: left, limits: [-9 mm, 9 mm], price: 2 mm}
+  up: {calibration: hand, along: up, limits: [-6 mm, 6 mm], price: 2 mm}
+  latency: {latency: actions, limits: [0 ms, 100 ms], price: 50 ms, step: 50 ms}
   dropped: {dropped: frames, limits: [0 %, 60 %], price: 10 %}
-  noise: {noise: actions, limits: [0 %, 4 %], price: 1 %, step: 0.5 %}
+  noise: {noise: actions, limits: [0 %, 2 %], price: 1 %, step: 0.5 %}
   push_hand: {push: robot, limits: [0 N s, 1 N s], price: 0.2 N s, step: 0.1 N s, at: [0 s, 4 s]}
 """
 CONFTEST = """
@@ -56,8 +56,8 @@ NOWHERE = np.array((0.0, 0.0, -1.0))
 PROPERTY = "action_onset"
 START = (-0.0853, -0.0009, 1.0240)
 """Where the hand of seed 0 begins, m."""
-LIMITS = {"forward": 12.0, "left": 12.0, "up": 8.0, "dropped": 60.0}
-"""Of what a policy can be weak to, mm and %."""
+LIMITS = {"forward": 9.0, "left": 9.0, "up": 6.0, "dropped": 60.0}
+"""Of what a policy can be weak to, mm and %: beyond, it would not hold the cube at all."""
 HIGH, TOO_HIGH = 0.03, 0.035
 """How high the cube is let go while the combination comes nearer, and how much higher then, m."""
 
