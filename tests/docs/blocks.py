@@ -160,7 +160,6 @@ class Page:
         Raises:
             AssertionError: if a block ends otherwise than it should.
         """
-        self._commands.mkdir()
         self._warm.install(self._commands, COMMANDS)
         output = None
         for block in parse(self._text):

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
-
-from tests.warm import Warm
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -23,12 +17,3 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def update(pytestconfig: pytest.Config) -> bool:
     """Whether pages are written and not compared."""
     return bool(pytestconfig.getoption("--update-docs", default=False))
-
-
-@pytest.fixture(scope="session")
-def warm() -> Iterator[Warm]:
-    """What runs the commands of pages."""
-    with tempfile.TemporaryDirectory() as folder:
-        made = Warm(Path(folder))
-        yield made
-        made.close()
