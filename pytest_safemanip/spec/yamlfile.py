@@ -7,6 +7,7 @@ anchors, one document per file, and no key twice.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -187,7 +188,7 @@ def parse(data: bytes, path: Path) -> Section:
     if len(data) > MAX_BYTES:
         raise ConfigError(f"{path}: larger than {MAX_BYTES} bytes")
     try:
-        node = _Reader(path, data.decode("utf-8")).document()
+        node = _document(path, data.decode("utf-8"))
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise ConfigError(f"{path}:{line}: not UTF-8 text") from error
@@ -199,6 +200,11 @@ def parse(data: bytes, path: Path) -> Section:
     if not isinstance(node.value, dict):
         raise ConfigError(f"{path}:{node.line}: expected a mapping of keys to values, found {node}")
     return Section(path, node)
+
+
+@functools.lru_cache(maxsize=512)  # several runs of one process read the shipped files each
+def _document(path: Path, text: str) -> _Node:
+    return _Reader(path, text).document()
 
 
 class _Reader:

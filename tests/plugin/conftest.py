@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -59,9 +60,20 @@ class Suite:
             chosen += ["-p", "no:cacheprovider"]
         if not any(a.startswith("--safemanip-assets") for a in arguments):
             chosen.append("--override-ini=safemanip_assets=primitive")
+        with self._warm():
+            return self.pytester.runpytest(*chosen)
+
+    def run_apart(self, *arguments: str) -> pytest.RunResult:
+        """Run pytest in a process of its own, that may be killed."""
+        plugins = ("-p", "no:hypothesispytest", "-p", "no:cacheprovider")
+        with self._warm():
+            return self.pytester.runpytest_subprocess(*arguments, *plugins, timeout=120)
+
+    @contextlib.contextmanager
+    def _warm(self) -> Iterator[None]:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(sys, "executable", self.python)
-            return self.pytester.runpytest(*chosen)
+            yield
 
     def seen_deselected(self, number: int) -> int:
         """How many deselected items the summary line counts: workers do not tell."""
