@@ -9,10 +9,16 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import msgpack  # noqa: F401  (imported twice, as after pytester's runs, its types differ: Ray fails)
+# What a run of pytester's imports first is forgotten with it: each would import these anew, and of
+# msgpack imported twice the types differ, with which Ray fails.
+import msgpack  # noqa: F401
 import platformdirs
 import pytest
+import websockets.sync.client  # noqa: F401
 
+import pytest_safemanip.expert.policy
+import pytest_safemanip.plugin.configure
+import pytest_safemanip.policies.remote.served  # noqa: F401
 from pytest_safemanip.report.ci.places import ROOTS
 from tests.conftest import Rollouts
 from tests.warm import Warm
