@@ -36,7 +36,8 @@ FLAGS = ("-u", "-B", "-P")
 _CALL = """\
 #!{python} -ISE
 import json, os, signal, socket, sys
-simulates = sys.argv[1:3] == ["-P", "-c"] and {assets!r} in sys.argv[-1]
+known = "pytest_safemanip.video.worker", {assets!r}
+simulates = sys.argv[1:3] == ["-P", "-c"] and any(name in " ".join(sys.argv[3:]) for name in known)
 told = [{arguments!r} + sys.argv[1:], {called!r}, os.getcwd(), dict(os.environ)]
 told = json.dumps(told).encode()
 with socket.socket(socket.AF_UNIX) as warm:
@@ -108,7 +109,7 @@ class Warm:
 
 def _begin_runs(assets: str) -> None:
     """Import what runs import, by pytest's own way of importing plugins."""
-    names = ("pytest_safemanip.cli.main", "xdist.remote", "xdist.workermanage")
+    names = ("pytest_safemanip.cli.main", "pytest_safemanip.policies.remote.served", "xdist.remote")
 
     class Imports:
         def pytest_sessionstart(self) -> None:
@@ -127,11 +128,11 @@ def _begin_runs(assets: str) -> None:
 
 def _begin_simulators(assets: str) -> None:
     """Import RoboCasa, and have MuJoCo read the meshes of its robot."""
-    from pytest_safemanip.sim import host
     from pytest_safemanip.sim.backend import Provenance, Request
     from pytest_safemanip.sim.robocasa.backend import RoboCasaBackend
 
-    assert host.GRACE
+    for name in ("pytest_safemanip.sim.host", "pytest_safemanip.video.worker"):
+        importlib.import_module(name)
     backend = RoboCasaBackend(Path(assets), Provenance("robocasa", "primitive", {}, {}), "")
     backend.reset(Request("OpenDrawer", 0, "compact"))
     backend.close()
