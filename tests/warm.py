@@ -44,11 +44,10 @@ with socket.socket(socket.AF_UNIX) as warm:
     warm.connect({address!r} + ("simulators" if simulates else "runs"))
     socket.send_fds(warm, [len(told).to_bytes(4, "little")], [0, 1, 2])
     warm.sendall(told)
-    for number in 0, 1, 2:
-        os.close(number)  # whoever reads what is written there sees its end in time
     status = int.from_bytes(warm.recv(2), "little", signed=True)
 if status < 0:
-    signal.signal(-status, signal.SIG_DFL)
+    if -status != signal.SIGKILL:
+        signal.signal(-status, signal.SIG_DFL)
     os.kill(os.getpid(), -status)
 os._exit(status)
 """
@@ -219,9 +218,11 @@ def _run(arguments: list[str]) -> None:
         sys.argv = ["-c", *arguments[2:]]
         main = sys.modules["__main__"] = types.ModuleType("__main__")
         exec(compile(arguments[1], "<string>", "exec"), main.__dict__)  # noqa: S102
-    elif arguments[0] == "-m":
-        sys.argv, sys.path[0] = arguments[1:], os.getcwd()
-        runpy.run_module(arguments[1], run_name="__main__", alter_sys=True)
+    elif arguments[0].startswith("-m"):
+        sys.argv, sys.path[0] = [arguments[0].removeprefix("-m"), *arguments[1:]], os.getcwd()
+        if not sys.argv[0]:
+            del sys.argv[0]
+        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
     else:
         sys.argv, sys.path[0] = arguments, os.path.dirname(os.path.abspath(arguments[0]))
         runpy.run_path(arguments[0], run_name="__main__")
