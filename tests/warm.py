@@ -44,7 +44,9 @@ with socket.socket(socket.AF_UNIX) as warm:
     warm.connect({address!r} + ("simulators" if simulates else "runs"))
     socket.send_fds(warm, [len(told).to_bytes(4, "little")], [0, 1, 2])
     warm.sendall(told)
-    status = int.from_bytes(warm.recv(2), "little", signed=True)
+    ended = warm.recv(2)
+    assert ended, "the process that is forked is gone"
+    status = int.from_bytes(ended, "little", signed=True)
 if status < 0:
     if -status != signal.SIGKILL:
         signal.signal(-status, signal.SIG_DFL)
@@ -70,7 +72,8 @@ class Warm:
         self._folder, self._called = folder, folder / "bin" / "python"
         self._assets = str(prepare_assets(loading.package_assets(), "primitive").root)
         # Simulated bits must not depend on the number of threads or on the hash seed.
-        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONHASHSEED": "0"}
+        single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+        environment = {**os.environ, **single, "PYTHONHASHSEED": "0"}
         self._processes = [
             subprocess.Popen(
                 [sys.executable, "-P", __file__, f"{folder}/{kind}", kind, self._assets],
