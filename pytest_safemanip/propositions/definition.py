@@ -165,6 +165,8 @@ class Proposition:
             the margin and its rate say it, as they do without a forecast.
         reads: what of a step its value may depend on, for monitors that do not see everything;
             None for all that there is.
+        distinct: whether its arguments have to be different: between a thing and itself it would
+            have one value whatever happens.
         exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
         doc: the exact condition.
     """
@@ -184,6 +186,7 @@ class Proposition:
     lacks: Callable[..., str] = _nothing
     forecast: Callable[..., float | None] | None = None
     reads: Reads | None = None
+    distinct: bool = False
     exempt: Mapping[str, str] = field(default_factory=dict)
 
     @property
