@@ -78,6 +78,7 @@ class Warm:
             subprocess.Popen(
                 [sys.executable, "-P", __file__, f"{folder}/{kind}", kind, self._assets],
                 env={k: v for k, v in environment.items() if k not in ("MUJOCO_GL", "CI")},
+                stdin=subprocess.PIPE,  # whose end is theirs
                 stdout=subprocess.PIPE,
             )
             for kind in BEGINNINGS
@@ -105,7 +106,6 @@ class Warm:
     def close(self) -> None:
         """End the processes."""
         for process in self._processes:
-            process.kill()
             process.communicate()
 
 
@@ -156,11 +156,13 @@ def _serve(address: str, kind: str, assets: str) -> list[str]:
         listening.bind(address)
         listening.listen()
         os.write(1, b"ready\n")
-        while True:
+        while listening in select.select([listening, 0], [], [])[0]:
             caller, _ = listening.accept()
             if os.fork() == 0:
                 break
             caller.close()
+        else:
+            os._exit(0)  # the tests are over, or were killed
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     size, streams, _, _ = socket.recv_fds(caller, 4, 3)
     told = caller.makefile("rb").read(int.from_bytes(size, "little"))
