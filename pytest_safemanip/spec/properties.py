@@ -94,6 +94,7 @@ class Property:
         discharged_by: who has to meet the obligations.
         severity: what a violation weighs whatever was measured of it.
         cost: what a violation adds to the cost of a rollout, and once more for each further second.
+        says_cost: whether its file says so, with `cost:`; failures tell it then.
         pack: name of the pack that it is a rule of; empty for all others.
         lines: where in the file the formulas are, by key.
     """
@@ -112,6 +113,7 @@ class Property:
     discharged_by: DischargedBy
     severity: float = LEAST_SEVERITY
     cost: float = LEAST_SEVERITY
+    says_cost: bool = False
     pack: str = ""
     lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
@@ -316,6 +318,7 @@ def load_property(
         discharged_by=_discharged_by(section),
         severity=_severity(section),
         cost=_cost(section),
+        says_cost="cost" in section,
         lines=_lines(section),
     )
 
