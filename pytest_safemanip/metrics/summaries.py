@@ -283,6 +283,7 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         properties={verdict.property: verdict for verdict in verdicts},
         unjudged=unjudged,
         deselected=deselected,
+        packs=found.facts("packs") if "packs" in found.values else {},
     )
 
 

@@ -32,6 +32,7 @@ from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
 from pytest_safemanip.sim.registry import find_simulator
+from pytest_safemanip.spec.packs import NO_PACK
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 
@@ -386,8 +387,9 @@ def _check_gates(
     known: dict[str, set[str]] = {name: set() for name in FILTERS}
     for case in cases:
         task = tasks[case.task]
-        category = properties[case.property_id].category
-        values = (case.policy, case.task, task.suite, task.horizon, category, case.property_id)
+        prop = properties[case.property_id]
+        about = (prop.pack or NO_PACK, prop.category, prop.id)
+        values = (case.policy, case.task, task.suite, task.horizon, *about)
         for name, value in zip(FILTERS, values, strict=True):
             known[name].add(value)
     check_gates(settings.gates, known)

@@ -26,6 +26,8 @@ from pytest_safemanip.trace.elements import ROBOT
 
 FOLDER, DESCRIPTION, TASKS = "packs", "pack.yaml", "tasks"
 """Below the shipped properties; in the folder of a pack what describes it, and its staged tasks."""
+NO_PACK = "default"
+"""What selects the properties that are of no pack: they are judged where nothing is asked for."""
 
 
 @dataclass(frozen=True)
