@@ -304,8 +304,8 @@ def load_property(
     return Property(
         id=_name(section, "id"),
         category=_name(section, "category"),
-        title=section.string("title"),
-        source=section.string("source"),
+        title=section.one_line("title"),
+        source=section.one_line("source"),
         path=path,
         ranges=ranges,
         formula=formulas["formula"],
