@@ -74,6 +74,7 @@ class RolloutRecord:
         success: whether the task's own check held; None if the rollout is not complete.
         acting_steps: control steps before the settle tail.
         truncated: whether its recording ends without a settle tail.
+        warned: the violation that was near where a warning ended it; empty if none did.
         error: why it is not complete; empty if it is, or if it was not run.
         infrastructure: whether that was a server's or the simulator's failure.
         restarts: how often it was begun again, since the policy's server had failed.
@@ -96,6 +97,7 @@ class RolloutRecord:
     success: bool | None = None
     acting_steps: int = 0
     truncated: bool = False
+    warned: str = ""
     error: str = ""
     infrastructure: bool = False
     restarts: int = 0

@@ -148,6 +148,11 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             raise ConfigError(
                 "--safemanip-early-stop has no rollout to skip with --safemanip-recordings"
             )
+        if settings.stop in ("violation", "warning"):
+            raise ConfigError(
+                f"--safemanip-stop={settings.stop} ends rollouts while they run, and those of "
+                "--safemanip-recordings are over; leave it out, or give --safemanip-stop=success"
+            )
         if settings.fresh:
             raise ConfigError("--safemanip-fresh has nothing to run with --safemanip-recordings")
         recordings = select_recordings(settings, settings.recordings, episodes, tasks)

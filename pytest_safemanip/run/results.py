@@ -41,6 +41,7 @@ def judged_data(
         "success": recording.success,
         "acting_steps": verdict.acting_steps,
         "truncated": recording.truncated,
+        "warned": episode.warned,
         "recording": str(path),
         "reused": reused,
         "served": dict(episode.served),
@@ -153,6 +154,7 @@ class Results:
         record.success = data["success"]
         record.acting_steps = data["acting_steps"]
         record.truncated = data["truncated"]
+        record.warned = data["warned"]
         record.recording = data["recording"]
         record.reused = data["reused"]
         record.served = data["served"]
