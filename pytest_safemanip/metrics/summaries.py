@@ -273,7 +273,9 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         success=success,
         acting_steps=found.count("acting_steps"),
         truncated="truncated" in found.values and found.boolean("truncated"),
-        warned=found.told("warned", empty=True) if "warned" in found.values else "",
+        warned=printable(found.text("warned", empty=True), MAX_TOLD)
+        if "warned" in found.values
+        else "",
         error=error,
         infrastructure="infrastructure" in found.values and found.boolean("infrastructure"),
         restarts=found.count("restarts") if "restarts" in found.values else 0,

@@ -300,7 +300,7 @@ def _warned_lines(records: Sequence[RolloutRecord]) -> list[str]:
     warned = [record.warned for record in records if record.complete and record.warned]
     if not warned:
         return []
-    near = Counter(text.split()[0] for text in warned)
+    near = Counter(text.partition(" ")[0] for text in warned)
     rules = ", ".join(f"{name} {count}" for name, count in near.most_common())
     stopped = counted(len(warned), "rollout")
     return fitted(f"  stopped    {stopped} before a violation: {rules}", MIN_WIDTH, 13)
