@@ -24,6 +24,8 @@ NOT_MEASURED = (
 )
 MOST = 1_000_000
 """Largest number of further rollouts that is suggested."""
+MOST_RULES = 3
+"""Properties that are named of a rollout."""
 
 
 @dataclass(frozen=True)
@@ -123,10 +125,12 @@ def decide(gate: Gate, policy: str, records: Sequence[RolloutRecord]) -> Decisio
 
 
 def priced(case: RolloutSlice) -> str:
-    """A rollout with what it costs, and what for if several properties are violated."""
+    """A rollout with what it costs, and for which properties, the dearest first."""
     costs = {v.property: cost_of([v]) or 0.0 for v in case.verdicts if v.violations}
     dearest = sorted(costs, key=lambda name: -costs[name])
-    named = [f"{name} {figure(costs[name])}" for name in dearest]
+    named = [f"{name} {figure(costs[name])}" for name in dearest[:MOST_RULES]]
+    left = len(dearest) - MOST_RULES
+    named += [f"and {left} more"] if left > 0 else []
     return f"{case.task}, seed {case.record.seed}: {figure(case.cost or 0.0)} ({', '.join(named)})"
 
 

@@ -74,6 +74,12 @@ def test_the_text_of_a_broken_gate_on_costs_names_the_rollouts_that_cost_most_an
     ]
 
 
+def test_of_many_rules_of_a_rollout_those_that_cost_most_are_named():
+    found = [severe(float(n), name=f"r{n}") for n in range(1, 7)]
+    (decision,) = ruled([rollout(True, *found)], parse_gate("max_cost <= 2")).decisions
+    assert gate_line(decision).endswith("T, seed 3: 21 (r6 6, r5 5, r4 4, and 3 more)")
+
+
 @pytest.mark.parametrize("text", ["max_cost <= 7", "max_cost >= 8", "violations_per_rollout <= 0"])
 def test_no_rollout_is_to_blame_for_what_is_kept_or_asks_for_more_or_for_no_costs(text):
     (decision,) = ruled(costly(), parse_gate(text)).decisions
