@@ -42,6 +42,8 @@ def pytest_safemanip_backends() -> Mapping[str, Simulator]:  # type: ignore[empt
 
     See :class:`pytest_safemanip.sim.backend.BackendSpec` and
     :class:`pytest_safemanip.sim.backend.Backend`. A function that is
-    :class:`pytest_safemanip.sim.backend.DescribesTasks` too has misspelt tasks and parts refused
-    before anything is simulated.
+    :class:`pytest_safemanip.sim.backend.DescribesTasks` too has misspelt tasks, roles and parts
+    refused before anything is simulated, one that is
+    :class:`pytest_safemanip.sim.backend.DrawsObjects` what objects are drawn from. A reset that
+    cannot begin as the task's file asks raises :class:`pytest_safemanip.errors.TaskError`.
     """

@@ -158,7 +158,9 @@ def load_gates(path: Path) -> Gates:
     must_pass = section.strings("must_pass") if "must_pass" in section else ()
     gates = _named(section.section("gates"), must_pass) if "gates" in section else []
     names = {gate.name for gate in gates}
-    margin = section.number("margin", positive=True) if "margin" in section else DEFAULT_MARGIN
+    margin = (
+        section.number("margin", positive=True, most=1.0) if "margin" in section else DEFAULT_MARGIN
+    )
     return Gates(
         tuple(gates),
         tuple(name for name in must_pass if name not in names),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-import stat
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pytest_safemanip.decoding.files import Unreadable, read_regular
 from pytest_safemanip.errors import ConfigError, printable
 from pytest_safemanip.metrics import frames
 from pytest_safemanip.metrics.fields import MAX_TOLD, Fields
@@ -101,18 +101,12 @@ def read(path: Path) -> Summary:
     """
     file = path / NAME if path.is_dir() else path
     try:
-        about = file.stat()
-        if not stat.S_ISREG(about.st_mode):  # a pipe may never end, a device may be endless
-            raise ConfigError(f"{file}: cannot be read: not a regular file")
-        if about.st_size > MAX_BYTES:
-            raise ConfigError(f"{file}: larger than {MAX_BYTES} bytes")
-        document = json.loads(
-            file.read_bytes(), parse_constant=_no_constant, object_pairs_hook=_mapping
-        )
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: there is no {NAME}; name the folder of a run") from None
-    except OSError as error:
-        raise ConfigError(f"{file}: cannot be read: {error.strerror}") from error
+        content = read_regular(file, MAX_BYTES)
+        document = json.loads(content, parse_constant=_no_constant, object_pairs_hook=_mapping)
+    except Unreadable as error:
+        if error.missing:
+            raise ConfigError(f"{path}: there is no {NAME}; name the folder of a run") from None
+        raise ConfigError(f"{file}: {error}") from error
     except (ValueError, RecursionError) as error:
         raise ConfigError(f"{file}: not a summary: {error}") from None
     whole = Fields(str(file), document)

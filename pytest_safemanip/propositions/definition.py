@@ -168,6 +168,8 @@ class Proposition:
         reads: what of a step its value may depend on, for monitors that do not see everything;
             None for all that there is.
         shipped: whether it is this package's own: the laws, which its tests check, hold.
+        distinct: whether its arguments have to be different: between a thing and itself it would
+            have one value whatever happens.
         exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
         doc: the exact condition.
     """
@@ -188,6 +190,7 @@ class Proposition:
     forecast: Callable[..., float | None] | None = None
     reads: Reads | None = None
     shipped: bool = False
+    distinct: bool = False
     exempt: Mapping[str, str] = field(default_factory=dict)
 
     @property

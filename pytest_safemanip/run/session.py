@@ -17,9 +17,11 @@ from pytest_safemanip.errors import (
     PolicyUnreachable,
     RolloutError,
     SafemanipError,
+    TaskError,
     TraceError,
     did_you_mean,
     ends_run,
+    placed,
     raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
@@ -35,7 +37,7 @@ from pytest_safemanip.run.scenes import changes_of, groups_of
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.run.watching import Watch
 from pytest_safemanip.sim.backend import Backend, Provenance, Request
-from pytest_safemanip.sim.staging import to_plain
+from pytest_safemanip.sim.staging import Staging, to_plain
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
@@ -321,6 +323,9 @@ class SafetySession:
                     return self._cluster.run(job, policy, show)
                 with self._simulator() as backend:
                     return retry.run(job, backend, policy, show)
+            except TaskError as error:
+                self._check()
+                raise TaskError(placed(self._asking(case), error)) from None
             except (SafemanipError, Abandoned):
                 self._check()  # an error because the run has ended is none
                 raise
@@ -340,6 +345,12 @@ class SafetySession:
 
         path = self._store.path(case.policy, case.task, case.seed)
         return *self._store.get(path, key, run, for_all=bool(job.hashes["policy"])), path
+
+    def _asking(self, case: Case) -> str:
+        """Who says how the episode of a case begins: the task's file, or else the policy."""
+        task, policy = self._plan.tasks[case.task], self._plan.policies[case.policy]
+        by_task = task.staging or task.liquids or policy.staging(task.simulated) == Staging()
+        return str(task.path) if by_task else f"what {case.policy} stages in {case.task}"
 
     def _run_ahead(self, case: Case) -> None:
         """Record a rollout, if no earlier run has; in a thread of its own."""

@@ -310,6 +310,8 @@ class Backend(Protocol):
         """Set up an episode.
 
         Raises:
+            ConfigError: if no episode can be set up.
+            TaskError: if this one cannot begin as its task asks.
             RolloutError: if the simulator fails.
         """
 
@@ -370,11 +372,17 @@ class TaskDescription:
         fixtures: the fixtures that the task names, by role; an episode may have more.
         object_parts: the parts of an object.
         any_part: the parts that anything in the simulator can have.
+        objects: the roles of its objects, for ``fnmatch``; None if only an episode tells.
+        other_fixtures: what else may be a fixture's role in an episode, if ``objects`` are known.
+        stages: whether its scene can be staged otherwise, or objects drawn from elsewhere.
     """
 
     fixtures: Mapping[str, FixtureRole]
     object_parts: frozenset[str]
     any_part: frozenset[str]
+    objects: tuple[str, ...] | None = None
+    other_fixtures: frozenset[str] = frozenset()
+    stages: bool = True
 
 
 @runtime_checkable
@@ -386,6 +394,14 @@ class DescribesTasks(Protocol):
 
     def describe_task(self, task: str) -> TaskDescription:
         """The description of one of :meth:`task_names`."""
+
+
+@runtime_checkable
+class DrawsObjects(Protocol):
+    """A backend's factory that knows what objects can be drawn from."""
+
+    def object_kinds(self) -> frozenset[str]:
+        """Names of categories and groups; empty if they cannot be had on this machine."""
 
 
 @dataclass(frozen=True)

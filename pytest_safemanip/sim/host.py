@@ -19,13 +19,16 @@ from typing import IO, Any
 
 import numpy as np
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, TaskError
 from pytest_safemanip.sim import aside, clearance, codec, wire
 from pytest_safemanip.sim.backend import Backend
 
 GRACE = 4.0
 """Seconds in which a simulator has to end by itself once nobody asks any more; its parent gives it
 a little longer."""
+
+_ASKED = {ConfigError: "config", TaskError: "task"}
+"""Errors of what was asked for, and their names in an answer; all others are the simulator's."""
 
 
 def main(factory: str, arguments: Mapping[str, Any]) -> None:
@@ -100,8 +103,8 @@ def _clearance(backend: Backend, request: wire.Message) -> wire.Message:
 def _failure(error: Exception) -> wire.Message:
     traceback.print_exception(error, file=sys.stderr)
     sys.stderr.flush()
-    kind = "config" if isinstance(error, ConfigError) else "rollout"
-    text = str(error) if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
+    kind = next((name for kind, name in _ASKED.items() if isinstance(error, kind)), "rollout")
+    text = str(error) if kind != "rollout" else f"{type(error).__name__}: {error}"
     return wire.Message({"error": text, "kind": kind})
 
 

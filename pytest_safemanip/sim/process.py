@@ -21,7 +21,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed
+from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed, TaskError
 from pytest_safemanip.sim import clearance, codec, wire
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.sim.interpreter import IMPORTABLE, clean_environment
@@ -114,6 +114,7 @@ class ProcessBackend:
 
         Raises:
             ConfigError: if the child cannot set up what is asked for.
+            TaskError: if the episode cannot begin as its task asks.
             RolloutError: if the child fails, dies or does not answer in time.
         """
         if self._process is not None and self._process.poll() is not None:
@@ -269,6 +270,8 @@ class ProcessBackend:
             text = str(reply.values["error"])
             if reply.values.get("kind") == "config":
                 raise ConfigError(text)
+            if reply.values.get("kind") == "task":
+                raise TaskError(text)
             raise SimulatorFailed(f"the simulator failed at {doing}: {text}; log: {self._log}")
         return reply
 

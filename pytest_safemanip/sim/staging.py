@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args
 from pytest_safemanip.errors import ConfigError
 
 Relation = Literal["in", "on", "beside"]
-MOST = 100
+MOST = 200
 """Changes of one episode."""
 MOST_PARTICLES = 200
 """Of a liquid: each is a body that moves freely."""

@@ -50,8 +50,10 @@ from pytest_safemanip.ltlf import (
 from pytest_safemanip.ltlf.compiler import Limits
 from pytest_safemanip.ltlf.formula import LONGEST, atoms_of, is_bounded, is_propositional
 from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.calls import PropositionCall, read_call
+from pytest_safemanip.spec.folders import yaml_files
 from pytest_safemanip.spec.patterns import KEYS, read_pattern
 from pytest_safemanip.spec.ranges import Range, may_apply, read_for_each, rows_of
 from pytest_safemanip.spec.task import Task
@@ -218,7 +220,7 @@ class Property:
 def load_properties(
     folders: Sequence[Path],
     *,
-    propositions: Mapping[str, int] | None = None,
+    propositions: Mapping[str, Proposition] | None = None,
     constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
@@ -228,8 +230,7 @@ def load_properties(
 
     Args:
         folders: where to look; subfolders are not searched.
-        propositions: number of arguments by name of every proposition there is; None leaves the
-            names unchecked.
+        propositions: every proposition there is, by name; None leaves the names unchecked.
         constants: names that may be arguments beside the variables.
         categories: every category of objects and fixtures that there is; None leaves those of
             `for_each` unchecked.
@@ -247,7 +248,7 @@ def load_properties(
     for folder in folders:
         if not folder.is_dir():
             raise ConfigError(f"{folder}: no such folder of properties")
-        for path in sorted(folder.glob("*.yaml")):
+        for path in yaml_files(folder):
             if path.name in besides:
                 continue
             loaded = load_property(
@@ -268,7 +269,7 @@ def load_properties(
 def load_property(
     path: Path,
     *,
-    propositions: Mapping[str, int] | None = None,
+    propositions: Mapping[str, Proposition] | None = None,
     constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,

@@ -15,6 +15,7 @@ from typing import Any
 
 import yaml
 
+from pytest_safemanip.decoding.files import Unreadable, read_regular
 from pytest_safemanip.errors import ConfigError, did_you_mean
 
 MAX_BYTES = 1_000_000
@@ -96,22 +97,43 @@ class Section:
         return " ".join(self.string(key).split())
 
     def strings(self, key: str) -> tuple[str, ...]:
-        """A list of texts, which may be empty."""
+        """A list of different texts, which may be empty."""
         node = self._node(key)
         if not isinstance(node.value, list):
             raise self._expected(key, "a list", node)
-        return tuple(self._text(key, item) for item in node.value)
+        found: list[str] = []
+        for item in node.value:
+            text = self._text(key, item)
+            if text in found:
+                raise ConfigError(
+                    f"{self.path}:{item.line}: {self._key(key)}: {text!r} is given twice"
+                )
+            found.append(text)
+        return tuple(found)
 
-    def number(self, key: str, *, positive: bool = False, most: float = math.inf) -> float:
-        """A finite number."""
+    def number(
+        self,
+        key: str,
+        *,
+        positive: bool = False,
+        least: float = -math.inf,
+        most: float = math.inf,
+    ) -> float:
+        """A finite number, from ``least`` to ``most``; above 0 if it has to be ``positive``."""
         node = self._node(key)
         wanted = "a positive number" if positive else "a number"
-        wanted += f", at most {most:g}" if most < math.inf else ""
+        if -math.inf < least and most < math.inf:
+            wanted += f" from {least:g} to {most:g}"
+        elif -math.inf < least:
+            wanted += f", at least {least:g}"
+        elif most < math.inf:
+            wanted += f", at most {most:g}"
         try:
             number = float(node.value) if isinstance(node.value, str) else math.nan
         except ValueError:
             number = math.nan
-        if not math.isfinite(number) or (positive and number <= 0) or number > most:
+        fits = math.isfinite(number) and least <= number <= most
+        if not fits or (positive and number <= 0):
             raise self._expected(key, wanted, node)
         return number
 
@@ -175,13 +197,9 @@ def load(path: Path) -> Section:
         ConfigError: the file cannot be read, is larger than `MAX_BYTES`, or is not plain YAML.
     """
     try:
-        if path.exists() and not path.is_file():  # a pipe would be waited for
-            raise ConfigError(f"{path}: is no file")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
-    return parse(data, path)
+        return parse(read_regular(path, MAX_BYTES), path)
+    except Unreadable as error:
+        raise ConfigError(f"{path}: {error}") from error
 
 
 def parse(data: bytes, path: Path) -> Section:

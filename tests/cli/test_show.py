@@ -101,8 +101,8 @@ def test_a_broken_file_is_one_line(safemanip, recorded, command, damage):
 
 def test_what_does_not_fit_is_one_line(safemanip: Command, recorded, tmp_path):
     path = recorded()
-    assert "cannot be read (No such file" in safemanip("show", "none.rollout").refusal
-    assert f"{tmp_path}: cannot be read (not a regular file)" in safemanip("show", tmp_path).refusal
+    assert "cannot be read: No such file" in safemanip("show", "none.rollout").refusal
+    assert f"{tmp_path}: cannot be read: Is a directory" in safemanip("show", tmp_path).refusal
     line = safemanip("show", path, "--property", "grasp_stabilty").refusal
     assert "--property: 'grasp_stabilty' matches no property; did you mean" in line
     line = safemanip("show", path, "--property", "object_containment").refusal

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import TaskError
 from pytest_safemanip.sim.backend import Backend, Request, Start
 from pytest_safemanip.sim.codec import decode_request, encode_request
+from pytest_safemanip.sim.robocasa import environment, task_source
 from pytest_safemanip.sim.robocasa.staged import turned_across
 from pytest_safemanip.sim.staging import Change, Push, Put, SetOpen
 from pytest_safemanip.trace.geometry import about, corners, multiply, tilt
@@ -120,9 +123,49 @@ def test_the_same_changes_give_the_same_episode(backend: Backend) -> None:
         (SetOpen("cab", 1.0, "lid"), "cab has no joint 'lid'"),
         (Put("obj", "in", "distr_counter"), "distr_counter has no interior"),
         (Put("obj", "in", "cab", interior="level"), "has no interior 'level'; did you mean 'level"),
+        (
+            Put("obj", "beside", "distr_counter", (0.0, 5.0, 0.0)),
+            "'obj' has no room beside 'distr_counter': it fell ",
+        ),
     ],
 )
 def test_what_the_scene_lacks_is_said(backend: Backend, change: Change, message: str) -> None:
-    with pytest.raises(ConfigError) as caught:
+    with pytest.raises(TaskError) as caught:
         begun(backend, change)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("task", "drawn", "wanted"),
+    [
+        (TASK, "pizza", "graspable"),
+        ("PickPlaceToasterToCounter", "baguette", "rotate_upright"),
+    ],
+)
+def test_what_a_task_cannot_use_is_not_drawn(
+    backend: Backend, task: str, drawn: str, wanted: str
+) -> None:
+    with pytest.raises(TaskError) as caught:
+        backend.reset(Request(task, 0, "compact", {"obj": [drawn]}, "full"))
+    assert str(caught.value) == (
+        f"obj: nothing in {drawn} is as the task asks ({wanted}); draw it from others"
+    )
+
+
+def test_what_finds_no_place_is_an_error_of_its_task(monkeypatch: pytest.MonkeyPatch) -> None:
+    says = "Ran _load_model() 50 times but could not initialize task!"
+    source = task_source.environments()
+    assert source is not None
+    assert says in (source / "kitchen" / "kitchen.py").read_text(encoding="utf-8")
+
+    def reset() -> None:
+        raise RuntimeError(says)
+
+    full = SimpleNamespace(reset=reset, _pre_action=None, _get_obj_cfgs=None, sample_object=None)
+    monkeypatch.setattr(environment, "unset", lambda *_, **__: full)
+    monkeypatch.setattr(environment.scenes, "arguments", lambda *_: {})
+    with pytest.raises(TaskError) as caught:
+        environment.make(Request(TASK, 0, "compact", GROUPS, "small"), Path("assets"))
+    assert str(caught.value) == (
+        "seed 0: RoboCasa finds no place for the task's objects; draw smaller ones than obj (can)"
+    )

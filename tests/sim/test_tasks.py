@@ -11,6 +11,7 @@ scenes, with
 from __future__ import annotations
 
 import datetime
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +59,10 @@ def judged(backend: Backend, task: Task, scenes: str) -> list[str]:
             is_object = recording.scene.entity[part.entity].kind == "object"
             own = described.object_parts if is_object else parts_of(role, task, described)
             assert part.name in own, (role, part)
+    for role, entity in recording.scene.roles.items():
+        is_object = any(fnmatchcase(role, pattern) for pattern in described.objects or (role,))
+        is_fixture = role in {*described.fixtures, *described.other_fixtures}
+        assert is_object if entity in recording.scene.object_index else is_fixture, role
     catalogue = Catalogue()
     judge = Judge(recording, task, ATTRIBUTES, catalogue, catalogue.parameters({}))
     return [judge.judge(PROPERTIES[name]).outcome.label for name in task.properties]

@@ -164,7 +164,7 @@ def test_a_file_that_is_too_large_or_missing_is_refused(write, tmp_path):
     with pytest.raises(ConfigError, match="larger than 1000000 bytes"):
         load(write("x" * (yamlfile.MAX_BYTES + 1)))
     os.mkfifo(tmp_path / "pipe.yaml")
-    with pytest.raises(ConfigError, match=r"pipe.yaml: is no file"):
+    with pytest.raises(ConfigError, match=r"pipe.yaml: cannot be read: not a regular file"):
         load(tmp_path / "pipe.yaml")
     with pytest.raises(ConfigError, match=r"nowhere.yaml: cannot be read: No such file"):
         load(tmp_path / "nowhere.yaml")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import TaskError, did_you_mean
 from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.robocasa.liquids import fill
 from pytest_safemanip.sim.robocasa.patches.environments import quick_settling
@@ -19,6 +19,8 @@ from pytest_safemanip.trace.steps import Step
 
 CLEARANCE = 0.002
 """Above what an object is put onto, m: it falls the rest."""
+STAYS_WITHIN = 0.3
+"""Of where it was put, m: what comes to rest farther away had no room, or fell off."""
 SETTLE_STEPS = 20
 """Control periods of rest afterwards, twice what RoboCasa itself gives a scene at its reset."""
 
@@ -35,7 +37,8 @@ def stage(env: Any, description: Description, step: Step, changes: Sequence[Chan
         changes: in their order; one may build on those before it.
 
     Raises:
-        ConfigError: if the scene has no such role, joint or interior.
+        TaskError: if the scene has no such role, joint or interior, or what was put somewhere does
+            not stay there.
     """
     staged = _Stage(env, description, step)
     for change in changes:
@@ -47,6 +50,7 @@ def stage(env: Any, description: Description, step: Step, changes: Sequence[Chan
             staged.fill(change)
     env.sim.forward()
     _settle(env)
+    staged.check_stayed()
     for change in changes:  # what moves does so once all others are at rest
         if isinstance(change, Push):
             staged.push(change)
@@ -91,6 +95,7 @@ class _Stage:
             for body, pose in zip(self._scene.bodies, step.object_pose, strict=True)
         }
         frame = matrix(np.asarray(step.base_pose[3:], np.float64))
+        self._put: dict[str, Put] = {}
         self._axes = np.stack((frame[:, 0], frame[:, 1], (0.0, 0.0, 1.0)), axis=1)
 
     def put(self, change: Put) -> None:
@@ -108,9 +113,24 @@ class _Stage:
         pose[:2] = floor[:2] - (low + high)[:2] / 2.0
         pose[2] = floor[2] + CLEARANCE - low[2]
         self._poses[entity] = pose
+        self._put[change.role] = change
         data, joint = self._env.sim.data, self._env.objects[change.role].joints[0]
         data.set_joint_qpos(joint, pose)
         data.set_joint_qvel(joint, np.zeros(6))
+
+    def check_stayed(self) -> None:
+        """Refuse a scene in which something does not rest where it was put."""
+        for role, change in self._put.items():
+            there = self._poses[self._scene.roles[role]][:3]
+            now = self._env.sim.data.get_joint_qpos(self._env.objects[role].joints[0])[:3]
+            way = now - there
+            if np.linalg.norm(way) > STAYS_WITHIN:
+                fell = -way[2] > STAYS_WITHIN
+                how = f"fell {-way[2]:.2f} m" if fell else f"moved {np.linalg.norm(way):.2f} m away"
+                raise TaskError(
+                    f"{role!r} has no room {change.relation} {change.target!r}: it {how} before "
+                    "the episode began; put it elsewhere, or something smaller there"
+                )
 
     def set_open(self, change: SetOpen) -> None:
         owner = self._entity(change.role)
@@ -118,7 +138,7 @@ class _Stage:
         named = {self._scene.joints[k].name: k for k in own}
         if change.joint and change.joint not in named:
             hint = did_you_mean(change.joint, named)
-            raise ConfigError(f"{change.role} has no joint {change.joint!r}; {hint}")
+            raise TaskError(f"{change.role} has no joint {change.joint!r}; {hint}")
         access = [k for k in own if self._scene.joints[k].gives_access]
         for k in [named[change.joint]] if change.joint else access:
             address = self._about.joint_qpos[k]
@@ -141,7 +161,7 @@ class _Stage:
         if change.relation == "in":
             return self._interior_floor(target, change.interior)
         if target not in self._poses:
-            raise ConfigError(f"{target!r} is no object that something is put {change.relation}")
+            raise TaskError(f"{target!r} is no object that something is put {change.relation}")
         body = self._scene.bodies[self._scene.object_index[target]]
         points = corners(self._poses[target], body.half, body.centre)
         height = points[:, 2].max() if change.relation == "on" else points[:, 2].min()
@@ -151,14 +171,12 @@ class _Stage:
     def _interior_floor(self, fixture: str, name: str) -> Floats:
         inside = self._scene.boxes_of(fixture, "interior")
         if not inside:
-            raise ConfigError(f"{fixture} has no interior to put something in")
+            raise TaskError(f"{fixture} has no interior to put something in")
         if name:
             names = [self._scene.boxes[k].name for k in inside]
             inside = [k for k in inside if self._scene.boxes[k].name == name]
             if not inside:
-                raise ConfigError(
-                    f"{fixture} has no interior {name!r}; {did_you_mean(name, names)}"
-                )
+                raise TaskError(f"{fixture} has no interior {name!r}; {did_you_mean(name, names)}")
         lowest = min(inside, key=lambda k: self._step.box_pose[k][2])
         pose = np.asarray(self._step.box_pose[lowest], np.float64)
         points = corners(pose, self._scene.boxes[lowest].half)
@@ -167,7 +185,7 @@ class _Stage:
 
     def _entity(self, role: str) -> str:
         if role not in self._scene.roles:
-            raise ConfigError(
+            raise TaskError(
                 f"the scene has no role {role!r}; {did_you_mean(role, self._scene.roles)}"
             )
         return self._scene.roles[role]
@@ -175,5 +193,5 @@ class _Stage:
     def _object(self, role: str) -> str:
         entity = self._entity(role)
         if entity not in self._poses:
-            raise ConfigError(f"{role!r} is a fixture; only objects can be put elsewhere")
+            raise TaskError(f"{role!r} is a fixture; only objects can be put elsewhere")
         return entity

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError, TaskError, did_you_mean
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.sim.mujoco.simulation import Simulation
@@ -48,14 +48,14 @@ class RobosuiteBackend(Simulation):
         """Make a fresh environment: what ran before leaves no trace in it.
 
         Raises:
-            ConfigError: if robosuite has no such task, or something is asked for that cannot be
-                arranged here.
+            ConfigError: if robosuite has no such task.
+            TaskError: if something is staged.
         """
         if request.task not in TASKS:
             hint = did_you_mean(request.task, TASKS)
             raise ConfigError(f"robosuite has no task {request.task!r}; {hint}")
         if request.changes or request.object_groups:
-            raise ConfigError(f"{request.task}: in robosuite nothing can be staged")
+            raise TaskError("in robosuite nothing can be staged")
         self._drop_observer()
         task = TASKS[request.task]
         robots = robots_in(task, self._robots)
