@@ -7,6 +7,7 @@ anchors, one document per file, and no key twice.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -211,7 +212,7 @@ def parse(data: bytes, path: Path) -> Section:
     if len(data) > MAX_BYTES:
         raise ConfigError(f"{path}: larger than {MAX_BYTES} bytes")
     try:
-        node = _Reader(path, data.decode("utf-8")).document()
+        node = _document(path, data.decode("utf-8"), _Loader)
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise ConfigError(f"{path}:{line}: not UTF-8 text") from error
@@ -225,12 +226,16 @@ def parse(data: bytes, path: Path) -> Section:
     return Section(path, node)
 
 
+@functools.lru_cache(maxsize=512)  # several runs of one process read the shipped files each
+def _document(path: Path, text: str, loader: Any) -> _Node:
+    return _Reader(path, loader(text)).document()
+
+
 class _Reader:
     """Builds nodes from the parser's events, so that no constructor ever runs."""
 
-    def __init__(self, path: Path, text: str) -> None:
-        self.path = path
-        self.loader = _Loader(text)
+    def __init__(self, path: Path, loader: Any) -> None:
+        self.path, self.loader = path, loader
 
     def document(self) -> _Node:
         """The one document of the file."""

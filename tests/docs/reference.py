@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import functools
 import inspect
 import io
 import re
@@ -270,6 +271,7 @@ def imports() -> str:
     return _table(("room", "imports of the package", "and of others"), rows)
 
 
+@functools.cache
 def room_imports() -> dict[str, tuple[list[str], list[str]]]:
     """Of each room of the package, the rooms that it imports and the packages of others."""
     rooms: dict[str, set[str]] = {}
