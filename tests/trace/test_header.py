@@ -100,7 +100,7 @@ def test_hazards_survive_as_json():
     assert Episode.from_json(json.loads(json.dumps(episode.to_json()))) == episode
 
 
-OPTIONAL = {"failure", "hazards", "request", "patches", "binding", "origin"}
+OPTIONAL = {"failure", "warned", "hazards", "request", "patches", "binding", "origin"}
 
 
 @pytest.mark.parametrize("field", sorted(set(JSON) - OPTIONAL))
