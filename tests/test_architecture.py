@@ -33,7 +33,7 @@ ROOMS: Mapping[str, str] = {
     "policies": "decoding errors.py provenance.py sim trace",
     "rollouts": "errors.py policies sim trace",
     "search": "errors.py policies rollouts sim spec",
-    "metrics": "decoding errors.py markup.py search spec trace",
+    "metrics": "cost.py decoding errors.py markup.py search spec trace",
     "lerobot": "errors.py sim trace",
     "importers": "decoding errors.py lerobot provenance.py resources.py rollouts sim spec trace",
     "expert": "errors.py policies provenance.py sim trace",
@@ -41,8 +41,8 @@ ROOMS: Mapping[str, str] = {
     "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "
     "resources.py rollouts search sim spec trace",
     "gym": "cost.py errors.py live ltlf propositions run sim spec",
-    "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run "
-    "search severity.py sim spec trace",
+    "report": "cost.py errors.py judge.py ltlf metrics propositions provenance.py resources.py "
+    "run search severity.py sim spec trace",
     "video": "errors.py judge.py metrics provenance.py report run sim spec trace",
     "plots": "errors.py judge.py metrics report spec",
     "api.py": "errors.py judge.py live ltlf markup.py metrics plots propositions report run spec "

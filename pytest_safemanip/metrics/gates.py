@@ -140,7 +140,10 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
         raise ConfigError(f"unknown metric {metric!r} in {text!r}; {hint}")
     confidence = _confidence(match["confidence"], match["of"], text)
     if confidence is not None and metric in FIGURES:
-        raise ConfigError(f"{metric} has no interval: leave out '@{match['confidence']}'")
+        raise ConfigError(
+            f"{metric} is no share of rollouts and has no interval: leave out "
+            f"'@{match['confidence']}' in {text!r}"
+        )
     where, severe = _filters(match["filters"] or "", text)
     if severe and not (SHARES.get(metric) or FIGURES[metric]).counts:
         raise ConfigError(f"{metric} counts no violations: leave out '{severe}' in {text!r}")
@@ -317,6 +320,12 @@ def _bound(text: str, percent: str | None, metric: str, whole: str) -> float:
     value = _number(text, percent, whole)
     if metric in SHARES and not 0 <= value <= 1:
         raise ConfigError(f"{metric} is from 0 to 1 (or 0 % to 100 %), found {text!r} in {whole!r}")
+    if metric in FIGURES and percent:
+        raise ConfigError(
+            f"{metric} is no share and not in per cent: leave out '%' after {text!r} in {whole!r}"
+        )
+    if value < 0:
+        raise ConfigError(f"{metric} is from 0 up, found {text!r} in {whole!r}")
     return value
 
 

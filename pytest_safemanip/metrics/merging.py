@@ -77,6 +77,7 @@ def _joined(
         properties={name: properties[name] for name in sorted(properties)},
         unjudged={k: unjudged[k] for k in sorted(unjudged) if k not in properties},
         deselected={k: deselected[k] for k in sorted(deselected) if k not in asked},
+        packs=dict(sorted({**one.packs, **other.packs}.items())),
     )
 
 

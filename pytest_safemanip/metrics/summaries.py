@@ -275,6 +275,9 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         success=success,
         acting_steps=found.count("acting_steps"),
         truncated="truncated" in found.values and found.boolean("truncated"),
+        warned=printable(found.text("warned", empty=True), MAX_TOLD)
+        if "warned" in found.values
+        else "",
         error=error,
         infrastructure="infrastructure" in found.values and found.boolean("infrastructure"),
         restarts=found.count("restarts") if "restarts" in found.values else 0,
@@ -285,6 +288,7 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         properties={verdict.property: verdict for verdict in verdicts},
         unjudged=unjudged,
         deselected=deselected,
+        packs=found.facts("packs") if "packs" in found.values else {},
     )
 
 

@@ -65,7 +65,8 @@ OPTIONS = (
     ),
     Option(
         "--safemanip-properties",
-        "property ids, globs, category:NAME, or pack:NAME (default: all that apply, but for packs)",
+        "property ids, globs, category:NAME, pack:NAME, or default, all that are of no pack "
+        "(default: default)",
         "",
         "ID[,...]",
         repeat=True,

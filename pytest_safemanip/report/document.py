@@ -31,7 +31,17 @@ from pytest_safemanip.spec.task import Task
 JUDGING = ("cost.py", "judge.py", "ltlf", "propositions", "severity.py", "spec", "trace")
 """The parts of the package that decide the verdicts on a recording."""
 NOT_DECISIVE: Mapping[type, Collection[str]] = {
-    Property: ("id", "pack", "category", "title", "source", "path", "lines", "_automata"),
+    Property: (
+        "id",
+        "pack",
+        "category",
+        "title",
+        "source",
+        "path",
+        "lines",
+        "_automata",
+        "says_cost",
+    ),
     Task: ("name", "path", "sets", "suite", "horizon", "properties", "not_grounded", "derived"),
 }
 """Fields that decide no verdict: they name, describe, select and group. All others do."""

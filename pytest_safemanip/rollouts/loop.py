@@ -10,7 +10,7 @@ from typing import Protocol as Interface
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.errors import RolloutError, printable
 from pytest_safemanip.policies.adapter import AdaptedPolicy
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Permissions, Policy
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
@@ -20,7 +20,7 @@ from pytest_safemanip.sim.backend import ActionSpec, Backend, Request, RobotSpec
 from pytest_safemanip.sim.clearance import Foresees, blind
 from pytest_safemanip.sim.codec import encode_request
 from pytest_safemanip.sim.rehearsal import Rehearsal, Rehearses
-from pytest_safemanip.trace.episode import Ended, Episode
+from pytest_safemanip.trace.episode import LONGEST_FAILURE, Ended, Episode
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step, Steps
@@ -46,8 +46,10 @@ class Watcher(Interface):
     def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
         """Take in a step, and the action that led to it, None after reset; whether it is unsafe."""
 
-    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
-        """Whether the episode is to end before an action (A,) that comes after others."""
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> str:
+        """Why the episode is to end before an action (A,) that comes after others, in a line; empty
+        if it is not.
+        """
 
 
 class Watch(Interface):
@@ -63,8 +65,8 @@ class _Blind:
     def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
         return False
 
-    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
-        return False
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> str:
+        return ""
 
 
 @dataclass(frozen=True)
@@ -147,7 +149,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         progress(0, horizon)
     patient = job.protocol.stop == "horizon"
     watcher: Watcher = job.watch(start.scene, robot) if job.watch else _Blind()
-    unsafe, warned = watcher.unsafe(start.step, None), False
+    unsafe, warned = watcher.unsafe(start.step, None), ""
     low, high = robot.actions.low, robot.actions.high
     seeds = (job.request.seed, job.repeat)
     disturbed = Disturbed(job.disturbances, start, backend, job.request.task, seeds)
@@ -163,8 +165,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     asked = _actions(job.policy, actor, info, steps, backend, disturbed, patient)
     for told in disturbed.told(map(clip, asked)):
         action = np.clip(told, low, high)
-        if watcher.warns(action, actions[1:]):
-            warned = True
+        if warned := watcher.warns(action, actions[1:]):
             break
         disturbed.push(len(steps) - 1, steps[-1])
         steps.append(backend.step(action))
@@ -206,12 +207,13 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         failure=actor.failure,
         disturbances=tuple(to_plain(job.disturbances)),
         repeat=job.repeat,
+        warned=printable(warned, LONGEST_FAILURE - 3),
     )
     return check(Recording(episode, start.scene, stacked))
 
 
 def _ended(
-    success: bool, late: bool, patient: bool, unsafe: bool, stalled: bool, warned: bool
+    success: bool, late: bool, patient: bool, unsafe: bool, stalled: bool, warned: str
 ) -> Ended:
     if warned:
         return "warning"

@@ -54,8 +54,10 @@ class Definitions:
 
     @property
     def unstaged(self) -> dict[str, Task]:
-        """The tasks without those that stage the scene of another, by name."""
-        return {name: task for name, task in self.tasks.items() if not task.base}
+        """The tasks of the backend without those that stage the scene of another, by name: what
+        `all` selects, and what tasks are counted of.
+        """
+        return {name: task for name, task in self.runnable.items() if not task.base}
 
     def of_backend(self, simulator: Simulator, options: Options) -> Definitions:
         """With the tasks of a backend, which are runnable then, if it derives them.

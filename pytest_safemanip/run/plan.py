@@ -34,6 +34,7 @@ from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.search.kinds.definition import Kind
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
 from pytest_safemanip.sim.registry import find_simulator
+from pytest_safemanip.spec.packs import NO_PACK
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 
@@ -152,6 +153,11 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         if settings.early_stop is not None:
             raise ConfigError(
                 "--safemanip-early-stop has no rollout to skip with --safemanip-recordings"
+            )
+        if settings.stop in ("violation", "warning"):
+            raise ConfigError(
+                f"--safemanip-stop={settings.stop} ends rollouts while they run, and those of "
+                "--safemanip-recordings are over; leave it out, or give --safemanip-stop=success"
             )
         if settings.fresh:
             raise ConfigError("--safemanip-fresh has nothing to run with --safemanip-recordings")
@@ -394,8 +400,9 @@ def _check_gates(
     known: dict[str, set[str]] = {name: set() for name in FILTERS}
     for case in cases:
         task = tasks[case.task]
-        category = properties[case.property_id].category
-        values = (case.policy, case.task, task.suite, task.horizon, category, case.property_id)
+        prop = properties[case.property_id]
+        about = (prop.pack or NO_PACK, prop.category, prop.id)
+        values = (case.policy, case.task, task.suite, task.horizon, *about)
         for name, value in zip(FILTERS, values, strict=True):
             known[name].add(value)
     check_gates(settings.gates, known)

@@ -28,6 +28,8 @@ from pytest_safemanip.trace.elements import ROBOT
 
 FOLDER, DESCRIPTION, TASKS = "packs", "pack.yaml", "tasks"
 """Below the shipped properties; in the folder of a pack what describes it, and its staged tasks."""
+NO_PACK = "default"
+"""What selects the properties that are of no pack: they are judged where nothing is asked for."""
 
 
 @dataclass(frozen=True)
@@ -137,9 +139,9 @@ def _described(path: Path, rules: Mapping[str, Property]) -> Pack:
     left_out = section.section("not_expressed")
     return Pack(
         name=name,
-        title=section.string("title"),
-        source=section.string("source"),
-        about=section.string("about"),
-        not_expressed=MappingProxyType({what: left_out.string(what) for what in left_out}),
+        title=section.one_line("title"),
+        source=section.one_line("source"),
+        about=section.one_line("about"),
+        not_expressed=MappingProxyType({what: left_out.one_line(what) for what in left_out}),
         rules=MappingProxyType({id_: replace(rule, pack=name) for id_, rule in rules.items()}),
     )

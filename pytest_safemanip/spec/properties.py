@@ -96,6 +96,7 @@ class Property:
         discharged_by: who has to meet the obligations.
         severity: what a violation weighs whatever was measured of it.
         cost: what a violation adds to the cost of a rollout, and once more for each further second.
+        says_cost: whether its file says so, with `cost:`; failures tell it then.
         pack: name of the pack that it is a rule of; empty for all others.
         lines: where in the file the formulas are, by key.
     """
@@ -114,6 +115,7 @@ class Property:
     discharged_by: DischargedBy
     severity: float = LEAST_SEVERITY
     cost: float = LEAST_SEVERITY
+    says_cost: bool = False
     pack: str = ""
     lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
@@ -303,8 +305,8 @@ def load_property(
     return Property(
         id=_name(section, "id"),
         category=_name(section, "category"),
-        title=section.string("title"),
-        source=section.string("source"),
+        title=section.one_line("title"),
+        source=section.one_line("source"),
         path=path,
         ranges=ranges,
         formula=formulas["formula"],
@@ -317,6 +319,7 @@ def load_property(
         discharged_by=_discharged_by(section),
         severity=_severity(section),
         cost=_cost(section),
+        says_cost="cost" in section,
         lines=_lines(section),
     )
 

@@ -26,6 +26,8 @@ _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, ten tim
 _TEXT = "tag:yaml.org,2002:str"
 _WORDS = ("on", "off", "yes", "no")
 """Keys that are text although YAML 1.1 takes them for booleans."""
+_SPACES = "\n\t\u00a0\u202f"
+"""Line breaks and spaces that are not printable but harmless."""
 _AS_TEXT = "text (in quotes, if YAML reads it otherwise)"
 
 
@@ -90,6 +92,10 @@ class Section:
             ConfigError: the value is missing or something else; likewise in the methods below.
         """
         return self._text(key, self._node(key))
+
+    def one_line(self, key: str) -> str:
+        """Text in one line: each break of a line is a space."""
+        return " ".join(self.string(key).split())
 
     def strings(self, key: str) -> tuple[str, ...]:
         """A list of different texts, which may be empty."""
@@ -270,11 +276,23 @@ class _Reader:
         if depth > MAX_DEPTH:
             raise ConfigError(f"{self.path}:{line}: nested more than {MAX_DEPTH} levels deep")
         if isinstance(event, yaml.ScalarEvent):
+            self._check_shown(event.value, line)
             resolved = self.loader.resolve(yaml.ScalarNode, event.value, event.implicit)
             return _Node(line, event.value, is_text=resolved == _TEXT)
         if isinstance(event, yaml.SequenceStartEvent):
             return _Node(line, [self._node(item, depth + 1) for item in self._until_end()])
         return _Node(line, self._mapping(depth))
+
+    def _check_shown(self, text: str, line: int) -> None:
+        """Refuse what moves a terminal's cursor, or turns the direction of reading: texts of files
+        are shown to people.
+        """
+        for letter in () if text.isprintable() else text:
+            if not letter.isprintable() and letter not in _SPACES:
+                raise ConfigError(
+                    f"{self.path}:{line}: {text[:80]!r} has the character {letter!r}, "
+                    "which a terminal obeys or hides; leave it out"
+                )
 
     def _until_end(self) -> Iterator[Any]:
         while not isinstance(event := self.loader.get_event(), yaml.CollectionEndEvent):

@@ -17,7 +17,7 @@ POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
 MOST_HAZARDS = 100
 LONGEST_BINDING = 50_000
 LONGEST_FAILURE = 1000
-"""Characters of what a policy says about why it gave up."""
+"""Characters of what a policy says about why it gave up, and of a warning."""
 MOST_STEPS = 2**32
 """More than a rollout or a seed can have."""
 
@@ -38,7 +38,8 @@ class Episode:
         instruction: the task's instruction in this episode.
         horizon: control steps after which the rollout ends without success.
         ended: why the acting part ended: the task succeeded, its time was over, the policy said
-            that it was done, a property was violated that ends rollouts, or nothing moved any more.
+            that it was done, a property was violated that ends rollouts, or was going to be, or
+            nothing moved any more.
         backend: name of the simulator backend.
         scenes: which family of scenes.
         stepping: how it was asked to be stepped, ``exact`` or ``fast``.
@@ -62,6 +63,7 @@ class Episode:
             SI units.
         repeat: how often the same had been run before: what is random in the policy and in
             disturbances is drawn anew each time.
+        warned: the violation that was near where a warning ended the acting part; else empty.
     """
 
     task: str
@@ -85,6 +87,7 @@ class Episode:
     failure: str = ""
     disturbances: tuple[Mapping[str, Any], ...] = ()
     repeat: int = 0
+    warned: str = ""
 
     def __repr__(self) -> str:
         return f"<Episode {self.task}, {self.policy}, seed {self.seed}: {self.ended}>"
@@ -124,9 +127,10 @@ class Episode:
                 raise TraceError(f"episode: {name} must be printable")
         if not isinstance(episode.binding, str) or len(episode.binding) > LONGEST_BINDING:
             raise TraceError(f"episode: binding must be text, at most {LONGEST_BINDING} long")
-        said = episode.failure
-        if not isinstance(said, str) or not said.isprintable() or len(said) > LONGEST_FAILURE:
-            raise TraceError(f"episode: failure must be a line of at most {LONGEST_FAILURE}")
+        for name in ("failure", "warned"):
+            said = getattr(episode, name)
+            if not isinstance(said, str) or not said.isprintable() or len(said) > LONGEST_FAILURE:
+                raise TraceError(f"episode: {name} must be a line of at most {LONGEST_FAILURE}")
         for name in ("seed", "horizon", "repeat"):
             value = getattr(episode, name)
             if type(value) is not int or not 0 <= value <= MOST_STEPS:

@@ -40,6 +40,13 @@ def test_a_recording_is_told_with_its_verdicts_and_what_proves_a_violation(safem
     assert "bad prefix at step 8" in watch
 
 
+def test_a_recording_that_a_warning_ended_says_before_what(safemanip, recorded):
+    near = "release_stability for mug in 5.12 s, to be prevented within 0.12 s: obj_released"
+    about = toy.episode(ended="warning", warned=near, horizon=20)
+    head = " ".join(safemanip("show", recorded(toy.recording(6, 1, about=about))).out.split())
+    assert f"stopped before step 5, since a violation was near: {near}" in head
+
+
 def test_without_a_violation_the_exit_status_is_0(safemanip, recorded):
     assert safemanip("show", recorded()).status == 0
     found = safemanip("show", recorded(bumped()), "--property", "grasp_*,release_stability")

@@ -215,7 +215,8 @@ def tasks() -> str:
             ", ".join(f"`{prop}`" for prop in task.properties),
         )
         for task in sorted(
-            _defined().unstaged.values(), key=lambda t: (HORIZONS.index(t.horizon), t.name)
+            (t for t in _defined().tasks.values() if not t.base),
+            key=lambda t: (HORIZONS.index(t.horizon), t.name),
         )
     ]
     head = ("task", "suite", "horizon", "sets", "objects, enclosures", "properties")

@@ -361,6 +361,12 @@ def test_recordings_are_found_in_subfolders_and_selected(plan, recordings):
     assert set(plan(**chosen, recordings=folder).recordings) == {("toy", PLACE, 1)}
 
 
+@pytest.mark.parametrize("stop", ["violation", "warning"])
+def test_what_ends_rollouts_is_refused_for_recordings_which_are_over(refusal, recordings, stop):
+    found = refusal(policies=(), tasks=("all",), recordings=recordings({}), stop=stop)
+    assert f"--safemanip-stop={stop} ends rollouts while they run, and those of " in found
+
+
 @pytest.mark.parametrize(
     ("episodes", "changed", "message"),
     [

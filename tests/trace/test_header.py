@@ -105,7 +105,7 @@ def test_hazards_survive_as_json():
 
 
 OPTIONAL = {
-    *("failure", "hazards", "request", "patches", "binding", "origin"),
+    *("failure", "warned", "hazards", "request", "patches", "binding", "origin"),
     *("disturbances", "repeat"),
 }
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
 from pytest_safemanip.sim.mujoco.describing import describe
 from pytest_safemanip.sim.mujoco.description import Description, Read
@@ -59,6 +60,11 @@ class Probe:
         hands = [hand.spec for hand in layout.robot.hands]
 
         def commands(action: Action) -> Action:
+            if len(action) != len(places):
+                raise ConfigError(
+                    f"an action has {len(places)} entries ({', '.join(places)}); found one of "
+                    f"{len(action)}"
+                )
             told = (s.command(float(action[places[s.entry]])) if s.entry else 0.0 for s in hands)
             return np.fromiter(told, float)
 
