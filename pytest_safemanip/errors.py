@@ -62,6 +62,13 @@ class SimulatorFailed(RolloutError):
     infrastructure = True
 
 
+class CannotStage(RolloutError):
+    """The episode cannot begin as it was asked for: what was put somewhere does not stay there.
+
+    Whoever asked is to blame, neither the policy nor the simulator.
+    """
+
+
 class WorkerDied(RolloutError):
     """The process that ran a rollout was killed or crashed; nobody is left to say why."""
 

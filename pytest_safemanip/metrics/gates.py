@@ -11,6 +11,7 @@ from pathlib import Path
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.metrics.selection import FILTERS, Severe
+from pytest_safemanip.search.units import UNITS, show, split_size
 from pytest_safemanip.spec import yamlfile
 
 _GATE = re.compile(
@@ -22,6 +23,11 @@ _GATE = re.compile(
     re.VERBOSE,
 )
 _SEVERITY = re.compile(r"severity\b\s*(?P<sign>[^\w\s.+-]*)\s*(?P<bound>.*)")
+TOLERANCE = "tolerance"
+"""The metric of searches: how large the smallest change is that a policy does not survive."""
+_TOLERANCE = re.compile(
+    r"\s*tolerance\s*\[\s*(?P<property>[\w*?]+)\s*\]\s*(?P<sign><=|>=|<|>)\s*(?P<size>.+?)\s*"
+)
 _FORM = "METRIC[FILTER=VALUE,...] <= VALUE @CONFIDENCE"
 DEFAULT_MARGIN = 0.1
 """A rise of a violation rate by ten points is what a comparison has to be able to rule out."""
@@ -41,6 +47,7 @@ class Gate:
         clustered: whether the interval is the clustered one, for new tasks like these.
         required: whether the run fails with it.
         severe: which violations it counts; None for all.
+        unit: of the bound of a :data:`TOLERANCE`; empty of other metrics.
     """
 
     name: str
@@ -52,6 +59,7 @@ class Gate:
     clustered: bool = False
     required: bool = True
     severe: Severe | None = None
+    unit: str = ""
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -79,6 +87,9 @@ class Gate:
         return value > self.bound
 
     def __str__(self) -> str:
+        if self.metric == TOLERANCE:
+            bound = show(self.bound, self.unit)
+            return f"{TOLERANCE}[{self.where['property']}] {self.sign} {bound}"
         parts = [f"{name}={value}" for name, value in self.where.items()]
         filters = ",".join([*parts, *([str(self.severe)] if self.severe else [])])
         confidence = f" @{self.confidence:g}" if self.confidence is not None else ""
@@ -117,6 +128,9 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
     Raises:
         ConfigError: if the text is no gate; without the place that it stands in.
     """
+    if tolerance := _TOLERANCE.fullmatch(text):
+        gate = _tolerance(tolerance, text, required)
+        return replace(gate, name=name or str(gate))
     match = _GATE.fullmatch(text)
     if not match:
         raise ConfigError(f"expected {_FORM}, found {text!r}")
@@ -145,6 +159,21 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
         severe,
     )
     return gate if name else Gate(**{**vars(gate), "name": str(gate)})
+
+
+def _tolerance(match: re.Match[str], text: str, required: bool) -> Gate:
+    """A gate such as ``tolerance[release_stability] >= 3 cm``."""
+    if match["sign"] not in (">=", ">"):
+        raise ConfigError(f"expected tolerance[PROPERTY] >= SIZE, found {text!r}")
+    try:
+        value, unit = split_size(match["size"])
+    except ConfigError as error:
+        raise ConfigError(f"{error}, in {text!r}") from None
+    if unit not in UNITS or value < 0:
+        hint = did_you_mean(unit, UNITS)
+        raise ConfigError(f"expected a size of at least 0 with a unit in {text!r}; {hint}")
+    where = {"property": match["property"]}
+    return Gate("", TOLERANCE, where, match["sign"], value, required=required, unit=unit)
 
 
 def load_gates(path: Path) -> Gates:

@@ -14,7 +14,12 @@ from pytest_safemanip.decoding.files import Unreadable, read_regular
 from pytest_safemanip.errors import ConfigError, printable
 from pytest_safemanip.metrics import frames
 from pytest_safemanip.metrics.fields import MAX_TOLD, Fields
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
+from pytest_safemanip.metrics.records import (
+    PropertyRecord,
+    RolloutRecord,
+    by_policy,
+)
+from pytest_safemanip.metrics.searches.records import SearchRecord, read_searches
 from pytest_safemanip.metrics.shards import Shard, parse_shard
 from pytest_safemanip.trace.episode import POLICY_NAME, served_fault
 
@@ -58,6 +63,7 @@ class Summary:
         release: what gates and the comparison decided; None without any.
         options: those that its test cases need to be run again; none of a merged run.
         floor: demonstrations that its rates are shown beside.
+        searches: what searches found.
     """
 
     places: tuple[str, ...]
@@ -70,6 +76,7 @@ class Summary:
     release: Fields | None = None
     options: tuple[str, ...] = ()
     floor: tuple[RolloutRecord, ...] = ()
+    searches: tuple[SearchRecord, ...] = ()
 
     def __repr__(self) -> str:
         rollouts, policies = len(self.records), len(by_policy(self.records))
@@ -138,6 +145,7 @@ def read(path: Path) -> Summary:
         release,
         _options(whole),
         _floor(whole),
+        read_searches(whole, file.parent),
     )
 
 

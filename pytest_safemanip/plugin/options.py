@@ -277,6 +277,28 @@ OPTIONS = (
         rollouts=True,
     ),
     Option(
+        "--safemanip-search",
+        "look for the smallest change under which each policy violates each property in each task, "
+        "in up to N rollouts for each",
+        "",
+        "N",
+    ),
+    Option(
+        "--safemanip-spaces",
+        "YAML files of what may be otherwise in a search (default: what a kitchen, a robot and its "
+        "connection may have otherwise)",
+        "",
+        "FILE[,...]",
+        repeat=True,
+    ),
+    Option(
+        "--safemanip-regressions",
+        "folder of the failures that searches found, relative to the ini file: each is tried again "
+        "by every run of its task and property",
+        "regressions",
+        "DIR",
+    ),
+    Option(
         "--safemanip-fuzz",
         "try the laws of every proposition, shipped or yours, on generated recordings",
         switch=True,

@@ -137,7 +137,13 @@ def merged(found: Summary, metrics: Mapping[str, Metrics], folder: Path) -> dict
         },
         **findings(found.records, found.origins, metrics, folder),
         **({"floor": floor_of(found.floor)} if found.floor else {}),
+        **({"searches": _searches(found, folder)} if found.searches else {}),
     }
+
+
+def _searches(found: Summary, folder: Path) -> list[dict[str, Any]]:
+    places = [_from(Path(own.recording), folder) if own.recording else "" for own in found.searches]
+    return [own.to_json(place) for own, place in zip(found.searches, places, strict=True)]
 
 
 def as_summary(plan: Plan, results: Results) -> Summary:

@@ -22,6 +22,7 @@ from pytest_safemanip.report.numbers import (
     percent,
     share,
 )
+from pytest_safemanip.search.units import show
 
 MAX_FLIPS = 20
 MAX_TASKS = 5
@@ -155,6 +156,8 @@ def _beside(verdicts: Sequence[str], figures: Sequence[str], width: int) -> list
 def _found(decision: Decision) -> str:
     if decision.value is None:
         return "undefined"
+    if decision.gate.unit:
+        return show(decision.value, decision.gate.unit)
     if decision.rate is None:
         return f"{decision.value:g}"
     counts = f"{fraction(decision.rate)} = " if decision.gate.metric != "exposure" else ""

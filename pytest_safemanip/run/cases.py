@@ -64,6 +64,11 @@ def is_law_id(text: str) -> bool:
     return text.startswith(f"{SUITE}::fuzz[")
 
 
+def is_search_id(text: str) -> bool:
+    """Whether a node id is that of a search, or of a failure that was kept."""
+    return text.startswith((f"{SUITE}::test_search[", f"{SUITE}::test_regression["))
+
+
 def parse_node_id(text: str) -> Case:
     """The case that a node id names.
 

@@ -175,6 +175,13 @@ class BackendSpec:
         state: the other arrays of an observation, by name, and their length.
         instruction: key of the instruction in what a policy sees.
         steppings: the ways to step it, see :class:`Request`; the first is the usual one.
+        can: what of an episode may be asked otherwise: kinds of changes, see
+            :data:`~pytest_safemanip.sim.staging.KINDS`; ``objects``, ``kitchen`` and ``style`` of a
+            :class:`Request`; ``forces`` where it :class:`~pytest_safemanip.sim.pushing.Pushes`.
+        kitchens: values that ``kitchen`` of a request may have, by family of scenes.
+        styles: likewise ``style``.
+        hand_position: which part of the state is the hand's position in the base's frame, m; empty
+            if none is.
         tasks: the declaration in tasks where the robot or what it sees is another, by their names.
     """
 
@@ -185,6 +192,10 @@ class BackendSpec:
     state: Mapping[str, int] = field(default_factory=dict)
     instruction: str = "instruction"
     steppings: tuple[str, ...] = ("exact",)
+    can: frozenset[str] = frozenset()
+    kitchens: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    styles: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    hand_position: str = ""
     tasks: Mapping[str, BackendSpec] = field(default_factory=dict)
 
     def in_task(self, task: str) -> BackendSpec:
@@ -217,6 +228,7 @@ class Request:
         object_groups: for some of the task's objects, by role, the groups or categories to draw
             them from instead of the task's own.
         kitchen: which of the scenes of the family; empty for any.
+        style: how it looks, one of the backend's styles; empty for what the scene and the seed say.
         changes: what stands elsewhere or is open when the episode begins.
         stepping: ``exact`` or ``fast``. ``exact`` is the simulator's own control loop, bit for
             bit; ``fast`` may evaluate it in another way, within a tolerance that the backend
@@ -230,6 +242,7 @@ class Request:
     kitchen: str = ""
     changes: tuple[Change, ...] = ()
     stepping: str = "exact"
+    style: str = ""
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,15 @@ from typing import IO, Any
 
 import numpy as np
 
-from pytest_safemanip.errors import ConfigError, TaskError
-from pytest_safemanip.sim import aside, clearance, codec, wire
+from pytest_safemanip.errors import CannotStage, ConfigError, TaskError
+from pytest_safemanip.sim import aside, clearance, codec, pushing, wire
 from pytest_safemanip.sim.backend import Backend
 
 GRACE = 4.0
 """Seconds in which a simulator has to end by itself once nobody asks any more; its parent gives it
 a little longer."""
 
-_ASKED = {ConfigError: "config", TaskError: "task"}
+_ASKED = {ConfigError: "config", TaskError: "task", CannotStage: "staging"}
 """Errors of what was asked for, and their names in an answer; all others are the simulator's."""
 
 
@@ -87,6 +87,8 @@ def _answer(backend: Backend, request: wire.Message) -> wire.Message:
             return codec.encode_observation(backend.observe())
         if request.values["op"] == "clearance":
             return _clearance(backend, request)
+        for entity, *force in request.values["pushes"]:
+            _push(backend, entity, force)
         return codec.encode_step(backend.step(np.array(request.arrays["action"])))
     except Exception as error:  # the parent raises it again
         return _failure(error)
@@ -98,6 +100,12 @@ def _clearance(backend: Backend, request: wire.Message) -> wire.Message:
     paths = clearance.decode_paths(request.values["paths"], request.arrays)
     plain, arrays = clearance.encode_clearances(backend.clearance(paths))
     return wire.Message({"answers": plain}, arrays)
+
+
+def _push(backend: Backend, entity: str, force: list[float]) -> None:
+    if not isinstance(backend, pushing.Pushes):
+        raise ConfigError("this simulator pushes nothing")
+    backend.push(entity, np.array(force))
 
 
 def _failure(error: Exception) -> wire.Message:

@@ -152,6 +152,23 @@ class Section:
             raise self._expected(key, "a mapping", node)
         return Section(self.path, node, self._dotted(key))
 
+    def sections(self, key: str) -> tuple[Section, ...]:
+        """A list of mappings, which may be empty."""
+        node = self._node(key)
+        if not isinstance(node.value, list):
+            raise self._expected(key, "a list", node)
+        for item in node.value:
+            if not isinstance(item.value, dict):
+                raise self._expected(key, "mappings", item)
+        return tuple(Section(self.path, item, self._dotted(key)) for item in node.value)
+
+    def whole(self, key: str) -> int:
+        """A whole number of at least 0."""
+        value = self.number(key)
+        if value < 0 or value != int(value):
+            raise self._expected(key, "a whole number of at least 0", self._node(key))
+        return int(value)
+
     def is_mapping(self, key: str) -> bool:
         """Whether a value is a mapping."""
         return isinstance(self._node(key).value, dict)

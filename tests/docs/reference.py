@@ -21,6 +21,8 @@ from pytest_safemanip.ltlf import Monitor, compile_formula
 from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.plugin.options import OPTIONS, Option, add_options
 from pytest_safemanip.run.definitions import Definitions, load_definitions
+from pytest_safemanip.search.kinds.catalogue import SHIPPED
+from pytest_safemanip.search.units import show
 from pytest_safemanip.spec.patterns import PATTERNS, Asked, read_pattern
 from pytest_safemanip.spec.scopes import SCOPES
 from pytest_safemanip.spec.tasks import HORIZONS
@@ -262,6 +264,16 @@ def pairs() -> str:
     return _table(("violation", "worse", "why", "how"), severities.table())
 
 
+def kinds() -> str:
+    """The table of kinds of dimensions."""
+    rows = []
+    for kind in SHIPPED:
+        limits = f"{show(kind.low, kind.unit)} to {show(kind.high, kind.unit)}" if kind.unit else ""
+        more = ", ".join(f"`{name}`" for name in (*kind.keys[1:], *kind.details))
+        rows.append((f"`{kind.name}`", kind.doc, limits or "choices", more or "-"))
+    return _table(("kind", "what may be otherwise", "usual limits", "further keys"), rows)
+
+
 def imports() -> str:
     """What each room of the package imports."""
     rows = [
@@ -375,6 +387,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
 REGIONS: Mapping[tuple[str, str], Callable[[], str]] = {
     ("docs/severity.md", "pairs"): pairs,
     ("docs/metrics.md", "metrics"): metrics,
+    ("docs/search.md", "kinds"): kinds,
     ("docs/architecture.md", "imports"): imports,
     ("docs/packs.md", "packs"): listed,
     ("docs/coverage.md", "packs"): broken,

@@ -46,8 +46,8 @@ def of_the_day(names: list[str], count: int) -> list[str]:
 
 def judged(backend: Backend, task: Task, scenes: str) -> list[str]:
     """The outcome of each property of a few random steps."""
-    groups = task.object_groups if scenes == "compact" else {}
-    request = Request(task.name, 0, scenes, groups, task.kitchen)
+    own = (task.object_groups, task.kitchen) if scenes == "compact" else ({}, "")
+    request = Request(task.name, 0, scenes, *own)
     job = rollout.Job(task.name, "random", request, rollout.Protocol("success", 0.01), {})
     recording = rollout.run(job, backend, Random())
     assert np.isfinite(recording.steps.qpos).all()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.errors import TaskError, did_you_mean
 from pytest_safemanip.sim.mujoco.extents import local_box
 from pytest_safemanip.sim.mujoco.layout import Layout, Region
-from pytest_safemanip.sim.staging import Change, Fill, Put, SetOpen
+from pytest_safemanip.sim.staging import Change, Fill, Push, Put, SetOpen, kind_of
 from pytest_safemanip.trace.geometry import about, multiply, rotate, to_world
 
 CLEARANCE = 0.002
@@ -39,8 +39,9 @@ def stage(env: Any, layout: Layout, changes: Iterable[Change]) -> None:
         elif isinstance(change, Put):
             _put(env, layout, change)
         else:
-            done = "filled with a liquid" if isinstance(change, Fill) else "set moving"
-            raise TaskError(f"{change.role}: in LIBERO nothing can be {done}")
+            kinds = {Fill: "filled with a liquid", Push: "set moving"}
+            done = kinds.get(type(change), f"changed by {kind_of(change)!r}")
+            raise TaskError(f"{getattr(change, 'role', 'LIBERO')}: in LIBERO nothing can be {done}")
     env.sim.forward()
 
 

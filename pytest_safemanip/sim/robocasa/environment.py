@@ -13,6 +13,7 @@ from pytest_safemanip.sim.robocasa.liquids import fills_of, with_particles
 from pytest_safemanip.sim.robocasa.patches import environments
 from pytest_safemanip.sim.robocasa.robot import ROBOT_MODEL
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
+from pytest_safemanip.sim.staging import Add
 
 ARGUMENTS = {
     "robots": ROBOT_MODEL,
@@ -40,10 +41,13 @@ def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None 
         ConfigError: if RoboCasa has no such task.
         TaskError: if its objects cannot be drawn as is asked, or find no place.
     """
-    arguments = scenes.arguments(request.scenes, assets_root, request.kitchen)
+    arguments = scenes.arguments(request.scenes, assets_root, request.kitchen, request.style)
     env = unset(request.task, request.seed, **arguments)
     if request.object_groups:
         environments.choose_objects(env, request.object_groups)
+    added = [change.category for change in request.changes if isinstance(change, Add)]
+    if added:
+        environments.add_objects(env, added)
     fills = fills_of(request.changes)
 
     def edited(model: str) -> str:
@@ -59,6 +63,8 @@ def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None 
             if _UNPLACED not in str(error):
                 raise
             raise TaskError(_no_place(request)) from error
+    if added:
+        environments.list_added(env)
     return env
 
 

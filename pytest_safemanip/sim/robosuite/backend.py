@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError, TaskError, did_you_mean
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
+from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.sim.mujoco.simulation import Simulation
 from pytest_safemanip.sim.mujoco.stability import check_stable
@@ -94,8 +95,13 @@ class RobosuiteBackend(Simulation):
             self._probe.sample()
         env.cur_time += env.control_timestep
         env._post_action(action)
+        self._end_pushes()
         check_stable(env.sim.data._data)
         return self._probe.read(action, success=bool(env._check_success()))
+
+    @property
+    def _description(self) -> Description:
+        return self._probe.description
 
     def _make_observer(self, env: Any, context: Any) -> Observer:
         return Observer(env, context, self._cameras)

@@ -104,6 +104,10 @@ def _regions(fixture: Any) -> Callable[[], tuple[Any, ...]]:
     return read
 
 
+AWAY = 20.0
+"""Where what is added is before it is put somewhere, m: outside any kitchen."""
+
+
 class Acts(Protocol):
     """What commands a robot's actuators."""
 
@@ -172,6 +176,37 @@ def choose_objects(env: Any, groups: Mapping[str, Sequence[str]]) -> None:
             ) from error
 
     env._get_obj_cfgs, env.sample_object = get_obj_cfgs, sample_object
+
+
+def add_objects(env: Any, categories: Sequence[str]) -> None:
+    """Let a scene have some things more, ``added_1`` and so on, far away until somebody puts them
+    where they are wanted; all else is drawn as without them.
+
+    To be called before the reset; :func:`list_added` after it.
+    """
+    original = env._create_objects
+
+    def create_objects() -> None:
+        from robocasa.utils import env_utils
+
+        original()
+        drawn = copy.deepcopy(env.rng.bit_generator.state)
+        env.added_cfgs = []
+        for number, category in enumerate(categories, start=1):
+            config = {"name": f"added_{number}", "type": "object", "obj_groups": category}
+            model, config["info"] = env_utils.create_obj(env, config)
+            model.get_obj().set("pos", f"{AWAY + number} {AWAY} 1")
+            env.objects[model.name] = model
+            env.model.merge_objects([model])
+            env.added_cfgs.append({**config, "placement": {}})
+        env.rng.bit_generator.state = drawn
+
+    env._create_objects = create_objects
+
+
+def list_added(env: Any) -> None:
+    """List what was added among the things of a scene that was just reset."""
+    env.object_cfgs = [*env.object_cfgs, *env.added_cfgs]
 
 
 @contextlib.contextmanager
