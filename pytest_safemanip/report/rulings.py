@@ -9,6 +9,7 @@ from pytest_safemanip.metrics.baseline import Contrast, Flip
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, marked
 from pytest_safemanip.metrics.comparing import Comparison
 from pytest_safemanip.metrics.decisions import Decision, priced
+from pytest_safemanip.metrics.gates import TOLERANCE
 from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.release_gate import Ruling
@@ -86,7 +87,7 @@ def gate_reason(decision: Decision) -> str:
 def gate_text(decision: Decision) -> str:
     """What a gate says, with the tasks, or of costs the rollouts, that weigh most against it."""
     lines = [f"{marked(decision.verdict, decision.comparable)}  {gate_reason(decision)}"]
-    lines += ["", (SHARES.get(decision.gate.metric) or FIGURES[decision.gate.metric]).says]
+    lines += ["", _meaning(decision.gate.metric)]
     for record in decision.unknown[:MAX_TASKS]:
         lines.append(f"  no verdict: {record.task}, seed {record.seed}: {record.reason}")
     if decision.rate and decision.verdict == "FAIL":
@@ -95,6 +96,13 @@ def gate_text(decision: Decision) -> str:
     if left := len(decision.dearest) - MAX_ROLLOUTS:
         lines += [f"  and {counted(left, 'rollout')} that cost less"] if left > 0 else []
     return "\n".join(lines)
+
+
+def _meaning(metric: str) -> str:
+    """What a gate is about, in words."""
+    if metric == TOLERANCE:
+        return "largest change that is survived, where searches found a larger one that is not"
+    return (SHARES.get(metric) or FIGURES[metric]).says
 
 
 def comparison_line(comparison: Comparison) -> str:
