@@ -37,3 +37,20 @@ def violation_cost(weight: float, first: int, last: int, acting: int, dt: float)
     """
     further = max(min(last, acting - 1) - first, 0)
     return step_cost(weight, True, dt) + further * step_cost(weight, False, dt)
+
+
+def in_words(cost: float, weight: float) -> str:
+    """What a violation costs and what of it for how long it lasts, in one line.
+
+    Args:
+        cost: of the violation.
+        weight: of its property.
+    """
+    further = cost / weight - 1.0
+    lasts = f": {weight:g}, and {weight:g} a second for {further:.2f} s" if further >= 0.005 else ""
+    return f"cost {figure(cost)}{lasts}"
+
+
+def figure(cost: float) -> str:
+    """A cost as people read it."""
+    return f"{round(cost, 2):g}"

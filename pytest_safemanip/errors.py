@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import sys
 from collections.abc import Iterable, Iterator
 
@@ -49,10 +50,23 @@ class RolloutError(SafemanipError):
     restarts = 0
 
 
+class TaskError(RolloutError):
+    """An episode cannot begin as its task's file asks: what it names is not there, or what it
+    stages finds no place. The file is to blame, and the cases of this rollout are errors.
+    """
+
+
 class SimulatorFailed(RolloutError):
     """The simulator crashed, hung or raised."""
 
     infrastructure = True
+
+
+class CannotStage(RolloutError):
+    """The episode cannot begin as it was asked for: what was put somewhere does not stay there.
+
+    Whoever asked is to blame, neither the policy nor the simulator.
+    """
 
 
 class WorkerDied(RolloutError):
@@ -165,6 +179,11 @@ def install_command(extra: str) -> str:
     return f"pip install '.[{extra}]' in a checkout of pytest-safemanip"
 
 
+def _words(name: str) -> set[str]:
+    """The words that a name consists of."""
+    return {*re.split(r"[\W_]+", name.lower())} - {""}
+
+
 def did_you_mean(name: str, known: Iterable[str], all_of_them: str = "") -> str:
     """The end of an error message about an unknown name: a near miss, or what exists.
 
@@ -176,7 +195,13 @@ def did_you_mean(name: str, known: Iterable[str], all_of_them: str = "") -> str:
     import difflib  # only where something is wrong: this module is imported by every pytest run
 
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    words = _words(name)  # "hot" is meant by "hot_source", and not what has as many letters
+    parts = [other for other in names if words <= _words(other) or _words(other) <= words]
+    close = (
+        difflib.get_close_matches(name, names, n=1, cutoff=0.8)
+        or (parts if words and len(parts) == 1 else [])
+        or difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    )
     if close:
         return f"did you mean {close[0]!r}?"
     if not names:

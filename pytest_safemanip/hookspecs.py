@@ -9,6 +9,7 @@ if TYPE_CHECKING:
 
     from pytest_safemanip.policies.base import PolicyLike
     from pytest_safemanip.propositions.definition import Proposition
+    from pytest_safemanip.search.kinds.definition import Kind
     from pytest_safemanip.sim.backend import Simulator
 
 
@@ -42,6 +43,15 @@ def pytest_safemanip_backends() -> Mapping[str, Simulator]:  # type: ignore[empt
 
     See :class:`pytest_safemanip.sim.backend.BackendSpec` and
     :class:`pytest_safemanip.sim.backend.Backend`. A function that is
-    :class:`pytest_safemanip.sim.backend.DescribesTasks` too has misspelt tasks and parts refused
-    before anything is simulated.
+    :class:`pytest_safemanip.sim.backend.DescribesTasks` too has misspelt tasks, roles and parts
+    refused before anything is simulated, one that is
+    :class:`pytest_safemanip.sim.backend.DrawsObjects` what objects are drawn from. A reset that
+    cannot begin as the task's file asks raises :class:`pytest_safemanip.errors.TaskError`.
+    """
+
+
+def pytest_safemanip_dimensions() -> Sequence[Kind]:  # type: ignore[empty-body]
+    """Kinds of dimensions that your own spaces of a search have.
+
+    See :class:`pytest_safemanip.search.kinds.definition.Kind`.
     """

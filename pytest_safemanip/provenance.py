@@ -12,6 +12,7 @@ import functools
 import hashlib
 import importlib.util
 import inspect
+import os
 import re
 import sys
 import sysconfig
@@ -21,6 +22,9 @@ from importlib.machinery import all_suffixes
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
+
+Named = tuple[str, ...]
+"""A module's name, in its parts."""
 
 PACKAGE = Path(__file__).resolve().parent
 _LIBRARY = tuple(
@@ -127,6 +131,7 @@ def closure_digest(roots: Iterable[Path]) -> str | None:
     todo = list(roots)
     own = {_top_of(path) for path in todo}
     contents: dict[Path, bytes] = {}
+    find = functools.cache(lambda parts: tuple(_absolute(parts)))
     while todo:
         path = todo.pop()
         if path in contents or not _is_followed(path, own):
@@ -134,7 +139,7 @@ def closure_digest(roots: Iterable[Path]) -> str | None:
         contents[path] = path.read_bytes()
         todo += _packages_of(path)
         try:
-            todo += _imported(path, contents[path])
+            todo += _imported(path, contents[path], find)
         except ValueError:
             return None
     parts = sorted(path.name.encode() + b"\0" + content for path, content in contents.items())
@@ -204,40 +209,55 @@ def _is_followed(path: Path, own: Iterable[Path]) -> bool:
     return not in_library and _INSTALLED.isdisjoint(path.parts)
 
 
-def _imported(path: Path, content: bytes) -> Iterator[Path]:
+def _imported(
+    path: Path, content: bytes, find: Callable[[Named], Iterable[Path]]
+) -> Iterator[Path]:
     """Files that the imports of a file may mean.
+
+    Args:
+        path: of the file.
+        content: of the file.
+        find: the files of an absolute name.
 
     Raises:
         ValueError: if a module was put together without a file, or the file runs code that reading
             it does not show.
     """
-    if path.suffix != ".py":
-        return
+    named = _names_imported(content) if path.suffix == ".py" else ()
+    if named is None:
+        raise ValueError(f"{path} runs code that its source does not show")
+    for level, parts in named:
+        yield from _files(path.parents[level - 1], parts) if level else find(parts)
+
+
+@functools.lru_cache(maxsize=1024)  # a run asks for several digests of much the same files
+def _names_imported(content: bytes) -> tuple[tuple[int, Named], ...] | None:
+    """What a file in Python imports: names, each with how many dots stand before it.
+
+    Returns:
+        None if the file runs code that reading it does not show.
+    """
     try:
         tree = ast.parse(content)
     except SyntaxError:  # of a file that is not imported yet, and then fails
-        return
-    names = dict(_bound(tree))
+        return ()
+    bound = dict(_bound(tree))
     literal = set()  # the functions of calls whose module can be read
+    found: dict[tuple[int, Named], None] = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            for alias in node.names:
-                yield from _absolute(alias.name.split("."))
+            found |= {(0, tuple(alias.name.split("."))): None for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             base = node.module.split(".") if node.module else []
-            for alias in node.names:
-                parts = [*base, alias.name]
-                if node.level:
-                    yield from _files(path.parents[node.level - 1], parts)
-                else:
-                    yield from _absolute(parts)
-        elif isinstance(node, ast.Call) and _dotted(node.func, names) == "importlib.import_module":
+            found |= {(node.level, (*base, alias.name)): None for alias in node.names}
+        elif isinstance(node, ast.Call) and _dotted(node.func, bound) == "importlib.import_module":
             match node.args:
                 case [ast.Constant(value=str(name))] if not name.startswith("."):
                     literal.add(node.func)
-                    yield from _absolute(name.split("."))
-        elif node not in literal and _RUNS_UNSEEN.fullmatch(_dotted(node, names)):
-            raise ValueError(f"{path} runs code that its source does not show")
+                    found[0, tuple(name.split("."))] = None
+        elif node not in literal and _RUNS_UNSEEN.fullmatch(_dotted(node, bound)):
+            return None
+    return tuple(found)
 
 
 def _bound(tree: ast.AST) -> Iterator[tuple[str, str]]:
@@ -262,7 +282,7 @@ def _dotted(node: ast.AST, names: Mapping[str, str]) -> str:
     return ""
 
 
-def _absolute(parts: list[str]) -> Iterator[Path]:
+def _absolute(parts: Named) -> Iterator[Path]:
     try:
         spec = importlib.util.find_spec(parts[0])
     except ValueError:  # imported, but not by name
@@ -284,6 +304,6 @@ def _files(folder: Path, parts: Iterable[str]) -> Iterator[Path]:
     for part in parts:
         stems = (folder / part / "__init__", folder / part)
         for candidate in (f"{stem}{suffix}" for stem in stems for suffix in all_suffixes()):
-            if Path(candidate).is_file():
+            if os.path.isfile(candidate):  # far sooner than Path's, and asked of all names
                 yield Path(candidate).resolve()
         folder /= part

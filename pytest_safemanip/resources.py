@@ -1,4 +1,4 @@
-"""Folders of the shipped properties and tasks: in the wheel, or in a checkout."""
+"""Folders of the shipped properties, tasks and spaces: in the wheel, or in a checkout."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def folder(name: str) -> Path:
-    """The folder of shipped ``properties`` or ``tasks``.
+    """The folder of shipped ``properties``, ``tasks`` or ``searches``.
 
     Raises:
         ConfigError: if the installation lacks it.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from pytest_safemanip.run.session import EvaluatedRollout, SafetySession
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.sim.backend import Backend, Options
 from pytest_safemanip.sim.robocasa.factory import create
+from tests.warm import Warm
 
 # How fast a machine is, is no subject of a test.
 hypothesis_settings.register_profile("any machine", deadline=None)
@@ -86,3 +88,12 @@ def make(pytestconfig: pytest.Config, tmp_path: Path) -> Callable[..., Plan]:
         return make_plan(settings, Extensions({"mine": Hold}, (), {}))
 
     return make
+
+
+@pytest.fixture(scope="session")
+def warm() -> Iterator[Warm]:
+    """What starts Python, runs and simulators."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = Warm(Path(folder))
+        yield made
+        made.close()

@@ -21,9 +21,9 @@ ROOMS: Mapping[str, str] = {
     "resources.py": "errors.py",
     "decoding": "errors.py",
     "ltlf": "errors.py strategies.py",
-    "trace": "errors.py strategies.py",
+    "trace": "decoding errors.py strategies.py",
     "propositions": "errors.py trace",
-    "spec": "errors.py ltlf propositions trace",
+    "spec": "decoding errors.py ltlf propositions trace",
     "cost.py": "",
     "severity.py": "ltlf propositions spec trace",
     "judge.py": "cost.py errors.py ltlf markup.py propositions severity.py spec trace",
@@ -32,24 +32,25 @@ ROOMS: Mapping[str, str] = {
     "sim": "decoding errors.py provenance.py trace",
     "policies": "decoding errors.py provenance.py sim trace",
     "rollouts": "errors.py policies sim trace",
-    "metrics": "errors.py markup.py spec trace",
+    "search": "errors.py policies rollouts sim spec",
+    "metrics": "cost.py decoding errors.py markup.py search spec trace",
     "lerobot": "errors.py sim trace",
-    "importers": "errors.py lerobot provenance.py resources.py rollouts sim spec trace",
+    "importers": "decoding errors.py lerobot provenance.py resources.py rollouts sim spec trace",
     "expert": "errors.py policies provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "
-    "resources.py rollouts sim spec trace",
+    "resources.py rollouts search sim spec trace",
     "gym": "cost.py errors.py live ltlf propositions run sim spec",
-    "report": "errors.py judge.py ltlf metrics propositions provenance.py resources.py run "
-    "severity.py sim spec trace",
+    "report": "cost.py errors.py judge.py ltlf metrics propositions provenance.py resources.py "
+    "run search severity.py sim spec trace",
     "video": "errors.py judge.py metrics provenance.py report run sim spec trace",
     "plots": "errors.py judge.py metrics report spec",
     "api.py": "errors.py judge.py live ltlf markup.py metrics plots propositions report run spec "
     "trace",
-    "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run sim "
-    "trace video",
+    "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run "
+    "search sim spec trace video",
     "cli": "errors.py expert importers judge.py lerobot ltlf metrics plugin policies propositions "
-    "provenance.py report resources.py rollouts run sentences sim spec trace video",
+    "provenance.py report resources.py rollouts run search sentences sim spec trace video",
 }
 """What each room may import; a room imports those above it only."""
 

@@ -5,15 +5,18 @@ from __future__ import annotations
 import dataclasses
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_safemanip.cost import step_cost, violation_cost
 from pytest_safemanip.judge import Judge
+from pytest_safemanip.ltlf.formula import is_bounded
 from pytest_safemanip.metrics.groups import measure
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord
 from pytest_safemanip.spec.properties import load_property
+from tests.packs.evidence import DEFINED
 from tests.physics.scenario import PROPERTIES
 from tests.propositions.stage import BINDING, CATALOGUE, film, touch
 
@@ -65,6 +68,43 @@ def test_a_property_says_what_its_violations_cost(tmp_path):
     (tmp_path / "quiet.yaml").write_text(text + "severity: 2\ncost: 5\n")
     assert load_property(tmp_path / "quiet.yaml").cost == 5.0
     assert cost_of_touches((0.5, 1.5), cost=5.0) == pytest.approx(10.0)
+
+
+LATE = {
+    "redvla_sharp_not_lingered_at": ("near", 3.0),
+    "safety_chores_corner_left": ("collision", 2.0),
+    "safety_chores_critical_point_put_firmly": ("obj_released", 2.0),
+    "vla_arena_state_surroundings": ("touched displaced", 3.0),
+    "osha_fda_raw_apart": ("near against", 2.0),
+    "sentinel_timing_press_eases": ("touched pressed_hard", 0.1),
+    "sentinel_timing_tap_alone": ("on", 2.0),
+    "is_bench_tipped_set_upright": ("obj_grasped tilted", 1.0),
+}
+"""What holds for as long as a rule is broken, and for how many seconds it may."""
+
+
+@pytest.mark.parametrize("dt", [0.025, 0.05])
+@pytest.mark.parametrize(("name", "held", "allowed"), [(k, *v) for k, v in LATE.items()])
+def test_what_is_late_costs_from_when_its_time_is_up_to_when_it_ends(name, held, allowed, dt):
+    rule = DEFINED.properties[name]
+    values = np.zeros((round(20.0 / dt), 1, len(rule.atoms)), bool)
+    begin, end = round(5.0 / dt), round(15.0 / dt)
+    for atom in held.split():
+        values[begin:end, 0, list(rule.atoms).index(atom)] = True
+    if name.endswith("put_firmly"):
+        values[end:, 0, list(rule.atoms).index("settled")] = True
+    (verdict,) = rule.monitor(1, dt=dt).run(values)
+    (found,) = verdict.violations
+    assert (found.first, found.last) == (begin + round(allowed / dt), end - 1)
+    late = (end - 1 - begin) * dt - allowed  # between the first and the last step that is late
+    cost = violation_cost(1.0, found.first, found.last, len(values), dt)
+    assert cost == pytest.approx(1.0 + late)
+
+
+def test_a_rule_of_a_pack_has_a_bound_in_place_of_a_deadline_where_what_is_late_is_an_event():
+    rules = [rule for rule in DEFINED.properties.values() if is_bounded(rule.formula)]
+    # Whoever has touched a stove that nobody switches off does no further harm.
+    assert [rule.id for rule in rules] == ["safety_chores_equipment_not_touched"]
 
 
 def rollout(*costs, first=4, seed=0):

@@ -223,9 +223,8 @@ def test_an_object_of_unknown_category_is_an_error():
 def test_an_unknown_proposition_is_found_when_the_property_is_read(tmp_path):
     path = tmp_path / "promise.yaml"
     path.write_text(PROPERTY)
-    known = {name: len(p.arguments) for name, p in Catalogue().items()}
     with pytest.raises(ConfigError, match=r"promise\.yaml:8: unknown proposition 'asked\(o\)'"):
-        load_property(path, propositions=known)
+        load_property(path, propositions=Catalogue())
 
 
 def test_the_same_recording_gets_the_same_verdict():

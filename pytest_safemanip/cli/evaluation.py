@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from pytest_safemanip.cli.folder import Folder, read_folder
 from pytest_safemanip.errors import ConfigError, TraceError
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.run.cases import applicable, select_properties
-from pytest_safemanip.run.option_values import parse_params
+from pytest_safemanip.run.option_values import parse_names, parse_params
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace import files
@@ -49,7 +49,7 @@ def add_judging(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="ID[,...]",
-        help="property ids, globs, category:NAME; all that apply",
+        help="as --safemanip-properties: ids, globs, category:NAME, pack:NAME; default",
     )
     parser.add_argument(
         "--params",
@@ -84,11 +84,14 @@ def evaluate(options: argparse.Namespace, folder: Folder | None = None) -> Evalu
             "as safemanip_task_paths"
         )
     task = found.tasks[name]
-    wanted = select_properties(found.properties, _split(options.property), "--property")
+    asked = parse_names(",".join(options.property))
+    wanted = select_properties(found.properties, asked, "--property")
     ids = applicable(task, found.everywhere, wanted)
     if not ids:
         raise ConfigError(f"--property: none of {', '.join(sorted(wanted))} applies to {name}")
-    params = parse_params(_split(options.params), "--params") or folder.settings.params
+    params = (
+        parse_params(parse_names(",".join(options.params)), "--params") or folder.settings.params
+    )
     semantics = options.semantics or folder.settings.semantics
     parameters = found.catalogue.parameters(params)
     try:
@@ -103,8 +106,3 @@ def evaluate(options: argparse.Namespace, folder: Folder | None = None) -> Evalu
         except Exception as error:  # a user's proposition may raise anything
             errors[id_] = f"{type(error).__name__}: {error}"
     return Evaluation(recording, folder, task, properties, verdicts, errors, judge)
-
-
-def _split(values: Sequence[str]) -> list[str]:
-    """Values of an option that is repeatable and takes several, separated by commas."""
-    return [part.strip() for value in values for part in value.split(",") if part.strip()]

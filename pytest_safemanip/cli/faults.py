@@ -9,6 +9,8 @@ from itertools import groupby
 from pytest_safemanip.cli.folder import read_folder
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
 from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.run.cases import select_properties
+from pytest_safemanip.run.option_values import parse_names
 
 EXAMPLE = "safemanip faults --task OpenDrawer"
 
@@ -16,7 +18,9 @@ EXAMPLE = "safemanip faults --task OpenDrawer"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("--task", metavar="NAME", help="only what can be done in this task")
-    parser.add_argument("--property", metavar="ID", help="only what violates this property")
+    parser.add_argument(
+        "--property", metavar="ID[,...]", help="only what violates these, as --safemanip-properties"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
@@ -29,13 +33,12 @@ def run(options: argparse.Namespace) -> int:
     every = rows()
     if options.task is not None and options.task not in EXPERT:
         options.task = _base(options.task, EXPERT)
-    if options.property is not None:
-        _check_property(options.property, {row.property_id for row in every})
+    aimed_at = {row.property_id for row in every}
+    wanted = aimed_at if options.property is None else _wanted(options.property, aimed_at)
     chosen = [
         row
         for row in every
-        if (options.task is None or options.task in row.tasks)
-        and (options.property is None or options.property == row.property_id)
+        if (options.task is None or options.task in row.tasks) and row.property_id in wanted
     ]
     if options.json:
         print_json([row._asdict() for row in chosen])
@@ -54,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     families = [
         (f"scripted:{f.name}{MARK}{f.low:g}", f"{f.high:g}", f"{f.doc}\n({f.task}; {f.parameter})")
         for f in FAMILIES.values()
-        if options.task in (None, f.task) and options.property in (None, f.property_id)
+        if options.task in (None, f.task) and f.property_id in wanted
     ]
     if families:
         print_table(("families", "to", "what the number is"), families)
@@ -74,12 +77,13 @@ def _base(name: str, planned: Collection[str]) -> str:
     raise ConfigError(f"--task: the expert has no task {name!r}; {did_you_mean(name, planned)}")
 
 
-def _check_property(name: str, aimed_at: Collection[str]) -> None:
-    if name in aimed_at:
-        return
-    if name in read_folder().definitions.properties:
+def _wanted(text: str, aimed_at: Collection[str]) -> set[str]:
+    """The properties that are chosen, of those that faults are aimed at."""
+    known = read_folder().definitions.properties
+    wanted = {*select_properties(known, parse_names(text), "--property")} & {*aimed_at}
+    if not wanted:
         raise ConfigError(
-            f"--property: no fault is aimed at {name!r}; those of others may break it: "
+            f"--property: no fault is aimed at {text!r}; those of others may break it: "
             "docs/coverage.md has one for each rule of the packs"
         )
-    raise ConfigError(f"--property: unknown {name!r}; {did_you_mean(name, aimed_at)}")
+    return wanted

@@ -32,6 +32,7 @@ COMMANDS = {
     "rule": "make a property of a sentence, with examples to review",
     "policies": "list the policies that --safemanip-policy takes",
     "faults": "list the mistakes that the expert can make on purpose",
+    "search": "list the failures that searches kept, or make scenes of them",
     "show": "say what happened in a recording, and what it violates",
     "import": "make recordings of demonstrations and data sets",
     "export": "write recordings as a dataset that policies are trained on",

@@ -15,7 +15,7 @@ from pytest_safemanip.cli.drawing import (
 from pytest_safemanip.cli.folder import read_folder
 from pytest_safemanip.run.cases import select_tasks
 from pytest_safemanip.run.definitions import FIRST_BACKEND
-from pytest_safemanip.run.option_values import parse_seeds
+from pytest_safemanip.run.option_values import parse_names, parse_seeds
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.video.imaging import Image, open_studio, pillow
 from pytest_safemanip.video.progress import Bar
@@ -28,7 +28,7 @@ ROWS = 6
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "selectors", nargs="*", metavar="SELECTOR", help="tasks, as --safemanip-tasks; all"
+        "selectors", nargs="*", metavar="SELECTOR[,...]", help="tasks, as --safemanip-tasks; all"
     )
     parser.add_argument("--seeds", default="1", help="N, A:B or A,B,C; 1")
     parser.add_argument("--scenes", choices=SPEC.scenes, help=SPEC.scenes[0])
@@ -39,7 +39,8 @@ def run(options: argparse.Namespace) -> int:
     """Draw the sheets, and print the path of each."""
     drawn = pillow()
     folder = read_folder(FIRST_BACKEND)
-    chosen = select_tasks(folder.definitions.runnable, options.selectors or ["all"], "SELECTOR")
+    asked = parse_names(",".join(options.selectors)) or ("all",)
+    chosen = select_tasks(folder.definitions.runnable, asked, "SELECTOR")
     seeds = parse_seeds(options.seeds, "--seeds")
     cameras = parse_cameras(options.cameras)
     scenes = options.scenes or folder.settings.scenes or SPEC.scenes[0]

@@ -9,6 +9,7 @@ from pytest_safemanip.cli.folder import own_file, read_folder
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
 from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.definitions import Definitions
+from pytest_safemanip.run.option_values import parse_names
 from pytest_safemanip.spec.packs import Pack
 from pytest_safemanip.spec.properties import LEAST_SEVERITY, Property
 
@@ -20,8 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "selectors",
         nargs="*",
-        metavar="SELECTOR",
-        help="ids, globs, category:NAME, pack:NAME, as --safemanip-properties; all but packs",
+        metavar="SELECTOR[,...]",
+        help="ids, globs, category:NAME, pack:NAME, as --safemanip-properties; default",
     )
     parser.add_argument("--packs", action="store_true", help="list the packs instead")
     parser.add_argument("--json", action="store_true", help="print JSON")
@@ -32,7 +33,8 @@ def run(options: argparse.Namespace) -> int:
     found = read_folder().definitions
     if options.packs:
         return _list(found.packs.values(), options.json)
-    wanted = select_properties(found.properties, options.selectors, "SELECTOR")
+    asked = parse_names(",".join(options.selectors))
+    wanted = select_properties(found.properties, asked, "SELECTOR")
     chosen = [found.properties[name] for name in found.properties if name in wanted]
     tasks = {prop.id: _tasks(prop, found) for prop in chosen}
     if options.json:
@@ -40,13 +42,16 @@ def run(options: argparse.Namespace) -> int:
         return 0
     rows = [(prop.id, str(len(tasks[prop.id])), "\n".join(_about(prop))) for prop in chosen]
     print_table(("property", "tasks", "what it asks"), rows)
-    print_wrapped(f"\n{len(chosen)} of {len(found.properties)} properties; timed formulas")
+    print_wrapped(
+        f"\n{len(chosen)} of {len(found.properties)} properties, for {len(found.unstaged)} tasks; "
+        "timed formulas"
+    )
     return 0
 
 
 def _tasks(prop: Property, found: Definitions) -> list[str]:
-    """The tasks that a property applies to."""
-    every = found.tasks.values()
+    """The tasks of the backend that a property applies to."""
+    every = found.unstaged.values()
     return [task.name for task in every if applicable(task, found.everywhere, {prop.id})]
 
 

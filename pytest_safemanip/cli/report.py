@@ -160,7 +160,8 @@ def _known(found: Summary) -> dict[str, set[str]]:
     for record in found.records:
         for name in ("policy", "task", "suite", "horizon"):
             known[name].add(getattr(record, name))
-        known["property"] |= {*record.properties, *record.unjudged}
+        known["property"] |= {*record.asked}
+        known["pack"] |= {record.pack_of(name) for name in record.asked}
         known["category"] |= {*record.unjudged.values()}
         known["category"] |= {verdict.category for verdict in record.properties.values()}
     return known

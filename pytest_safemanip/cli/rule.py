@@ -9,6 +9,7 @@ from pathlib import Path
 from pytest_safemanip.cli.folder import read_folder
 from pytest_safemanip.cli.tables import print_wrapped
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder
 from pytest_safemanip.run.cases import applicable
 from pytest_safemanip.run.definitions import Definitions
@@ -39,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     rule = read_sentence(options.sentence, Lexicon(attributes, found.catalogue))
     arguments = {name: proposition.arguments for name, proposition in found.catalogue.items()}
     text = draft(options.sentence, rule, arguments, options.id)
-    prop = _checked(text, {name: len(kinds) for name, kinds in arguments.items()})
+    prop = _checked(text, found.catalogue)
     print(text)
     print_wrapped(f"formula: {prop.formula}", "  ")
     _print_caveats(rule, prop, found)
@@ -49,13 +50,13 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _checked(text: str, arities: dict[str, int]) -> Property:
+def _checked(text: str, known: Catalogue) -> Property:
     """The property that the text is, read as any other."""
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "rule.yaml"
         path.write_text(text)
         try:
-            return load_property(path, propositions=arities)
+            return load_property(path, propositions=known)
         except ConfigError as error:
             raise ConfigError(str(error).replace(f"{path}:", "the rule, line ")) from error
 

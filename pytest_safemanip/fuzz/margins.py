@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.fuzz.steps import causal, online, window
 from pytest_safemanip.fuzz.trial import Arguments, Draw, LawBroken, Trial
-from pytest_safemanip.propositions.view import View
+from pytest_safemanip.propositions.view import View, wrong_side
 
 ROUNDING = 1e-9
-"""Margins nearer to 0 may be on either side, and margins that differ by less are the same."""
+"""Margins that differ by less are the same."""
 
 
 def margins(trial: Trial, draw: Draw) -> None:
@@ -22,9 +22,8 @@ def margins(trial: Trial, draw: Draw) -> None:
     """
     view = trial.view()
     for arguments in trial.calls:
-        values, found = trial.values(arguments), view.margin(trial.proposition.name, *arguments)
-        wrong = np.flatnonzero(np.where(values, found < -ROUNDING, found > ROUNDING))
-        if len(wrong):
+        values, found = trial.values(arguments), view.measure(trial.proposition, arguments)
+        if len(wrong := wrong_side(values, found)):
             step = int(wrong[0])
             why = f"{bool(values[step])}, but its margin is {found[step]:g}"
             raise LawBroken(why, arguments, step, values)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from pytest_safemanip.cost import step_cost
 from pytest_safemanip.errors import ConfigError, did_you_mean, install_command
 from pytest_safemanip.gym.sources import OpenProbe, source_of
 from pytest_safemanip.live import EarlyWarning, LiveJudge
-from pytest_safemanip.live.warning import soonest
+from pytest_safemanip.live.warning import checked_seconds, soonest
 from pytest_safemanip.ltlf import Profile, StateClass, StepVerdict
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Proposition
@@ -63,13 +64,13 @@ class PropertyState(NamedTuple):
         unsafe: whether the step is unsafe for one of them.
         violations: those that begin at this step.
         time_to_violation: seconds until a step is expected to be unsafe if the robot goes on, inf
-            if none is.
+            if none is; None where no horizon is given, since nothing is predicted then.
     """
 
     state: str
     unsafe: bool
     violations: tuple[NewViolation, ...]
-    time_to_violation: float
+    time_to_violation: float | None
 
 
 class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
@@ -87,18 +88,20 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         properties: ids, or properties; those of the task if there are none.
         probe: the layout of the environment's MuJoCo model, or a function that is given the
             environment after its reset, and taps to listen to it, and returns what reads it.
-        stop: terminate the episode at the first violation.
+        stop: terminate the episode at the first violation. To stop before one, ask
+            :meth:`warnings` before each action.
         tasks: folders of tasks of your own.
         property_paths: folders of properties of your own.
         propositions: of your own.
         params: of propositions, those that differ from the defaults.
         semantics: of formulas, ``timed`` or ``paper``.
         horizon: how many seconds before the last chance to prevent it a violation is near, as
-            :data:`~pytest_safemanip.live.HORIZON`; None if no warnings are wanted: they take as
-            much time as all else.
+            :data:`~pytest_safemanip.live.HORIZON`, from 0 up; None if no warnings are wanted: they
+            take as much time as all else.
 
     Raises:
-        ConfigError: if a name is unknown, or the environment is one of which nothing is known.
+        ConfigError: if a name is unknown, an option has no value that it can have, or the
+            environment is one of which nothing is known.
     """
 
     def __init__(
@@ -117,11 +120,17 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         horizon: float | None = None,
     ) -> None:
         super().__init__(env)
+        if not isinstance(stop, bool):
+            raise ConfigError(
+                f"SafetyMonitor: stop: expected True or False, found {stop!r}; who stops at "
+                "warnings asks env.warnings(action) before each action"
+            )
+        with _refused():
+            self._horizon = None if horizon is None else checked_seconds("horizon", horizon)
         defined = load_definitions(
             list(map(Path, tasks)), list(map(Path, property_paths)), propositions
         )
         self._defined, self._stop, self._semantics = defined, stop, semantics
-        self._horizon = horizon
         self._task = _task(task, defined)
         self._properties = _properties(properties, self._task, defined)
         self._parameters = defined.catalogue.parameters(params or {})
@@ -189,14 +198,16 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
                 known.
 
         Raises:
-            ConfigError: before the first reset, or if no warnings are wanted.
+            ConfigError: before the first reset, if no warnings are wanted, or if the action or the
+                pace is none.
         """
         if self._horizon is None:
             raise ConfigError("SafetyMonitor: give it a horizon in seconds, as 0.25, for warnings")
         if self._probe is None or self._judge is None:
             raise ConfigError("SafetyMonitor: call reset before warnings")
-        commands = self._probe.commands(np.asarray(action, float).ravel())
-        return self._judge.warnings(commands, pace, self._horizon)
+        with _refused():
+            commands = self._probe.commands(np.asarray(action, float).ravel())
+            return self._judge.warnings(commands, pace, self._horizon)
 
     def verdicts(self) -> dict[str, Any]:
         """The verdicts if the episode ended now, by property: one for each instance.
@@ -211,9 +222,9 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
     def _said(self, judge: LiveJudge, told: Mapping[str, Sequence[StepVerdict]]) -> dict[str, Any]:
         before = frozenset(self._unsafe)
         expected = [] if self._horizon is None else judge.warnings(horizon=math.inf)
-        left = soonest(told, expected)
+        left = {} if self._horizon is None else soonest(told, expected)
         safety = {
-            name: self._state(judge, name, instances, left[name])
+            name: self._state(judge, name, instances, left.get(name))
             for name, instances in told.items()
         }
         cost = sum(
@@ -224,7 +235,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         return {"safety": safety, "cost": float(cost), "warnings": near}
 
     def _state(
-        self, judge: LiveJudge, name: str, instances: Sequence[StepVerdict], left: float
+        self, judge: LiveJudge, name: str, instances: Sequence[StepVerdict], left: float | None
     ) -> PropertyState:
         new = []
         for number, verdict in enumerate(instances):
@@ -239,6 +250,15 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         worst = min((v.state_class for v in instances), key=_WORST.index)
         unsafe = any(v.unsafe for v in instances)
         return PropertyState(worst.value, unsafe, tuple(new), left)
+
+
+@contextlib.contextmanager
+def _refused() -> Iterator[None]:
+    """What is no value that something can have is an error of whoever gave it."""
+    try:
+        yield
+    except ValueError as error:
+        raise ConfigError(f"SafetyMonitor: {error}") from None
 
 
 def _task(task: str | Task | Binding, defined: Definitions) -> Task | Binding:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import stat
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import IO
 
+from pytest_safemanip.decoding.files import Unreadable, open_regular
 from pytest_safemanip.errors import ConfigError, TraceError, printable
 
 MOST_FILES = 1_000_000
@@ -117,10 +117,9 @@ class Source:
                         f"{MOST_TIMES} times its size"
                     )
                 return io.BytesIO(self._zip.read(where))
-            path = self.root / where
-            if not stat.S_ISREG(path.stat().st_mode):
-                raise TraceError(f"{printable(name)}: not a regular file")
-            return path.open("rb")
+            return open_regular(self.root / where)
+        except Unreadable as error:
+            raise TraceError(f"{printable(name)}: {error}") from error
         except (OSError, KeyError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile) as error:
             why = getattr(error, "strerror", None) or error
             raise TraceError(f"{printable(name)}: cannot be read ({why})") from error

@@ -175,7 +175,8 @@ class LiveJudge:
             horizon: how many seconds before the last chance to prevent one it is near.
 
         Raises:
-            ValueError: if there is not a command for each gripper.
+            ValueError: if there is not a finite command for each gripper, or pace or horizon is no
+                number from 0 up.
         """
         if not self._started or self._over:
             return []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +19,17 @@ from pytest_safemanip.spec.properties import Property
 
 HORIZON = 0.25
 """Seconds before the last chance at which a violation is near; see docs/warnings.md for others."""
+
+
+def checked_seconds(name: str, value: object) -> float:
+    """A number from 0 up, inf included: where it is NaN or negative nothing would ever be near.
+
+    Raises:
+        ValueError: if it is none; names it.
+    """
+    if isinstance(value, bool) or not isinstance(value, Real) or not float(value) >= 0.0:
+        raise ValueError(f"{name}: expected a number from 0 up, found {value!r}")
+    return float(value)
 
 
 @dataclass(frozen=True)
@@ -43,6 +55,14 @@ class EarlyWarning:
     atoms: tuple[str, ...] = ()
     margin: float | None = None
     rate: float | None = None
+
+    def __str__(self) -> str:
+        about = f" for {', '.join(self.entities)}" if self.entities else ""
+        changes = f": {', '.join(self.atoms)}" if self.atoms else ""
+        return (
+            f"{self.property_id}{about} in {self.time_to_violation:.2f} s, to be prevented within "
+            f"{self.last_chance:.2f} s{changes}"
+        )
 
 
 class Predicts(Protocol):
@@ -80,12 +100,16 @@ class Lookout:
         self, monitors: Mapping[str, Predicts], commands: ArrayLike, pace: float, horizon: float
     ) -> list[EarlyWarning]:
         """What is near, the most urgent first; see :class:`~pytest_safemanip.live.LiveJudge`."""
-        told, grippers = Told(np.asarray(commands, float), pace), self._online.scene.grippers
+        horizon = checked_seconds("horizon", horizon)
+        told = Told(np.asarray(commands, float), checked_seconds("pace", pace))
+        grippers = self._online.scene.grippers
         if told.commands.shape != (len(grippers),):
             raise ValueError(
                 f"commands: expected one for each gripper ({len(grippers)},), "
                 f"found {told.commands.shape}"
             )
+        if not np.isfinite(told.commands).all():
+            raise ValueError(f"commands: expected finite numbers, found {told.commands.tolist()}")
         now, found = _Now(self._online, told, self._knows), list[EarlyWarning]()
         for name, monitor in monitors.items():
             atoms = [_Atoms(now, calls) for calls in self._calls[name]]

@@ -7,10 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from pytest_safemanip.cost import figure
 from pytest_safemanip.metrics.gates import Gate
 from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.metrics.rates import Rate
-from pytest_safemanip.metrics.records import RolloutRecord
+from pytest_safemanip.metrics.records import RolloutRecord, cost_of
 from pytest_safemanip.metrics.selection import RolloutSlice, select
 from pytest_safemanip.metrics.statistics.intervals import Interval, clustered, wilson
 
@@ -23,6 +24,8 @@ NOT_MEASURED = (
 )
 MOST = 1_000_000
 """Largest number of further rollouts that is suggested."""
+MOST_RULES = 3
+"""Properties that are named of a rollout."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class Decision:
         why: what is missing, undefined, or would help; empty if nothing is.
         unknown: the rollouts without a verdict.
         comparable: whether the rollouts are in the world that the policy was trained in.
+        dearest: of a gate on costs that fails, the rollouts that cost something, those that cost
+            most first.
     """
 
     gate: Gate
@@ -53,6 +58,7 @@ class Decision:
     why: str = ""
     unknown: tuple[RolloutRecord, ...] = ()
     comparable: bool = True
+    dearest: tuple[RolloutSlice, ...] = ()
 
     @property
     def name(self) -> str:
@@ -110,8 +116,22 @@ def decide(gate: Gate, policy: str, records: Sequence[RolloutRecord]) -> Decisio
         why = f"undefined: {_of_nothing(gate.metric)} in {len(known)} rollouts"
         return Decision(gate, policy, "INCONCLUSIVE", None, rate, why=why)
     if gate.confidence is None or rate is None:
-        return Decision(gate, policy, "PASS" if gate.keeps(value) else "FAIL", value, rate)
+        if gate.keeps(value):
+            return Decision(gate, policy, "PASS", value, rate)
+        dearest = _dearest(gate, known)
+        why = f"most expensive: {priced(dearest[0])}" if dearest else ""
+        return Decision(gate, policy, "FAIL", value, rate, why=why, dearest=dearest)
     return _by_interval(gate, policy, rate, gate.confidence)
+
+
+def priced(case: RolloutSlice) -> str:
+    """A rollout with what it costs, and for which properties, the dearest first."""
+    costs = {v.property: cost_of([v]) or 0.0 for v in case.verdicts if v.violations}
+    dearest = sorted(costs, key=lambda name: -costs[name])
+    named = [f"{name} {figure(costs[name])}" for name in dearest[:MOST_RULES]]
+    left = len(dearest) - MOST_RULES
+    named += [f"and {left} more"] if left > 0 else []
+    return f"{case.task}, seed {case.record.seed}: {figure(case.cost or 0.0)} ({', '.join(named)})"
 
 
 def missing(cases: Sequence[RolloutSlice], unknown: Sequence[RolloutRecord]) -> str:
@@ -231,3 +251,10 @@ def _of_nothing(metric: str) -> str:
         "unsafe_share_of_successes": "no success",
         "conditional_rate": "no property was triggered",
     }.get(metric, "no violation")
+
+
+def _dearest(gate: Gate, cases: Sequence[RolloutSlice]) -> tuple[RolloutSlice, ...]:
+    """What weighs against an upper bound on costs, the most expensive first."""
+    if "cost" not in gate.needs or not gate.small:
+        return ()
+    return tuple(sorted((c for c in cases if c.cost), key=lambda c: -(c.cost or 0.0)))

@@ -11,6 +11,7 @@ from pathlib import Path
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.metrics.selection import FILTERS, Severe
+from pytest_safemanip.search.units import UNITS, show, split_size
 from pytest_safemanip.spec import yamlfile
 
 _GATE = re.compile(
@@ -22,6 +23,11 @@ _GATE = re.compile(
     re.VERBOSE,
 )
 _SEVERITY = re.compile(r"severity\b\s*(?P<sign>[^\w\s.+-]*)\s*(?P<bound>.*)")
+TOLERANCE = "tolerance"
+"""The metric of searches: how large the smallest change is that a policy does not survive."""
+_TOLERANCE = re.compile(
+    r"\s*tolerance\s*\[\s*(?P<property>[\w*?]+)\s*\]\s*(?P<sign><=|>=|<|>)\s*(?P<size>.+?)\s*"
+)
 _FORM = "METRIC[FILTER=VALUE,...] <= VALUE @CONFIDENCE"
 DEFAULT_MARGIN = 0.1
 """A rise of a violation rate by ten points is what a comparison has to be able to rule out."""
@@ -41,6 +47,7 @@ class Gate:
         clustered: whether the interval is the clustered one, for new tasks like these.
         required: whether the run fails with it.
         severe: which violations it counts; None for all.
+        unit: of the bound of a :data:`TOLERANCE`; empty of other metrics.
     """
 
     name: str
@@ -52,6 +59,7 @@ class Gate:
     clustered: bool = False
     required: bool = True
     severe: Severe | None = None
+    unit: str = ""
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -79,6 +87,9 @@ class Gate:
         return value > self.bound
 
     def __str__(self) -> str:
+        if self.metric == TOLERANCE:
+            bound = show(self.bound, self.unit)
+            return f"{TOLERANCE}[{self.where['property']}] {self.sign} {bound}"
         parts = [f"{name}={value}" for name, value in self.where.items()]
         filters = ",".join([*parts, *([str(self.severe)] if self.severe else [])])
         confidence = f" @{self.confidence:g}" if self.confidence is not None else ""
@@ -117,6 +128,9 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
     Raises:
         ConfigError: if the text is no gate; without the place that it stands in.
     """
+    if tolerance := _TOLERANCE.fullmatch(text):
+        gate = _tolerance(tolerance, text, required)
+        return replace(gate, name=name or str(gate))
     match = _GATE.fullmatch(text)
     if not match:
         raise ConfigError(f"expected {_FORM}, found {text!r}")
@@ -126,7 +140,10 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
         raise ConfigError(f"unknown metric {metric!r} in {text!r}; {hint}")
     confidence = _confidence(match["confidence"], match["of"], text)
     if confidence is not None and metric in FIGURES:
-        raise ConfigError(f"{metric} has no interval: leave out '@{match['confidence']}'")
+        raise ConfigError(
+            f"{metric} is no share of rollouts and has no interval: leave out "
+            f"'@{match['confidence']}' in {text!r}"
+        )
     where, severe = _filters(match["filters"] or "", text)
     if severe and not (SHARES.get(metric) or FIGURES[metric]).counts:
         raise ConfigError(f"{metric} counts no violations: leave out '{severe}' in {text!r}")
@@ -144,6 +161,21 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
     return gate if name else Gate(**{**vars(gate), "name": str(gate)})
 
 
+def _tolerance(match: re.Match[str], text: str, required: bool) -> Gate:
+    """A gate such as ``tolerance[release_stability] >= 3 cm``."""
+    if match["sign"] not in (">=", ">"):
+        raise ConfigError(f"expected tolerance[PROPERTY] >= SIZE, found {text!r}")
+    try:
+        value, unit = split_size(match["size"])
+    except ConfigError as error:
+        raise ConfigError(f"{error}, in {text!r}") from None
+    if unit not in UNITS or value < 0:
+        hint = did_you_mean(unit, UNITS)
+        raise ConfigError(f"expected a size of at least 0 with a unit in {text!r}; {hint}")
+    where = {"property": match["property"]}
+    return Gate("", TOLERANCE, where, match["sign"], value, required=required, unit=unit)
+
+
 def load_gates(path: Path) -> Gates:
     """Gates from a YAML file with ``gates``, and if wanted ``must_pass`` and ``margin``.
 
@@ -155,7 +187,9 @@ def load_gates(path: Path) -> Gates:
     must_pass = section.strings("must_pass") if "must_pass" in section else ()
     gates = _named(section.section("gates"), must_pass) if "gates" in section else []
     names = {gate.name for gate in gates}
-    margin = section.number("margin", positive=True) if "margin" in section else DEFAULT_MARGIN
+    margin = (
+        section.number("margin", positive=True, most=1.0) if "margin" in section else DEFAULT_MARGIN
+    )
     return Gates(
         tuple(gates),
         tuple(name for name in must_pass if name not in names),
@@ -286,6 +320,12 @@ def _bound(text: str, percent: str | None, metric: str, whole: str) -> float:
     value = _number(text, percent, whole)
     if metric in SHARES and not 0 <= value <= 1:
         raise ConfigError(f"{metric} is from 0 to 1 (or 0 % to 100 %), found {text!r} in {whole!r}")
+    if metric in FIGURES and percent:
+        raise ConfigError(
+            f"{metric} is no share and not in per cent: leave out '%' after {text!r} in {whole!r}"
+        )
+    if value < 0:
+        raise ConfigError(f"{metric} is from 0 up, found {text!r} in {whole!r}")
     return value
 
 

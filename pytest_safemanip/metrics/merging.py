@@ -9,6 +9,7 @@ from typing import Any
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.metrics.records import RolloutKey, RolloutRecord
+from pytest_safemanip.metrics.searches.records import merged_searches
 from pytest_safemanip.metrics.summaries import Summary, check_alike
 
 
@@ -47,6 +48,7 @@ def merge(summaries: Sequence[Summary]) -> Summary:
         any(s.partial for s in summaries),
         {name: rule for s in summaries for name, rule in s.rules.items()},
         floor=next((s.floor for s in summaries if s.floor), ()),
+        searches=merged_searches(own for s in summaries for own in s.searches),
     )
 
 
@@ -75,6 +77,7 @@ def _joined(
         properties={name: properties[name] for name in sorted(properties)},
         unjudged={k: unjudged[k] for k in sorted(unjudged) if k not in properties},
         deselected={k: deselected[k] for k in sorted(deselected) if k not in asked},
+        packs=dict(sorted({**one.packs, **other.packs}.items())),
     )
 
 

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal, NamedTuple
 
+from pytest_safemanip.spec.packs import NO_PACK
+
 OutcomeName = Literal["VIOLATED", "UNRESOLVED", "SATISFIED", "VACUOUS"]
 
 
@@ -72,6 +74,7 @@ class RolloutRecord:
         success: whether the task's own check held; None if the rollout is not complete.
         acting_steps: control steps before the settle tail.
         truncated: whether its recording ends without a settle tail.
+        warned: the violation that was near where a warning ended it; empty if none did.
         error: why it is not complete; empty if it is, or if it was not run.
         infrastructure: whether that was a server's or the simulator's failure.
         restarts: how often it was begun again, since the policy's server had failed.
@@ -83,6 +86,7 @@ class RolloutRecord:
         unjudged: categories of the properties that were asked for and have no verdict, by id.
         deselected: likewise of those that were taken out of the run after it was laid out, with
             pytest's ``-k`` for instance. Metrics leave them out; gates and comparisons do not.
+        packs: of all of these properties that are rules of packs, the pack, by id.
     """
 
     task: str
@@ -93,6 +97,7 @@ class RolloutRecord:
     success: bool | None = None
     acting_steps: int = 0
     truncated: bool = False
+    warned: str = ""
     error: str = ""
     infrastructure: bool = False
     restarts: int = 0
@@ -103,6 +108,7 @@ class RolloutRecord:
     properties: dict[str, PropertyRecord] = field(default_factory=dict)
     unjudged: dict[str, str] = field(default_factory=dict)
     deselected: dict[str, str] = field(default_factory=dict)
+    packs: dict[str, str] = field(default_factory=dict)
 
     @property
     def key(self) -> RolloutKey:
@@ -118,6 +124,15 @@ class RolloutRecord:
     def cost(self) -> float | None:
         """What its violations cost in all; None where that of one is not known."""
         return cost_of(self.properties.values())
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Ids of the properties with a verdict and of those without one."""
+        return (*self.properties, *self.unjudged)
+
+    def pack_of(self, property_id: str) -> str:
+        """The pack that a property is a rule of; ``default`` for those of none."""
+        return self.packs.get(property_id, NO_PACK)
 
     @property
     def reason(self) -> str:

@@ -14,8 +14,10 @@ from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, not_comparabl
 from pytest_safemanip.metrics.decisions import Decision, decide, only_infrastructure
 from pytest_safemanip.metrics.early_stopping import decide_early
 from pytest_safemanip.metrics.fields import Fields
-from pytest_safemanip.metrics.gates import Gate, Gates
+from pytest_safemanip.metrics.gates import TOLERANCE, Gate, Gates
 from pytest_safemanip.metrics.records import RolloutKey, RolloutRecord, by_policy
+from pytest_safemanip.metrics.searches.records import SearchRecord
+from pytest_safemanip.metrics.searches.tolerance import decide_tolerance
 from pytest_safemanip.metrics.summaries import Summary, check_alike, read
 
 INFRASTRUCTURE = 10
@@ -168,7 +170,7 @@ class ReleaseGate:
         run = _as_planned(run)
         elsewhere = not_comparable(run.records, run.origins)
         decisions = [
-            self._decide(gate, policy, own, policy not in elsewhere)
+            self._decide(gate, policy, own, policy not in elsewhere, run.searches)
             for gate in self.gates.gates
             for policy, own in by_policy(run.records).items()
             if fnmatch.fnmatchcase(policy, gate.where.get("policy", "*"))
@@ -196,9 +198,16 @@ class ReleaseGate:
         return replace(ruling, contrast=found)
 
     def _decide(
-        self, gate: Gate, policy: str, records: Sequence[RolloutRecord], comparable: bool
+        self,
+        gate: Gate,
+        policy: str,
+        records: Sequence[RolloutRecord],
+        comparable: bool,
+        searches: Sequence[SearchRecord] = (),
     ) -> Decision:
-        if self.early_stop is None:
+        if gate.metric == TOLERANCE:
+            found = decide_tolerance(gate, policy, searches)
+        elif self.early_stop is None:
             found = decide(gate, policy, records)
         else:
             found = decide_early(gate, policy, records, self.early_stop)
@@ -206,7 +215,8 @@ class ReleaseGate:
 
     def rule_nothing(self) -> Ruling:
         """Decide on a run without a rollout, and so without a policy: nothing passes."""
-        decisions = tuple(decide(gate, "no policy", ()) for gate in self.gates.gates)
+        fixed = replace(self, early_stop=None)
+        decisions = tuple(fixed._decide(gate, "no policy", (), True) for gate in self.gates.gates)
         return Ruling(decisions, None, "there is no rollout to compare" if self.baseline else "")
 
 

@@ -10,8 +10,8 @@ from typing import Any
 
 from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, cost_of, severity
 
-FILTERS = ("policy", "task", "suite", "horizon", "category", "property")
-_OF_PROPERTIES = ("category", "property")
+FILTERS = ("policy", "task", "suite", "horizon", "pack", "category", "property")
+_OF_PROPERTIES = ("pack", "category", "property")
 
 
 @dataclass(frozen=True)
@@ -140,19 +140,18 @@ def select(
     filters = [(name, _Glob(glob)) for name, glob in (where or {}).items()]
     rollouts = [(name, glob) for name, glob in filters if name not in _OF_PROPERTIES]
     about = dict(item for item in filters if item not in rollouts)
-    categories, properties = (about.get(name, _Glob("*")) for name in _OF_PROPERTIES)
+    packs, categories, properties = (about.get(name, _Glob("*")) for name in _OF_PROPERTIES)
     found = []
     for record in records:
         if not all(getattr(record, name) in glob for name, glob in rollouts):
             continue
         verdicts, unjudged = tuple(record.properties.values()), tuple(record.unjudged)
         if about:
+            asked = {n for n in record.asked if n in properties and record.pack_of(n) in packs}
             verdicts = tuple(
-                v for v in verdicts if v.property in properties and v.category in categories
+                v for v in verdicts if v.property in asked and v.category in categories
             )
-            unjudged = tuple(
-                n for n in unjudged if n in properties and record.unjudged[n] in categories
-            )
+            unjudged = tuple(n for n in unjudged if n in asked and record.unjudged[n] in categories)
         if verdicts or unjudged or not about:
             found.append(RolloutSlice(record, verdicts, unjudged))
     return found

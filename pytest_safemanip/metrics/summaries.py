@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import json
 import re
-import stat
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pytest_safemanip.decoding.files import Unreadable, read_regular
 from pytest_safemanip.errors import ConfigError, printable
 from pytest_safemanip.metrics import frames
 from pytest_safemanip.metrics.fields import MAX_TOLD, Fields
-from pytest_safemanip.metrics.records import PropertyRecord, RolloutRecord, by_policy
+from pytest_safemanip.metrics.records import (
+    PropertyRecord,
+    RolloutRecord,
+    by_policy,
+)
+from pytest_safemanip.metrics.searches.records import SearchRecord, read_searches
 from pytest_safemanip.metrics.shards import Shard, parse_shard
 from pytest_safemanip.trace.episode import POLICY_NAME, served_fault
 
@@ -58,6 +63,7 @@ class Summary:
         release: what gates and the comparison decided; None without any.
         options: those that its test cases need to be run again; none of a merged run.
         floor: demonstrations that its rates are shown beside.
+        searches: what searches found.
     """
 
     places: tuple[str, ...]
@@ -70,6 +76,7 @@ class Summary:
     release: Fields | None = None
     options: tuple[str, ...] = ()
     floor: tuple[RolloutRecord, ...] = ()
+    searches: tuple[SearchRecord, ...] = ()
 
     def __repr__(self) -> str:
         rollouts, policies = len(self.records), len(by_policy(self.records))
@@ -101,18 +108,12 @@ def read(path: Path) -> Summary:
     """
     file = path / NAME if path.is_dir() else path
     try:
-        about = file.stat()
-        if not stat.S_ISREG(about.st_mode):  # a pipe may never end, a device may be endless
-            raise ConfigError(f"{file}: cannot be read: not a regular file")
-        if about.st_size > MAX_BYTES:
-            raise ConfigError(f"{file}: larger than {MAX_BYTES} bytes")
-        document = json.loads(
-            file.read_bytes(), parse_constant=_no_constant, object_pairs_hook=_mapping
-        )
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: there is no {NAME}; name the folder of a run") from None
-    except OSError as error:
-        raise ConfigError(f"{file}: cannot be read: {error.strerror}") from error
+        content = read_regular(file, MAX_BYTES)
+        document = json.loads(content, parse_constant=_no_constant, object_pairs_hook=_mapping)
+    except Unreadable as error:
+        if error.missing:
+            raise ConfigError(f"{path}: there is no {NAME}; name the folder of a run") from None
+        raise ConfigError(f"{file}: {error}") from error
     except (ValueError, RecursionError) as error:
         raise ConfigError(f"{file}: not a summary: {error}") from None
     whole = Fields(str(file), document)
@@ -144,6 +145,7 @@ def read(path: Path) -> Summary:
         release,
         _options(whole),
         _floor(whole),
+        read_searches(whole, file.parent),
     )
 
 
@@ -273,6 +275,9 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         success=success,
         acting_steps=found.count("acting_steps"),
         truncated="truncated" in found.values and found.boolean("truncated"),
+        warned=printable(found.text("warned", empty=True), MAX_TOLD)
+        if "warned" in found.values
+        else "",
         error=error,
         infrastructure="infrastructure" in found.values and found.boolean("infrastructure"),
         restarts=found.count("restarts") if "restarts" in found.values else 0,
@@ -283,6 +288,7 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         properties={verdict.property: verdict for verdict in verdicts},
         unjudged=unjudged,
         deselected=deselected,
+        packs=found.facts("packs") if "packs" in found.values else {},
     )
 
 

@@ -29,6 +29,8 @@ from pytest_safemanip.plugin.reports.github import GitHub
 from pytest_safemanip.plugin.reports.interrupts import Interrupts
 from pytest_safemanip.plugin.reports.junit import JUnit
 from pytest_safemanip.plugin.runtest import Executing
+from pytest_safemanip.plugin.searching.reporting import SearchReporting
+from pytest_safemanip.plugin.searching.setup import set_up
 from pytest_safemanip.plugin.simulation import Simulation, simulation_of
 from pytest_safemanip.plugin.terminal import Reporting
 from pytest_safemanip.plugin.xdist import Distribution, WorkerDeaths
@@ -66,6 +68,7 @@ IMPLIED = (
     "--safemanip-violations",
     "--safemanip-shard",
     "--safemanip-ray",
+    "--safemanip-search",
 )
 """Options that a node id stands for, that the recording makes unnecessary, or that decide nothing
 about a case.
@@ -88,7 +91,7 @@ def activate(config: pytest.Config, exclusive: bool, is_worker: bool) -> None:
     invocation = Invocation(config.invocation_params.dir, _options(config))
     makers: list[Maker] = []
     if settings.judges:
-        makers.append(_cases(config, simulation, invocation, is_worker))
+        makers += _cases(config, simulation, invocation, is_worker)
     if settings.fuzzes:
         makers.append(_laws(config, simulation, invocation, is_worker))
     collecting = CollectExclusive if exclusive else CollectAppended
@@ -102,8 +105,8 @@ def activate(config: pytest.Config, exclusive: bool, is_worker: bool) -> None:
 
 def _cases(
     config: pytest.Config, simulation: Simulation, invocation: Invocation, is_worker: bool
-) -> Maker:
-    """The cases on rollouts."""
+) -> list[Maker]:
+    """The cases on rollouts, the searches and the failures that they kept."""
     plan = make_plan(simulation.settings, simulation.extensions)
     backend = store = stopping = None
     if not config.option.collectonly:
@@ -120,24 +123,33 @@ def _cases(
         cluster = _cluster(config, plan, simulation, backend.provenance)
     rollouts = SafetySession(plan, backend, store, simulation.run_id, progress, more, cluster)
     config.pluginmanager.register(Executing(rollouts, stopping), "safemanip-execute")
+    jobs = plan.jobs if more is not None else lambda trials: 1
+    if cluster is not None:
+        jobs = lambda trials: max(1, min(cluster.slots, trials))  # noqa: E731
+    searches, searching = set_up(config, plan, simulation, invocation, rollouts, progress, jobs)
     config.pluginmanager.register(Attachments(config, plan.settings.out), "safemanip-attach")
     if not is_worker:
         interrupts = Interrupts(config, rollouts, simulation)
         interrupts.listen()
         config.pluginmanager.register(interrupts, "safemanip-interrupts")
         source = backend.provenance if backend else None
-        _register_reports(config, plan, source, rollouts, invocation)
+        _register_reports(config, plan, source, rollouts, invocation, searching)
     markers = CaseMarkers(config, plan)
-    return lambda session: Suite.from_parent(
-        session,
-        name=SUITE,
-        nodeid=SUITE,
-        plan=plan,
-        markers=markers,
-        rollouts=rollouts,
-        stopping=stopping,
-        invocation=invocation,
-    )
+
+    def cases(session: pytest.Session) -> pytest.Collector:
+        suite: Suite = Suite.from_parent(
+            session,
+            name=SUITE,
+            nodeid=SUITE,
+            plan=plan,
+            markers=markers,
+            rollouts=rollouts,
+            stopping=stopping,
+            invocation=invocation,
+        )
+        return suite
+
+    return [cases, *([searches] if searches is not None else [])]
 
 
 def _progress(config: pytest.Config, plan: Plan, run_id: str) -> Progress | None:
@@ -191,6 +203,7 @@ def _register_reports(
     source: Provenance | None,
     rollouts: SafetySession,
     invocation: Invocation,
+    searching: SearchReporting | None,
 ) -> None:
     """What is reported, and what decides."""
     settings, results = plan.settings, Results(plan.tasks, plan.properties, plan.cases)
@@ -201,7 +214,9 @@ def _register_reports(
             wanted = list(dict.fromkeys(case.rollout for case in plan.cases))
             place = invocation.relative_path(settings.baseline)
             baseline = read_baseline(place, wanted, decisive(plan), _origins(plan, source))
-        gating = Gating(plan, ReleaseGate(settings.gates, baseline, settings.early_stop), results)
+        found = searching.found if searching is not None else ()
+        release = ReleaseGate(settings.gates, baseline, settings.early_stop)
+        gating = Gating(plan, release, results, found)
         config.pluginmanager.register(gating, "safemanip-gate")
     config.pluginmanager.register(WorkerDeaths(plan, invocation), "safemanip-deaths")
     github = None
@@ -214,7 +229,9 @@ def _register_reports(
     files = ReportFiles(plan, invocation, github)
     config.pluginmanager.register(files, "safemanip-files")
     floor = () if config.option.collectonly else find_floor(plan)
-    reporting = Reporting(plan, source, rollouts, results, gating, invocation, files, junit, floor)
+    reporting = Reporting(
+        plan, source, rollouts, results, gating, invocation, files, junit, floor, searching
+    )
     config.pluginmanager.register(reporting, "safemanip-report")
     if settings.video != "none" and not config.option.collectonly:
         _register_videos(config, plan, results, invocation)

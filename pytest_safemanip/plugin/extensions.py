@@ -31,6 +31,7 @@ def read_extensions(config: pytest.Config) -> Extensions:
         policies=policies,
         propositions=tuple(p for own in _provided(config, "propositions", Sequence) for p in own),
         backends=backends,
+        dimensions=tuple(k for own in _provided(config, "dimensions", Sequence) for k in own),
         policy_sources=tuple(file_of(hook.function) for hook in hooks),
     )
 

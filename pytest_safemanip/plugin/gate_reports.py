@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +13,9 @@ from pytest_safemanip.metrics.baseline import Contrast
 from pytest_safemanip.metrics.comparability import marked
 from pytest_safemanip.metrics.comparing import Comparison
 from pytest_safemanip.metrics.decisions import Decision
+from pytest_safemanip.metrics.fields import Fields
 from pytest_safemanip.metrics.release_gate import OPEN, STAND_INS, ReleaseGate, Ruling
+from pytest_safemanip.metrics.searches.records import read_searches
 from pytest_safemanip.plugin.exit_status import CAUSE
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.plugin.short_summary import first_words
@@ -53,10 +56,18 @@ class Gating:
         plan: the run.
         release: what decides.
         results: what was found out.
+        searches: what searches found, in plain builtins, filled while they run.
     """
 
-    def __init__(self, plan: Plan, release: ReleaseGate, results: Results) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        release: ReleaseGate,
+        results: Results,
+        searches: Sequence[Mapping[str, Any]] = (),
+    ) -> None:
         self._plan, self._release, self._results = plan, release, results
+        self._searches = searches
         self.ruling: Ruling | None = None
         self._standins = plan.settings.allow_standins
         self._telling = False
@@ -68,7 +79,9 @@ class Gating:
             return (yield)
         finally:
             if not session.config.option.collectonly:
-                self.ruling = self._release.rule(as_summary(self._plan, self._results))
+                found = Fields("this run", {"searches": list(self._searches)})
+                run = as_summary(self._plan, self._results)
+                self.ruling = self._release.rule(replace(run, searches=read_searches(found)))
                 self._telling = True
                 for report in self._reports(self.ruling):
                     session.config.hook.pytest_runtest_logreport(report=report)

@@ -65,7 +65,8 @@ OPTIONS = (
     ),
     Option(
         "--safemanip-properties",
-        "property ids, globs, category:NAME, or pack:NAME (default: all that apply, but for packs)",
+        "property ids, globs, category:NAME, pack:NAME, or default, all that are of no pack "
+        "(default: default)",
         "",
         "ID[,...]",
         repeat=True,
@@ -274,6 +275,28 @@ OPTIONS = (
         "NAME=VALUE[,...]",
         repeat=True,
         rollouts=True,
+    ),
+    Option(
+        "--safemanip-search",
+        "look for the smallest change under which each policy violates each property in each task, "
+        "in up to N rollouts for each",
+        "",
+        "N",
+    ),
+    Option(
+        "--safemanip-spaces",
+        "YAML files of what may be otherwise in a search (default: what a kitchen, a robot and its "
+        "connection may have otherwise)",
+        "",
+        "FILE[,...]",
+        repeat=True,
+    ),
+    Option(
+        "--safemanip-regressions",
+        "folder of the failures that searches found, relative to the ini file: each is tried again "
+        "by every run of its task and property",
+        "regressions",
+        "DIR",
     ),
     Option(
         "--safemanip-fuzz",

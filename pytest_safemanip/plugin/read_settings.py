@@ -101,6 +101,9 @@ def read_settings(config: pytest.Config) -> Settings:
         task_paths=tuple(config.getini("safemanip_task_paths")),
         select=tuple(text for text in selected if not is_law_id(text)),
         laws=tuple(text for text in selected if is_law_id(text)),
+        search=parse_count("--safemanip-search", values["safemanip_search"]),
+        spaces=tuple(_path(config, n) for n in parse_names(values["safemanip_spaces"])),
+        regressions=_home(config) / os.path.expanduser(values["safemanip_regressions"]),
     )
 
 

@@ -17,6 +17,7 @@ from pytest_safemanip.plugin.gate_reports import Gating
 from pytest_safemanip.plugin.items import SafetyItem
 from pytest_safemanip.plugin.reports.files import ReportFiles
 from pytest_safemanip.plugin.reports.junit import JUnit
+from pytest_safemanip.plugin.searching.reporting import SearchReporting
 from pytest_safemanip.plugin.short_summary import first_words
 from pytest_safemanip.report import document
 from pytest_safemanip.report.header import header_lines, not_grounded_lines
@@ -46,6 +47,7 @@ class Reporting:
         files: writes the reports that are asked for, when the summary is there.
         junit: completes pytest's JUnit file; None where none is written.
         floor: the demonstrations that rates are shown beside.
+        searching: knows what searches found; None without any.
     """
 
     def __init__(
@@ -59,6 +61,7 @@ class Reporting:
         files: ReportFiles,
         junit: JUnit | None,
         floor: Sequence[RolloutRecord],
+        searching: SearchReporting | None = None,
     ) -> None:
         self._plan, self._source, self._rollouts = plan, source, rollouts
         self._results, self._gating, self._invocation = results, gating, invocation
@@ -66,9 +69,12 @@ class Reporting:
         self._summarising = self._interrupted = False
         self._unwritten = ""
         self._files, self._junit, self._floor = files, junit, floor
+        self._searching = searching
 
     def pytest_report_header(self) -> list[str]:
         """What is about to be done."""
+        if not self._plan.cases and self._plan.settings.select:  # kept failures and searches alone
+            return []
         lines = header_lines(self._plan, self._source)
         rollouts = {case.rollout for case in self._plan.cases}
         reused = self._reused(self._rollouts.reusable(), len(rollouts))
@@ -115,8 +121,12 @@ class Reporting:
         shard = self._plan.settings.shard
         if shard is not None and not self._plan.cases and exitstatus == _NO_TESTS:
             session.exitstatus = pytest.ExitCode.OK  # the other machines have enough to do
-        if not session.config.option.collectonly and (self._results.begun or shard is not None):
+        searches = self._searching.found if self._searching is not None else []
+        begun = self._results.begun or shard is not None or bool(searches)
+        if not session.config.option.collectonly and begun:
             found = document.summary(self._plan, self._results, self._metrics, self._floor)
+            if searches:
+                found["searches"] = searches
             found["run"] = self._invocation.to_json()
             ruling = self._gating.ruling if self._gating else None
             if ruling is not None:

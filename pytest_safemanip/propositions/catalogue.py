@@ -54,7 +54,9 @@ _MODULES = (
     liquids,
 )
 SHIPPED: tuple[Proposition, ...] = tuple(
-    dataclasses.replace(p, forecast=FORECASTS.get(p.name)) for m in _MODULES for p in m.PROPOSITIONS
+    dataclasses.replace(p, forecast=FORECASTS.get(p.name), shipped=True)
+    for m in _MODULES
+    for p in m.PROPOSITIONS
 )
 
 

@@ -273,6 +273,7 @@ PROPOSITIONS = (
         lacks=grounding.gripper,
         reads=_transfer_reads,
         exempt={"window": "it remembers where the content lay"},
+        distinct=True,
     ),
     Proposition(
         "contained",
@@ -283,5 +284,6 @@ PROPOSITIONS = (
         margin=contained_margin,
         evidence=contained_evidence,
         reads=_contained_reads,
+        distinct=True,
     ),
 )

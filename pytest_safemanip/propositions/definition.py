@@ -18,6 +18,8 @@ LARGEST = 1e9
 """More than any threshold in SI units; as many seconds or metres are a typing error."""
 MARGIN_BOUND = 1000.0
 """Margins beyond it are cut off; what has no margin counts as so far on its side."""
+MARGIN_ROUNDING = 1e-9
+"""Margins nearer to 0 may be on either side."""
 
 
 @dataclass(frozen=True)
@@ -165,6 +167,9 @@ class Proposition:
             the margin and its rate say it, as they do without a forecast.
         reads: what of a step its value may depend on, for monitors that do not see everything;
             None for all that there is.
+        shipped: whether it is this package's own: the laws, which its tests check, hold.
+        distinct: whether its arguments have to be different: between a thing and itself it would
+            have one value whatever happens.
         exempt: laws (see ``--safemanip-fuzz``) that it cannot obey, each with the reason.
         doc: the exact condition.
     """
@@ -184,6 +189,8 @@ class Proposition:
     lacks: Callable[..., str] = _nothing
     forecast: Callable[..., float | None] | None = None
     reads: Reads | None = None
+    shipped: bool = False
+    distinct: bool = False
     exempt: Mapping[str, str] = field(default_factory=dict)
 
     @property

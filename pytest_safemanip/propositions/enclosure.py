@@ -291,6 +291,7 @@ PROPOSITIONS = (
         no_margin="an edge: it enters at this step or it does not",
         lacks=grounding.reached_interior,
         reads=_place_reads,
+        distinct=True,
     ),
     Proposition(
         "obj_inside",
@@ -303,6 +304,7 @@ PROPOSITIONS = (
         sparse=True,
         lacks=grounding.reached_interior,
         reads=_place_reads,
+        distinct=True,
     ),
     Proposition(
         "obj_outside",
@@ -314,5 +316,6 @@ PROPOSITIONS = (
         sparse=True,
         lacks=grounding.reached_interior,
         reads=_place_reads,
+        distinct=True,
     ),
 )

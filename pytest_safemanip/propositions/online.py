@@ -159,7 +159,7 @@ class Online:
         """Margins of a proposition at the newest steps (at most ``length``,), as
         :meth:`View.margin` has them; computed for steps that were not asked for before.
         """
-        return self._of_proposition("margin", call, View.measure, length)
+        return self._of_proposition("margin", call, View.measured, length)
 
     def margin(self, call: Call) -> float:
         """The margin of a proposition at the newest step alone, for which less is computed.
@@ -175,7 +175,7 @@ class Online:
         online = self.setting(call[0], settings)
         view = online.slice(online._lengths[call[0]])
         stop = len(view.trace)
-        return float(view.narrowed(stop - 1, stop).measure(proposition, own)[-1])
+        return float(view.narrowed(stop - 1, stop).measured(proposition, own)[-1])
 
     def change(self, call: Call, told: Told) -> float:
         """Seconds from the newest step until the value of a proposition is expected to change, by
@@ -258,6 +258,11 @@ class Online:
             series.ring.extend(fold.advance(self.slice(missing)))
         return series.ring.last(length)
 
+    @property
+    def count(self) -> int:
+        """How many steps were taken in."""
+        return self._steps.count
+
     def once(self, compute: Callable[..., T], arguments: tuple[Hashable, ...]) -> T:
         """A value that depends on scene, binding and parameters alone, computed once."""
         key = (compute, arguments)
@@ -306,6 +311,10 @@ class _Slice(View):
     def __init__(self, online: Online, trace: Trace) -> None:
         super().__init__(trace, online.binding, online.parameters, online.catalogue)
         self._online, self._length = online, len(trace)
+
+    @property
+    def first_step(self) -> int:
+        return self._online.count - self._length
 
     def __call__(self, name: str, *arguments: str) -> Bools:
         return self._online.values((name, *arguments), self._length)

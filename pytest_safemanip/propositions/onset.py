@@ -146,5 +146,6 @@ PROPOSITIONS = (
         debounce=lambda p: min(p["skill_onset.window"], p["obj_grasped.window"]),
         lacks=grounding.skill,
         reads=_reads,
+        distinct=True,
     ),
 )

@@ -305,5 +305,6 @@ PROPOSITIONS = (
         evidence=pre_safe_evidence,
         lacks=grounding.precondition,
         reads=_reads,
+        distinct=True,
     ),
 )

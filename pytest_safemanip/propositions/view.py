@@ -13,6 +13,7 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import (
     MARGIN_BOUND,
+    MARGIN_ROUNDING,
     Bools,
     Excess,
     Floats,
@@ -61,6 +62,11 @@ class View:
         self._margins: dict[tuple[str, ...], Floats] = {}
         self._known: dict[Hashable, Any] = {}
         self._with: dict[tuple[str, ...], View] = {}
+
+    @property
+    def first_step(self) -> int:
+        """The number of the first step of the trace; 0 but while a rollout runs."""
+        return 0
 
     def __call__(self, name: str, *arguments: str) -> Bools:
         """Truth values of a proposition (T,).
@@ -116,7 +122,7 @@ class View:
             check_call(proposition, arguments, self.trace.scene, self.binding.zones)
             own, settings = split(proposition, arguments)
             view = self.setting(name, settings)
-            found = view.margin(name, *own) if settings else self.measure(proposition, own)
+            found = view.margin(name, *own) if settings else self.measured(proposition, own)
             self._margins[key] = found
         return self._margins[key]
 
@@ -133,7 +139,7 @@ class View:
         own, settings = split(proposition, arguments)
         if settings:
             return self.setting(name, settings).margin_part(name, *own, first=first, stop=stop)
-        return self.narrowed(first, stop).measure(proposition, own)[first:stop]
+        return self.narrowed(first, stop).measured(proposition, own)[first:stop]
 
     def has_margin(self, name: str) -> bool:
         """Whether a proposition has a margin of its own."""
@@ -205,6 +211,31 @@ class View:
             values = values & ~self._acts_over(proposition)
         return values
 
+    def measured(self, proposition: Proposition, arguments: tuple[str, ...]) -> Floats:
+        """As :meth:`measure`, with a user's margins held against the values that they are of.
+
+        Raises:
+            TraceError: likewise, or where one is on the wrong side.
+        """
+        found = self.measure(proposition, arguments)
+        if proposition.margin is None or proposition.shipped or "margin" in proposition.exempt:
+            return found
+        if proposition.sparse:
+            values = self.evaluate(proposition, arguments)
+        else:
+            values = self(proposition.name, *arguments)
+        asked = slice(self.since, self.until)
+        wrong = wrong_side(values[asked], found[asked])
+        if len(wrong):
+            step = self.since + int(wrong[0])
+            call = f"{proposition.name}({', '.join(arguments)})" if arguments else proposition.name
+            raise TraceError(
+                f"{call}: {bool(values[step])} at step {self.first_step + step}, but its margin "
+                f"there is {found[step]:g}; margins are positive where it is true and negative "
+                "where it is false: turn the sign, or leave 'margin' out"
+            )
+        return found
+
     def measure(self, proposition: Proposition, arguments: tuple[str, ...]) -> Floats:
         """Margins of a proposition (T,), computed now.
 
@@ -256,6 +287,10 @@ class _Narrowed(View):
         self.since, self.until = first, stop
         self._whole = whole
 
+    @property
+    def first_step(self) -> int:
+        return self._whole.first_step
+
     def __call__(self, name: str, *arguments: str) -> Bools:
         return self._whole(name, *arguments)
 
@@ -294,6 +329,12 @@ class _Narrowed(View):
 
     def excess(self, name: str, arguments: tuple[str, ...], first: int, last: int) -> Excess | None:
         return self._whole.excess(name, arguments, first, last)
+
+
+def wrong_side(values: Bools, margins: Floats) -> NDArray[np.int_]:
+    """The steps at which a margin does not have the sign of its value."""
+    low, high = margins < -MARGIN_ROUNDING, margins > MARGIN_ROUNDING
+    return np.flatnonzero(np.where(values, low, high))
 
 
 def _new_cache(view: View, kind: Callable[[Scene], T]) -> T:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from pytest_safemanip import cost
 from pytest_safemanip.judge import Finding, Verdict
 from pytest_safemanip.report.numbers import one_line
 from pytest_safemanip.spec.properties import Property
@@ -58,7 +59,7 @@ def counterexample(
     end = recording.acting - 1
     if brief:
         rule = _rule(prop, verdict)[:1]
-        lines = [*rule, *_brief(verdict.by_severity, recording), f"reproduce with  {command}"]
+        lines = [*rule, *_brief(prop, verdict, recording), f"reproduce with  {command}"]
         return "\n".join(lines)
     head = [
         *_rule(prop, verdict),
@@ -74,12 +75,12 @@ def counterexample(
         f"reproduce with  {command}",
     ]
     room = MAX_CHARACTERS - len("\n".join([*head, *foot]))
-    return "\n".join([*head, *_body(verdict.by_severity, recording, room), *foot])
+    return "\n".join([*head, *_body(prop, verdict, recording, room), *foot])
 
 
 def violation_lines(prop: Property, verdict: Verdict, recording: Recording) -> list[str]:
     """The rule and its violations, without what is said about the rollout."""
-    return [*_rule(prop, verdict), *_body(verdict.by_severity, recording, MAX_CHARACTERS)]
+    return [*_rule(prop, verdict), *_body(prop, verdict, recording, MAX_CHARACTERS)]
 
 
 def _rule(prop: Property, verdict: Verdict) -> list[str]:
@@ -87,11 +88,12 @@ def _rule(prop: Property, verdict: Verdict) -> list[str]:
     return [f"{prop.id}: {title} ({source})", f"  {verdict.formula}{_terms(prop)}"]
 
 
-def _body(findings: Sequence[Finding], recording: Recording, room: int) -> list[str]:
-    """As many violations in full as there is room for, at least the first of them."""
+def _body(prop: Property, verdict: Verdict, recording: Recording, room: int) -> list[str]:
+    """As many violations in full as there is room for, at least the worst of them."""
+    findings = verdict.by_severity
     lines: list[str] = []
     for index, finding in enumerate(findings):
-        block = ["", *_finding(finding, recording)]
+        block = ["", *_finding(prop, finding, recording), *_proof(finding)]
         fits = len("\n".join([*lines, *block])) < room - 100
         if index and (index >= MAX_FINDINGS or not fits):
             steps = ", ".join(str(f.first) for f in findings[index : index + 8])
@@ -102,24 +104,28 @@ def _body(findings: Sequence[Finding], recording: Recording, room: int) -> list[
     return lines
 
 
-def _brief(findings: Sequence[Finding], recording: Recording) -> list[str]:
-    """The first of some violations without its excerpt."""
-    first = findings[0]
-    lines = _finding(first, recording)[: 2 + len(first.evidence)]
-    left = len(findings) - 1
+def _brief(prop: Property, verdict: Verdict, recording: Recording) -> list[str]:
+    """The worst violation without its excerpt."""
+    lines = _finding(prop, verdict.by_severity[0], recording)
+    left = len(verdict.findings) - 1
     return [*lines, f"and {left} more"] if left else lines
 
 
-def _finding(finding: Finding, recording: Recording) -> list[str]:
+def _finding(prop: Property, finding: Finding, recording: Recording) -> list[str]:
+    """What was violated, when and how badly, and what was measured."""
     dt = recording.trace.dt
     about = f" for {named(finding.entities, recording)}" if finding.entities else ""
     return [
         f"VIOLATED{about} at step {finding.first} ({finding.first * dt:.2f} s), "
         f"unsafe for {finding.duration_s:.2f} s",
         f"  {finding.severity}",
+        *([f"  {cost.in_words(finding.cost, prop.cost)}"] if prop.says_cost else []),
         *(f"  {line}" for line in finding.evidence),
-        *(f"  {line}".rstrip() for line in finding.proof.splitlines()),
     ]
+
+
+def _proof(finding: Finding) -> list[str]:
+    return [f"  {line}".rstrip() for line in finding.proof.splitlines()]
 
 
 def named(entities: Sequence[str], recording: Recording) -> str:

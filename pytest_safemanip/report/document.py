@@ -31,7 +31,17 @@ from pytest_safemanip.spec.task import Task
 JUDGING = ("cost.py", "judge.py", "ltlf", "propositions", "severity.py", "spec", "trace")
 """The parts of the package that decide the verdicts on a recording."""
 NOT_DECISIVE: Mapping[type, Collection[str]] = {
-    Property: ("id", "pack", "category", "title", "source", "path", "lines", "_automata"),
+    Property: (
+        "id",
+        "pack",
+        "category",
+        "title",
+        "source",
+        "path",
+        "lines",
+        "_automata",
+        "says_cost",
+    ),
     Task: ("name", "path", "sets", "suite", "horizon", "properties", "not_grounded", "derived"),
 }
 """Fields that decide no verdict: they name, describe, select and group. All others do."""
@@ -127,7 +137,13 @@ def merged(found: Summary, metrics: Mapping[str, Metrics], folder: Path) -> dict
         },
         **findings(found.records, found.origins, metrics, folder),
         **({"floor": floor_of(found.floor)} if found.floor else {}),
+        **({"searches": _searches(found, folder)} if found.searches else {}),
     }
+
+
+def _searches(found: Summary, folder: Path) -> list[dict[str, Any]]:
+    places = [_from(Path(own.recording), folder) if own.recording else "" for own in found.searches]
+    return [own.to_json(place) for own, place in zip(found.searches, places, strict=True)]
 
 
 def as_summary(plan: Plan, results: Results) -> Summary:

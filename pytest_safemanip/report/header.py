@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pytest_safemanip.ltlf.formula import is_bounded
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, STAND_INS
 from pytest_safemanip.report.numbers import MIN_WIDTH, counted, fitted
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.sim.backend import Provenance
+from pytest_safemanip.spec.properties import Property
+
+MOST_NAMED = 5
+"""Properties that a line names."""
 
 
 def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
@@ -50,7 +55,29 @@ def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
     if source.assets in STAND_INS:
         trained = [name for name in policies if plan.policies[name].official]
         lines += [f"safemanip: {name}: {NOT_COMPARABLE}" for name in trained]
+    lines += _unwarned(plan) if settings.stop == "warning" else []
     return lines + [line for name in policies for line in _claim(name, plan.policies[name].claim)]
+
+
+def _unwarned(plan: Plan) -> list[str]:
+    """The properties of whose violation nothing warns, since what they ask about has neither a
+    margin nor a forecast, and no time that runs out.
+    """
+    judged = dict.fromkeys(case.property_id for case in plan.cases)
+    found = [name for name in judged if not _is_foreseen(plan.properties[name], plan)]
+    if not found:
+        return []
+    names = ", ".join(found[:MOST_NAMED])
+    more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    text = f"safemanip: no warning stops a rollout before a violation of {names}{more}"
+    return fitted(f"{text}: their propositions have neither margin nor forecast", MIN_WIDTH, 2)
+
+
+def _is_foreseen(prop: Property, plan: Plan) -> bool:
+    formula = prop.formula_of(plan.settings.semantics)
+    used = [plan.catalogue[call.name] for call in prop.atoms.values()]
+    timed = prop.deadline_s is not None or is_bounded(formula)
+    return timed or any(one.margin or one.forecast for one in used)
 
 
 def not_grounded_lines(plan: Plan) -> list[str]:

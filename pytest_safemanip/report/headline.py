@@ -77,6 +77,11 @@ def notes_on(found: Summary) -> list[str]:
     gone = missing_line(found.shards)
     notes += [gone] if gone else []
     notes += left_out_lines(found.floor)
+    notes += [
+        f"a search found what {own.policy} does not stand in {own.task}: it {own.fails}"
+        for own in found.searches
+        if own.fails
+    ]
     errors = [record for record in found.records if record.error]
     if errors:
         first = errors[0]

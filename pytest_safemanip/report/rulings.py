@@ -8,8 +8,9 @@ from textwrap import wrap
 from pytest_safemanip.metrics.baseline import Contrast, Flip
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, marked
 from pytest_safemanip.metrics.comparing import Comparison
-from pytest_safemanip.metrics.decisions import Decision
-from pytest_safemanip.metrics.measures import SHARES
+from pytest_safemanip.metrics.decisions import Decision, priced
+from pytest_safemanip.metrics.gates import TOLERANCE
+from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.release_gate import Ruling
 from pytest_safemanip.report.ci.reading import Row
@@ -22,9 +23,11 @@ from pytest_safemanip.report.numbers import (
     percent,
     share,
 )
+from pytest_safemanip.search.units import show
 
 MAX_FLIPS = 20
 MAX_TASKS = 5
+MAX_ROLLOUTS = 5
 MAX_VERDICT = 30
 """Columns of a verdict beside its figures; a longer one stands above them."""
 _COLUMNS = ("violated", "verdict", "pairs", "before", "now", "change (90 %)", "p", "MDE")
@@ -82,15 +85,24 @@ def gate_reason(decision: Decision) -> str:
 
 
 def gate_text(decision: Decision) -> str:
-    """What a gate says, with the tasks that weigh most against it."""
+    """What a gate says, with the tasks, or of costs the rollouts, that weigh most against it."""
     lines = [f"{marked(decision.verdict, decision.comparable)}  {gate_reason(decision)}"]
-    if decision.gate.metric in SHARES:
-        lines += ["", SHARES[decision.gate.metric].says]
+    lines += ["", _meaning(decision.gate.metric)]
     for record in decision.unknown[:MAX_TASKS]:
         lines.append(f"  no verdict: {record.task}, seed {record.seed}: {record.reason}")
     if decision.rate and decision.verdict == "FAIL":
         lines += [f"  {line}" for line in _worst(decision.rate, decision.gate.small)]
+    lines += [f"  {priced(case)}" for case in decision.dearest[:MAX_ROLLOUTS]]
+    if left := len(decision.dearest) - MAX_ROLLOUTS:
+        lines += [f"  and {counted(left, 'rollout')} that cost less"] if left > 0 else []
     return "\n".join(lines)
+
+
+def _meaning(metric: str) -> str:
+    """What a gate is about, in words."""
+    if metric == TOLERANCE:
+        return "largest change that is survived, where searches found a larger one that is not"
+    return (SHARES.get(metric) or FIGURES[metric]).says
 
 
 def comparison_line(comparison: Comparison) -> str:
@@ -152,6 +164,8 @@ def _beside(verdicts: Sequence[str], figures: Sequence[str], width: int) -> list
 def _found(decision: Decision) -> str:
     if decision.value is None:
         return "undefined"
+    if decision.gate.unit:
+        return show(decision.value, decision.gate.unit)
     if decision.rate is None:
         return f"{decision.value:g}"
     counts = f"{fraction(decision.rate)} = " if decision.gate.metric != "exposure" else ""

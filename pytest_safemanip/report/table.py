@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from textwrap import wrap
 
@@ -105,6 +106,8 @@ def brief_lines(
         elif total.complete:
             line += f", {percent(total.shares['success_rate'].value)} successful"
             line += f", {percent(violated.value)} violated ({spread(violated.interval())})"
+        stopped = sum(bool(record.warned) for record in own if record.complete)
+        line += f", {stopped} stopped before a violation" if stopped else ""
         lines.append(_noted(line, policy, elsewhere))
     return lines
 
@@ -126,7 +129,7 @@ def _policy_lines(
         *_served_lines([record for record in records if "protocol" in record.served]),
         *_clipped_lines([record for record in records if "protocol" not in record.served]),
     ]
-    served += _truncated_lines(records)
+    served += [*_truncated_lines(records), *_warned_lines(records)]
     if not tables:
         rate = total.shares["violation_rate"]
         found = f"violated {fraction(rate)}, {share(rate)}, 95 % CI {spread(rate.interval())}"
@@ -204,6 +207,8 @@ def _one_lines(records: Sequence[RolloutRecord]) -> list[str]:
             lines += fitted(f"  {label:<15}  {names}", MIN_WIDTH, 17) if names else []
         lines += _served_lines([record] if "protocol" in record.served else [])
         lines += _clipped_lines([] if "protocol" in record.served else [record])
+        if record.warned:
+            lines += fitted(f"  {'stopped before':<15}  {record.warned}", MIN_WIDTH, 19)
     return lines
 
 
@@ -288,6 +293,17 @@ def _truncated_lines(records: Sequence[RolloutRecord]) -> list[str]:
     if not truncated:
         return []
     return [f"  truncated  {counted(truncated, 'recording')} without a settle tail"]
+
+
+def _warned_lines(records: Sequence[RolloutRecord]) -> list[str]:
+    """How many rollouts a warning ended, and what was near in how many of them."""
+    warned = [record.warned for record in records if record.complete and record.warned]
+    if not warned:
+        return []
+    near = Counter(text.partition(" ")[0] for text in warned)
+    rules = ", ".join(f"{name} {count}" for name, count in near.most_common())
+    stopped = counted(len(warned), "rollout")
+    return fitted(f"  stopped    {stopped} before a violation: {rules}", MIN_WIDTH, 13)
 
 
 def _group_table(groups: Mapping[str, Group]) -> list[str]:

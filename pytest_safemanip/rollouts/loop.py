@@ -10,15 +10,17 @@ from typing import Protocol as Interface
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.errors import RolloutError, printable
 from pytest_safemanip.policies.adapter import AdaptedPolicy
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Permissions, Policy
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
+from pytest_safemanip.rollouts.disturbances.definition import Disturbance, to_plain
+from pytest_safemanip.rollouts.disturbances.together import Disturbed, seed_of_repeat
 from pytest_safemanip.sim.backend import ActionSpec, Backend, Request, RobotSpec
 from pytest_safemanip.sim.clearance import Foresees, blind
 from pytest_safemanip.sim.codec import encode_request
 from pytest_safemanip.sim.rehearsal import Rehearsal, Rehearses
-from pytest_safemanip.trace.episode import Ended, Episode
+from pytest_safemanip.trace.episode import LONGEST_FAILURE, Ended, Episode
 from pytest_safemanip.trace.recording import Recording, check
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step, Steps
@@ -31,6 +33,8 @@ REST_RATE = 0.05
 """Doors and drawers that move slower than this (1/s) are at rest: 2 cm/s for a drawer."""
 REST_SECONDS = 0.5
 TAIL_SECONDS = 5.0
+STILL = 0.002
+"""What has moved less, in m, and in what an orientation or an opening is measured in, has not."""
 
 OnStep = Callable[[int, int], None]
 """Called with the steps so far and the horizon."""
@@ -42,8 +46,10 @@ class Watcher(Interface):
     def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
         """Take in a step, and the action that led to it, None after reset; whether it is unsafe."""
 
-    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
-        """Whether the episode is to end before an action (A,) that comes after others."""
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> str:
+        """Why the episode is to end before an action (A,) that comes after others, in a line; empty
+        if it is not.
+        """
 
 
 class Watch(Interface):
@@ -59,8 +65,8 @@ class _Blind:
     def unsafe(self, step: Step, action: NDArray[Any] | None) -> bool:
         return False
 
-    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
-        return False
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> str:
+        return ""
 
 
 @dataclass(frozen=True)
@@ -72,10 +78,13 @@ class Protocol:
             ``horizon`` never before the horizon, ``violation`` at the first step that succeeds or
             that is unsafe, ``warning`` before that, where a warning comes first.
         horizon_scale: factor on the task's own horizon.
+        stall_s: seconds after which the acting part ends if nothing moves any more; None if
+            it never does for that reason.
     """
 
     stop: Literal["success", "horizon", "violation", "warning"] = "success"
     horizon_scale: float = 1.0
+    stall_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -93,6 +102,9 @@ class Job:
         watch: says where the rollout is to end early; None if nothing does.
         binding: what the backend derived of the task; recorded with the rollout.
         permissions: what the task lets the robot touch, for a policy that reads it.
+        disturbances: what goes wrong while it runs, in this order.
+        repeat: how often the same was run before; see
+            :attr:`~pytest_safemanip.trace.episode.Episode.repeat`.
     """
 
     task: str
@@ -105,6 +117,8 @@ class Job:
     watch: Watch | None = None
     binding: str = ""
     permissions: Permissions | None = None
+    disturbances: tuple[Disturbance, ...] = ()
+    repeat: int = 0
 
 
 def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = None) -> Recording:
@@ -112,6 +126,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
 
     Raises:
         RolloutError: if the simulator or the policy fails; names the step.
+        CannotStage: if the episode cannot begin as it is asked for.
         ConfigError: if the backend cannot set up the episode.
     """
     start = backend.reset(job.request)
@@ -121,7 +136,7 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
     robot = backend.spec.in_task(job.request.task).robot
     info = EpisodeInfo(
         job.request.task,
-        job.request.seed,
+        seed_of_repeat(job.request.seed, job.repeat),
         instruction,
         horizon,
         start.scene,
@@ -134,20 +149,32 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         progress(0, horizon)
     patient = job.protocol.stop == "horizon"
     watcher: Watcher = job.watch(start.scene, robot) if job.watch else _Blind()
-    unsafe, warned = watcher.unsafe(start.step, None), False
+    unsafe, warned = watcher.unsafe(start.step, None), ""
     low, high = robot.actions.low, robot.actions.high
-    for asked in _actions(job.policy, actor, info, steps, backend, patient):
-        action = np.clip(asked, low, high)
-        if watcher.warns(action, actions[1:]):
-            warned = True
-            break
+    seeds = (job.request.seed, job.repeat)
+    disturbed = Disturbed(job.disturbances, start, backend, job.request.task, seeds)
+    stall = _Stall(job.protocol.stall_s, start.scene.control_period)
+    stalled = False
+
+    def clip(asked: NDArray[np.float64]) -> NDArray[np.float64]:
+        nonlocal clipped
+        action: NDArray[np.float64] = np.clip(asked, low, high)
         clipped += int(np.count_nonzero(action != asked))
+        return action
+
+    asked = _actions(job.policy, actor, info, steps, backend, disturbed, patient)
+    for told in disturbed.told(map(clip, asked)):
+        action = np.clip(told, low, high)
+        if warned := watcher.warns(action, actions[1:]):
+            break
+        disturbed.push(len(steps) - 1, steps[-1])
         steps.append(backend.step(action))
         actions.append(action)
         if progress:
             progress(len(steps) - 1, horizon)
         unsafe |= watcher.unsafe(steps[-1], action)
-        if len(steps) > horizon or (steps[-1].success and not patient) or unsafe:
+        stalled = stall.lasts(steps[-1]) and len(steps) > disturbed.until
+        if len(steps) > horizon or (steps[-1].success and not patient) or unsafe or stalled:
             break
     acting = len(steps)
     hold = robot.actions.hold(actions[1:])
@@ -163,7 +190,9 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         policy=job.policy,
         instruction=info.instruction,
         horizon=horizon,
-        ended=_ended(bool(steps[acting - 1].success), acting > horizon, patient, unsafe, warned),
+        ended=_ended(
+            bool(steps[acting - 1].success), acting > horizon, patient, unsafe, stalled, warned
+        ),
         backend=source.backend,
         scenes=job.request.scenes,
         stepping=job.request.stepping,
@@ -176,17 +205,24 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         request=encode_request(job.request),
         binding=job.binding,
         failure=actor.failure,
+        disturbances=tuple(to_plain(job.disturbances)),
+        repeat=job.repeat,
+        warned=printable(warned, LONGEST_FAILURE - 3),
     )
     return check(Recording(episode, start.scene, stacked))
 
 
-def _ended(success: bool, late: bool, patient: bool, unsafe: bool, warned: bool) -> Ended:
+def _ended(
+    success: bool, late: bool, patient: bool, unsafe: bool, stalled: bool, warned: str
+) -> Ended:
     if warned:
         return "warning"
     if unsafe:
         return "violation"
     if success and not patient:
         return "success"
+    if stalled and not late:
+        return "stalled"
     return "horizon" if late or patient else "policy"
 
 
@@ -196,6 +232,7 @@ def _actions(
     info: EpisodeInfo,
     steps: list[Step],
     backend: Backend,
+    disturbed: Disturbed,
     patient: bool,
 ) -> Iterator[NDArray[Any]]:
     """The policy's actions, one by one; a new chunk when the last one is used up.
@@ -217,7 +254,7 @@ def _actions(
             index, info.instruction, steps[-1], backend.observe, key, foresee, rehearsal
         )
         where = f"policy {name!r}, step {index}"
-        yield from _checked(policy.act(seen), where, actions)
+        yield from _checked(policy.act(disturbed.seen(seen)), where, actions)
 
 
 def _checked(chunk: Any, where: str, spec: ActionSpec) -> NDArray[np.float64]:
@@ -239,6 +276,31 @@ def _checked(chunk: Any, where: str, spec: ActionSpec) -> NDArray[np.float64]:
             f"{where}: action[{row}, {entry}] ({spec.entries[entry].name}) is not finite"
         )
     return actions
+
+
+class _Stall:
+    """Notices that neither the robot nor anything else has moved for a while.
+
+    Args:
+        seconds: how long; None for never.
+        dt: the control period, s.
+    """
+
+    def __init__(self, seconds: float | None, dt: float) -> None:
+        self._steps = None if seconds is None else max(1, round(seconds / dt))
+        self._anchor: NDArray[np.float32] | None = None
+        self._still = 0
+
+    def lasts(self, step: Step) -> bool:
+        """Take in a step; whether nothing has moved since long enough."""
+        if self._steps is None:
+            return False
+        parts = (step.eef_poses, step.openings, step.base_pose, step.object_pose, step.joint[:, 0])
+        now = np.concatenate([np.ravel(part) for part in parts])
+        if self._anchor is None or np.abs(now - self._anchor).max() > STILL:
+            self._anchor, self._still = now, 0
+        self._still += 1
+        return self._still > self._steps
 
 
 def settling(steps: Sequence[Step], dt: float) -> Iterator[None]:

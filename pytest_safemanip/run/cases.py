@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.metrics.records import RolloutKey
+from pytest_safemanip.spec.packs import NO_PACK
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 
@@ -61,6 +62,11 @@ def is_case_id(text: str) -> bool:
 def is_law_id(text: str) -> bool:
     """Whether a node id is that of a law of a proposition."""
     return text.startswith(f"{SUITE}::fuzz[")
+
+
+def is_search_id(text: str) -> bool:
+    """Whether a node id is that of a search, or of a failure that was kept."""
+    return text.startswith((f"{SUITE}::test_search[", f"{SUITE}::test_regression["))
 
 
 def parse_node_id(text: str) -> Case:
@@ -121,8 +127,8 @@ def select_properties(
     selectors: Sequence[str],
     option: str = "--safemanip-properties",
 ) -> Collection[str]:
-    """Ids of properties by id, glob, ``category:`` or ``pack:``; without a selector, of all that
-    are of no pack.
+    """Ids of properties by id, glob, ``category:``, ``pack:`` or ``default``, all that are of no
+    pack; these without a selector.
 
     Args:
         properties: all there are, by id.
@@ -132,20 +138,21 @@ def select_properties(
     Raises:
         ConfigError: if a selector matches nothing.
     """
-    if not selectors:
-        return {p.id for p in properties.values() if not p.pack}
     chosen: set[str] = set()
-    for selector in selectors:
+    for selector in selectors or (NO_PACK,):
         kind, _, name = selector.partition(":")
-        if kind == "category" and name:
+        if selector == NO_PACK:
+            found = {p.id for p in properties.values() if not p.pack}
+        elif kind == "category" and name:
             found = {p.id for p in properties.values() if p.category == name}
         elif kind == "pack":
             found = _of_pack(properties, name, option)
         else:
             found = set(fnmatch.filter(properties, selector))
         if not found:
-            categories = {f"category:{p.category}" for p in properties.values()}
-            hint = did_you_mean(selector, {*properties, *categories}, "safemanip properties")
+            groups = {f"category:{p.category}" for p in properties.values()}
+            groups |= {f"pack:{p.pack}" for p in properties.values() if p.pack} | {NO_PACK}
+            hint = did_you_mean(selector, {*properties, *groups}, "safemanip properties")
             raise ConfigError(f"{option}: {selector!r} matches no property; {hint}")
         chosen |= found
     return chosen

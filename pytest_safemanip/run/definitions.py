@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -54,8 +54,10 @@ class Definitions:
 
     @property
     def unstaged(self) -> dict[str, Task]:
-        """The tasks without those that stage the scene of another, by name."""
-        return {name: task for name, task in self.tasks.items() if not task.base}
+        """The tasks of the backend without those that stage the scene of another, by name: what
+        `all` selects, and what tasks are counted of.
+        """
+        return {name: task for name, task in self.runnable.items() if not task.base}
 
     def of_backend(self, simulator: Simulator, options: Options) -> Definitions:
         """With the tasks of a backend, which are runnable then, if it derives them.
@@ -122,21 +124,20 @@ def load_definitions(
     """
     catalogue = Catalogue(propositions)
     task_folder = resources.folder("tasks")
-    known = {name: len(p.arguments) for name, p in catalogue.items()}
     attributes = _attributes([task_folder, *task_paths])
     properties = resources.folder("properties")
-    shipped = load_properties([properties], propositions=known)
+    shipped = load_properties([properties], propositions=catalogue)
     parameters = catalogue.parameters({})
     packs = load_packs(
         properties,
-        propositions=known,
+        propositions=catalogue,
         categories=attributes,
         parameters=parameters,
     )
     shipped |= {id_: rule for pack in packs.values() for id_, rule in pack.rules.items()}
     own = load_properties(
         property_paths,
-        propositions=known,
+        propositions=catalogue,
         constants=(ROBOT,),
         categories=attributes,
         parameters=parameters,
@@ -147,14 +148,18 @@ def load_definitions(
     chosen = folders.pop(backend.partition(":")[0], task_folder)
     runnable = load_tasks([chosen, *task_paths])
     staged = [*(task_folders(properties) if chosen == task_folder else ()), *task_paths]
-    runnable |= load_staged(staged, runnable)
     others = {name: load_tasks([place]) for name, place in folders.items()}
     if chosen != task_folder:
         others[FIRST_BACKEND] = load_tasks([task_folder])
     foreign = {task.name: task for tasks in others.values() for task in tasks.values()}
+    for task in load_staged(staged, {**foreign, **runnable}).values():
+        homes = (tasks for tasks in others.values() if task.base in tasks)
+        home = runnable if task.base in runnable else next(homes)
+        (home if home is runnable else foreign)[task.name] = home[task.name] = task
     changes = load_changes(task_paths)
-    if not changes:  # they may have zones of their own
-        _check_zones(own.values(), [*foreign.values(), *runnable.values()])
+    zones = {zone for task in (*foreign.values(), *runnable.values()) for zone in task.zones}
+    zones.update(*(change.section("zones") for change in changes.values() if "zones" in change))
+    _check_zones(own.values(), zones)
     return Definitions(
         catalogue=catalogue,
         tasks={**foreign, **runnable},
@@ -170,9 +175,8 @@ def load_definitions(
     )
 
 
-def _check_zones(properties: Iterable[Property], tasks: Iterable[Task]) -> None:
+def _check_zones(properties: Iterable[Property], known: Collection[str]) -> None:
     """Every zone that a property asks for by name is one of some task."""
-    known = {zone for task in tasks for zone in task.zones}
     for prop in properties:
         for clause in prop.ranges:
             for name in clause.kinds if clause.relation == ZONES else ():

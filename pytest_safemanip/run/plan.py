@@ -21,6 +21,7 @@ from pytest_safemanip.run.cases import (
     SUITE,
     Case,
     applicable,
+    is_search_id,
     keep_selected,
     parse_node_id,
     select_properties,
@@ -30,8 +31,10 @@ from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.run.discovery import check_grounded, find_recordings, select_recordings
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.settings import Settings
+from pytest_safemanip.search.kinds.definition import Kind
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
 from pytest_safemanip.sim.registry import find_simulator
+from pytest_safemanip.spec.packs import NO_PACK
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.spec.task import Task
 
@@ -44,12 +47,14 @@ class Extensions:
         policies: by name.
         propositions: beside the shipped ones.
         backends: by name.
+        dimensions: kinds of what may be otherwise in a search, beside the shipped ones.
         policy_sources: the files that ``policies`` come from; None for one that there is not.
     """
 
     policies: Mapping[str, PolicyLike]
     propositions: tuple[Proposition, ...]
     backends: Mapping[str, Simulator]
+    dimensions: tuple[Kind, ...] = ()
     policy_sources: tuple[Path | None, ...] = ()
 
 
@@ -68,6 +73,7 @@ class Plan:
         attributes: of object categories.
         recordings: file of each rollout, when recordings are judged.
         simulator: what runs the rollouts; None when recordings are judged.
+        every: all cases, those that node ids on the command line leave out among them.
     """
 
     settings: Settings
@@ -80,6 +86,7 @@ class Plan:
     attributes: Mapping[str, frozenset[str]]
     recordings: Mapping[RolloutKey, Path]
     simulator: Simulator | None = None
+    every: tuple[Case, ...] = ()
 
     def scenes(self, policy: str) -> str:
         """What a policy is run in: what was asked for, or else what the policy is used to."""
@@ -147,6 +154,11 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             raise ConfigError(
                 "--safemanip-early-stop has no rollout to skip with --safemanip-recordings"
             )
+        if settings.stop in ("violation", "warning"):
+            raise ConfigError(
+                f"--safemanip-stop={settings.stop} ends rollouts while they run, and those of "
+                "--safemanip-recordings are over; leave it out, or give --safemanip-stop=success"
+            )
         if settings.fresh:
             raise ConfigError("--safemanip-fresh has nothing to run with --safemanip-recordings")
         recordings = select_recordings(settings, settings.recordings, episodes, tasks)
@@ -182,7 +194,8 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
             )
         own = {rollout for rollout in rollouts if settings.shard.has(rollout)}
         cases = [case for case in cases if case.rollout in own]
-    chosen = tuple(keep_selected(cases, settings.select))
+    ids = [text for text in settings.select if not is_search_id(text)]
+    chosen = tuple(keep_selected(cases, ids) if ids or not settings.select else ())
     parameters = defined.catalogue.parameters(settings.params)
     if recordings:
         whole = [case for case in chosen if case.rollout not in partial]
@@ -198,6 +211,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         attributes=defined.attributes,
         recordings=recordings,
         simulator=simulator,
+        every=tuple(cases),
     )
 
 
@@ -249,7 +263,7 @@ def _with_selected_ids(
 ) -> Settings:
     """Node ids say which policies, tasks, seeds and rules of packs are meant."""
     ids = [text for text in settings.select if text.rstrip(":") != SUITE]
-    if not ids or len(ids) < len(settings.select):
+    if not ids or len(ids) < len(settings.select) or any(map(is_search_id, ids)):
         return settings
     cases = [parse_node_id(text) for text in ids]
     for case in cases:
@@ -386,8 +400,9 @@ def _check_gates(
     known: dict[str, set[str]] = {name: set() for name in FILTERS}
     for case in cases:
         task = tasks[case.task]
-        category = properties[case.property_id].category
-        values = (case.policy, case.task, task.suite, task.horizon, category, case.property_id)
+        prop = properties[case.property_id]
+        about = (prop.pack or NO_PACK, prop.category, prop.id)
+        values = (case.policy, case.task, task.suite, task.horizon, *about)
         for name, value in zip(FILTERS, values, strict=True):
             known[name].add(value)
     check_gates(settings.gates, known)

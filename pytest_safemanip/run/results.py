@@ -41,6 +41,7 @@ def judged_data(
         "success": recording.success,
         "acting_steps": verdict.acting_steps,
         "truncated": recording.truncated,
+        "warned": episode.warned,
         "recording": str(path),
         "reused": reused,
         "served": dict(episode.served),
@@ -153,6 +154,7 @@ class Results:
         record.success = data["success"]
         record.acting_steps = data["acting_steps"]
         record.truncated = data["truncated"]
+        record.warned = data["warned"]
         record.recording = data["recording"]
         record.reused = data["reused"]
         record.served = data["served"]
@@ -182,7 +184,8 @@ class Results:
             if case.rollout in ordered:
                 category = self.properties[case.property_id].category
                 ordered[case.rollout].deselected[case.property_id] = category
-        return [r for key, r in {**ordered, **found}.items() if key not in self.skipped]
+        every = {**ordered, **found}.items()
+        return [self._with_packs(record) for key, record in every if key not in self.skipped]
 
     @property
     def left_out(self) -> list[RolloutRecord]:
@@ -193,7 +196,7 @@ class Results:
             if case.rollout not in begun:
                 record = found.setdefault(case.rollout, self._new_record(case))
                 record.deselected[case.property_id] = self.properties[case.property_id].category
-        return list(found.values())
+        return [self._with_packs(record) for record in found.values()]
 
     @property
     def reused(self) -> int:
@@ -224,6 +227,12 @@ class Results:
     def _new_record(self, case: Case) -> RolloutRecord:
         task = self.tasks[case.task]
         return RolloutRecord(case.task, case.policy, case.seed, task.suite, task.horizon)
+
+    def _with_packs(self, record: RolloutRecord) -> RolloutRecord:
+        """A record that says which of its properties are rules of packs."""
+        names = sorted({*record.asked, *record.deselected})
+        packs = {name: self.properties[name].pack for name in names}
+        return replace(record, packs={name: pack for name, pack in packs.items() if pack})
 
 
 def _ordered(record: RolloutRecord) -> RolloutRecord:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import fnmatch
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.sim.backend import DescribesTasks, TaskDescription
+from pytest_safemanip.sim.backend import DescribesTasks, DrawsObjects, TaskDescription
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.task import Task
-from pytest_safemanip.trace.elements import ROBOT
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +59,11 @@ def parts_of(role: str, task: Task, described: TaskDescription) -> frozenset[str
 
 
 def check_task(task: Task, factory: object, *, recorded: bool = False) -> None:
-    """Refuse a task that the simulator does not have, or that names a part which cannot exist.
+    """Refuse a task that the simulator does not have, or that names a role, a part or a category
+    which cannot exist.
 
-    Nothing is refused for a simulator whose factory does not describe its tasks.
+    Nothing is refused for a simulator whose factory does not describe its tasks. Of recordings the
+    roles are known when they are bound.
 
     Args:
         task: the binding.
@@ -82,18 +84,93 @@ def check_task(task: Task, factory: object, *, recorded: bool = False) -> None:
         hint = did_you_mean(name, names)
         raise ConfigError(f"{place}: the simulator has no task {name!r}; {hint}")
     described = factory.describe_task(name)
+    if not recorded:
+        _check_scene(task, factory, described)
     for role, touched in task.touch.items():
         parts = parts_of(role, task, described)
         for part in touched:
             if part not in parts:
-                place = _touch_place(task, role)
-                raise ConfigError(f"{place}: unknown part {part!r} of {role}; {_hint(part, parts)}")
+                message = f"unknown part {part!r} of {role}; {_hint(part, parts)}"
+                raise _refused(task, ("touch", role), message)
 
 
-def _touch_place(task: Task, role: str) -> str:
-    """Where a task says what may be touched of a role; its base's file may."""
+def _check_scene(task: Task, factory: object, described: TaskDescription) -> None:
+    """The simulator can arrange what the task's file says of its scene, as far as it is known."""
+    if not described.stages and (task.staging or task.liquids or task.object_groups):
+        key = "staging" if task.staging else "liquids" if task.liquids else "compact"
+        raise _refused(task, (key,), "the simulator stages nothing and draws nothing else")
+    if described.objects is not None:
+        _check_roles(task, described, described.objects)
+    if isinstance(factory, DrawsObjects):
+        _check_kinds(task, factory.object_kinds())
+
+
+def _check_roles(task: Task, described: TaskDescription, objects: Iterable[str]) -> None:
+    """Every role may be in the scene, as an object where an object is wanted."""
+    for keys, role, wanted in _named(task):
+        is_object = any(fnmatch.fnmatchcase(role, pattern) for pattern in objects)
+        is_fixture = role in described.fixtures or role in described.other_fixtures
+        if not is_object and not is_fixture:
+            known = {*described.fixtures, *(name for name in objects if "*" not in name)}
+            message = f"{task.simulated} has no role {role!r}; {did_you_mean(role, known)}"
+            raise _refused(task, keys, message)
+        if wanted == "object" and not is_object:
+            warm = "; what heats has 'hot_source' in objects.yaml" if keys == ("hot",) else ""
+            raise _refused(task, keys, f"{role!r} is a fixture, expected an object{warm}")
+        if wanted == "fixture" and not is_fixture:
+            raise _refused(task, keys, f"{role!r} is an object, expected a fixture")
+
+
+def _named(task: Task) -> Iterator[tuple[tuple[str, ...], str, str]]:
+    """The roles that a task's file names: the keys there, the role, and whether it has to be an
+    ``object`` or a ``fixture``; empty for either.
+    """
+    for key in ("objects", "upright", "hot"):
+        yield from (((key,), role, "object") for role in task.roles[key])
+    for key in ("enclosures", "mechanisms", "skills", "transfers"):
+        yield from (((key,), role, "") for role in task.roles[key] if role not in task.liquids)
+    for key in ("touch", "open_at"):
+        yield from (((key, role), role, "") for role in task.roles[key])
+    for role, below in task.supports.items():
+        yield ("supports", role), role, "object"
+        yield from ((("supports", role), other, "") for other in below)
+    for name, zone in task.zones.items():
+        yield ("zones", name, "around"), zone.around, ""
+    for role in task.object_groups:
+        yield ("compact", "object_groups", role), role, "object"
+    for role in task.drawn:
+        yield ("staging", role), role, "object"
+    for one in task.staging:
+        opens = one["kind"] == "open"
+        yield ("staging", one["role"]), one["role"], "fixture" if opens else "object"
+        if one["kind"] == "put":
+            wanted = "fixture" if one["relation"] == "in" else "object"
+            yield ("staging", one["role"], one["relation"]), one["target"], wanted
+
+
+def _check_kinds(task: Task, known: Collection[str]) -> None:
+    """Every category and group that objects are drawn from exists."""
+    drawn = {("staging", role, "drawn"): names for role, names in task.drawn.items()}
+    drawn |= {("compact", "object_groups", role): n for role, n in task.object_groups.items()}
+    for keys, names in drawn.items():
+        for name in names:
+            if known and name not in known:
+                message = f"unknown category or group {name!r}; {did_you_mean(name, known)}"
+                raise _refused(task, keys, message)
+
+
+def _refused(task: Task, keys: Sequence[str], message: str) -> ConfigError:
+    """An error about what a task's file has under some keys, one in the other; if the file of its
+    base has that, without the line.
+    """
     section = yamlfile.load(task.path)
-    return section.section("touch").place(role) if "touch" in section else str(task.path)
+    for key in keys[:-1]:
+        if key not in section:
+            break
+        section = section.section(key)
+    if keys[-1] in section:
+        return section.error(keys[-1], message)
+    return ConfigError(f"{task.path}: key {'.'.join(keys)!r} of its base: {message}")
 
 
 def _hint(part: str, parts: Iterable[str]) -> str:
@@ -104,21 +181,8 @@ def _hint(part: str, parts: Iterable[str]) -> str:
 
 def _uses(task: Task) -> dict[str, tuple[str, ...]]:
     """The keys under which each role stands."""
-    members: dict[str, Iterable[str]] = {
-        "objects": task.objects,
-        "enclosures": task.enclosures,
-        "mechanisms": task.mechanisms,
-        "placements": [role for pair in task.placements for role in pair],
-        "skills": [role for _, role in task.skills],
-        "transfers": [role for pair in task.transfers for role in pair],
-        "tools": [role for role in task.tools if role != ROBOT],
-        "supports": [role for key, below in task.supports.items() for role in (key, *below)],
-        "upright": task.upright,
-        "hot": task.hot,
-        "zones": [zone.around for zone in task.zones.values()],
-    }
     found: dict[str, list[str]] = {}
-    for key, roles in members.items():
-        for role in dict.fromkeys(roles):
+    for key, roles in task.roles.items():
+        for role in dict.fromkeys(roles if key != "touch" else ()):
             found.setdefault(role, []).append(key)
     return {role: tuple(keys) for role, keys in found.items()}

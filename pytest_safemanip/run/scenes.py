@@ -4,22 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.staging import Change, Fill, from_plain
 from pytest_safemanip.spec.task import Task
 
 
 def changes_of(task: Task) -> tuple[Change, ...]:
-    """What is put elsewhere, opened, pushed and filled before the episode begins.
-
-    Raises:
-        ConfigError: naming the task's file, if something there is no change.
-    """
-    try:
-        staged = from_plain(task.staging)
-    except ConfigError as error:
-        raise ConfigError(f"{task.path}: staging: {error}") from error
-    return (*staged, *(Fill(*filled) for filled in task.liquids.items()))
+    """What is put elsewhere, opened, pushed and filled before the episode begins."""
+    return (*from_plain(task.staging), *(Fill(*filled) for filled in task.liquids.items()))
 
 
 def groups_of(task: Task, compact: bool) -> Mapping[str, tuple[str, ...]]:

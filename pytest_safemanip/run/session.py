@@ -17,9 +17,11 @@ from pytest_safemanip.errors import (
     PolicyUnreachable,
     RolloutError,
     SafemanipError,
+    TaskError,
     TraceError,
     did_you_mean,
     ends_run,
+    placed,
     raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
@@ -34,8 +36,9 @@ from pytest_safemanip.run.remembered import RecentRollouts, RepeatedFailures
 from pytest_safemanip.run.scenes import changes_of, groups_of
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.run.watching import Watch
+from pytest_safemanip.search.situation import Situation
 from pytest_safemanip.sim.backend import Backend, Provenance, Request
-from pytest_safemanip.sim.staging import to_plain
+from pytest_safemanip.sim.staging import Staging, to_plain
 from pytest_safemanip.spec.properties import Property
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
@@ -54,6 +57,9 @@ class Progress(Protocol):
 
     def done(self, case: Case) -> None:
         """The rollout has ended, one way or the other, or an earlier run had recorded it."""
+
+    def say(self, text: str) -> None:
+        """Show what goes on beside the rollouts of cases; nothing if it is empty."""
 
     def refresh(self, waiting: bool) -> None:
         """Show the state while rollouts in other threads are waited for, and then no more."""
@@ -99,6 +105,29 @@ class EvaluatedRollout:
             raise TraceError(f"{why}: {error}; select others with --safemanip-properties") from None
 
 
+@dataclass(frozen=True)
+class Otherwise:
+    """What is otherwise in a rollout than its case says.
+
+    Attributes:
+        situation: of its episode.
+        repeat: how often the same was run before: what is random is drawn anew.
+        stall_s: see :class:`~pytest_safemanip.rollouts.loop.Protocol`.
+    """
+
+    situation: Situation = field(default_factory=Situation)
+    repeat: int = 0
+    stall_s: float | None = None
+
+    def to_plain(self) -> Mapping[str, Any]:
+        """Plain values, as in a key."""
+        return {
+            "situation": self.situation.to_plain(),
+            "repeat": self.repeat,
+            "stall_s": self.stall_s,
+        }
+
+
 def recording_key(
     request: Request,
     source: Provenance,
@@ -107,6 +136,7 @@ def recording_key(
     fingerprint: str,
     watched: str = "",
     allowed: Permissions | None = None,
+    otherwise: Otherwise | None = None,
 ) -> str:
     """Digest of everything that decides the content of a recording.
 
@@ -118,6 +148,7 @@ def recording_key(
         fingerprint: of what decides the policy's actions.
         watched: digest of what ends rollouts early; empty if nothing does.
         allowed: what the policy is told that it may touch; None if nothing.
+        otherwise: what is otherwise in the rollout; None if nothing is.
     """
     parts: Mapping[str, Any] = {
         "task": request.task,
@@ -144,6 +175,8 @@ def recording_key(
             for kind, of_role in vars(allowed).items()
         }
         parts = {**parts, "permissions": permissions}
+    if otherwise is not None:
+        parts = {**parts, "otherwise": otherwise.to_plain()}
     return key_of(parts)
 
 
@@ -190,6 +223,7 @@ class SafetySession:
         self._idle = [] if backend is None else [backend]
         self._describing, self._lending = threading.RLock(), threading.Lock()
         self._ahead: RolloutsAhead | None = None
+        self._over = threading.Event()
 
     def expect(
         self, cases: Iterable[Case], needed: Callable[[Case], bool] = lambda case: True
@@ -280,6 +314,7 @@ class SafetySession:
         about it any more.
         """
         self._refresh(False)
+        self._over.set()
         if self._ahead is not None:
             self._ahead.leave()
 
@@ -299,47 +334,83 @@ class SafetySession:
             recording, reused = files.load(path), False
         else:
             recording, reused, path = self._rolled_out(case)
-        judge = Judge(
-            recording,
-            self._plan.tasks[case.task],
-            self._plan.attributes,
-            self._plan.catalogue,
-            self._plan.parameters,
-            self._plan.settings.semantics,
-        )
+        judge = self.judge(recording, case.task)
         return EvaluatedRollout(recording, path, judge, self._plan.properties, reused)
 
     def _rolled_out(self, case: Case) -> tuple[Recording, bool, Path]:
         if self._backend is None or self._store is None:
             raise RolloutError(f"there is no recording of {case.task}, seed {case.seed}")
-        policy = self._plan.policies[case.policy]
-        key, job = self._job(case, policy, self._backend)
+        key, job = self._job(case, self._plan.policies[case.policy], self._backend)
 
         def run() -> Recording:
             try:
-                if self._cluster is not None:
-                    return self._cluster.run(job, policy, show)
-                with self._simulator() as backend:
-                    return retry.run(job, backend, policy, show)
-            except (SafemanipError, Abandoned):
-                self._check()  # an error because the run has ended is none
-                raise
-            except BaseException as error:
-                if ends_run(error):
-                    raise
-                self._check()
-                raise RolloutError(f"{type(error).__name__}: {error}") from error
+                return self.record(job, show)
+            except TaskError as error:
+                raise TaskError(placed(self._asking(case), error)) from None
             finally:
                 if self._progress is not None and self._ahead is None:
                     self._progress.done(case)
 
         def show(step: int, horizon: int) -> None:
-            self._check()
             if self._progress is not None:
                 self._progress.show(case, step, horizon)
 
         path = self._store.path(case.policy, case.task, case.seed)
         return *self._store.get(path, key, run, for_all=bool(job.hashes["policy"])), path
+
+    def describe(self, case: Case, otherwise: Otherwise | None = None) -> tuple[str, loop.Job]:
+        """The rollout of a case, as it is or otherwise, with the key of its recording.
+
+        Raises:
+            RolloutError: if nothing is simulated here, or a server cannot say who it is.
+        """
+        if self._backend is None:
+            raise RolloutError("recordings are judged, nothing is simulated")
+        return self._job(case, self._plan.policies[case.policy], self._backend, otherwise)
+
+    def record(self, job: loop.Job, show: loop.OnStep) -> Recording:
+        """Run a rollout, here or on the cluster; threads may ask side by side.
+
+        Raises:
+            RolloutError: if it does not complete.
+            CannotStage: if its episode cannot begin as it is asked for.
+        """
+        policy = self._plan.policies[job.policy]
+
+        def watched(step: int, horizon: int) -> None:
+            self._check()
+            show(step, horizon)
+
+        try:
+            if self._cluster is not None:
+                return self._cluster.run(job, policy, watched)
+            with self._simulator() as backend:
+                return retry.run(job, backend, policy, watched)
+        except (SafemanipError, Abandoned):
+            self._check()  # an error because the run has ended is none
+            raise
+        except BaseException as error:
+            if ends_run(error):
+                raise
+            self._check()
+            raise RolloutError(f"{type(error).__name__}: {error}") from error
+
+    def judge(self, recording: Recording, task: str) -> Judge:
+        """What judges a recording of a task."""
+        return Judge(
+            recording,
+            self._plan.tasks[task],
+            self._plan.attributes,
+            self._plan.catalogue,
+            self._plan.parameters,
+            self._plan.settings.semantics,
+        )
+
+    def _asking(self, case: Case) -> str:
+        """Who says how the episode of a case begins: the task's file, or else the policy."""
+        task, policy = self._plan.tasks[case.task], self._plan.policies[case.policy]
+        by_task = task.staging or task.liquids or policy.staging(task.simulated) == Staging()
+        return str(task.path) if by_task else f"what {case.policy} stages in {case.task}"
 
     def _run_ahead(self, case: Case) -> None:
         """Record a rollout, if no earlier run has; in a thread of its own."""
@@ -362,6 +433,8 @@ class SafetySession:
             self._progress.refresh(waiting)
 
     def _check(self) -> None:
+        if self._over.is_set():
+            raise Abandoned
         if self._ahead is not None:
             self._ahead.check()
 
@@ -381,12 +454,20 @@ class SafetySession:
             with self._lending:
                 self._idle.append(backend)
 
-    def _job(self, case: Case, policy: PolicySpec, backend: Backend) -> tuple[str, loop.Job]:
+    def _job(
+        self,
+        case: Case,
+        policy: PolicySpec,
+        backend: Backend,
+        otherwise: Otherwise | None = None,
+    ) -> tuple[str, loop.Job]:
         """The rollout of a case, with its key. The same object is asked about all of a policy's."""
         with self._describing:
-            return self._described(case, policy, backend)
+            return self._described(case, policy, backend, otherwise)
 
-    def _described(self, case: Case, policy: PolicySpec, backend: Backend) -> tuple[str, loop.Job]:
+    def _described(
+        self, case: Case, policy: PolicySpec, backend: Backend, otherwise: Otherwise | None
+    ) -> tuple[str, loop.Job]:
         settings = self._plan.settings
         task = self._plan.tasks[case.task]
         scenes, stepping = self._plan.scenes(case.policy), self._plan.stepping(case.policy)
@@ -395,8 +476,11 @@ class SafetySession:
         groups = {**groups_of(task, compact), **staging.objects}
         kitchen = task.kitchen if compact else ""
         changes = (*staging.changes, *changes_of(task))
-        request = Request(task.simulated, case.seed, scenes, groups, kitchen, changes, stepping)
-        protocol = loop.Protocol(settings.stop, settings.horizon_scale)
+        own = otherwise or Otherwise()
+        request = own.situation.request(
+            Request(task.simulated, case.seed, scenes, groups, kitchen, changes, stepping)
+        )
+        protocol = loop.Protocol(settings.stop, settings.horizon_scale, own.stall_s)
         told = policy.fingerprint_in(task.simulated, task.sets)
         # Nobody can tell whether a policy without a fingerprint is still the same.
         fingerprint = told or f"run {self._run_id}"
@@ -405,9 +489,11 @@ class SafetySession:
         watched = watch.digest() if watch else ""
         source = backend.provenance
         allowed = Permissions(task.touch, task.supports) if policy.reads_permissions else None
-        key = recording_key(request, source, settings, case.policy, fingerprint, watched, allowed)
+        key = recording_key(
+            request, source, settings, case.policy, fingerprint, watched, allowed, otherwise
+        )
         hashes = {"policy": told or "", "key": key}
-        prompt, derived = settings.prompt, task.derived
+        prompt, derived = own.situation.prompt or settings.prompt, task.derived
         return key, loop.Job(
             case.task,
             case.policy,
@@ -419,4 +505,6 @@ class SafetySession:
             watch,
             derived,
             allowed,
+            own.situation.disturbances,
+            own.repeat,
         )

@@ -66,6 +66,9 @@ class Settings:
     task_paths: tuple[Path, ...]
     select: tuple[str, ...]
     laws: tuple[str, ...]
+    search: int | None
+    spaces: tuple[Path, ...]
+    regressions: Path
 
     @property
     def simulator_options(self) -> Options:

@@ -74,7 +74,9 @@ class Watch:
     def digest(self) -> str:
         """Digest of all that decides when the rollout ends."""
         nowhere = Path()
-        own = [one.evaluate for one in self.catalogue.values() if one not in SHIPPED]
+        others = [one for one in self.catalogue.values() if one not in SHIPPED]
+        parts_of = [(one.evaluate, one.margin, one.forecast) for one in others]
+        own = [function for parts in parts_of for function in parts if function is not None]
         parts = (
             [dataclasses.replace(prop, path=nowhere) for prop in self.properties],
             dataclasses.replace(self.task, path=nowhere),
@@ -104,9 +106,12 @@ class Watching:
         told = self._judge.step(step, action)
         return any(one.unsafe for instances in told.values() for one in instances)
 
-    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> bool:
-        """Whether a violation is near if an action is taken next (A,), after others."""
+    def warns(self, action: NDArray[Any], before: Sequence[NDArray[Any]]) -> str:
+        """The most urgent violation that is near if an action is taken next (A,), after others, in
+        words; empty if none is.
+        """
         if not self._early:
-            return False
+            return ""
         commands, pace = self._robot.commands(action), self._robot.pace(action, before)
-        return bool(self._judge.warnings(commands, pace))
+        near = self._judge.warnings(commands, pace)
+        return str(near[0]) if near else ""

@@ -175,6 +175,13 @@ class BackendSpec:
         state: the other arrays of an observation, by name, and their length.
         instruction: key of the instruction in what a policy sees.
         steppings: the ways to step it, see :class:`Request`; the first is the usual one.
+        can: what of an episode may be asked otherwise: kinds of changes, see
+            :data:`~pytest_safemanip.sim.staging.KINDS`; ``objects``, ``kitchen`` and ``style`` of a
+            :class:`Request`; ``forces`` where it :class:`~pytest_safemanip.sim.pushing.Pushes`.
+        kitchens: values that ``kitchen`` of a request may have, by family of scenes.
+        styles: likewise ``style``.
+        hand_position: which part of the state is the hand's position in the base's frame, m; empty
+            if none is.
         tasks: the declaration in tasks where the robot or what it sees is another, by their names.
     """
 
@@ -185,6 +192,10 @@ class BackendSpec:
     state: Mapping[str, int] = field(default_factory=dict)
     instruction: str = "instruction"
     steppings: tuple[str, ...] = ("exact",)
+    can: frozenset[str] = frozenset()
+    kitchens: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    styles: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    hand_position: str = ""
     tasks: Mapping[str, BackendSpec] = field(default_factory=dict)
 
     def in_task(self, task: str) -> BackendSpec:
@@ -217,6 +228,7 @@ class Request:
         object_groups: for some of the task's objects, by role, the groups or categories to draw
             them from instead of the task's own.
         kitchen: which of the scenes of the family; empty for any.
+        style: how it looks, one of the backend's styles; empty for what the scene and the seed say.
         changes: what stands elsewhere or is open when the episode begins.
         stepping: ``exact`` or ``fast``. ``exact`` is the simulator's own control loop, bit for
             bit; ``fast`` may evaluate it in another way, within a tolerance that the backend
@@ -230,6 +242,7 @@ class Request:
     kitchen: str = ""
     changes: tuple[Change, ...] = ()
     stepping: str = "exact"
+    style: str = ""
 
 
 @dataclass(frozen=True)
@@ -310,6 +323,8 @@ class Backend(Protocol):
         """Set up an episode.
 
         Raises:
+            ConfigError: if no episode can be set up.
+            TaskError: if this one cannot begin as its task asks.
             RolloutError: if the simulator fails.
         """
 
@@ -370,11 +385,17 @@ class TaskDescription:
         fixtures: the fixtures that the task names, by role; an episode may have more.
         object_parts: the parts of an object.
         any_part: the parts that anything in the simulator can have.
+        objects: the roles of its objects, for ``fnmatch``; None if only an episode tells.
+        other_fixtures: what else may be a fixture's role in an episode, if ``objects`` are known.
+        stages: whether its scene can be staged otherwise, or objects drawn from elsewhere.
     """
 
     fixtures: Mapping[str, FixtureRole]
     object_parts: frozenset[str]
     any_part: frozenset[str]
+    objects: tuple[str, ...] | None = None
+    other_fixtures: frozenset[str] = frozenset()
+    stages: bool = True
 
 
 @runtime_checkable
@@ -386,6 +407,14 @@ class DescribesTasks(Protocol):
 
     def describe_task(self, task: str) -> TaskDescription:
         """The description of one of :meth:`task_names`."""
+
+
+@runtime_checkable
+class DrawsObjects(Protocol):
+    """A backend's factory that knows what objects can be drawn from."""
+
+    def object_kinds(self) -> frozenset[str]:
+        """Names of categories and groups; empty if they cannot be had on this machine."""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def decode_request(values: Mapping[str, Any]) -> Request:
         request = Request(**{**values, "changes": from_plain(values.get("changes", ()))})
     except TypeError as error:
         raise ConfigError(f"what was asked of the simulator: {error}") from error
-    texts = (request.task, request.scenes, request.kitchen, request.stepping)
+    texts = (request.task, request.scenes, request.kitchen, request.stepping, request.style)
     groups = request.object_groups
     if not all(isinstance(text, str) for text in texts) or type(request.seed) is not int:
         raise ConfigError(f"what was asked of the simulator: {values!r}")

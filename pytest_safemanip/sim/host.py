@@ -19,13 +19,16 @@ from typing import IO, Any
 
 import numpy as np
 
-from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.sim import aside, clearance, codec, wire
+from pytest_safemanip.errors import CannotStage, ConfigError, TaskError
+from pytest_safemanip.sim import aside, clearance, codec, pushing, wire
 from pytest_safemanip.sim.backend import Backend
 
 GRACE = 4.0
 """Seconds in which a simulator has to end by itself once nobody asks any more; its parent gives it
 a little longer."""
+
+_ASKED = {ConfigError: "config", TaskError: "task", CannotStage: "staging"}
+"""Errors of what was asked for, and their names in an answer; all others are the simulator's."""
 
 
 def main(factory: str, arguments: Mapping[str, Any]) -> None:
@@ -84,6 +87,8 @@ def _answer(backend: Backend, request: wire.Message) -> wire.Message:
             return codec.encode_observation(backend.observe())
         if request.values["op"] == "clearance":
             return _clearance(backend, request)
+        for entity, *force in request.values["pushes"]:
+            _push(backend, entity, force)
         return codec.encode_step(backend.step(np.array(request.arrays["action"])))
     except Exception as error:  # the parent raises it again
         return _failure(error)
@@ -97,11 +102,17 @@ def _clearance(backend: Backend, request: wire.Message) -> wire.Message:
     return wire.Message({"answers": plain}, arrays)
 
 
+def _push(backend: Backend, entity: str, force: list[float]) -> None:
+    if not isinstance(backend, pushing.Pushes):
+        raise ConfigError("this simulator pushes nothing")
+    backend.push(entity, np.array(force))
+
+
 def _failure(error: Exception) -> wire.Message:
     traceback.print_exception(error, file=sys.stderr)
     sys.stderr.flush()
-    kind = "config" if isinstance(error, ConfigError) else "rollout"
-    text = str(error) if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
+    kind = next((name for kind, name in _ASKED.items() if isinstance(error, kind)), "rollout")
+    text = str(error) if kind != "rollout" else f"{type(error).__name__}: {error}"
     return wire.Message({"error": text, "kind": kind})
 
 

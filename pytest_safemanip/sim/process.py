@@ -21,14 +21,20 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed
-from pytest_safemanip.sim import clearance, codec, wire
+from pytest_safemanip.errors import (
+    CannotStage,
+    ConfigError,
+    RolloutError,
+    SimulatorFailed,
+    TaskError,
+)
+from pytest_safemanip.sim import clearance, codec, pushing, wire
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.sim.interpreter import IMPORTABLE, clean_environment
 from pytest_safemanip.sim.rehearsal import Trials
 from pytest_safemanip.trace.steps import Step
 
-OWN_CODE = ("sim", "trace", "rollouts/loop.py", "policies/adapter.py")
+OWN_CODE = ("sim", "trace", "rollouts/disturbances", "rollouts/loop.py", "policies/adapter.py")
 """Of this package, what decides the content of recordings: all backends' digests are of it."""
 START_DEADLINE = 120.0
 RESET_DEADLINE = 600.0
@@ -54,6 +60,10 @@ _UNSET = ("MUJOCO_GL", "PYOPENGL_PLATFORM")
 """With a GL backend named that is not installed, ``import mujoco`` fails, drawing or not."""
 _FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)
 """Signals that no simulator gets from its own faults: the kernel, short of memory, or somebody."""
+
+
+_RAISED = {"config": ConfigError, "task": TaskError, "staging": CannotStage}
+"""Errors of the child that this process raises as they are, by their names in a message."""
 
 
 class _Killed(SimulatorFailed):
@@ -92,6 +102,7 @@ class ProcessBackend:
         self._steps = 0
         self._asked = self._unwanted = False
         self._aside: list[int] = []
+        self._pushes: list[list[Any]] = []
         self._trials = Trials(self._simulate, self._put_aside, self._go_back)
 
     @property
@@ -114,6 +125,7 @@ class ProcessBackend:
 
         Raises:
             ConfigError: if the child cannot set up what is asked for.
+            TaskError: if the episode cannot begin as its task asks.
             RolloutError: if the child fails, dies or does not answer in time.
         """
         if self._process is not None and self._process.poll() is not None:
@@ -121,7 +133,7 @@ class ProcessBackend:
         if self._process is None:
             self._start()
         self._trials.forget()
-        self._steps = 0
+        self._steps, self._pushes = 0, []
         message = wire.Message({"op": "reset", "request": codec.encode_request(request)})
         return codec.decode_start(self._call(message, RESET_DEADLINE, "reset"))
 
@@ -165,6 +177,15 @@ class ProcessBackend:
         answer = self._call(message, CLEARANCE_DEADLINE, doing)
         return clearance.decode_clearances(answer.values["answers"], answer.arrays)
 
+    def push(self, entity: str, force: NDArray[np.float64]) -> None:
+        """See :class:`~pytest_safemanip.sim.pushing.Pushes`; what was rehearsed of the next step
+        was without it, and is forgotten.
+        """
+        if self._process is None:
+            raise RolloutError("push before reset")
+        self._trials.catch_up()
+        self._pushes.append([entity, *pushing.checked(force).tolist()])
+
     def close(self) -> None:
         """End the child: by closing its input, then by force; at once if it is being waited for, as
         by a thread, or before an interruption: nobody wants the answer any more.
@@ -195,7 +216,8 @@ class ProcessBackend:
 
     def _simulate(self, action: NDArray[np.float64]) -> Step:
         self._steps += 1
-        message = wire.Message({"op": "step"}, {"action": action})
+        pushes, self._pushes = self._pushes, []
+        message = wire.Message({"op": "step", "pushes": pushes}, {"action": action})
         return codec.decode_step(self._call(message, STEP_DEADLINE, f"step {self._steps}"))
 
     def _put_aside(self) -> None:
@@ -267,8 +289,8 @@ class ProcessBackend:
         self._asked = False
         if "error" in reply.values:
             text = str(reply.values["error"])
-            if reply.values.get("kind") == "config":
-                raise ConfigError(text)
+            if kind := _RAISED.get(reply.values.get("kind", "")):
+                raise kind(text)
             raise SimulatorFailed(f"the simulator failed at {doing}: {text}; log: {self._log}")
         return reply
 

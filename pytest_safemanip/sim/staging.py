@@ -1,5 +1,5 @@
-"""How an episode may differ from the one that a task and a seed give: what is put elsewhere, what
-is open, which objects are drawn.
+"""How an episode may differ from the one that a task and a seed give: what stands elsewhere or is
+there beside it, what is open, how the arm begins, what cameras see, which objects are drawn.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args
 from pytest_safemanip.errors import ConfigError
 
 Relation = Literal["in", "on", "beside"]
-MOST = 100
+MOST = 200
 """Changes of one episode."""
 MOST_PARTICLES = 200
 """Of a liquid: each is a body that moves freely."""
@@ -92,7 +92,73 @@ class Push:
     velocity: tuple[float, float] = (0.0, 0.0)
 
 
-Change = Put | SetOpen | Fill | Push
+@dataclass(frozen=True)
+class Move:
+    """Moves an object from where its seed put it, on the same level.
+
+    Attributes:
+        role: the object.
+        by: along the base's forward and left directions (2,), m.
+        turn: about the vertical, degrees.
+    """
+
+    role: str
+    by: tuple[float, float] = (0.0, 0.0)
+    turn: float = 0.0
+
+
+@dataclass(frozen=True)
+class Add:
+    """Puts one thing more beside an object; its role is ``added_1``, ``added_2``, ... in the order
+    of these changes.
+
+    Attributes:
+        category: what it is drawn from.
+        beside: role of the object.
+        by: from the middle of that, along the base's forward and left directions (2,), m.
+    """
+
+    category: str
+    beside: str
+    by: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Posture:
+    """Begins with the arm's joints turned away from where they would be.
+
+    Attributes:
+        size: root mean square over the joints, rad; the seed draws the direction.
+    """
+
+    size: float
+
+
+@dataclass(frozen=True)
+class Cameras:
+    """Moves and turns the cameras that are not on a hand.
+
+    Attributes:
+        by: along the base's forward, left and up directions (3,), m.
+        turn: about the vertical, degrees.
+    """
+
+    by: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turn: float = 0.0
+
+
+@dataclass(frozen=True)
+class Light:
+    """Makes all lights brighter or darker.
+
+    Attributes:
+        factor: of their brightness.
+    """
+
+    factor: float
+
+
+Change = Put | SetOpen | Fill | Push | Move | Add | Posture | Cameras | Light
 
 
 @dataclass(frozen=True)
@@ -108,18 +174,28 @@ class Staging:
     objects: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-_KINDS: Mapping[str, type[Put] | type[SetOpen] | type[Fill] | type[Push]] = {
+KINDS: Mapping[str, type[Change]] = {
     "put": Put,
     "open": SetOpen,
     "fill": Fill,
     "push": Push,
+    "move": Move,
+    "add": Add,
+    "posture": Posture,
+    "cameras": Cameras,
+    "light": Light,
 }
+"""Changes by name; a backend declares those that it can make."""
+
+
+def kind_of(change: Change) -> str:
+    """The name of a change's kind."""
+    return next(name for name, kind in KINDS.items() if isinstance(change, kind))
 
 
 def to_plain(changes: Iterable[Change]) -> list[dict[str, Any]]:
     """Plain values, as in a message or a key."""
-    names = {kind: name for name, kind in _KINDS.items()}
-    return [{"kind": names[type(c)], **dataclasses.asdict(c)} for c in changes]
+    return [{"kind": kind_of(c), **dataclasses.asdict(c)} for c in changes]
 
 
 def from_plain(values: object) -> tuple[Change, ...]:
@@ -134,16 +210,17 @@ def from_plain(values: object) -> tuple[Change, ...]:
 
 
 def _change(value: object) -> Change:
-    if not isinstance(value, Mapping) or value.get("kind") not in tuple(_KINDS):
-        raise ConfigError(f"changes of an episode: expected {' or '.join(_KINDS)}, found {value!r}")
-    kind = _KINDS[value["kind"]]
+    if not isinstance(value, Mapping) or value.get("kind") not in tuple(KINDS):
+        known = ", ".join(KINDS)
+        raise ConfigError(f"changes of an episode: expected one of {known}, found {value!r}")
+    kind = KINDS[value["kind"]]
     fields = {name: _plain(x) for name, x in value.items() if name != "kind"}
     try:
         change = kind(**fields)
     except TypeError as error:
         raise ConfigError(f"changes of an episode: {value!r}: {error}") from error
     for part in dataclasses.fields(kind):
-        if not _fits(getattr(change, part.name), part.default, part.name):
+        if not _fits(getattr(change, part.name), str(part.type), part.name):
             raise ConfigError(f"changes of an episode: {part.name} of {value!r}")
     return change
 
@@ -152,22 +229,25 @@ def _plain(value: object) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _fits(value: object, default: object, name: str) -> bool:
-    """Whether a field may have a value, by that which it has without one."""
-    if name == "relation":
-        return value in get_args(Relation)
-    if name == "openness":
-        return _number(value)
+def _fits(value: object, declared: str, name: str) -> bool:
+    """Whether a field may have a value, by the type that it is declared with, and by its name."""
     if name == "count":
         return type(value) is int and 1 <= value <= MOST_PARTICLES
     if name == "radius":
         return isinstance(value, int | float) and 1e-3 <= value <= 0.05
     if name == "liquid":
         return isinstance(value, str) and LIQUID_NAME.fullmatch(value) is not None
-    if isinstance(default, tuple):
-        return isinstance(value, tuple) and len(value) == len(default) and all(map(_number, value))
-    return isinstance(value, type(default) if isinstance(default, bool) else str)
+    if declared == "Relation":
+        return value in get_args(Relation)
+    if declared == "float":
+        return _number(value)
+    if declared.startswith("tuple"):
+        count = declared.count("float")
+        return isinstance(value, tuple) and len(value) == count and all(map(_number, value))
+    return isinstance(value, {"str": str, "bool": bool}[declared])
 
 
 def _number(value: object) -> bool:
-    return isinstance(value, int | float) and math.isfinite(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return math.isfinite(value)

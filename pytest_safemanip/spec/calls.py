@@ -7,7 +7,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.propositions.definition import check_value
+from pytest_safemanip.propositions.definition import Proposition, check_value
+from pytest_safemanip.spec.objects import ATTRIBUTES
 from pytest_safemanip.spec.yamlfile import Section
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e-?\d+)?")
@@ -31,7 +32,7 @@ def read_call(
     section: Section,
     key: str,
     names: Collection[str],
-    known: Mapping[str, int] | None,
+    known: Mapping[str, Proposition] | None,
     parameters: Collection[str] | None = None,
 ) -> PropositionCall:
     """The proposition that a key stands for.
@@ -40,12 +41,12 @@ def read_call(
         section: where the key is.
         key: the key.
         names: what may be an argument.
-        known: number of arguments of every proposition there is; None leaves the names unchecked.
+        known: every proposition there is; None leaves the names unchecked.
         parameters: names of all their parameters; None leaves those unchecked.
 
     Raises:
         ConfigError: the value is no proposition, an argument or the proposition is unknown, or
-            the number of arguments is another one.
+            the number of arguments is another one, or they have to be different.
     """
     text = section.string(key).strip()
     match = _CALL.fullmatch(text)
@@ -60,12 +61,18 @@ def read_call(
             hint = did_you_mean(argument, names) if names else "'for_each' binds no variable"
             raise section.error(key, f"unknown argument {argument!r} in {text!r}; {hint}")
     if known is not None and name not in known:
-        alike = {f"{k}{text[len(name) :]}" for k, arity in known.items() if arity == len(arguments)}
+        count = len(arguments)
+        alike = {f"{k}{text[len(name) :]}" for k, p in known.items() if len(p.arguments) == count}
         hint = did_you_mean(text, alike, "safemanip propositions")
+        if name in ATTRIBUTES:
+            hint += f" {name!r} is an attribute, as in 'o in things with {name}'"
         raise ConfigError(f"{section.place(key)}: unknown proposition {text!r}; {hint}")
-    if known is not None and known[name] != len(arguments):
-        wanted = _count(known[name], "argument")
+    if known is not None and len(known[name].arguments) != len(arguments):
+        wanted = _count(len(known[name].arguments), "argument")
         raise section.error(key, f"{name!r} takes {wanted}, found {len(arguments)} in {text!r}")
+    if known is not None and known[name].distinct and len(set(arguments)) < len(arguments):
+        message = f"{text!r} is about {arguments[0]!r} and itself, and always the same; name two"
+        raise section.error(key, message)
     given = [setting.partition("=")[0] for setting in settings]
     for own in given:
         if given.count(own) > 1:

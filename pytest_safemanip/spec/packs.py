@@ -1,8 +1,8 @@
 """Packs: rules that others ask for, together, a folder each.
 
-`properties/packs/NAME/` has `pack.yaml`, which says where the rules come from, and a property in
-every other `*.yaml`. Their ids begin with the pack's name, so that an id alone says which pack it
-is of, and none is in two:
+`properties/packs/NAME/` has `pack.yaml`, which says where the rules come from, a property in every
+other `*.yaml`, and if it brings scenes, tasks in `tasks/`. Ids of the rules begin with the pack's
+name, so that an id alone says which pack it is of, and none is in two:
 
     pack: is-bench
     title: Mitigation before or after a risky step
@@ -20,12 +20,16 @@ from pathlib import Path
 from types import MappingProxyType
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.spec import yamlfile
+from pytest_safemanip.spec.folders import is_hidden, yaml_files
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.trace.elements import ROBOT
 
 FOLDER, DESCRIPTION, TASKS = "packs", "pack.yaml", "tasks"
 """Below the shipped properties; in the folder of a pack what describes it, and its staged tasks."""
+NO_PACK = "default"
+"""What selects the properties that are of no pack: they are judged where nothing is asked for."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ class Pack:
 def load_packs(
     shipped: Path,
     *,
-    propositions: Mapping[str, int] | None = None,
+    propositions: Mapping[str, Proposition] | None = None,
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
 ) -> dict[str, Pack]:
@@ -68,10 +72,11 @@ def load_packs(
         The packs by name, in the order of names.
 
     Raises:
-        ConfigError: a file is wrong, or an id does not begin with the name of its pack.
+        ConfigError: a file is wrong or would not be read, a pack has no description, or an id does
+            not begin with the name of its pack.
     """
     found: dict[str, Pack] = {}
-    for path in sorted((shipped / FOLDER).glob(f"*/{DESCRIPTION}")):
+    for path in (folder / DESCRIPTION for folder in _folders(shipped)):
         rules = load_properties(
             [path.parent],
             propositions=propositions,
@@ -93,6 +98,34 @@ def task_folders(shipped: Path) -> list[Path]:
     return sorted((shipped / FOLDER).glob(f"*/{TASKS}"))
 
 
+def _folders(shipped: Path) -> list[Path]:
+    """The folders of packs, by name.
+
+    Raises:
+        ConfigError: if rules lie where none are read.
+    """
+    place = shipped / FOLDER
+    if not place.is_dir():
+        return []
+    for path in yaml_files(place):
+        raise ConfigError(f"{path}: belongs to no pack; put it into the folder of one")
+    found = sorted(path for path in place.iterdir() if path.is_dir())
+    for folder in found:
+        own = yaml_files(folder)
+        if is_hidden(folder) and own:
+            raise ConfigError(f"{folder}: hidden folders are not read; rename it, or take it away")
+        if not is_hidden(folder) and folder / DESCRIPTION not in own:
+            raise ConfigError(
+                f"{folder}: a pack without {DESCRIPTION}; add one, with pack: {folder.name}"
+            )
+        for inner in sorted(path for path in folder.iterdir() if path.is_dir()):
+            if inner.name != TASKS and yaml_files(inner):
+                raise ConfigError(
+                    f"{inner}: of the folders in a pack only {TASKS!r} is read; rename it"
+                )
+    return [folder for folder in found if not is_hidden(folder)]
+
+
 def _described(path: Path, rules: Mapping[str, Property]) -> Pack:
     section = yamlfile.load(path)
     section.check_keys(("pack", "title", "source", "about", "not_expressed"))
@@ -106,9 +139,9 @@ def _described(path: Path, rules: Mapping[str, Property]) -> Pack:
     left_out = section.section("not_expressed")
     return Pack(
         name=name,
-        title=section.string("title"),
-        source=section.string("source"),
-        about=section.string("about"),
-        not_expressed=MappingProxyType({what: left_out.string(what) for what in left_out}),
+        title=section.one_line("title"),
+        source=section.one_line("source"),
+        about=section.one_line("about"),
+        not_expressed=MappingProxyType({what: left_out.one_line(what) for what in left_out}),
         rules=MappingProxyType({id_: replace(rule, pack=name) for id_, rule in rules.items()}),
     )

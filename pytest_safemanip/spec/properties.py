@@ -50,8 +50,10 @@ from pytest_safemanip.ltlf import (
 from pytest_safemanip.ltlf.compiler import Limits
 from pytest_safemanip.ltlf.formula import LONGEST, atoms_of, is_bounded, is_propositional
 from pytest_safemanip.propositions.binding import Binding
+from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.calls import PropositionCall, read_call
+from pytest_safemanip.spec.folders import yaml_files
 from pytest_safemanip.spec.patterns import KEYS, read_pattern
 from pytest_safemanip.spec.ranges import Range, may_apply, read_for_each, rows_of
 from pytest_safemanip.spec.task import Task
@@ -94,6 +96,7 @@ class Property:
         discharged_by: who has to meet the obligations.
         severity: what a violation weighs whatever was measured of it.
         cost: what a violation adds to the cost of a rollout, and once more for each further second.
+        says_cost: whether its file says so, with `cost:`; failures tell it then.
         pack: name of the pack that it is a rule of; empty for all others.
         lines: where in the file the formulas are, by key.
     """
@@ -112,6 +115,7 @@ class Property:
     discharged_by: DischargedBy
     severity: float = LEAST_SEVERITY
     cost: float = LEAST_SEVERITY
+    says_cost: bool = False
     pack: str = ""
     lines: Mapping[str, int] = field(default_factory=dict, repr=False, compare=False)
     _automata: dict[tuple[Profile, float | None], Dfa] = field(
@@ -216,7 +220,7 @@ class Property:
 def load_properties(
     folders: Sequence[Path],
     *,
-    propositions: Mapping[str, int] | None = None,
+    propositions: Mapping[str, Proposition] | None = None,
     constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
@@ -226,8 +230,7 @@ def load_properties(
 
     Args:
         folders: where to look; subfolders are not searched.
-        propositions: number of arguments by name of every proposition there is; None leaves the
-            names unchecked.
+        propositions: every proposition there is, by name; None leaves the names unchecked.
         constants: names that may be arguments beside the variables.
         categories: every category of objects and fixtures that there is; None leaves those of
             `for_each` unchecked.
@@ -245,7 +248,7 @@ def load_properties(
     for folder in folders:
         if not folder.is_dir():
             raise ConfigError(f"{folder}: no such folder of properties")
-        for path in sorted(folder.glob("*.yaml")):
+        for path in yaml_files(folder):
             if path.name in besides:
                 continue
             loaded = load_property(
@@ -266,7 +269,7 @@ def load_properties(
 def load_property(
     path: Path,
     *,
-    propositions: Mapping[str, int] | None = None,
+    propositions: Mapping[str, Proposition] | None = None,
     constants: Collection[str] = (),
     categories: Collection[str] | None = None,
     parameters: Collection[str] | None = None,
@@ -302,8 +305,8 @@ def load_property(
     return Property(
         id=_name(section, "id"),
         category=_name(section, "category"),
-        title=section.string("title"),
-        source=section.string("source"),
+        title=section.one_line("title"),
+        source=section.one_line("source"),
         path=path,
         ranges=ranges,
         formula=formulas["formula"],
@@ -316,6 +319,7 @@ def load_property(
         discharged_by=_discharged_by(section),
         severity=_severity(section),
         cost=_cost(section),
+        says_cost="cost" in section,
         lines=_lines(section),
     )
 

@@ -17,7 +17,7 @@ what a simulator's staging is made of (``sim/staging.py``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pytest_safemanip.spec.yamlfile import Section
@@ -30,6 +30,11 @@ _OF_OBJECTS = (*RELATIONS, "drawn", *_OFFSET, *_TURN, *_SPEED, "interior", "acro
 
 MOST_OFFSET, MOST_TURN, MOST_SPEED = 10.0, 360.0, 10.0
 """Of what is put somewhere, m and degrees, and pushed, m/s: farther is no kitchen."""
+
+MOST_STAGED, MOST_LIQUIDS = 50, 10
+"""Things that a task may stage, and vessels that it may fill: fewer changes, with those that a
+policy asks for, than simulators are asked for.
+"""
 
 Changes = tuple[Mapping[str, Any], ...]
 """Changes to a scene in plain values, in their order."""
@@ -44,6 +49,11 @@ def read_staging(section: Section) -> tuple[Changes, Mapping[str, tuple[str, ...
     if "staging" not in section:
         return (), {}
     every = section.section("staging")
+    if len(list(every)) > MOST_STAGED:
+        raise section.error(
+            "staging",
+            f"{len(list(every))} things, of which a task may stage {MOST_STAGED}; leave some out",
+        )
     changes: list[Mapping[str, Any]] = []
     pushed: list[Mapping[str, Any]] = []
     drawn: dict[str, tuple[str, ...]] = {}
@@ -52,9 +62,7 @@ def read_staging(section: Section) -> tuple[Changes, Mapping[str, tuple[str, ...
         if "open" in own:
             own.check_keys(("open",), ("joint",))
             joint = own.string("joint") if "joint" in own else ""
-            openness = own.number("open")
-            if not 0.0 <= openness <= 1.0:
-                raise own.error("open", f"expected 0 (closed) to 1 (open), found {openness:g}")
+            openness = own.number("open", least=0.0, most=1.0)
             changes.append({"kind": "open", "role": role, "openness": openness, "joint": joint})
             continue
         own.check_keys((), _OF_OBJECTS)
@@ -62,7 +70,27 @@ def read_staging(section: Section) -> tuple[Changes, Mapping[str, tuple[str, ...
             drawn[role] = own.strings("drawn")
         changes += _put(every, role, own)
         pushed += _push(role, own)
+    _check_order(every, changes)
     return (*changes, *pushed), drawn
+
+
+def _check_order(every: Section, changes: Sequence[Mapping[str, Any]]) -> None:
+    """What is put by something else is put after it: it would stand where that was before."""
+    targets = {one["role"]: one["target"] for one in changes if one["kind"] == "put"}
+    placed: set[str] = set()
+    for one in (one for one in changes if one["kind"] == "put"):
+        role, target, relation = one["role"], one["target"], one["relation"]
+        if target in targets and target not in placed:
+            circle = [role]
+            while (after := targets.get(circle[-1])) is not None and after not in circle:
+                circle.append(after)
+            own = every.section(role)
+            if after is not None:
+                around = ", ".join(map(repr, (*circle[circle.index(after) :], after)))
+                raise own.error(relation, f"nothing can stand in a circle: {around}")
+            line = every.line_of(target)
+            raise own.error(relation, f"{target!r} is put elsewhere on line {line}; put it first")
+        placed.add(role)
 
 
 def _put(every: Section, role: str, own: Section) -> list[Mapping[str, Any]]:
@@ -99,7 +127,4 @@ def _push(role: str, own: Section) -> list[Mapping[str, Any]]:
 
 def _within(own: Section, key: str, most: float) -> float:
     """A number from -most to most, 0 without the key."""
-    number = own.number(key) if key in own else 0.0
-    if abs(number) > most:
-        raise own.error(key, f"expected {-most:g} to {most:g}, found {number:g}")
-    return number
+    return own.number(key, least=-most, most=most) if key in own else 0.0

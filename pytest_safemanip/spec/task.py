@@ -89,6 +89,27 @@ class Task:
         return self.base or self.name
 
     @property
+    def roles(self) -> Mapping[str, tuple[str, ...]]:
+        """The roles that its file names, by key; without the robot."""
+        return {
+            "objects": self.objects,
+            "enclosures": self.enclosures,
+            "mechanisms": self.mechanisms,
+            "placements": tuple(role for pair in self.placements for role in pair),
+            "skills": tuple(role for _, role in self.skills),
+            "transfers": tuple(role for pair in self.transfers for role in pair),
+            "tools": tuple(role for role in self.tools if role != ROBOT),
+            "open_at": tuple(self.open_at),
+            "touch": tuple(self.touch),
+            "supports": tuple(r for key, below in self.supports.items() for r in (key, *below)),
+            "upright": self.upright,
+            "hot": self.hot,
+            "zones": tuple(zone.around for zone in self.zones.values()),
+            "liquids": self.filled,
+            "staging": tuple(dict.fromkeys((*self.drawn, *(one["role"] for one in self.staging)))),
+        }
+
+    @property
     def filled(self) -> tuple[str, ...]:
         """Roles of the objects that liquids are in when an episode begins."""
         return tuple(dict.fromkeys(self.liquids.values()))

@@ -42,6 +42,7 @@ derived`` and those keys alone that are to be different:
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -51,7 +52,8 @@ from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.propositions.binding import Zone
 from pytest_safemanip.propositions.onset import SKILLS
 from pytest_safemanip.spec import yamlfile
-from pytest_safemanip.spec.staged import read_staging
+from pytest_safemanip.spec.folders import yaml_files
+from pytest_safemanip.spec.staged import MOST_LIQUIDS, MOST_OFFSET, read_staging
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.yamlfile import Section
 from pytest_safemanip.trace.elements import ROBOT
@@ -79,6 +81,8 @@ _OPTIONAL = (
     "staging",
     "compact",
 )
+_OF_LIQUIDS = ("transfers", "skills")
+"""Keys that may name liquids."""
 KITCHENS = ("small", "full", "deep", "roomy")
 """The compact kitchens, the usual one first."""
 DERIVED = "derived"
@@ -99,12 +103,18 @@ def load_tasks(folders: Sequence[Path]) -> dict[str, Task]:
     for folder in folders:
         if not folder.is_dir():
             raise ConfigError(f"{folder}: no such folder of tasks")
-        for path in sorted(folder.glob("*.yaml")):
+        for path in yaml_files(folder):
             if path.name == OBJECTS_FILE:
                 continue
             section = yamlfile.load(path)
             if "base" in section:
                 continue
+            if "staging" in section:
+                raise section.error(
+                    "staging",
+                    "there is no 'base'; name the task whose scene is staged, and give this one a "
+                    "name of its own",
+                )
             task = _task(section)
             if task.name in found:
                 raise ConfigError(f"task {task.name!r} is in {found[task.name].path} and {path}")
@@ -120,7 +130,7 @@ def load_changes(folders: Sequence[Path]) -> dict[str, Section]:
     """
     found: dict[str, Section] = {}
     for folder in folders:
-        for path in sorted(folder.glob("*.yaml")):
+        for path in yaml_files(folder):
             section = yamlfile.load(path)
             if "base" not in section:
                 continue
@@ -144,16 +154,21 @@ def load_staged(folders: Sequence[Path], bases: Mapping[str, Task]) -> dict[str,
         ConfigError: if a file is wrong, its base is unknown, or a name is taken.
     """
     found: dict[str, Task] = {}
-    for path in (path for folder in folders for path in sorted(folder.glob("*.yaml"))):
-        if path.name == OBJECTS_FILE:
-            continue
-        section = yamlfile.load(path)
-        if "base" not in section or section.string("base") == DERIVED:
-            continue
-        base = section.string("base")
+    sections = [
+        section
+        for folder in folders
+        for section in map(yamlfile.load, yaml_files(folder))
+        if "base" in section and section.string("base") != DERIVED
+    ]
+    staged = {section.string("task"): section.string("base") for section in sections}
+    for section in sections:
+        path, base = section.path, section.string("base")
+        if base in staged and base not in bases:
+            other = f"; name {staged[base]!r}, whose scene that is" if staged[base] in bases else ""
+            raise section.error("base", f"{base!r} has a 'base' itself{other}")
         if base not in bases:
             hint = did_you_mean(base, bases, "safemanip tasks")
-            raise section.error("base", f"unknown task {base!r}; {hint}; or {DERIVED!r}")
+            raise section.error("base", f"unknown task {base!r}; {hint}")
         section.check_keys(("task", "base", "sets", "suite"), (*_REQUIRED, *_OPTIONAL))
         task = replace(_task(section.over(yamlfile.load(bases[base].path))), base=base)
         if task.name in {*bases, *found}:
@@ -200,7 +215,7 @@ def _task(section: Section) -> Task:
     staging, drawn = read_staging(section)
     if compact:
         compact.check_keys((), ("kitchen", "object_groups"))
-    return Task(
+    task = Task(
         name=name,
         path=section.path,
         sets=section.strings("sets"),
@@ -215,7 +230,7 @@ def _task(section: Section) -> Task:
         skills=_skills(section),
         transfers=_pairs(section, "transfers", "OBJECT into RECEIVER", contents, None),
         tools=_members(section, "tools", (ROBOT, *objects), "objects, nor 'robot'"),
-        open_at=_numbers(section, "open_at"),
+        open_at=_numbers(section, "open_at", most=1.0),
         touch=_lists(section, "touch"),
         supports=_lists(section, "supports"),
         upright=_strings(section, "upright"),
@@ -230,6 +245,18 @@ def _task(section: Section) -> Task:
         kitchen=_kitchen(compact),
         object_groups=_lists(compact, "object_groups"),
     )
+    _check_names(section, task)
+    return task
+
+
+def _check_names(section: Section, task: Task) -> None:
+    """Zones and liquids have names that nothing else has."""
+    taken = {ROBOT, *(receiver for _, receiver in task.transfers)}
+    taken.update(*(roles for key, roles in task.roles.items() if key not in _OF_LIQUIDS))
+    for key, others in (("liquids", task.zones), ("zones", task.liquids)):
+        for name in section.section(key) if key in section else ():
+            if name in taken or name in others:
+                raise section.section(key).error(name, f"{name!r} is the name of something else")
 
 
 def _horizon(section: Section) -> str:
@@ -271,11 +298,11 @@ def _members(section: Section, key: str, known: Sequence[str], where: str) -> tu
     return roles
 
 
-def _numbers(section: Section, key: str) -> Mapping[str, float]:
+def _numbers(section: Section, key: str, most: float = math.inf) -> Mapping[str, float]:
     if key not in section:
         return {}
     inner = section.section(key)
-    return {role: inner.number(role, positive=True) for role in inner}
+    return {name: inner.number(name, positive=True, most=most) for name in inner}
 
 
 def _liquids(section: Section, objects: Sequence[str]) -> Mapping[str, str]:
@@ -283,6 +310,10 @@ def _liquids(section: Section, objects: Sequence[str]) -> Mapping[str, str]:
     if "liquids" not in section:
         return {}
     inner = section.section("liquids")
+    if len(list(inner)) > MOST_LIQUIDS:
+        raise section.error(
+            "liquids", f"{len(list(inner))} liquids, of which {MOST_LIQUIDS} may be"
+        )
     found = {}
     for name in inner:
         if not TASK_NAME.fullmatch(name):
@@ -291,6 +322,8 @@ def _liquids(section: Section, objects: Sequence[str]) -> Mapping[str, str]:
         found[name] = inner.string(name)
         if found[name] not in objects or name in objects:
             raise inner.error(name, f"expected 'LIQUID: OBJECT', found {name}: {found[name]}")
+        if list(found.values()).count(found[name]) > 1:
+            raise inner.error(name, f"{found[name]!r} is full of another liquid already")
     return found
 
 
@@ -303,7 +336,11 @@ def _zones(section: Section) -> Mapping[str, Zone]:
             raise every.error(name, "expected letters, digits and '_' in the name of a zone")
         zone = every.section(name)
         zone.check_keys(("around",), ("margin", "above"))
-        sizes = {key: zone.number(key, positive=True) for key in ("margin", "above") if key in zone}
+        sizes = {
+            key: zone.number(key, least=0.0, most=MOST_OFFSET)
+            for key in ("margin", "above")
+            if key in zone
+        }
         found[name] = Zone(zone.string("around"), **sizes)
     return found
 
@@ -324,7 +361,7 @@ def _pairs(
     for text in _strings(section, key):
         match = pattern.fullmatch(text)
         known = match and match[1] in firsts and (seconds is None or match[2] in seconds)
-        if not match or not known:
+        if not match or not known or match[1] == match[2]:
             raise section.error(key, f"expected '{form}', found {text!r}")
         found.append((match[1], match[2]))
     return tuple(found)

@@ -7,6 +7,7 @@ anchors, one document per file, and no key twice.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from typing import Any
 
 import yaml
 
+from pytest_safemanip.decoding.files import Unreadable, read_regular
 from pytest_safemanip.errors import ConfigError, did_you_mean
 
 MAX_BYTES = 1_000_000
@@ -24,6 +26,8 @@ _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, ten tim
 _TEXT = "tag:yaml.org,2002:str"
 _WORDS = ("on", "off", "yes", "no")
 """Keys that are text although YAML 1.1 takes them for booleans."""
+_SPACES = "\n\t\u00a0\u202f"
+"""Line breaks and spaces that are not printable but harmless."""
 _AS_TEXT = "text (in quotes, if YAML reads it otherwise)"
 
 
@@ -89,23 +93,48 @@ class Section:
         """
         return self._text(key, self._node(key))
 
+    def one_line(self, key: str) -> str:
+        """Text in one line: each break of a line is a space."""
+        return " ".join(self.string(key).split())
+
     def strings(self, key: str) -> tuple[str, ...]:
-        """A list of texts, which may be empty."""
+        """A list of different texts, which may be empty."""
         node = self._node(key)
         if not isinstance(node.value, list):
             raise self._expected(key, "a list", node)
-        return tuple(self._text(key, item) for item in node.value)
+        found: list[str] = []
+        for item in node.value:
+            text = self._text(key, item)
+            if text in found:
+                raise ConfigError(
+                    f"{self.path}:{item.line}: {self._key(key)}: {text!r} is given twice"
+                )
+            found.append(text)
+        return tuple(found)
 
-    def number(self, key: str, *, positive: bool = False, most: float = math.inf) -> float:
-        """A finite number."""
+    def number(
+        self,
+        key: str,
+        *,
+        positive: bool = False,
+        least: float = -math.inf,
+        most: float = math.inf,
+    ) -> float:
+        """A finite number, from ``least`` to ``most``; above 0 if it has to be ``positive``."""
         node = self._node(key)
         wanted = "a positive number" if positive else "a number"
-        wanted += f", at most {most:g}" if most < math.inf else ""
+        if -math.inf < least and most < math.inf:
+            wanted += f" from {least:g} to {most:g}"
+        elif -math.inf < least:
+            wanted += f", at least {least:g}"
+        elif most < math.inf:
+            wanted += f", at most {most:g}"
         try:
             number = float(node.value) if isinstance(node.value, str) else math.nan
         except ValueError:
             number = math.nan
-        if not math.isfinite(number) or (positive and number <= 0) or number > most:
+        fits = math.isfinite(number) and least <= number <= most
+        if not fits or (positive and number <= 0):
             raise self._expected(key, wanted, node)
         return number
 
@@ -122,6 +151,23 @@ class Section:
         if not isinstance(node.value, dict):
             raise self._expected(key, "a mapping", node)
         return Section(self.path, node, self._dotted(key))
+
+    def sections(self, key: str) -> tuple[Section, ...]:
+        """A list of mappings, which may be empty."""
+        node = self._node(key)
+        if not isinstance(node.value, list):
+            raise self._expected(key, "a list", node)
+        for item in node.value:
+            if not isinstance(item.value, dict):
+                raise self._expected(key, "mappings", item)
+        return tuple(Section(self.path, item, self._dotted(key)) for item in node.value)
+
+    def whole(self, key: str) -> int:
+        """A whole number of at least 0."""
+        value = self.number(key)
+        if value < 0 or value != int(value):
+            raise self._expected(key, "a whole number of at least 0", self._node(key))
+        return int(value)
 
     def is_mapping(self, key: str) -> bool:
         """Whether a value is a mapping."""
@@ -169,13 +215,9 @@ def load(path: Path) -> Section:
         ConfigError: the file cannot be read, is larger than `MAX_BYTES`, or is not plain YAML.
     """
     try:
-        if path.exists() and not path.is_file():  # a pipe would be waited for
-            raise ConfigError(f"{path}: is no file")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
-    return parse(data, path)
+        return parse(read_regular(path, MAX_BYTES), path)
+    except Unreadable as error:
+        raise ConfigError(f"{path}: {error}") from error
 
 
 def parse(data: bytes, path: Path) -> Section:
@@ -187,7 +229,7 @@ def parse(data: bytes, path: Path) -> Section:
     if len(data) > MAX_BYTES:
         raise ConfigError(f"{path}: larger than {MAX_BYTES} bytes")
     try:
-        node = _Reader(path, data.decode("utf-8")).document()
+        node = _document(path, data.decode("utf-8"), _Loader)
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise ConfigError(f"{path}:{line}: not UTF-8 text") from error
@@ -201,12 +243,16 @@ def parse(data: bytes, path: Path) -> Section:
     return Section(path, node)
 
 
+@functools.lru_cache(maxsize=512)  # several runs of one process read the shipped files each
+def _document(path: Path, text: str, loader: Any) -> _Node:
+    return _Reader(path, loader(text)).document()
+
+
 class _Reader:
     """Builds nodes from the parser's events, so that no constructor ever runs."""
 
-    def __init__(self, path: Path, text: str) -> None:
-        self.path = path
-        self.loader = _Loader(text)
+    def __init__(self, path: Path, loader: Any) -> None:
+        self.path, self.loader = path, loader
 
     def document(self) -> _Node:
         """The one document of the file."""
@@ -230,11 +276,23 @@ class _Reader:
         if depth > MAX_DEPTH:
             raise ConfigError(f"{self.path}:{line}: nested more than {MAX_DEPTH} levels deep")
         if isinstance(event, yaml.ScalarEvent):
+            self._check_shown(event.value, line)
             resolved = self.loader.resolve(yaml.ScalarNode, event.value, event.implicit)
             return _Node(line, event.value, is_text=resolved == _TEXT)
         if isinstance(event, yaml.SequenceStartEvent):
             return _Node(line, [self._node(item, depth + 1) for item in self._until_end()])
         return _Node(line, self._mapping(depth))
+
+    def _check_shown(self, text: str, line: int) -> None:
+        """Refuse what moves a terminal's cursor, or turns the direction of reading: texts of files
+        are shown to people.
+        """
+        for letter in () if text.isprintable() else text:
+            if not letter.isprintable() and letter not in _SPACES:
+                raise ConfigError(
+                    f"{self.path}:{line}: {text[:80]!r} has the character {letter!r}, "
+                    "which a terminal obeys or hides; leave it out"
+                )
 
     def _until_end(self) -> Iterator[Any]:
         while not isinstance(event := self.loader.get_event(), yaml.CollectionEndEvent):

@@ -17,11 +17,12 @@ POLICY_NAME = re.compile(r"[\w.:/@=+-]{1,200}")
 MOST_HAZARDS = 100
 LONGEST_BINDING = 50_000
 LONGEST_FAILURE = 1000
-"""Characters of what a policy says about why it gave up."""
+"""Characters of what a policy says about why it gave up, and of a warning."""
 MOST_STEPS = 2**32
 """More than a rollout or a seed can have."""
 
-Ended = Literal["success", "horizon", "policy", "violation", "warning"]
+MOST_DISTURBANCES = 100
+Ended = Literal["success", "horizon", "policy", "violation", "stalled", "warning"]
 
 _TEXTS = ("task", "policy", "instruction", "ended", "backend", "scenes", "stepping", "assets")
 
@@ -37,7 +38,8 @@ class Episode:
         instruction: the task's instruction in this episode.
         horizon: control steps after which the rollout ends without success.
         ended: why the acting part ended: the task succeeded, its time was over, the policy said
-            that it was done, or a property was violated that ends rollouts.
+            that it was done, a property was violated that ends rollouts, or was going to be, or
+            nothing moved any more.
         backend: name of the simulator backend.
         scenes: which family of scenes.
         stepping: how it was asked to be stepped, ``exact`` or ``fast``.
@@ -57,6 +59,11 @@ class Episode:
         binding: of a task that the backend derives from its simulator's files: the content of the
             file that it would have in ``tasks/``, by which it can be judged anywhere.
         failure: why a policy gave up, in its own words; empty if it did not, or did not say.
+        disturbances: what went wrong on purpose while it ran, each its ``kind`` and its sizes, in
+            SI units.
+        repeat: how often the same had been run before: what is random in the policy and in
+            disturbances is drawn anew each time.
+        warned: the violation that was near where a warning ended the acting part; else empty.
     """
 
     task: str
@@ -78,6 +85,9 @@ class Episode:
     origin: Mapping[str, str] = field(default_factory=dict)
     binding: str = ""
     failure: str = ""
+    disturbances: tuple[Mapping[str, Any], ...] = ()
+    repeat: int = 0
+    warned: str = ""
 
     def __repr__(self) -> str:
         return f"<Episode {self.task}, {self.policy}, seed {self.seed}: {self.ended}>"
@@ -104,7 +114,8 @@ class Episode:
         patches = data.get("patches", ())
         if not isinstance(patches, list | tuple) or not all(isinstance(p, str) for p in patches):
             raise TraceError("episode: patches must be a list of strings")
-        known = {"hazards": tuple(map(Hazard.from_json, hazards)), "patches": tuple(patches)}
+        known: dict[str, Any] = {"hazards": tuple(map(Hazard.from_json, hazards))}
+        known |= {"patches": tuple(patches), "disturbances": _disturbances(data)}
         try:
             episode = cls(**{**data, **known})
         except TypeError as error:
@@ -116,10 +127,11 @@ class Episode:
                 raise TraceError(f"episode: {name} must be printable")
         if not isinstance(episode.binding, str) or len(episode.binding) > LONGEST_BINDING:
             raise TraceError(f"episode: binding must be text, at most {LONGEST_BINDING} long")
-        said = episode.failure
-        if not isinstance(said, str) or not said.isprintable() or len(said) > LONGEST_FAILURE:
-            raise TraceError(f"episode: failure must be a line of at most {LONGEST_FAILURE}")
-        for name in ("seed", "horizon"):
+        for name in ("failure", "warned"):
+            said = getattr(episode, name)
+            if not isinstance(said, str) or not said.isprintable() or len(said) > LONGEST_FAILURE:
+                raise TraceError(f"episode: {name} must be a line of at most {LONGEST_FAILURE}")
+        for name in ("seed", "horizon", "repeat"):
             value = getattr(episode, name)
             if type(value) is not int or not 0 <= value <= MOST_STEPS:
                 raise TraceError(f"episode: {name} must be an integer from 0 up to {MOST_STEPS}")
@@ -137,6 +149,15 @@ class Episode:
         if not POLICY_NAME.fullmatch(episode.policy):
             raise TraceError(f"episode: {episode.policy!r} is no name of a policy")
         return episode
+
+
+def _disturbances(data: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+    found = data.get("disturbances", ())
+    if not isinstance(found, list | tuple) or len(found) > MOST_DISTURBANCES:
+        raise TraceError(f"episode: disturbances must be a list of at most {MOST_DISTURBANCES}")
+    if not all(isinstance(own, dict) and isinstance(own.get("kind"), str) for own in found):
+        raise TraceError("episode: each of its disturbances must be a mapping with a kind")
+    return tuple(found)
 
 
 def served_fault(served: Mapping[str, str]) -> str:

@@ -12,7 +12,6 @@ import dataclasses
 import io
 import json
 import os
-import stat
 import struct
 import tempfile
 import zipfile
@@ -23,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from pytest_safemanip.decoding.files import Unreadable, read_regular
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.members import Array, Members, npy
@@ -157,16 +157,10 @@ def from_bytes(data: bytes) -> Recording:
 
 
 def _read(path: Path) -> bytes:
-    """The content of a regular file: a pipe may never end, a device may be endless."""
     try:
-        about = path.stat()
-        if not stat.S_ISREG(about.st_mode):
-            raise TraceError("cannot be read (not a regular file)")
-        if about.st_size > MAX_FILE:
-            raise TraceError(f"{about.st_size} bytes, more than the limit of {MAX_FILE}")
-        return path.read_bytes()
-    except OSError as error:
-        raise TraceError(f"cannot be read ({error.strerror})") from error
+        return read_regular(path, MAX_FILE)
+    except Unreadable as error:
+        raise TraceError(str(error)) from error
 
 
 @contextlib.contextmanager

@@ -77,7 +77,13 @@ def test_tasks_are_selected_as_in_pytest(safemanip: Command) -> None:
     found = safemanip("tasks", "OpenD*", "set:quick").out
     assert "OpenDrawer " in found
     assert "PickPlaceCounterToCabinet " in found
-    assert "5 of 61 tasks" in found
+    assert "5 of 50 tasks, 0 of 11 staged scenes, which 'all'" in " ".join(found.split())
+    assert safemanip("tasks", "OpenD*,set:quick").out == found
+    staged = " ".join(safemanip("tasks", "set:redvla,OpenDrawer").out.split())
+    assert (
+        "1 of 50 tasks, 4 of 11 staged scenes, which 'all' leaves out: set:failurebench," in staged
+    )
+    assert "16 of 16 tasks; safe" in safemanip("tasks", "--backend", "robosuite").out
     line = safemanip("tasks", "OpenDrawr").refusal
     assert line == (
         "safemanip tasks: error: SELECTOR: 'OpenDrawr' matches no task; did you mean 'OpenDrawer'?"
@@ -89,6 +95,12 @@ def test_properties_have_formula_category_and_the_number_of_their_tasks(safemani
     assert names(found) == ["enclosure_access", "enclosure_clearance", "enclosure_release"]
     assert "G (reach_in -> fix_open)" in found
     assert "category enclosure_access; for each f in enclosures" in found
+    assert "3 of 119 properties, for 50 tasks" in found
+    assert [line.split()[1] for line in found.splitlines() if line.startswith("encl")] == [
+        "24",
+        "2",
+        "10",
+    ]
     assert "'enclosure_acess' matches no property" in safemanip("properties", "enclosure_acess").err
 
 
@@ -103,6 +115,11 @@ def test_packs_are_listed_and_the_rules_of_one(safemanip: Command) -> None:
     }
     assert listed["safebox"]["rules"] == rules
     assert len(names(safemanip("properties").out)) == 10
+    assert names(safemanip("properties", "collision_contact,pack:safebox").out) == [
+        "collision_contact",
+        *rules,
+    ]
+    assert len(names(safemanip("properties", "default,pack:safebox").out)) == 10 + len(rules)
     line = safemanip("properties", "pack:safeboks").refusal
     assert "unknown pack 'safeboks'; did you mean 'safebox'?" in line
 

@@ -22,6 +22,7 @@ from pytest_safemanip.sim.robocasa.factory import create
 from pytest_safemanip.trace import files
 from tests.cli.conftest import Command
 from tests.sim.test_observing import require
+from tests.warm import Warm
 
 
 def png_size(path: Path) -> tuple[int, int]:
@@ -30,7 +31,8 @@ def png_size(path: Path) -> tuple[int, int]:
 
 
 @pytest.fixture
-def backend(tmp_path: Path) -> Any:
+def backend(tmp_path: Path, warm: Warm, monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.setattr(sys, "executable", warm.python)
     made = create(Options("primitive", tmp_path / "logs"))
     yield made
     made.close()

@@ -40,6 +40,13 @@ def test_a_recording_is_told_with_its_verdicts_and_what_proves_a_violation(safem
     assert "bad prefix at step 8" in watch
 
 
+def test_a_recording_that_a_warning_ended_says_before_what(safemanip, recorded):
+    near = "release_stability for mug in 5.12 s, to be prevented within 0.12 s: obj_released"
+    about = toy.episode(ended="warning", warned=near, horizon=20)
+    head = " ".join(safemanip("show", recorded(toy.recording(6, 1, about=about))).out.split())
+    assert f"stopped before step 5, since a violation was near: {near}" in head
+
+
 def test_without_a_violation_the_exit_status_is_0(safemanip, recorded):
     assert safemanip("show", recorded()).status == 0
     found = safemanip("show", recorded(bumped()), "--property", "grasp_*,release_stability")
@@ -94,8 +101,8 @@ def test_a_broken_file_is_one_line(safemanip, recorded, command, damage):
 
 def test_what_does_not_fit_is_one_line(safemanip: Command, recorded, tmp_path):
     path = recorded()
-    assert "cannot be read (No such file" in safemanip("show", "none.rollout").refusal
-    assert f"{tmp_path}: cannot be read (not a regular file)" in safemanip("show", tmp_path).refusal
+    assert "cannot be read: No such file" in safemanip("show", "none.rollout").refusal
+    assert f"{tmp_path}: cannot be read: Is a directory" in safemanip("show", tmp_path).refusal
     line = safemanip("show", path, "--property", "grasp_stabilty").refusal
     assert "--property: 'grasp_stabilty' matches no property; did you mean" in line
     line = safemanip("show", path, "--property", "object_containment").refusal

@@ -21,12 +21,12 @@ import doctest
 import os
 import re
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from pytest_safemanip import resources
+from tests.warm import Warm
 
 _FENCE = re.compile(
     r"^(?:<!-- (?P<note>[^\n]*?) -->\n)?```(?P<language>\w*)\n(?P<code>.*?)^```$", re.M | re.S
@@ -35,6 +35,8 @@ _PATH = re.compile(r"^# (\.?[\w./-]+\.(?:py|ya?ml|ini|toml))\n")
 _REUSED = re.compile(r"^.*\d+ of \d+ rollouts? reused from .*\n", re.M)
 _VOLATILE = re.compile(r"\b[0-9a-f]{12}\b|\d+\.\d+ ?s\b|\d+:\d\d(:\d\d)?")
 _LIMIT_S = 300.0
+COMMANDS = {"pytest": ["-m", "pytest"], "safemanip": ["-m", "pytest_safemanip"], "python": []}
+"""What pages call, with which arguments of Python it begins."""
 
 
 @dataclass(frozen=True)
@@ -143,11 +145,12 @@ class Page:
     Args:
         text: the page.
         folder: where commands run and files are written; empty.
+        warm: runs Python, pytest and safemanip.
         prepare: called with each command before it is run.
     """
 
-    def __init__(self, text: str, folder: Path, prepare: Callable[[str], None]) -> None:
-        self._text, self._folder, self._prepare = text, folder, prepare
+    def __init__(self, text: str, folder: Path, warm: Warm, prepare: Callable[[str], None]) -> None:
+        self._text, self._folder, self._warm, self._prepare = text, folder, warm, prepare
         self._commands = folder.parent / f"{folder.name}-bin"
         self._session: dict[str, object] = {}
 
@@ -157,7 +160,7 @@ class Page:
         Raises:
             AssertionError: if a block ends otherwise than it should.
         """
-        self._install()
+        self._warm.install(self._commands, COMMANDS)
         output = None
         for block in parse(self._text):
             if block.language == "output" and output is not None:
@@ -173,14 +176,6 @@ class Page:
                 output = self._execute(block)
             elif "not run" in block.notes:
                 output = None
-
-    def _install(self) -> None:
-        self._commands.mkdir()
-        modules = {"pytest": "-m pytest", "safemanip": "-m pytest_safemanip", "python": ""}
-        for name, arguments in modules.items():
-            command = self._commands / name
-            command.write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n')
-            command.chmod(0o755)
 
     def _execute(self, block: Block) -> str:
         self._prepare(block.code)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import functools
 import inspect
 import io
 import re
@@ -20,6 +21,8 @@ from pytest_safemanip.ltlf import Monitor, compile_formula
 from pytest_safemanip.metrics.measures import FIGURES, SHARES
 from pytest_safemanip.plugin.options import OPTIONS, Option, add_options
 from pytest_safemanip.run.definitions import Definitions, load_definitions
+from pytest_safemanip.search.kinds.catalogue import SHIPPED
+from pytest_safemanip.search.units import show
 from pytest_safemanip.spec.patterns import PATTERNS, Asked, read_pattern
 from pytest_safemanip.spec.scopes import SCOPES
 from pytest_safemanip.spec.tasks import HORIZONS
@@ -212,7 +215,8 @@ def tasks() -> str:
             ", ".join(f"`{prop}`" for prop in task.properties),
         )
         for task in sorted(
-            _defined().unstaged.values(), key=lambda t: (HORIZONS.index(t.horizon), t.name)
+            (t for t in _defined().tasks.values() if not t.base),
+            key=lambda t: (HORIZONS.index(t.horizon), t.name),
         )
     ]
     head = ("task", "suite", "horizon", "sets", "objects, enclosures", "properties")
@@ -260,6 +264,16 @@ def pairs() -> str:
     return _table(("violation", "worse", "why", "how"), severities.table())
 
 
+def kinds() -> str:
+    """The table of kinds of dimensions."""
+    rows = []
+    for kind in SHIPPED:
+        limits = f"{show(kind.low, kind.unit)} to {show(kind.high, kind.unit)}" if kind.unit else ""
+        more = ", ".join(f"`{name}`" for name in (*kind.keys[1:], *kind.details))
+        rows.append((f"`{kind.name}`", kind.doc, limits or "choices", more or "-"))
+    return _table(("kind", "what may be otherwise", "usual limits", "further keys"), rows)
+
+
 def imports() -> str:
     """What each room of the package imports."""
     rows = [
@@ -269,6 +283,7 @@ def imports() -> str:
     return _table(("room", "imports of the package", "and of others"), rows)
 
 
+@functools.cache
 def room_imports() -> dict[str, tuple[list[str], list[str]]]:
     """Of each room of the package, the rooms that it imports and the packages of others."""
     rooms: dict[str, set[str]] = {}
@@ -372,6 +387,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
 REGIONS: Mapping[tuple[str, str], Callable[[], str]] = {
     ("docs/severity.md", "pairs"): pairs,
     ("docs/metrics.md", "metrics"): metrics,
+    ("docs/search.md", "kinds"): kinds,
     ("docs/architecture.md", "imports"): imports,
     ("docs/packs.md", "packs"): listed,
     ("docs/coverage.md", "packs"): broken,

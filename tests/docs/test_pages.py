@@ -16,6 +16,7 @@ from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.run.option_values import parse_seeds
 from tests.conftest import Rollouts
 from tests.docs.blocks import Page, masked, parse, refreshed
+from tests.warm import Warm
 
 ROOT = Path(__file__).parents[2]
 WRITTEN = sorted(
@@ -70,6 +71,7 @@ def test_every_command_does_what_the_page_shows(
     page: str,
     tmp_path: Path,
     rollouts: Rollouts,
+    warm: Warm,
     monkeypatch: pytest.MonkeyPatch,
     update: bool,
 ) -> None:
@@ -79,7 +81,7 @@ def test_every_command_does_what_the_page_shows(
     monkeypatch.chdir(folder)
     text = (ROOT / page).read_text()
     shown, rest = "", 0
-    for block, output in Page(text, folder, Earlier(rollouts, folder)).run():
+    for block, output in Page(text, folder, warm, Earlier(rollouts, folder)).run():
         if update:
             shown += text[rest : block.start] + refreshed(block.code, output)
             rest = block.end

@@ -17,31 +17,42 @@ def handles(call):
     return call.skill.startswith(("grasp", "place", "lay"))
 
 
+class Package:
+    """A copy of the expert's package, with the digest of every task and fault in it as it is."""
+
+    def __init__(self, root):
+        self.root = root
+        self.digests = self._digests()
+
+    def changed_by(self, *edited):
+        """Which digests an edit of some files changes, by task and fault."""
+        before = self.digests
+        for file in edited:
+            (self.root / file).write_text((self.root / file).read_text() + "\nEDITED = True\n")
+        self.digests = self._digests()
+        return {key for key in ALL if self.digests[key] != before[key]}
+
+    def _digests(self):
+        return {key: digest.plan_digest(*key, root=self.root) for key in ALL}
+
+
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
     folder = tmp_path_factory.mktemp("expert")
-    return shutil.copytree(digest.ROOT, folder / "expert")
-
-
-def changed_by(package, *edited):
-    """Which digests an edit of a file changes, by task and fault."""
-    before = {key: digest.plan_digest(*key, root=package) for key in ALL}
-    for file in edited:
-        (package / file).write_text((package / file).read_text() + "\nEDITED = True\n")
-    return {key for key in ALL if digest.plan_digest(*key, root=package) != before[key]}
+    return Package(shutil.copytree(digest.ROOT, folder / "expert"))
 
 
 def test_an_edited_fault_makes_its_own_recordings_stale_and_no_others(package):
     home = f"{digest.PACKAGE}.faults.collision_contact.bumps"
     of_it = {name for name, module in HOMES.items() if module == home}
-    changed = changed_by(package, "faults/collision_contact/bumps.py")
+    changed = package.changed_by("faults/collision_contact/bumps.py")
     assert {fault for _, fault in changed} == of_it
 
 
 def test_an_edited_skill_makes_the_tasks_stale_that_use_it(package):
-    assert changed_by(package, "tasks/stirring.py") == {("StirVegetables", "")}
-    assert changed_by(package, "tasks/rinsing.py") == {("WashLettuce", "")}
-    tasks = {task for task, fault in changed_by(package, "tasks/handling.py") if not fault}
+    assert package.changed_by("tasks/stirring.py") == {("StirVegetables", "")}
+    assert package.changed_by("tasks/rinsing.py") == {("WashLettuce", "")}
+    tasks = {task for task, fault in package.changed_by("tasks/handling.py") if not fault}
     assert tasks == {task for task, calls in CALLS.items() if any(map(handles, calls))}
 
 
@@ -57,12 +68,12 @@ def test_an_edited_skill_makes_the_tasks_stale_that_use_it(package):
     ],
 )
 def test_what_runs_every_plan_is_part_of_every_digest(package, file):
-    assert changed_by(package, file) == ALL
+    assert package.changed_by(file) == ALL
 
 
 @pytest.mark.parametrize("file", ["tasks/skills.py", "tasks/plans.yaml", "faults/library.py"])
 def test_a_new_skill_plan_or_fault_leaves_recordings_as_they_are(package, file):
-    assert not changed_by(package, file)
+    assert not package.changed_by(file)
 
 
 def test_another_plan_has_another_digest(monkeypatch):

@@ -84,6 +84,17 @@ def test_a_hand_that_moves_while_it_lets_go_is_warned_where_the_load_would_slide
     assert judged(recording, "release_stability").warnings(OPEN)
 
 
+@pytest.mark.parametrize("wrong", [-0.1, math.nan, "0.25", None, True])
+def test_a_horizon_or_a_pace_that_is_no_number_from_0_up_is_refused(wrong):
+    judge = judged(held_at((0.3, 0.0, 1.0)), "release_stability")
+    for option in ("horizon", "pace"):
+        with pytest.raises(ValueError, match=f"{option}: expected a number from 0 up, found "):
+            judge.warnings(OPEN, **{option: wrong})
+    with pytest.raises(ValueError, match=r"commands: expected finite numbers, found \[nan\]"):
+        judge.warnings((math.nan,))
+    assert len(judge.warnings(OPEN, horizon=1e9)) == len(judge.warnings(OPEN, horizon=math.inf))
+
+
 def toward_mug(speed, length=9, start=0.5):
     """The hand comes along x at a speed to the mug, which the task has no use for."""
     places = [(start - speed * toy.DT * n, 0.0, 0.96) for n in range(length)]

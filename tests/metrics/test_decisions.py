@@ -12,7 +12,7 @@ from pytest_safemanip.metrics.decisions import MOST, _fewest, decide, further, s
 from pytest_safemanip.metrics.gates import parse_gate
 from pytest_safemanip.metrics.rates import Rate
 from pytest_safemanip.metrics.statistics.intervals import clustered, wilson
-from tests.metrics.build import rollout, rollouts, severe, verdict
+from tests.metrics.build import bad, rollout, rollouts, severe, verdict
 
 
 def decided(text, *groups):
@@ -36,6 +36,34 @@ def decided(text, *groups):
 )
 def test_the_point_estimate_or_the_interval_decides(text, pattern, wanted):
     assert decided(text, rollouts(pattern)).verdict == wanted
+
+
+def of_packs():
+    """Rollouts of a rule of each of two packs and one of none, the second without a verdict."""
+    packs = {"house_a": "house", "ward_b": "ward"}
+    first = (bad("house_a"), verdict("ward_b"), verdict("own"))
+    return [
+        rollout(True, *first, packs=packs),
+        rollout(True, verdict("house_a"), seed=1, unjudged={"ward_b": "c"}, packs=packs),
+        rollout(True, bad("own"), seed=2),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("where", "wanted", "value"),
+    [
+        ("pack=house", "FAIL", 1 / 2),
+        ("pack=ward", "INCOMPLETE", 0.0),
+        ("pack=ward,task=U", "INCOMPLETE", None),
+        ("pack=default", "FAIL", 1 / 2),
+        ("pack=h*,property=house_*,category=c", "FAIL", 1 / 2),
+        ("pack=house,property=own", "INCOMPLETE", None),
+        ("pack=*", "INCOMPLETE", 1.0),
+    ],
+)
+def test_a_gate_may_be_about_the_rules_of_a_pack_or_about_those_of_none(where, wanted, value):
+    found = decided(f"violation_rate[{where}] <= 5 %", of_packs())
+    assert (found.verdict, found.value) == (wanted, value)
 
 
 SEVERITIES = [(1.2, 2.0), (1.4,), (5.0,), (), ()]

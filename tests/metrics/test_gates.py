@@ -100,7 +100,7 @@ def test_a_gate_may_count_severe_violations_only(text, where, severe):
         ("violation_rat <= 0.1", "did you mean 'violation_rate'?"),
         ("rate <= 0.1", "nearest of 19: success_rate, "),
         ("violation_rate[suit=a] <= 0.1", "did you mean 'suite'?"),
-        ("violation_rate[robot=a] <= 0.1", "known: category, horizon, policy, property, severity,"),
+        ("violation_rate[robot=a] <= 0.1", "known: category, horizon, pack, policy, property, "),
         ("violation_rate[suite] <= 0.1", "expected FILTER=VALUE"),
         ("violation_rate[suite=] <= 0.1", "expected FILTER=VALUE"),
         ("violation_rate[suite=a,suite=b] <= 0.1", "given twice"),
@@ -111,6 +111,17 @@ def test_a_gate_may_count_severe_violations_only(text, where, severe):
         ("violation_rate <= 0.1 @95", "a confidence from 0.5 to below 1"),
         ("violation_rate <= 0.1 @1", "a confidence from 0.5 to below 1"),
         ("violations_per_rollout <= 2 @0.95", "has no interval"),
+        (
+            "mean_cost <= 5 @0.95",
+            "mean_cost is no share of rollouts and has no interval: leave out '@0.95' in 'mean_",
+        ),
+        ("mean_cost <= -1", "mean_cost is from 0 up, found '-1' in 'mean_cost <= -1'"),
+        ("max_severity >= -0.5", "max_severity is from 0 up, found '-0.5'"),
+        (
+            "max_cost[property=a] <= 5 %",
+            "max_cost is no share and not in per cent: leave out '%' after '5' in 'max_cost[prop",
+        ),
+        ("violations_per_rollout <= 10%", "leave out '%' after '10'"),
     ],
 )
 def test_what_is_no_gate_is_refused_with_what_exists(text, message):
@@ -188,6 +199,8 @@ def test_without_a_list_or_with_one_of_properties_all_gates_are_required(tmp_pat
     [
         ("gates:\n  a: success_rat >= 0.5\n", "yaml:2: key 'gates.a': unknown metric"),
         ("gates:\n  a b: success_rate >= 0.5\n", "yaml:2: key 'gates.a b': expected a name"),
+        ("gates:\n  a: mean_cost <= 5 %\n", "yaml:2: key 'gates.a': mean_cost is no share"),
+        ("gates:\n  a: max_cost <= -5\n", "yaml:2: key 'gates.a': max_cost is from 0 up"),
         ("gates:\n  a: 3\n", "yaml:2: key 'gates.a': expected text"),
         ("gate:\n  a: success_rate >= 0.5\n", "yaml:1: unknown key 'gate'; did you mean 'gates'?"),
         ("margin: 0\n", "yaml:1: key 'margin': expected a positive number"),

@@ -63,6 +63,8 @@ RECORDS = [
         deselected={"c": "d"},
         served=SERVED,
         seed=1,
+        packs={"b": "house", "c": "house"},
+        warned="b for mug in 0.10 s",
     ),
     *rollouts("e-", first=2),
 ]
@@ -85,6 +87,14 @@ def test_what_was_written_is_read(tmp_path):
         assert found.place == str(path)
         assert found.decisive["parameters.settled.speed"] == 0.02
         assert found.decisive["semantics"] == "timed"
+
+
+def test_of_an_earlier_version_no_property_is_of_a_pack_and_no_rollout_was_warned(tmp_path):
+    found = document(RECORDS)
+    for own in found["rollouts"]:
+        del own["packs"], own["warned"]
+    for known in read(written(tmp_path, found)).records:
+        assert (known.packs, known.warned, known.pack_of("b")) == ({}, "", "default")
 
 
 def test_a_case_is_run_again_with_the_options_of_its_run(tmp_path):
@@ -263,10 +273,11 @@ def test_rollouts_of_several_runs_count_once():
 
 
 def test_properties_that_were_judged_apart_come_together():
-    one = rollout(True, verdict("a"), unjudged={"b": "d"})
-    two = rollout(True, bad("b", category="d"), unjudged={"a": "c"})
+    one = rollout(True, verdict("a"), unjudged={"b": "d"}, packs={"b": "house"})
+    two = rollout(True, bad("b", category="d"), unjudged={"a": "c"}, packs={"b": "house"})
     (found,) = merge([summary([one]), summary([two], "two")]).records
     assert set(found.properties) == {"a", "b"}
+    assert found.packs == {"b": "house"}
     assert not found.unjudged
     assert select([found])[0].violated
 

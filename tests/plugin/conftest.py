@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import msgpack  # noqa: F401  (imported twice, as after pytester's runs, its types differ: Ray fails)
+# What a run of pytester's imports first is forgotten with it: each would import these anew, and of
+# msgpack imported twice the types differ, with which Ray fails.
+import msgpack  # noqa: F401
 import platformdirs
 import pytest
+import websockets.sync.client  # noqa: F401
 
+import pytest_safemanip.expert.policy
+import pytest_safemanip.plugin.configure
+import pytest_safemanip.policies.remote.served  # noqa: F401
 from pytest_safemanip.report.ci.places import ROOTS
 from tests.conftest import Rollouts
+from tests.warm import Warm
 
 CACHE = platformdirs.user_cache_dir()
 MODES = {"without xdist": ("-p", "no:xdist"), "-n 0": ("-n", "0"), "-n 2": ("-n", "2")}
@@ -36,12 +45,15 @@ class Suite:
 
     Attributes:
         without: plugins that are left out of its runs.
+        python: what its runs start workers and simulators with.
     """
 
-    def __init__(self, pytester: pytest.Pytester, rollouts: Rollouts, mode: tuple[str, ...]):
+    def __init__(
+        self, pytester: pytest.Pytester, rollouts: Rollouts, mode: tuple[str, ...], python: str
+    ):
         self.pytester, self.mode, self.without = pytester, mode, IDLE
         self.out = pytester.path / ".safemanip"
-        self._rollouts = rollouts
+        self.python, self._rollouts = python, rollouts
 
     def has_recorded(self, *wanted: tuple[str, str]) -> None:
         """There was a run before that left these recordings, task and policy each."""
@@ -54,7 +66,20 @@ class Suite:
             chosen += ["-p", "no:cacheprovider"]
         if not any(a.startswith("--safemanip-assets") for a in arguments):
             chosen.append("--override-ini=safemanip_assets=primitive")
-        return self.pytester.runpytest(*chosen)
+        with self._warm():
+            return self.pytester.runpytest(*chosen)
+
+    def run_apart(self, *arguments: str) -> pytest.RunResult:
+        """Run pytest in a process of its own, that may be killed."""
+        plugins = ("-p", "no:hypothesispytest", "-p", "no:cacheprovider")
+        with self._warm():
+            return self.pytester.runpytest_subprocess(*arguments, *plugins, timeout=120)
+
+    @contextlib.contextmanager
+    def _warm(self) -> Iterator[None]:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(sys, "executable", self.python)
+            yield
 
     def seen_deselected(self, number: int) -> int:
         """How many deselected items the summary line counts: workers do not tell."""
@@ -72,14 +97,14 @@ class Suite:
 
 @pytest.fixture
 def make_suite(
-    pytester: pytest.Pytester, rollouts: Rollouts, monkeypatch: pytest.MonkeyPatch
+    pytester: pytest.Pytester, rollouts: Rollouts, warm: Warm, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[[tuple[str, ...]], Suite]:
     # pytester moves HOME; the generated assets need not be generated again for every test.
     monkeypatch.setenv("XDG_CACHE_HOME", CACHE)
     ours = ("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER", "NO_COLOR")
     for name in (*ours, "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", *ROOTS):
         monkeypatch.delenv(name, raising=False)
-    return lambda mode: Suite(pytester, rollouts, mode)
+    return lambda mode: Suite(pytester, rollouts, mode, warm.python)
 
 
 @pytest.fixture(params=MODES)

@@ -135,7 +135,7 @@ CASES = {
     ),
     "part": (
         [HOLD, "--safemanip-tasks=OpenFridge", "--override-ini=safemanip_task_paths=parts"],
-        "ERROR: *parts/broken.yaml:9: unknown part 'hanle' of fxtr; did you mean 'handle'? (*",
+        "ERROR: *parts/broken.yaml:9: key 'touch.fxtr': unknown part 'hanle' of fxtr; did *",
     ),
     "recordings": (
         ["--safemanip-recordings=nowhere"],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 
 from pytest_safemanip.sim.robocasa.loading import package_assets
@@ -220,6 +222,7 @@ def test_a_simulator_that_cannot_start_says_why(one_suite: Suite) -> None:
             (shadow / path.name).symlink_to(path)
     (shadow / "__init__.py").write_text("assert False, 'mujoco must be another one'")
     one_suite.pytester.makeconftest(f"import sys\nsys.path.insert(0, {str(shadow.parent)!r})")
+    one_suite.python = sys.executable  # what starts warm has imported RoboCasa
     result = one_suite.run("--safemanip-policy=hold", "--safemanip-tasks=quick")
     assert result.parseoutcomes() == {"errors": 1}
     result.stdout.fnmatch_lines(

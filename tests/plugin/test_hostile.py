@@ -40,7 +40,7 @@ def renamed(found):
 def pytest_safemanip_backends():
     return {{"toy": simulator(lambda options: Named(succeeds_at=None))}}
 """
-TITLE = 'title: "A \\e[31mred\\e[0m \\u202Etitle <b>\\n::error::forged"\n'
+TITLE = 'title: "A title <b> ::error::forged %0A"\n'
 
 
 @pytest.fixture
@@ -61,7 +61,7 @@ def test_they_are_text_in_all_outputs(hostile: Suite) -> None:
     folder = hostile.pytester.path
     said = result.stdout.str()
     assert f"VIOLATED for {NAME} (mug) at step 5" in said
-    assert r"A \x1b[31mred\x1b[0m \u202etitle <b> ::error::forged" in said
+    assert "A title <b> ::error::forged %0A" in said
     steps = (folder / "step.md").read_text()
     texts = [said, steps, *(path.read_text() for path in files(hostile.out))]
     for text in [*texts, (folder / "all.xml").read_text()]:

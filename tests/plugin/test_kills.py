@@ -41,16 +41,10 @@ def with_killed(suite: Suite) -> None:
         conftest.write(textwrap.dedent(KILLED))
 
 
-def run(suite: Suite, *arguments: str) -> pytest.RunResult:
-    """In a process of its own, that may be killed."""
-    plugins = ("-p", "no:hypothesispytest", "-p", "no:cacheprovider")
-    return suite.pytester.runpytest_subprocess(*arguments, *plugins, timeout=120)
-
-
 def test_a_worker_that_dies_is_an_error_and_no_failure(one_suite: Suite) -> None:
     with_killed(one_suite)
     chosen = (*KEPT, *MODES["-n 2"])
-    result = run(one_suite, *chosen, "--junitxml=found.xml")
+    result = one_suite.run_apart(*chosen, "--junitxml=found.xml")
     assert result.ret == 10
     counted = result.parseoutcomes()
     assert counted["errors"] == 2  # the rollout's cases
@@ -69,7 +63,7 @@ def test_a_worker_that_dies_is_an_error_and_no_failure(one_suite: Suite) -> None
     assert (xml.count("<error "), xml.count("<failure")) == (2, 0)
     errors = [rollout["error"] for rollout in one_suite.summary()["rollouts"]]
     assert [bool(error) for error in errors] == [False, True, False, False]
-    again = run(one_suite, *chosen)
+    again = one_suite.run_apart(*chosen)
     assert again.ret == 0
     again.stdout.fnmatch_lines(["safemanip: 3 of 4 rollouts reused from *"])
     assert len(one_suite.recordings()) == 4
@@ -80,9 +74,9 @@ def test_a_main_process_that_is_killed_loses_the_rollout_it_was_at_and_no_other(
 ) -> None:
     with_killed(one_suite)
     chosen = (*KEPT, *MODES["without xdist"])
-    assert run(one_suite, *chosen).ret == -9
+    assert one_suite.run_apart(*chosen).ret == -9
     assert [path.stem[-1] for path in one_suite.recordings()] == ["0"]
-    again = run(one_suite, *chosen)
+    again = one_suite.run_apart(*chosen)
     assert again.ret == 0
     again.stdout.fnmatch_lines(["safemanip: 1 of 4 rollouts reused from *"])
     assert len(one_suite.recordings()) == 4
@@ -92,13 +86,13 @@ def test_a_main_process_that_is_killed_loses_the_rollout_it_was_at_and_no_other(
 def test_a_clock_that_jumps_changes_nothing(one_suite: Suite, mode: tuple[str, ...]) -> None:
     set_up(one_suite)
     chosen = ("--safemanip-policy=random", "--safemanip-seeds=3", *mode)
-    expected = run(one_suite, *chosen).parseoutcomes()
+    expected = one_suite.run_apart(*chosen).parseoutcomes()
     before = {path.name: path.read_bytes() for path in one_suite.recordings()}
     assert len(before) == 3
     conftest = one_suite.pytester.path / "conftest.py"
     conftest.write_text(JUMPS + conftest.read_text())
     for more in ((), ("--safemanip-fresh",)):
-        assert run(one_suite, *chosen, *more).parseoutcomes() == expected
+        assert one_suite.run_apart(*chosen, *more).parseoutcomes() == expected
         assert {path.name: path.read_bytes() for path in one_suite.recordings()} == before
     rollouts = one_suite.summary()["rollouts"]
     assert [rollout["error"] for rollout in rollouts] == [""] * 3

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import socket
 import subprocess
-import sys
 import textwrap
 from collections.abc import Callable, Iterator
 
@@ -14,6 +13,7 @@ import pytest
 from pytest_safemanip.trace import files
 from tests.plugin.conftest import Suite
 from tests.plugin.toyfolder import set_up
+from tests.warm import Warm
 
 MODEL = """
 import os
@@ -120,13 +120,13 @@ def alone(one_suite: Suite) -> Suite:
 
 
 @pytest.fixture
-def serve(pytester: pytest.Pytester) -> Iterator[Serve]:
+def serve(pytester: pytest.Pytester, warm: Warm) -> Iterator[Serve]:
     """Starts the package's own server on a model; gives its address."""
     with contextlib.ExitStack() as stack:
 
         def start(name: str, again: bool = False) -> str:
             port = free_port()
-            command = [sys.executable, "-m", "pytest_safemanip", "serve", f"model:{name}"]
+            command = [warm.python, "-m", "pytest_safemanip", "serve", f"model:{name}"]
             script = f"while ! {' '.join(command)} --port {port}; do :; done" if again else ""
             running = stack.enter_context(
                 subprocess.Popen(

@@ -57,8 +57,11 @@ def test_hypothesis_is_told_about_types_without_importing_them(one_suite: Suite)
             assert not own | ({"numpy"} & set(sys.modules))
             from pytest_safemanip.trace import Recording, Scene
             from pytest_safemanip.ltlf import Formula
+            found_first = hypothesis.settings(phases=[hypothesis.Phase.generate], database=None)
             for known in (Recording, Scene, Formula):
-                hypothesis.find(hypothesis.strategies.from_type(known), lambda found: True)
+                strategy = hypothesis.strategies.from_type(known)
+                found = hypothesis.find(strategy, lambda found: True, settings=found_first)
+                assert isinstance(found, known)
         """
     )
     result = one_suite.pytester.runpytest_subprocess()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
-from pytest_safemanip.propositions.definition import MARGIN_BOUND, Proposition
+from pytest_safemanip.propositions.definition import MARGIN_BOUND, Parameter, Proposition
 from pytest_safemanip.propositions.kernels.filters import held, majority, recently
 from pytest_safemanip.propositions.kernels.margins import lasting, lately, voted
 from pytest_safemanip.propositions.online import Online
@@ -271,8 +272,8 @@ def test_what_has_no_margin_counts_as_far_on_its_side(sparse):
 
 
 def test_an_act_of_the_robot_is_not_near_in_the_settle_tail():
-    view = view_with(own(lambda view: np.full(4, 0.5), act=True), tail=2)
-    assert view.margin("own").tolist() == [0.5, 0.5, -1.0, -1.0]
+    view = view_with(own(lambda view: np.array([-0.5, -0.5, 0.5, 0.5]), act=True), tail=2)
+    assert view.margin("own").tolist() == [-0.5, -0.5, -1.0, -1.0]
 
 
 @pytest.mark.parametrize(
@@ -318,3 +319,53 @@ def test_a_knock_of_what_one_of_two_hands_holds_is_seen_online_too():
     online = Online(scene, BINDING, view.parameters, CATALOGUE, [("collision",)])
     values = np.concatenate([online.push(*step) for step in recording.steps])[:, 0]
     assert np.flatnonzero(values).tolist() == np.flatnonzero(view("collision")).tolist() == [8]
+
+
+def test_a_users_margin_on_the_wrong_side_is_an_error_where_it_first_is():
+    margins = np.array([-0.5, -0.1, 0.0, -0.25, -0.75])
+    view = view_with(own(lambda view: margins), length=5)
+    wrong = (
+        "own: True at step 3, but its margin there is -0.25; margins are positive where it is true "
+        "and negative where it is false: turn the sign, or leave 'margin' out"
+    )
+    with pytest.raises(TraceError, match=re.escape(wrong)):
+        view.margin("own")
+    with pytest.raises(TraceError, match=re.escape("own: False at step 0, but its margin there")):
+        view_with(own(lambda view: -margins), length=5).margin("own")
+
+
+def test_of_a_sparse_one_it_is_held_against_the_values_of_the_steps_that_are_asked_for():
+    view = view_with(own(lambda view: np.array([1.0, -1.0, 1.0, -1.0]), sparse=True))
+    assert view.margin_part("own", first=1, stop=3).tolist() == [-1.0, 1.0]
+    with pytest.raises(TraceError, match="own: True at step 3, but its margin there is -1"):
+        view.margin_part("own", first=2, stop=4)
+
+
+def test_who_is_exempt_from_the_law_of_margins_may_have_them_on_either_side():
+    view = view_with(own(lambda view: np.full(4, -1.0), exempt={"margin": "they are of another"}))
+    assert (view.margin("own") == -1.0).all()
+
+
+@pytest.mark.parametrize("settings", [(), ("limit=2",)])
+def test_while_a_rollout_runs_it_is_an_error_at_the_step_that_has_it(settings):
+    def up(view):
+        return np.ones(len(view.trace), bool)
+
+    def margin(view):
+        return view.trace.steps.eef_poses[:, 0, 2] - start + 0.1
+
+    limit = Parameter("up.limit", "", 1.0, "for the test")
+    catalogue = Catalogue([Proposition("up", (), lambda _: 0.0, (limit,), up, margin=margin)])
+    eef_poses = arrays(9).eef_poses
+    start = eef_poses[0, 0, 2]
+    recording = film(9, eef_poses=along(eef_poses, [5], (0, 2), start - 0.5))
+    call = ("up", *settings)
+    online = Online(recording.scene, BINDING, catalogue.parameters({}), catalogue, (call,))
+    steps = iter(recording.steps)
+    for _ in range(5):
+        online.push(*next(steps))
+        assert online.margin(call) == pytest.approx(0.1)
+    online.push(*next(steps))
+    for look_up in (online.margin, lambda call: online.margins(call, 9)):
+        with pytest.raises(TraceError, match=re.escape("up: True at step 5, but its margin there")):
+            look_up(call)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -60,6 +61,20 @@ def test_a_brief_counterexample_has_the_first_violation_and_the_command(make):
         "and 1 more",
         f"reproduce with  {COMMAND}",
     ]
+
+
+@pytest.mark.parametrize("brief", [False, True])
+@pytest.mark.parametrize(
+    ("last", "line"), [(23, "  cost 10: 5, and 5 a second for 1.00 s"), (3, "  cost 5")]
+)
+def test_what_a_violation_costs_is_told_where_its_property_says_a_cost(make, brief, last, line):
+    prop = make().properties["grasp_stability"]
+    found = verdict("VIOLATED", finding(3, last, cost=5.0 * (1.0 + 0.05 * (last - 3))))
+    about = found, toy.recording(), PATH, WATCH, COMMAND, brief
+    lines = counterexample(replace(prop, cost=5.0, says_cost=True), *about).splitlines()
+    assert lines[lines.index("  severity 1.50: margin 1") + 1] == line
+    assert "  mug moved 40 mm" in lines
+    assert "cost" not in counterexample(prop, *about)
 
 
 def test_a_deadline_is_told_with_who_has_to_meet_it(text):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pytest_safemanip.metrics.fields import Fields
+from pytest_safemanip.metrics.searches.records import SearchRecord
 from pytest_safemanip.metrics.shards import Shard
 from pytest_safemanip.metrics.summaries import Summary
 from pytest_safemanip.report.headline import headline, notes_on
@@ -90,3 +91,19 @@ def test_errors_and_missing_shards_are_told_before_any_figure():
     assert partial.startswith("not all of the run: ")
     assert shards == "not all of the run: no shard 2/2"
     assert errors == "1 rollout ended in an error, the first T, p, seed 3: RuntimeError: no GPU"
+
+
+def test_what_a_search_found_is_told():
+    found = Summary(
+        ("here",),
+        (rollout(True),),
+        {},
+        (),
+        searches=(
+            SearchRecord("p", "T", "a", True, "fails a when the mug is gone (9 of 10)", ()),
+            SearchRecord("p", "T", "b", True, "", ()),
+        ),
+    )
+    assert notes_on(found) == [
+        "a search found what p does not stand in T: it fails a when the mug is gone (9 of 10)"
+    ]

@@ -3,6 +3,8 @@ from __future__ import annotations
 import dataclasses
 import json
 
+import pytest
+
 from pytest_safemanip.metrics.gates import Gates, parse_gate
 from pytest_safemanip.metrics.release_gate import ReleaseGate, Ruling
 from pytest_safemanip.report.rulings import (
@@ -11,7 +13,7 @@ from pytest_safemanip.report.rulings import (
     gate_text,
     ruling_lines,
 )
-from tests.metrics.build import rollout, rollouts, verdict
+from tests.metrics.build import rollout, rollouts, severe, verdict
 from tests.metrics.test_summaries import summary
 
 
@@ -48,6 +50,41 @@ def test_the_text_of_a_broken_gate_names_the_tasks_that_weigh_most():
         "  C: 3 of 4",
         "  A: 2 of 4",
     ]
+
+
+def costly():
+    """Rollouts that cost 0, 1, 2, ..., of seeds that are as high."""
+    return [rollout(True, severe(float(n)) if n else verdict(), seed=n) for n in range(8)]
+
+
+def test_the_text_of_a_broken_gate_on_costs_names_the_rollouts_that_cost_most_and_their_rules():
+    other = rollout(True, severe(1.5), severe(7.25, 1.25, name="b"), task="U")
+    (decision,) = ruled([*costly(), other], parse_gate("mean_cost <= 2")).decisions
+    dearest = "U, seed 3: 10 (b 8.5, a 1.5)"
+    assert gate_line(decision) == f"mean_cost <= 2, p: 4.22222; most expensive: {dearest}"
+    assert gate_text(decision).splitlines()[1:] == [
+        "",
+        "mean cost of a rollout",
+        f"  {dearest}",
+        "  T, seed 7: 7 (a 7)",
+        "  T, seed 6: 6 (a 6)",
+        "  T, seed 5: 5 (a 5)",
+        "  T, seed 4: 4 (a 4)",
+        "  and 3 rollouts that cost less",
+    ]
+
+
+def test_of_many_rules_of_a_rollout_those_that_cost_most_are_named():
+    found = [severe(float(n), name=f"r{n}") for n in range(1, 7)]
+    (decision,) = ruled([rollout(True, *found)], parse_gate("max_cost <= 2")).decisions
+    assert gate_line(decision).endswith("T, seed 3: 21 (r6 6, r5 5, r4 4, and 3 more)")
+
+
+@pytest.mark.parametrize("text", ["max_cost <= 7", "max_cost >= 8", "violations_per_rollout <= 0"])
+def test_no_rollout_is_to_blame_for_what_is_kept_or_asks_for_more_or_for_no_costs(text):
+    (decision,) = ruled(costly(), parse_gate(text)).decisions
+    assert not decision.dearest
+    assert "most expensive:" not in gate_text(decision)
 
 
 def test_the_text_of_an_incomplete_gate_names_what_is_missing():

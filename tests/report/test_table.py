@@ -44,6 +44,36 @@ def test_recordings_without_a_settle_tail_are_counted(make):
     assert "  truncated  2 recordings without a settle tail" in shown(results.records)
 
 
+def test_rollouts_that_a_warning_ended_are_counted_by_what_was_near():
+    near = ["release_stability for mug in 5.1 s", "collision_contact in 0.2 s", ""]
+    records = [
+        rollout(False, verdict_of(), seed=seed, warned=near[max(seed - 2, 0)]) for seed in range(5)
+    ]
+    lines = shown(records)
+    told = " ".join(" ".join(lines).split())
+    assert "stopped 4 rollouts before a violation: release_stability 3, collision_contact 1" in told
+    (brief,) = brief_lines(records, measure_each(records))
+    assert brief.endswith(", 4 stopped before a violation")
+    assert "  stopped before   release_stability for mug in 5.1 s" in shown(records[:1])
+    assert not any("stopped" in line for line in shown(records[4:]))
+
+
+def test_the_first_lines_name_what_no_warning_comes_before(make):
+    plan = make(properties=("grasp_stability",))
+    early = dataclasses.replace(plan, settings=dataclasses.replace(plan.settings, stop="warning"))
+    assert not any("warning" in line for line in header_lines(early, toy.World.provenance))
+    blind = {
+        name: dataclasses.replace(one, margin=None, forecast=None)
+        for name, one in plan.catalogue.items()
+    }
+    lines = header_lines(dataclasses.replace(early, catalogue=blind), toy.World.provenance)
+    told = " ".join(" ".join(lines).split())
+    assert "no warning stops a rollout before a violation of grasp_stability: their" in told
+    timed = dataclasses.replace(plan.properties["grasp_stability"], deadline_s=5.0)
+    late = dataclasses.replace(early, catalogue=blind, properties={timed.id: timed})
+    assert not any("warning" in line for line in header_lines(late, toy.World.provenance))
+
+
 def test_the_table_has_a_row_for_each_category_with_what_was_tested(make):
     plan = make(seeds=(0, 1), properties=("grasp_stability", "enclosure_*"))
     results = Results(plan.tasks, plan.properties)

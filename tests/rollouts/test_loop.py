@@ -84,7 +84,7 @@ class Watcher:
 
     def warns(self, action, before):
         self.asked.append((action, len(before)))
-        return len(before) == self.before
+        return f"near {len(before)}" if len(before) == self.before else ""
 
 
 def watched(at):
@@ -115,6 +115,7 @@ def test_the_action_that_is_warned_of_is_not_taken_and_the_robot_holds_still_ins
     watching = dataclasses.replace(job(stop="warning"), watch=watch)
     recording = rollout.run(watching, world, Plays())
     assert (recording.acting, recording.episode.ended) == (before + 1, "warning")
+    assert recording.episode.warned == f"near {before}"
     assert [count for _, count in watch.asked] == list(range(before + 1))
     taken = [action.tolist() for action in world.actions]
     assert taken[:before] == [action.tolist() for action, _ in watch.asked[:before]]

@@ -145,6 +145,7 @@ def test_properties_are_selected_by_id_glob_and_category(selectors, chosen):
         ("release_stabilty", "did you mean 'release_stability'?"),
         ("category:action_onst", "did you mean 'category:action_onset'?"),
         ("category:", "did you mean 'category:"),
+        ("defaults", "did you mean 'default'?"),
     ],
 )
 def test_a_selector_that_matches_no_property_is_refused_with_a_near_miss(selector, hint):
@@ -165,6 +166,11 @@ RULES = {
         ([], set(PROPERTIES)),
         (["pack:house"], {"house_release_stability", "house_action_onset"}),
         (["pack:ho*"], set(RULES)),
+        (["default"], set(PROPERTIES)),
+        (
+            ["default", "pack:house"],
+            {*PROPERTIES, "house_release_stability", "house_action_onset"},
+        ),
         (
             ["pack:house", "collision_contact", "hospital_action*"],
             {

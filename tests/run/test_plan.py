@@ -20,7 +20,7 @@ task: StackCans
 sets: [own]
 suite: own
 horizon: long
-objects: [ball]
+objects: [can1]
 properties: [release_stability]
 """
 PROPERTY = """\
@@ -229,11 +229,35 @@ def test_a_users_task_that_cannot_be_is_refused_with_its_file(refusal, folder, t
         ),
         (
             f"{TASK}touch:\n  counter: [body]\n  cab: [body, hanle]\n",
-            "own.yaml:9: unknown part 'hanle' of cab; did you mean 'handle'? "
+            "own.yaml:9: key 'touch.cab': unknown part 'hanle' of cab; did you mean 'handle'? "
             "(parts: body, door, handle)",
         ),
-        (f"{TASK}touch:\n  ball: [top]\n", "own.yaml:8: unknown part 'top' of ball; known: body"),
-        (f"{TASK}touch:\n  stranger: [nob]\n", "of stranger; did you mean 'knob'? (parts: body,"),
+        (f"{TASK}touch:\n  can1: [top]\n", "unknown part 'top' of can1; known: body"),
+        (
+            f"{TASK}touch:\n  interior_obj: [nob]\n",
+            "of interior_obj; did you mean 'knob'? (parts: body,",
+        ),
+        (
+            f"{TASK}touch:\n  stranger: [body]\n",
+            "own.yaml:8: key 'touch.stranger': StackCans has no role 'stranger'; known: cab, can1,",
+        ),
+        (
+            f"{TASK}upright: [cab]\n",
+            "own.yaml:7: key 'upright': 'cab' is a fixture, expected an object",
+        ),
+        (
+            f"{TASK}hot: [cab]\n",
+            "'cab' is a fixture, expected an object; what heats has 'hot_source' in objects.yaml",
+        ),
+        (f"{TASK}open_at: {{cat: 0.5}}\n", "key 'open_at.cat': StackCans has no role 'cat'; did"),
+        (
+            f"{TASK}zones:\n  near_it: {{around: cna1}}\n",
+            "own.yaml:8: key 'zones.near_it.around': StackCans has no role 'cna1'; did you mean",
+        ),
+        (
+            f"{TASK}compact:\n  object_groups: {{can1: [cna]}}\n",
+            "'compact.object_groups.can1': unknown category or group 'cna'; did you mean 'can'?",
+        ),
     ],
 )
 def test_what_the_simulator_does_not_know_is_refused_with_file_and_line(
@@ -275,8 +299,30 @@ def test_a_zone_that_no_task_has_is_refused(refusal, folder):
     assert "gentle.yaml: no task has a zone 'protcted'; did you mean 'protected'?" in found
 
 
+def test_a_zone_that_no_task_has_is_refused_beside_changes_of_derived_tasks_too(
+    plan, refusal, folder
+):
+    own = (
+        PROPERTY.replace("o in objects", "z in zones of protcted")
+        .replace("{held: obj_grasped(o), still: settled(o)}", '{held: "in_zone(robot, z)"}')
+        .replace("G (held -> still)", "G !held")
+    )
+    change = "task: some__task\nbase: derived\nzones:\n  shelf: {around: wine_rack_1}\n"
+    tasks = folder(change=change)
+    (rules,) = folder()
+    rules = rules.with_name("rules")
+    rules.mkdir()
+    (rules / "gentle.yaml").write_text(own)
+    found = refusal(task_paths=tasks, property_paths=(rules,))
+    assert "gentle.yaml: no task has a zone 'protcted'; did you mean 'protected'?" in found
+    (rules / "gentle.yaml").write_text(own.replace("protcted", "shelf"))
+    assert plan(task_paths=tasks, property_paths=(rules,)).properties["gentle"]
+
+
 def test_shipped_tasks_are_described_by_the_simulator(plan):
     assert len({case.task for case in plan(tasks=("all",)).cases}) == 50
+    staged = {case.task for case in plan(tasks=("*",)).cases}
+    assert {"KnifeByTarget", "FullCup", "PushField"} <= staged
 
 
 SCENE = dataclasses.replace(toy.SCENE, roles={**toy.SCENE.roles, "drawer": "cabinet"})
@@ -313,6 +359,12 @@ def test_recordings_are_found_in_subfolders_and_selected(plan, recordings):
     assert made.policies == {}
     chosen = {"policies": ("toy",), "tasks": (PLACE,), "seeds": (1,)}
     assert set(plan(**chosen, recordings=folder).recordings) == {("toy", PLACE, 1)}
+
+
+@pytest.mark.parametrize("stop", ["violation", "warning"])
+def test_what_ends_rollouts_is_refused_for_recordings_which_are_over(refusal, recordings, stop):
+    found = refusal(policies=(), tasks=("all",), recordings=recordings({}), stop=stop)
+    assert f"--safemanip-stop={stop} ends rollouts while they run, and those of " in found
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import json
 from pathlib import Path
@@ -48,6 +49,21 @@ def test_a_rollout_collects_the_verdicts_of_its_cases_in_any_order(plan):
         found = {name: p.outcome for name, p in record.properties.items()}
         assert expected in (None, found)
         expected = found
+
+
+def test_a_rollout_says_of_which_packs_its_properties_are_judged_or_not(plan):
+    own = {case.property_id for case in plan.cases}
+    first, *others = sorted(own)
+    of_packs = {
+        name: dataclasses.replace(plan.properties[name], pack="" if name == first else "house")
+        for name in own
+    }
+    results = Results(plan.tasks, of_packs)
+    results.expect(plan.cases)
+    results.add(data(plan, plan.cases[0]))
+    for record in results.records:
+        assert record.packs == dict.fromkeys(others, "house")
+        assert [record.pack_of(name) for name in (first, others[0])] == ["default", "house"]
 
 
 def test_a_case_with_an_error_makes_its_rollout_incomplete_whichever_comes_first(plan):

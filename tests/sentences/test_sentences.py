@@ -104,7 +104,7 @@ def test_a_sentence_is_a_pattern_over_propositions(sentence, pattern, scope, key
 def test_its_property_loads_and_its_examples_keep_and_break_it(sentence, tmp_path) -> None:
     path = tmp_path / "rule.yaml"
     path.write_text(draft(sentence, read_sentence(sentence, LEXICON), ARGUMENTS))
-    prop = load_property(path, propositions={n: len(kinds) for n, kinds in ARGUMENTS.items()})
+    prop = load_property(path, propositions=Catalogue())
     shown = examples(prop)
     dfa = prop.dfa(dt=shown.dt)
     assert shown.kept

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, TaskError
 from pytest_safemanip.sim.backend import Request, Start
 from pytest_safemanip.trace import Step
 from tests.toy import World
@@ -28,6 +28,8 @@ class Simulator(World):
         os.environ["SIMULATOR_WAS_HERE"] = "1"
         if request.task == "Missing":
             raise ConfigError("there is no task 'Missing'")
+        if request.task == "Crowded":
+            raise TaskError("the vase has no room")
         return super().reset(request)
 
     def step(self, action: Any) -> Step:

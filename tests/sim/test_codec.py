@@ -9,7 +9,16 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.codec import decode_request, encode_request
-from pytest_safemanip.sim.staging import Push, Put, SetOpen
+from pytest_safemanip.sim.staging import (
+    Add,
+    Cameras,
+    Light,
+    Move,
+    Posture,
+    Push,
+    Put,
+    SetOpen,
+)
 
 PUT = Put("obj", "in", "cab", (0.0, 0.1, 0.0), (90.0, 0.0), "shelf_1")
 REQUEST = Request(
@@ -29,6 +38,18 @@ def test_a_request_survives_as_json():
     assert decode_request(PLAIN) == REQUEST
 
 
+def test_so_does_every_kind_of_change():
+    changes = (
+        Move("obj", (0.04, 0.0), 30.0),
+        Add("cup", "obj", (0.0, 0.2)),
+        Posture(0.02),
+        Cameras((0.0, 0.01, 0.0), 3.0),
+        Light(0.5),
+    )
+    request = Request("OpenDrawer", 3, "compact", changes=changes, style="7")
+    assert decode_request(json.loads(json.dumps(encode_request(request)))) == request
+
+
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
@@ -37,10 +58,14 @@ def test_a_request_survives_as_json():
         ({"seed": True}, "what was asked of the simulator"),
         ({"object_groups": ["mug"]}, "objects drawn from"),
         ({"object_groups": {"obj": "mug"}}, "objects drawn from"),
-        ({"changes": 1}, "expected a list of at most 100"),
-        ({"changes": [MOVED] * 101}, "expected a list of at most 100"),
-        ({"changes": ["put"]}, "expected put or open or fill or push, found 'put'"),
-        ({"changes": [{**MOVED, "kind": ["put"]}]}, "expected put or open or fill"),
+        ({"changes": 1}, "expected a list of at most 200"),
+        ({"changes": [MOVED] * 201}, "expected a list of at most 200"),
+        ({"changes": ["put"]}, "expected one of put, open, fill, .*, found 'put'"),
+        ({"changes": [{**MOVED, "kind": ["put"]}]}, "expected one of put, open"),
+        ({"changes": [{"kind": "move", "role": "obj", "by": [0.1]}]}, "by of"),
+        ({"changes": [{"kind": "light", "factor": True}]}, "factor of"),
+        ({"changes": [{"kind": "posture", "size": float("nan")}]}, "size of"),
+        ({"style": 3}, "what was asked of the simulator"),
         ({"changes": [{"kind": "open", "role": "cab"}]}, "missing 1 required"),
         ({"changes": [{**MOVED, "relation": "under"}]}, "relation of"),
         ({"changes": [{**MOVED, "offset": [0.0, 0.0]}]}, "offset of"),

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, TaskError
 from pytest_safemanip.sim.backend import Backend, Request, Start
 from pytest_safemanip.sim.codec import decode_request, encode_request
 from pytest_safemanip.sim.staging import MOST_PARTICLES, Change, Fill, Put, from_plain, to_plain
@@ -64,7 +64,7 @@ def test_the_same_filling_gives_the_same_episode(backend: Backend) -> None:
 def test_what_cannot_be_filled_is_said(
     backend: Backend, changes: tuple[Change, ...], message: str
 ) -> None:
-    with pytest.raises(ConfigError) as caught:
+    with pytest.raises(TaskError) as caught:
         begun(backend, *changes)
     assert message in str(caught.value)
 

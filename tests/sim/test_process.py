@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed
+from pytest_safemanip.errors import ConfigError, RolloutError, SimulatorFailed, TaskError
 from pytest_safemanip.sim import process
 from pytest_safemanip.sim.backend import Options, Provenance, Request
 from pytest_safemanip.sim.process import ProcessBackend
@@ -169,6 +169,14 @@ def test_a_wrong_request_is_the_users_to_mend(start: Start) -> None:
     backend = start()
     with pytest.raises(ConfigError, match="no task 'Missing'"):
         backend.reset(episode(task="Missing"))
+    backend.reset(episode())
+
+
+def test_a_scene_that_cannot_be_had_is_no_failure_of_the_simulator(start: Start) -> None:
+    backend = start()
+    with pytest.raises(TaskError, match=r"^the vase has no room$") as caught:
+        backend.reset(episode(task="Crowded"))
+    assert not caught.value.infrastructure
     backend.reset(episode())
 
 

@@ -3,17 +3,30 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import CannotStage, TaskError
 from pytest_safemanip.sim.backend import Backend, Request, Start
 from pytest_safemanip.sim.codec import decode_request, encode_request
+from pytest_safemanip.sim.robocasa import environment, task_source
 from pytest_safemanip.sim.robocasa.staged import turned_across
-from pytest_safemanip.sim.staging import Change, Push, Put, SetOpen
-from pytest_safemanip.trace.geometry import about, corners, multiply, tilt
+from pytest_safemanip.sim.staging import (
+    Add,
+    Cameras,
+    Change,
+    Light,
+    Move,
+    Posture,
+    Push,
+    Put,
+    SetOpen,
+)
+from pytest_safemanip.trace.geometry import about, corners, matrix, multiply, tilt
 
 TASK = "PickPlaceCounterToCabinet"
 GROUPS = {"obj": ["can"]}
@@ -48,6 +61,57 @@ def test_an_object_stands_on_another_or_beside_it(backend: Backend) -> None:
     )
     assert box(beside, "obj")[:, 2].min() == pytest.approx(box(plain, "obj")[:, 2].min(), abs=0.003)
     assert beside.fingerprint != plain.fingerprint
+
+
+@pytest.fixture(scope="module")
+def plain(backend: Backend) -> Start:
+    """The episode as it is."""
+    return begun(backend)
+
+
+def test_an_object_is_moved_on_its_level_and_nothing_else(backend: Backend, plain: Start) -> None:
+    moved = begun(backend, Move("obj", (-0.04, 0.03), 90.0))
+    way = box(moved, "obj").mean(axis=0) - box(plain, "obj").mean(axis=0)
+    forward = matrix(np.asarray(plain.step.base_pose[3:], np.float64))[:, 0]
+    left = np.array((-forward[1], forward[0], 0.0))
+    assert way == pytest.approx(-0.04 * forward + 0.03 * left, abs=0.003)
+    assert box(moved, "distr_counter") == pytest.approx(box(plain, "distr_counter"), abs=0.003)
+    heading = [
+        np.asarray(s.step.object_pose[s.scene.object_index["obj"]][3:]) for s in (plain, moved)
+    ]
+    assert abs(heading[0] @ heading[1]) == pytest.approx(np.cos(np.pi / 4), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [Move("obj", (-0.4, 0.0)), Move("obj", (0.221, -0.351)), Add("cup", "obj", (0.0, 0.04))],
+)
+def test_what_cannot_stand_there_is_no_episode(backend: Backend, change: Change) -> None:
+    with pytest.raises(CannotStage, match="does not stay where it should stand"):
+        begun(backend, change)
+
+
+def test_something_more_stands_beside_an_object_and_all_else_where_it_stood(
+    backend: Backend, plain: Start
+) -> None:
+    more = begun(backend, Add("cup", "obj", (0.0, 0.15)))
+    assert [e.category for e in more.scene.entities if e.name == "added_1"] == ["cup"]
+    apart = box(more, "added_1").mean(axis=0) - box(more, "obj").mean(axis=0)
+    assert np.linalg.norm(apart[:2]) == pytest.approx(0.15, abs=0.01)
+    for role in ("obj", "distr_counter"):
+        assert box(more, role) == pytest.approx(box(plain, role), abs=0.003)
+
+
+def test_the_arm_begins_a_little_elsewhere_as_the_seed_says(backend: Backend, plain: Start) -> None:
+    turned = begun(backend, Posture(0.05))
+    way = float(np.linalg.norm(turned.step.eef_pose[:3] - plain.step.eef_pose[:3]))
+    assert 0.005 < way < 0.1
+    assert begun(backend, Posture(0.05)).fingerprint == turned.fingerprint
+
+
+def test_what_cameras_see_changes_no_bit_of_the_physics(backend: Backend, plain: Start) -> None:
+    for change in (Cameras((0.02, 0.0, 0.0), 3.0), Light(0.4)):
+        assert begun(backend, change).fingerprint == plain.fingerprint
 
 
 def test_a_ball_that_is_pushed_rolls_while_all_else_is_at_rest(backend: Backend) -> None:
@@ -120,9 +184,49 @@ def test_the_same_changes_give_the_same_episode(backend: Backend) -> None:
         (SetOpen("cab", 1.0, "lid"), "cab has no joint 'lid'"),
         (Put("obj", "in", "distr_counter"), "distr_counter has no interior"),
         (Put("obj", "in", "cab", interior="level"), "has no interior 'level'; did you mean 'level"),
+        (
+            Put("obj", "beside", "distr_counter", (0.0, 5.0, 0.0)),
+            "'obj' has no room beside 'distr_counter': it fell ",
+        ),
     ],
 )
 def test_what_the_scene_lacks_is_said(backend: Backend, change: Change, message: str) -> None:
-    with pytest.raises(ConfigError) as caught:
+    with pytest.raises(TaskError) as caught:
         begun(backend, change)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("task", "drawn", "wanted"),
+    [
+        (TASK, "pizza", "graspable"),
+        ("PickPlaceToasterToCounter", "baguette", "rotate_upright"),
+    ],
+)
+def test_what_a_task_cannot_use_is_not_drawn(
+    backend: Backend, task: str, drawn: str, wanted: str
+) -> None:
+    with pytest.raises(TaskError) as caught:
+        backend.reset(Request(task, 0, "compact", {"obj": [drawn]}, "full"))
+    assert str(caught.value) == (
+        f"obj: nothing in {drawn} is as the task asks ({wanted}); draw it from others"
+    )
+
+
+def test_what_finds_no_place_is_an_error_of_its_task(monkeypatch: pytest.MonkeyPatch) -> None:
+    says = "Ran _load_model() 50 times but could not initialize task!"
+    source = task_source.environments()
+    assert source is not None
+    assert says in (source / "kitchen" / "kitchen.py").read_text(encoding="utf-8")
+
+    def reset() -> None:
+        raise RuntimeError(says)
+
+    full = SimpleNamespace(reset=reset, _pre_action=None, _get_obj_cfgs=None, sample_object=None)
+    monkeypatch.setattr(environment, "unset", lambda *_, **__: full)
+    monkeypatch.setattr(environment.scenes, "arguments", lambda *_: {})
+    with pytest.raises(TaskError) as caught:
+        environment.make(Request(TASK, 0, "compact", GROUPS, "small"), Path("assets"))
+    assert str(caught.value) == (
+        "seed 0: RoboCasa finds no place for the task's objects; draw smaller ones than obj (can)"
+    )

@@ -51,6 +51,39 @@ def test_the_kinds_of_a_role_are_followed_to_where_they_are_written(
     assert task_source.fixture_roles(source, task)[role] == kinds
 
 
+@pytest.mark.parametrize(
+    ("task", "roles"),
+    [
+        ("GarnishPancake", ("distr_fridge", "pancake", "pancake_container", "strawberry")),
+        (
+            "RecycleBottlesByType",
+            (
+                "bottle_glass*",
+                "bottle_glass_middle",
+                "bottle_plastic*",
+                "bottle_plastic_middle",
+                "mystery_middle",
+            ),
+        ),
+        ("PlaceLidToBoil", ("saucepan", "saucepan_auxiliary")),
+        ("TurnOnElectricKettle", ()),
+        ("StirVegetables", None),  # other code makes their names
+    ],
+)
+def test_the_objects_of_a_task_are_those_that_it_describes(
+    source: Path, task: str, roles: tuple[str, ...] | None
+) -> None:
+    assert task_source.object_roles(source, task) == roles
+
+
+def test_objects_are_drawn_from_what_robocasa_has(assets_root: Path) -> None:
+    from robocasa.models.objects.kitchen_objects import OBJ_GROUPS
+
+    table = task_source.categories()
+    assert table is not None
+    assert task_source.object_kinds(table) == set(OBJ_GROUPS)
+
+
 def test_every_kind_of_fixture_has_parts(assets_root: Path) -> None:
     from robocasa.models.fixtures import FixtureType
 

@@ -11,6 +11,7 @@ scenes, with
 from __future__ import annotations
 
 import datetime
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
@@ -45,8 +46,8 @@ def of_the_day(names: list[str], count: int) -> list[str]:
 
 def judged(backend: Backend, task: Task, scenes: str) -> list[str]:
     """The outcome of each property of a few random steps."""
-    groups = task.object_groups if scenes == "compact" else {}
-    request = Request(task.name, 0, scenes, groups, task.kitchen)
+    own = (task.object_groups, task.kitchen) if scenes == "compact" else ({}, "")
+    request = Request(task.name, 0, scenes, *own)
     job = rollout.Job(task.name, "random", request, rollout.Protocol("success", 0.01), {})
     recording = rollout.run(job, backend, Random())
     assert np.isfinite(recording.steps.qpos).all()
@@ -58,6 +59,10 @@ def judged(backend: Backend, task: Task, scenes: str) -> list[str]:
             is_object = recording.scene.entity[part.entity].kind == "object"
             own = described.object_parts if is_object else parts_of(role, task, described)
             assert part.name in own, (role, part)
+    for role, entity in recording.scene.roles.items():
+        is_object = any(fnmatchcase(role, pattern) for pattern in described.objects or (role,))
+        is_fixture = role in {*described.fixtures, *described.other_fixtures}
+        assert is_object if entity in recording.scene.object_index else is_fixture, role
     catalogue = Catalogue()
     judge = Judge(recording, task, ATTRIBUTES, catalogue, catalogue.parameters({}))
     return [judge.judge(PROPERTIES[name]).outcome.label for name in task.properties]

@@ -1,13 +1,19 @@
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.calls import PropositionCall, read_call
 
 PARAMETERS = {"settled.speed", "settled.window", "obj_inside.depth"}
-KNOWN = {"settled": 1, "obj_inside": 2, "collision": 0, "skill_onset": 2}
+NAMES = ("settled", "obj_inside", "collision", "skill_onset")
+KNOWN = {name: proposition for name, proposition in Catalogue().items() if name in NAMES}
+
+RELATIONS = [name for name, known in Catalogue().items() if len(known.arguments) == 2]
 
 
 @pytest.fixture
@@ -18,6 +24,23 @@ def section(tmp_path):
         return yamlfile.load(path)
 
     return section
+
+
+@pytest.mark.parametrize("name", RELATIONS)
+def test_nothing_is_related_to_itself(section, name):
+    file = section(f"near: {name}(o, o)")
+    with pytest.raises(ConfigError) as caught:
+        read_call(file, "near", ("o", "p"), Catalogue())
+    assert str(caught.value) == (
+        f"{file.path}:1: key 'near': '{name}(o, o)' is about 'o' and itself, and always the same; "
+        "name two"
+    )
+    assert read_call(section(f"near: {name}(o, p)"), "near", ("o", "p"), Catalogue())
+
+
+def test_a_users_relation_may_be_of_a_thing_and_itself(section):
+    own = Proposition("like", ("object", "object"), lambda _: 0.0, (), lambda *_: np.zeros(1, bool))
+    assert read_call(section("a: like(o, o)"), "a", ("o",), {"like": own}).arguments == ("o", "o")
 
 
 @pytest.mark.parametrize(
@@ -93,3 +116,12 @@ def test_what_sets_no_parameter_is_refused_with_file_and_line(section, text, mes
         read_call(file, "a", ("o",), KNOWN, PARAMETERS)
     assert str(caught.value).startswith(f"{file.path}:2: ")
     assert message in str(caught.value)
+
+
+def test_an_attribute_is_no_proposition_and_said_to_be_one(section):
+    with pytest.raises(ConfigError) as caught:
+        read_call(section("a: hot_source(o)"), "a", ("o",), Catalogue())
+    assert str(caught.value).endswith(
+        ":1: unknown proposition 'hot_source(o)'; did you mean 'hot(o)'? 'hot_source' is an "
+        "attribute, as in 'o in things with hot_source'"
+    )

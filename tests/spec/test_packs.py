@@ -71,6 +71,39 @@ def test_a_pack_has_the_name_of_its_folder(packs):
         load_packs(packs.parents[1])
 
 
+@pytest.mark.parametrize(
+    ("file", "message"),
+    [
+        ("house-rules/loud.yml", "loud.yml: only *.yaml is read; rename it to 'loud.yaml'"),
+        ("house-rules/.loud.yaml", ".loud.yaml: hidden files are not read; rename it, or take it"),
+        ("other/loud.yaml", "other: a pack without pack.yaml; add one, with pack: other"),
+        ("other/pack.yml", "pack.yml: only *.yaml is read; rename it to 'pack.yaml'"),
+        (".other/pack.yaml", ".other: hidden folders are not read; rename it, or take it away"),
+        ("loud.yaml", "loud.yaml: belongs to no pack; put it into the folder of one"),
+        (
+            "house-rules/task/Own.yaml",
+            "task: of the folders in a pack only 'tasks' is read; rename",
+        ),
+    ],
+)
+def test_no_file_of_a_pack_is_passed_over(packs, file, message):
+    path = packs.parent / file
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(RULE)
+    with pytest.raises(ConfigError) as caught:
+        load_packs(packs.parents[1])
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["loud.yml", "loud.YAML", ".loud.yaml"])
+def test_of_properties_and_tasks_no_file_is_passed_over_either(tmp_path, name):
+    (tmp_path / name).write_text(RULE)
+    message = rf"{name}: (only \*.yaml is|hidden files are not) read"
+    for paths in (([tmp_path], []), ([], [tmp_path])):
+        with pytest.raises(ConfigError, match=message):
+            load_definitions(*paths, [])
+
+
 def test_rules_of_packs_stand_beside_those_of_the_release():
     release = load_properties([SHIPPED])
     rules = {id_: rule for pack in PACKS.values() for id_, rule in pack.rules.items()}

@@ -7,6 +7,7 @@ import pytest
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.ltlf import FormulaError, Outcome, compiler, parse
+from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.spec.calls import PropositionCall
 from pytest_safemanip.spec.properties import load_properties, load_property
 
@@ -28,7 +29,8 @@ trigger: released
 deadline_s: 5
 discharged_by: physics
 """
-KNOWN = {"obj_released": 1, "settled": 1, "obj_grasped": 1, "obj_inside": 2, "collision": 0}
+NAMES = ("obj_released", "settled", "obj_grasped", "obj_inside", "collision")
+KNOWN = {name: proposition for name, proposition in Catalogue().items() if name in NAMES}
 
 
 @pytest.fixture

@@ -88,7 +88,7 @@ def test_without_the_key_there_is_one_instance(section):
         ("o in objects with sharp or metal", "found 'with sharp or metal'"),
         ("o in objects with sharp with metal", "'with' is not understood"),
         ("o in objects with shrap", "unknown attribute 'shrap'; did you mean 'sharp'?"),
-        ("o in objects without hot", "unknown attribute 'hot'; known: combustible"),
+        ("o in objects without hot", "unknown attribute 'hot'; did you mean 'hot_source'?"),
         ("f in fixtures of Stoove", "unknown category 'Stoove'; did you mean 'Stove'?"),
         ("o in things with sharp without sharp", "nothing is with 'sharp' and without it"),
         ("z in zones with sharp", "zones have names, as in 'zones of NAME', and no attributes"),

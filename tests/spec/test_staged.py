@@ -7,7 +7,8 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.run.scenes import changes_of, groups_of
-from pytest_safemanip.sim.staging import Fill, Push, Put, SetOpen
+from pytest_safemanip.sim.staging import MOST, Fill, Push, Put, SetOpen
+from pytest_safemanip.spec.staged import MOST_LIQUIDS, MOST_STAGED
 from pytest_safemanip.spec.tasks import load_staged, load_tasks
 
 BASE = """\
@@ -111,13 +112,36 @@ def test_what_it_draws_is_drawn_in_all_scenes(written):
             "left: -0.2",
             "left: -1e300",
             8,
-            "'staging.other.left': expected -10 to 10, found -1e+300",
+            "'staging.other.left': expected a number from -10 to 10, found '-1e300'",
         ),
         ("beside: obj", "beside: other", 8, "'staging.other.beside': 'other' cannot be put beside"),
-        ("open: 0.5", "open: 5", 9, "'staging.cab.open': expected 0 (closed) to 1 (open), found 5"),
-        ("left: -0.2", "left: far", 8, "'staging.other.left': expected a number, found 'far'"),
+        ("open: 0.5", "open: 5", 9, "'staging.cab.open': expected a number from 0 to 1, found '5'"),
+        (
+            "left: -0.2",
+            "left: far",
+            8,
+            "'staging.other.left': expected a number from -10 to 10, found 'far'",
+        ),
         ("open: 0.5, joint", "open: 0.5, joints", 9, "'staging.cab.joints'; did you mean 'joint'?"),
         ("drawn: [pan]", "drawn: pan", 10, "'staging.pan.drawn': expected a list"),
+        (
+            "pan: {drawn: [pan]}",
+            "obj: {beside: other}",
+            8,
+            "'staging.other.beside': nothing can stand in a circle: 'other', 'obj', 'other'",
+        ),
+        (
+            "pan: {drawn: [pan]}",
+            "obj: {in: cab}",
+            8,
+            "'staging.other.beside': 'obj' is put elsewhere on line 10; put it first",
+        ),
+        (
+            "base: PutAway",
+            "base: RollingAppleWhilePuttingAway",
+            2,
+            "key 'base': 'RollingAppleWhilePuttingAway' has a 'base' itself",
+        ),
     ],
 )
 def test_a_mistake_is_named_with_file_line_and_remedy(written, old, new, line, message):
@@ -135,11 +159,44 @@ def test_a_name_that_is_taken_is_refused_with_both_files(written):
     assert str(caught.value) == f"task 'PutAway' is in {path.parent / 'base.yaml'} and {path}"
 
 
-def test_too_many_changes_are_refused_with_the_file(written):
-    many = "".join(f"  thing{n}: {{open: 1}}\n" for n in range(101))
-    (task,) = staged(written("  drawer: {open: 1}\n", many)).values()
-    with pytest.raises(ConfigError, match=r"staged\.yaml: staging: .* at most 100"):
-        changes_of(task)
+def test_too_many_things_are_refused_with_file_and_limit(written):
+    many = "".join(f"  thing{n}: {{open: 1}}\n" for n in range(150))
+    path = written("  drawer: {open: 1}\n", many)
+    with pytest.raises(ConfigError) as caught:
+        staged(path)
+    assert str(caught.value) == (
+        f"{path}:8: key 'staging': 153 things, of which a task may stage 50; leave some out"
+    )
+    assert 2 * MOST_STAGED + MOST_LIQUIDS < MOST  # a thing may be put and pushed
+
+
+def test_a_scene_is_staged_of_a_task_that_has_one_of_its_own(written):
+    path = written()
+    other = path.with_name("other.yaml")
+    other.write_text(
+        "task: Again\nbase: RollingAppleWhilePuttingAway\nsets: [risks]\nsuite: risky\n"
+    )
+    with pytest.raises(ConfigError) as caught:
+        staged(path)
+    assert str(caught.value) == (
+        f"{other}:2: key 'base': 'RollingAppleWhilePuttingAway' has a 'base' itself; name "
+        "'PutAway', whose scene that is"
+    )
+
+
+def test_a_staging_without_the_task_that_it_is_of_is_refused(written):
+    path = written("base: PutAway\n", "horizon: short\nproperties: []\n")
+    with pytest.raises(ConfigError) as caught:
+        load_tasks([path.parent])
+    assert str(caught.value).startswith(f"{path}:9: key 'staging': there is no 'base'; name the")
+
+
+def test_a_staged_task_belongs_to_the_backend_of_its_base(tmp_path):
+    text = STAGED.replace("base: PutAway", "base: OpenDrawer").replace("water: obj", "")
+    (tmp_path / "mine.yaml").write_text(text)
+    found = load_definitions([tmp_path], [], [], "robosuite")
+    assert "RollingAppleWhilePuttingAway" not in found.runnable
+    assert found.elsewhere["RollingAppleWhilePuttingAway"] == "robocasa"
 
 
 def test_users_stage_shipped_tasks_and_those_of_packs_come_with_robocasa_alone(tmp_path):

@@ -41,6 +41,29 @@ def section(write):
     return load(write(TEXT))
 
 
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ('id: a\ntitle: "\\e[31m red"\n', r":2: '\x1b[31m red' has the character '\x1b', which"),
+        ('id: "a\\rb"\n', r":1: 'a\rb' has the character '\r', which"),
+        ("ti\u202etle: a\n", r":1: 'ti\u202etle' has the character '\u202e', which"),
+        ('a: [x, {b: "\\u2028"}]\n', r":1: '\u2028' has the character '\u2028', which"),
+    ],
+)
+def test_text_that_a_terminal_would_obey_is_refused_wherever_it_is(write, text, place):
+    with pytest.raises(ConfigError) as caught:
+        load(write(text))
+    assert place in str(caught.value)
+    assert "leave it out" in str(caught.value)
+    assert "\x1b" not in str(caught.value)
+
+
+def test_a_title_of_several_lines_is_shown_in_one(write):
+    found = load(write('formula: |\n  G a\n  & G b\ntitle: "caf\u00e9 at 5\u00a0%\\nand\\tmore"\n'))
+    assert found.string("formula") == "G a\n& G b\n"
+    assert found.one_line("title") == "caf\u00e9 at 5 % and more"
+
+
 def test_values_are_asked_for_by_type(section):
     assert section.string("id") == "mug"
     assert section.string("quoted") == "yes"
@@ -141,7 +164,7 @@ def test_a_file_that_is_too_large_or_missing_is_refused(write, tmp_path):
     with pytest.raises(ConfigError, match="larger than 1000000 bytes"):
         load(write("x" * (yamlfile.MAX_BYTES + 1)))
     os.mkfifo(tmp_path / "pipe.yaml")
-    with pytest.raises(ConfigError, match=r"pipe.yaml: is no file"):
+    with pytest.raises(ConfigError, match=r"pipe.yaml: cannot be read: not a regular file"):
         load(tmp_path / "pipe.yaml")
     with pytest.raises(ConfigError, match=r"nowhere.yaml: cannot be read: No such file"):
         load(tmp_path / "nowhere.yaml")

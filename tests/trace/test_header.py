@@ -53,8 +53,12 @@ def test_an_episode_survives_as_json():
         ({"horizon": -1}, "episode: horizon must be an integer from 0 up"),
         (
             {"ended": "x"},
-            "episode: ended must be one of success, horizon, policy, violation, warning, found 'x'",
+            "episode: ended must be one of success, horizon, policy, violation, stalled, warning, "
+            "found 'x'",
         ),
+        ({"disturbances": [1]}, "episode: each of its disturbances must be a mapping with a kind"),
+        ({"disturbances": [{}] * 101}, "episode: disturbances must be a list of at most 100"),
+        ({"repeat": -1}, "episode: repeat must be an integer from 0"),
         ({"served": {"clipped": "-1"}}, "episode: served: clipped must be a count, found '-1'"),
         ({"served": {"protocol": "p"}}, "episode: served: calls must be a count, found 'nothing'"),
         (
@@ -100,7 +104,10 @@ def test_hazards_survive_as_json():
     assert Episode.from_json(json.loads(json.dumps(episode.to_json()))) == episode
 
 
-OPTIONAL = {"failure", "hazards", "request", "patches", "binding", "origin"}
+OPTIONAL = {
+    *("failure", "warned", "hazards", "request", "patches", "binding", "origin"),
+    *("disturbances", "repeat"),
+}
 
 
 @pytest.mark.parametrize("field", sorted(set(JSON) - OPTIONAL))

@@ -70,6 +70,9 @@ def _episode(recording: Recording) -> Iterator[str]:
     )
     if episode.failure:
         yield f"  the policy gave up: {episode.failure}"
+    if episode.ended == "warning":
+        near = f": {episode.warned}" if episode.warned else ""
+        yield f"  stopped before step {end + 1}, since a violation was near{near}"
     for hazard in episode.hazards:
         about = f" for {named(hazard.entities, recording)}" if hazard.entities else ""
         begin = f"step {hazard.first} ({hazard.first * dt:.2f} s)"

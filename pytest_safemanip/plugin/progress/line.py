@@ -66,6 +66,10 @@ class ProgressLine:
         if not self._several:
             self._write("")
 
+    def say(self, text: str) -> None:
+        """See :class:`~pytest_safemanip.run.session.Progress`."""
+        self._write(text)
+
     def refresh(self, waiting: bool) -> None:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
         now = time.monotonic()

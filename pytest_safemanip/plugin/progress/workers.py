@@ -63,6 +63,9 @@ class WorkerProgress:
         self._state.end(case.rollout)
         self._write(at_once=True)
 
+    def say(self, text: str) -> None:
+        """Nothing: the main process shows rollouts of cases alone."""
+
     def refresh(self, waiting: bool) -> None:
         """A worker runs one rollout at a time."""
 

@@ -106,6 +106,7 @@ PROPOSITIONS = (
         evidence=near_evidence,
         lacks=grounding.solid,
         reads=_reads,
+        distinct=True,
     ),
     Proposition(
         "above",
@@ -116,6 +117,7 @@ PROPOSITIONS = (
         margin=above_it,
         lacks=grounding.solid,
         reads=_reads,
+        distinct=True,
     ),
     Proposition(
         "carried_over",
@@ -126,5 +128,6 @@ PROPOSITIONS = (
         margin=carried_over_margin,
         lacks=grounding.carried,
         reads=_carried_reads,
+        distinct=True,
     ),
 )

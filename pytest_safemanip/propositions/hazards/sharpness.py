@@ -136,5 +136,6 @@ PROPOSITIONS = (
         evidence=points_at_evidence,
         lacks=grounding.solid,
         reads=_reads,
+        distinct=True,
     ),
 )

@@ -66,6 +66,7 @@ PROPOSITIONS = (
         evidence=in_zone_evidence,
         lacks=grounding.solid,
         reads=_reads,
+        distinct=True,
     ),
     Proposition(
         "out_of_zone",
@@ -77,5 +78,6 @@ PROPOSITIONS = (
         evidence=out_of_zone_evidence,
         lacks=grounding.solid,
         reads=_reads,
+        distinct=True,
     ),
 )

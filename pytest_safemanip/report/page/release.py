@@ -45,9 +45,9 @@ def _gate(gate: Fields) -> Json:
     return {
         **_texts(gate, _GATE),
         "required": gate.boolean("required"),
-        "value": _number(gate, "value"),
-        "hits": _number(gate, "hits"),
-        "total": _number(gate, "total"),
+        "value": finite(gate, "value"),
+        "hits": finite(gate, "hits"),
+        "total": finite(gate, "total"),
         "interval": _interval(gate, "interval"),
     }
 
@@ -73,7 +73,7 @@ def _comparison(own: Fields) -> Json:
         "required": own.boolean("required"),
         "pairs": {name: pairs.count(name) for name in ("both", "fixed", "regressed", "neither")},
         "interval": _interval(own, "newcombe90"),
-        **{name: _number(own, name) for name in _FIGURES},
+        **{name: finite(own, name) for name in _FIGURES},
         "triggered": _interval(own, "triggered"),
     }
 
@@ -87,7 +87,7 @@ def _texts(own: Fields, names: tuple[str, ...]) -> Mapping[str, str]:
     return {name: printable(own.text(name, empty=True), MAX_TOLD) for name in names}
 
 
-def _number(own: Fields, key: str) -> float | None:
+def finite(own: Fields, key: str) -> float | None:
     """A finite number of either sign, or None.
 
     Raises:
@@ -107,7 +107,7 @@ def _interval(own: Fields, key: str) -> list[float] | None:
         return None
     if not isinstance(value, list) or len(value) != 2:
         raise own.expected(key, "two numbers or null")
-    bounds = [_number(Fields(own.place, {key: bound}), key) for bound in value]
+    bounds = [finite(Fields(own.place, {key: bound}), key) for bound in value]
     if None in bounds:
         raise own.expected(key, "two numbers or null")
     return [bound for bound in bounds if bound is not None]

@@ -23,6 +23,7 @@ from pytest_safemanip.report.page.details import details, worst_of_each
 from pytest_safemanip.report.page.encoding import told
 from pytest_safemanip.report.page.overview import overview
 from pytest_safemanip.report.page.release import read_release
+from pytest_safemanip.report.page.searches import searches
 from pytest_safemanip.report.replay import standalone
 from pytest_safemanip.report.replay.standalone import browser_file, script_json
 from pytest_safemanip.report.severity import RANKED, Key, ranks
@@ -67,6 +68,7 @@ SCRIPTS = (
     "scripts/table.js",
     "scripts/groups.js",
     "scripts/baseline.js",
+    "scripts/searches.js",
     "scripts/overview.js",
     "scripts/lanes.js",
     "scripts/signals.js",
@@ -167,6 +169,7 @@ def _about(folder: Path, found: Summary, ruling: Ruling | None) -> dict[str, Any
         },
         "headline": {"verdict": came_to.verdict, "text": came_to.text},
         "release": read_release(str(file), decided),
+        "searches": searches(whole),
     }
 
 

@@ -16,6 +16,7 @@ from pytest_safemanip.sim.libero.robot import SPEC
 from pytest_safemanip.sim.libero.scene import layout_of, switches_of
 from pytest_safemanip.sim.libero.staged import stage
 from pytest_safemanip.sim.libero.suites import TaskFiles
+from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.sim.mujoco.simulation import Simulation
 from pytest_safemanip.sim.mujoco.stability import check_stable
@@ -76,8 +77,13 @@ class LiberoBackend(Simulation):
         for _ in environment.substeps(env, action):
             self._probe.sample()
         env._post_process()
+        self._end_pushes()
         check_stable(env.sim.data._data)
         return self._probe.read(action, success=bool(env._check_success()))
+
+    @property
+    def _description(self) -> Description:
+        return self._probe.description
 
     def _make_observer(self, env: Any, context: Any) -> Observer:
         return Observer(env, context)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pytest_safemanip.decoding.files import Unreadable, read_regular
 from pytest_safemanip.errors import ConfigError, printable
 
 MAX_BYTES = 200_000
@@ -55,12 +56,10 @@ def load_problem(path: Path) -> Problem:
         ConfigError: naming the file and what is wrong in it.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
-            raise ConfigError(f"{path}: larger than {MAX_BYTES} bytes")
-        return read_problem(data.decode())
-    except (OSError, UnicodeDecodeError) as error:
+        return read_problem(read_regular(path, MAX_BYTES).decode())
+    except Unreadable as error:
+        raise ConfigError(f"{path}: {error}") from error
+    except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: cannot be read ({error})") from error
     except ValueError as error:
         raise ConfigError(f"{path}: not a BDDL problem: {error}") from error

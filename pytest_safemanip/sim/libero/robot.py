@@ -61,4 +61,5 @@ SPEC = BackendSpec(
     cameras=tuple(Camera(name, IMAGE_SIZE, IMAGE_SIZE) for name in CAMERAS),
     state=STATE,
     instruction=INSTRUCTION,
+    can=frozenset({"put", "open", "forces"}),
 )

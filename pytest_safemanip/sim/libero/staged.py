@@ -9,10 +9,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import TaskError, did_you_mean
 from pytest_safemanip.sim.mujoco.extents import local_box
 from pytest_safemanip.sim.mujoco.layout import Layout, Region
-from pytest_safemanip.sim.staging import Change, Fill, Put, SetOpen
+from pytest_safemanip.sim.staging import Change, Fill, Push, Put, SetOpen, kind_of
 from pytest_safemanip.trace.geometry import about, multiply, rotate, to_world
 
 CLEARANCE = 0.002
@@ -30,7 +30,7 @@ def stage(env: Any, layout: Layout, changes: Iterable[Change]) -> None:
         changes: in their order; one may build on those before it.
 
     Raises:
-        ConfigError: if the scene has no such role, joint or interior.
+        TaskError: if the scene has no such role, joint or interior.
     """
     for change in changes:
         env.sim.forward()
@@ -39,8 +39,9 @@ def stage(env: Any, layout: Layout, changes: Iterable[Change]) -> None:
         elif isinstance(change, Put):
             _put(env, layout, change)
         else:
-            done = "filled with a liquid" if isinstance(change, Fill) else "set moving"
-            raise ConfigError(f"{change.role}: in LIBERO nothing can be {done}")
+            kinds = {Fill: "filled with a liquid", Push: "set moving"}
+            done = kinds.get(type(change), f"changed by {kind_of(change)!r}")
+            raise TaskError(f"{getattr(change, 'role', 'LIBERO')}: in LIBERO nothing can be {done}")
     env.sim.forward()
 
 
@@ -54,7 +55,7 @@ def _set_open(env: Any, layout: Layout, change: SetOpen) -> None:
     }
     if not joints:
         names = [name.removeprefix(prefix) for name in fixture.joints]
-        raise ConfigError(f"{change.role} has no joint {change.joint!r}; it has {names}")
+        raise TaskError(f"{change.role} has no joint {change.joint!r}; it has {names}")
     for name, way in joints.items():
         where = way.closed + change.openness * (way.opened - way.closed)
         env.sim.data.set_joint_qpos(name, where)
@@ -88,7 +89,7 @@ def _target(env: Any, layout: Layout, change: Put) -> tuple[Floats, float]:
         fixture = _known(change.target, layout.fixtures, "fixture")
         interiors = fixture.interiors
         if not interiors or change.interior not in (*interiors, ""):
-            raise ConfigError(f"{change.target} has no interior {change.interior!r}")
+            raise TaskError(f"{change.target} has no interior {change.interior!r}")
         regions = [interiors[change.interior]] if change.interior else list(interiors.values())
         floors = [_floor(model, data, region) for region in regions if isinstance(region, Region)]
         return min(floors, key=lambda found: found[1])
@@ -120,5 +121,5 @@ def _extent(quat: Floats, half: Floats) -> float:
 
 def _known(name: str, known: Any, what: str) -> Any:
     if name not in known:
-        raise ConfigError(f"the scene has no {what} {name!r}; {did_you_mean(name, known)}")
+        raise TaskError(f"the scene has no {what} {name!r}; {did_you_mean(name, known)}")
     return known[name]

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
 from pytest_safemanip.sim.mujoco.describing import describe
-from pytest_safemanip.sim.mujoco.description import Read
+from pytest_safemanip.sim.mujoco.description import Description, Read
 from pytest_safemanip.sim.mujoco.layout import Layout
 from pytest_safemanip.sim.mujoco.reading import Reader
 from pytest_safemanip.trace.elements import Switch
@@ -59,6 +60,11 @@ class Probe:
         hands = [hand.spec for hand in layout.robot.hands]
 
         def commands(action: Action) -> Action:
+            if len(action) != len(places):
+                raise ConfigError(
+                    f"an action has {len(places)} entries ({', '.join(places)}); found one of "
+                    f"{len(action)}"
+                )
             told = (s.command(float(action[places[s.entry]])) if s.entry else 0.0 for s in hands)
             return np.fromiter(told, float)
 
@@ -83,6 +89,11 @@ class Probe:
         self._sampled = False
         told = None if action is None else self.commands(action)
         return self._reader.read(success, self._sampler.take(), told)
+
+    @property
+    def description(self) -> Description:
+        """The scene, and where its moving parts are read."""
+        return self._reader.description
 
     def fingerprint(self) -> str:
         """Digest of the state as it is now."""

@@ -6,11 +6,15 @@ from abc import ABC, abstractmethod
 from typing import Any, Protocol
 
 import mujoco
+import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.errors import ConfigError, RolloutError, did_you_mean
 from pytest_safemanip.sim.backend import Provenance
 from pytest_safemanip.sim.mujoco import graphics
+from pytest_safemanip.sim.mujoco.description import Description
+from pytest_safemanip.sim.pushing import checked
+from pytest_safemanip.trace.elements import ROBOT
 
 
 class Observer(Protocol):
@@ -39,6 +43,7 @@ class Simulation(ABC):
         self._env: Any = None
         self._context: Any = None
         self._observer: Observer | None = None
+        self._pushing = False
 
     @property
     def provenance(self) -> Provenance:
@@ -57,6 +62,18 @@ class Simulation(ABC):
             self._observer = self._make_observer(env, self._context)
         return self._observer.observe()
 
+    def push(self, entity: str, force: NDArray[np.float64]) -> None:
+        """See :class:`~pytest_safemanip.sim.pushing.Pushes`."""
+        data = self._running("push").sim.data._data
+        known = self._description
+        things = dict(zip(known.scene.object_index, known.object_body.tolist(), strict=True))
+        if known.hands:
+            things[ROBOT] = known.hands[0].body
+        if entity not in things:
+            raise ConfigError(f"nothing pushes {entity!r}; {did_you_mean(entity, things)}")
+        data.xfrc_applied[things[entity], :3] += checked(force)
+        self._pushing = True
+
     def close(self) -> None:
         """Drop the environment, and what draws it."""
         self.stop_drawing()
@@ -69,6 +86,11 @@ class Simulation(ABC):
         if context is not None:
             context.free()
 
+    @property
+    @abstractmethod
+    def _description(self) -> Description:
+        """What is known of the episode's scene."""
+
     @abstractmethod
     def _make_observer(self, env: Any, context: Any) -> Observer:
         """What observes an episode that was just begun, and draws in a context."""
@@ -77,6 +99,12 @@ class Simulation(ABC):
         if self._env is None:
             raise RolloutError(f"{doing} before reset")
         return self._env
+
+    def _end_pushes(self) -> None:
+        """A control period is over, and with it what pushed meanwhile."""
+        if self._pushing:
+            self._env.sim.data._data.xfrc_applied[:] = 0.0
+            self._pushing = False
 
     def _drop_observer(self) -> None:
         observer, self._observer = self._observer, None

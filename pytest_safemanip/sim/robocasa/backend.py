@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
 from pytest_safemanip.sim.clearance import Clearance, Path
+from pytest_safemanip.sim.mujoco import seeing
 from pytest_safemanip.sim.mujoco.contacts import ContactSampler
+from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.foresight import Foresight
 from pytest_safemanip.sim.mujoco.simulation import Simulation
 from pytest_safemanip.sim.mujoco.sleeping import Asleep
@@ -20,11 +22,13 @@ from pytest_safemanip.sim.mujoco.stability import check_stable
 from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.foreseeing import open_foresight
+from pytest_safemanip.sim.robocasa.observation import CAMERAS, WRIST
 from pytest_safemanip.sim.robocasa.rendering.observing import Observer
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.sim.robocasa.staged import stage
 from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
 from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper
+from pytest_safemanip.sim.staging import Cameras, Light
 from pytest_safemanip.trace.steps import Contacts, Step
 
 
@@ -57,11 +61,15 @@ class RoboCasaBackend(Simulation):
         self._foresight = None
         self._env = env = environment.make(request, self._assets_root)
         self._reader = open_reader(env)
-        if request.changes:
+        physical = [c for c in request.changes if not isinstance(c, Cameras | Light)]
+        if physical:
             before = self._reader.read(False, Contacts.empty())
-            stage(env, self._reader.description, before, request.changes)
+            check = stage(env, self._reader.description, before, physical)
             # What is fixed is described as it is now.
             self._reader = open_reader(env)
+            check(self._reader.read(False, Contacts.empty()))
+        seen = [key.removeprefix("video.") for key in CAMERAS if key != WRIST]
+        seeing.change(env.sim.model._model, seen, request.changes)
         table = self._reader.description.table
         model = env.sim.model._model
         check_stable(env.sim.data._data)
@@ -96,6 +104,7 @@ class RoboCasaBackend(Simulation):
         check_stable(env.sim.data._data)
         success = bool(env._check_success())
         commands = SPEC.robot.commands(action)
+        self._end_pushes()
         return self._reader.read(success, self._sampler.take(), commands)
 
     def clearance(self, paths: Sequence[Path]) -> list[Clearance]:
@@ -104,6 +113,10 @@ class RoboCasaBackend(Simulation):
         if self._foresight is None:
             self._foresight = open_foresight(env, self._reader.description)
         return [self._foresight.answer(path) for path in paths]
+
+    @property
+    def _description(self) -> Description:
+        return self._reader.description
 
     def _make_observer(self, env: Any, context: Any) -> Observer:
         return Observer(env, context)

@@ -6,13 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError, TaskError, did_you_mean
 from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.robocasa import scenes
 from pytest_safemanip.sim.robocasa.liquids import fills_of, with_particles
 from pytest_safemanip.sim.robocasa.patches import environments
 from pytest_safemanip.sim.robocasa.robot import ROBOT_MODEL
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
+from pytest_safemanip.sim.staging import Add
 
 ARGUMENTS = {
     "robots": ROBOT_MODEL,
@@ -23,6 +24,9 @@ ARGUMENTS = {
     "ignore_done": True,
 }
 """Of every environment: headless, without observations, without an end of its own."""
+
+_UNPLACED = "could not initialize task"
+"""In what RoboCasa says when no place was found in fifty attempts."""
 
 
 def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None = None) -> Any:
@@ -35,11 +39,15 @@ def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None 
 
     Raises:
         ConfigError: if RoboCasa has no such task.
+        TaskError: if its objects cannot be drawn as is asked, or find no place.
     """
-    arguments = scenes.arguments(request.scenes, assets_root, request.kitchen)
+    arguments = scenes.arguments(request.scenes, assets_root, request.kitchen, request.style)
     env = unset(request.task, request.seed, **arguments)
     if request.object_groups:
         environments.choose_objects(env, request.object_groups)
+    added = [change.category for change in request.changes if isinstance(change, Add)]
+    if added:
+        environments.add_objects(env, added)
     fills = fills_of(request.changes)
 
     def edited(model: str) -> str:
@@ -49,8 +57,22 @@ def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None 
     if edit is not None or fills:
         env.set_xml_processor(edited)
     with environments.quick_settling(env, Controls):
-        env.reset()
+        try:
+            env.reset()
+        except RuntimeError as error:
+            if _UNPLACED not in str(error):
+                raise
+            raise TaskError(_no_place(request)) from error
+    if added:
+        environments.list_added(env)
     return env
+
+
+def _no_place(request: Request) -> str:
+    """That objects of an episode do not fit into its scene."""
+    drawn = [f"{role} ({', '.join(of)})" for role, of in request.object_groups.items()]
+    remedy = f"; draw smaller ones than {', '.join(drawn)}" if drawn else ""
+    return f"seed {request.seed}: RoboCasa finds no place for the task's objects{remedy}"
 
 
 def unset(task: str, seed: int, **arguments: Any) -> Any:

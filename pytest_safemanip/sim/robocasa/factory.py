@@ -76,7 +76,14 @@ class RoboCasaFactory:
             },
             object_parts=fixture_parts.OBJECT,
             any_part=fixture_parts.ANY,
+            objects=task_source.object_roles(folder, task) if folder else None,
+            other_fixtures=task_source.attributes(folder, task) if folder else frozenset(),
         )
+
+    def object_kinds(self) -> frozenset[str]:
+        """See :class:`~pytest_safemanip.sim.backend.DrawsObjects`; empty without RoboCasa."""
+        table = task_source.categories()
+        return task_source.object_kinds(table) if table else frozenset()
 
 
 create = RoboCasaFactory()

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import RolloutError, TaskError
 from pytest_safemanip.sim.mujoco.describing import radius_of
 from pytest_safemanip.sim.staging import Change, Fill
 from pytest_safemanip.trace.elements import Body, Entity, Liquid
@@ -46,13 +46,13 @@ def fills_of(changes: Sequence[Change]) -> list[Fill]:
     """Those of the changes of an episode that fill vessels.
 
     Raises:
-        ConfigError: if two are of one liquid.
+        TaskError: if two are of one liquid.
     """
     found = [change for change in changes if isinstance(change, Fill)]
     names = [fill.liquid for fill in found]
     for name in names:
         if names.count(name) > 1:
-            raise ConfigError(f"two vessels are filled with the liquid {name!r}; name them apart")
+            raise TaskError(f"two vessels are filled with the liquid {name!r}; name them apart")
     return found
 
 
@@ -61,7 +61,7 @@ def with_particles(model: str, fills: Sequence[Fill]) -> str:
     root = ElementTree.fromstring(model)  # noqa: S314 -- RoboCasa's own
     world = root.find("worldbody")
     if world is None:
-        raise ConfigError("RoboCasa's model has no worldbody to put particles into")
+        raise RolloutError("RoboCasa's model has no worldbody to put particles into")
     x, y, z = _WAITING
     for row, fill in enumerate(fills):
         mass = DENSITY * 4.0 / 3.0 * np.pi * fill.radius**3
@@ -127,15 +127,15 @@ def fill(env: Any, change: Fill, vessel: Body, pose: Floats) -> None:
         pose: its pose (7,).
 
     Raises:
-        ConfigError: if it has no hollow, or one too small for them.
+        TaskError: if it has no hollow, or one too small for them.
     """
     env.sim.forward()
     hollow = _hollow(env.sim, env.objects[change.role].root_body, vessel, pose)
     places = np.zeros((0, 3)) if hollow is None else _places(hollow, change.radius)
     if not len(places):
-        raise ConfigError(f"{change.role!r} is not hollow; {change.liquid!r} cannot be filled in")
+        raise TaskError(f"{change.role!r} is not hollow; {change.liquid!r} cannot be filled in")
     if len(places) < change.count:
-        raise ConfigError(
+        raise TaskError(
             f"{change.role!r} holds {len(places)} balls of {change.radius:g} m, not the "
             f"{change.count} of {change.liquid!r}; fill in fewer or smaller ones"
         )

@@ -15,6 +15,7 @@ from pytest_safemanip.sim.backend import (
     RobotSpec,
 )
 from pytest_safemanip.sim.robocasa import observation
+from pytest_safemanip.sim.staging import KINDS
 from pytest_safemanip.trace.elements import ActionEntry
 
 ROBOT_MODEL = "PandaOmron"
@@ -55,6 +56,10 @@ def random(generator: np.random.Generator, step: int) -> Action:
     return action
 
 
+STYLES = 60
+"""Of RoboCasa; the first ten are those of its target scenes."""
+TARGETS = tuple(map(str, range(1, 11)))
+"""RoboCasa's target scenes, each a layout with the style of the same number."""
 PANDA = GripperSpec("right", (("finger_left",), ("finger_right",)), ("palm",), _ENTRIES[GRIPPER])
 SPEC = BackendSpec(
     robot=RobotSpec(
@@ -70,4 +75,8 @@ SPEC = BackendSpec(
     state=observation.STATE,
     instruction=observation.INSTRUCTION,
     steppings=("exact", "fast"),
+    can=frozenset({*KINDS, "objects", "kitchen", "style", "forces"}),
+    kitchens={"compact": ("small", "full", "deep", "roomy"), "target": TARGETS},
+    styles=dict.fromkeys(("compact", "target", "pretrain"), tuple(map(str, range(1, STYLES + 1)))),
+    hand_position=observation.EEF_POSITION,
 )

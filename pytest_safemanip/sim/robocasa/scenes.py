@@ -9,37 +9,48 @@ import yaml
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.sim.robocasa.kitchens import KITCHENS
-from pytest_safemanip.sim.robocasa.robot import SPEC
+from pytest_safemanip.sim.robocasa.robot import SPEC, TARGETS
 
 
-def arguments(scenes: str, assets_root: Path, kitchen: str = "") -> dict[str, Any]:
+def arguments(scenes: str, assets_root: Path, kitchen: str = "", style: str = "") -> dict[str, Any]:
     """Keyword arguments that make a RoboCasa environment use a family of scenes.
 
     Args:
         scenes: the family.
         assets_root: the folder that RoboCasa was loaded with.
-        kitchen: which of the compact ones; empty for the small one.
+        kitchen: which of the compact ones, empty for the small one; or the number of one of the
+            target scenes, empty for any.
+        style: number of a style; empty for the family's own.
 
     ``target`` and ``pretrain`` are RoboCasa's official splits of scenes and object instances
     (``robocasa.utils.env_utils.create_env``).
 
     Raises:
-        ConfigError: if there is no such family, or no such compact kitchen.
+        ConfigError: if there is no such family, kitchen or style.
     """
+    if scenes not in SPEC.scenes:
+        raise ConfigError(f"unknown scenes {scenes!r}; {did_you_mean(scenes, SPEC.scenes)}")
+    if style and style not in SPEC.styles[scenes]:
+        raise ConfigError(f"unknown style {style!r}; {did_you_mean(style, SPEC.styles[scenes])}")
+    kitchens = SPEC.kitchens.get(scenes, ())
+    if kitchen and kitchen not in kitchens:
+        hint = did_you_mean(kitchen, kitchens)
+        raise ConfigError(f"unknown {scenes} kitchen {kitchen!r}; {hint}")
     if scenes == "compact":
-        kitchen = kitchen or "small"
-        if kitchen not in KITCHENS:
-            hint = did_you_mean(kitchen, KITCHENS)
-            raise ConfigError(f"unknown compact kitchen {kitchen!r}; {hint}")
-        style = assets_root / "scenes" / "kitchen_styles" / "test" / "style001.yaml"
         return {
-            "layout_ids": [KITCHENS[kitchen]()],
-            "style_ids": [yaml.safe_load(style.read_text())],
+            "layout_ids": [KITCHENS[kitchen or "small"]()],
+            "style_ids": [_style(assets_root, style or "1")],
             "obj_instance_split": "target",
         }
     if scenes == "target":
-        pairs = list(zip(range(1, 11), range(1, 11), strict=True))
+        numbers = [int(kitchen)] if kitchen else [int(number) for number in TARGETS]
+        pairs = [(number, int(style) if style else number) for number in numbers]
         return {"layout_and_style_ids": pairs, "obj_instance_split": "target"}
-    if scenes == "pretrain":
-        return {"layout_ids": -2, "style_ids": -2, "obj_instance_split": "pretrain"}
-    raise ConfigError(f"unknown scenes {scenes!r}; {did_you_mean(scenes, SPEC.scenes)}")
+    styles = [int(style)] if style else -2
+    return {"layout_ids": -2, "style_ids": styles, "obj_instance_split": "pretrain"}
+
+
+def _style(assets_root: Path, number: str) -> Any:
+    """What RoboCasa reads of a style: a file of the target scenes, or of the others."""
+    folder = assets_root / "scenes" / "kitchen_styles" / ("test" if number in TARGETS else "train")
+    return yaml.safe_load((folder / f"style{int(number):03}.yaml").read_text())

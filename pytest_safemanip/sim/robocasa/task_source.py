@@ -1,7 +1,8 @@
 """RoboCasa's tasks, read from its source without importing it: importing takes seconds.
 
 A task is a class that descends from ``Kitchen``; which fixtures play its roles stands in calls of
-``register_fixture_ref`` and ``get_fixture``. Nothing is executed.
+``register_fixture_ref`` and ``get_fixture``, which objects do in what ``_get_obj_cfgs`` returns.
+Nothing is executed.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import functools
 import importlib.util
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,6 +20,12 @@ ROOT = "Kitchen"
 UNREGISTERED = ("PickPlace", "ManipulateDoor", "OpenDoor", "CloseDoor")
 """Base classes that RoboCasa does not register as tasks (``KitchenEnvMeta``)."""
 
+_ADDED = {"try_to_place_in": "_container", "auxiliary_obj_enable": "_auxiliary"}
+"""What RoboCasa appends to an object's name to call what it stands in and its lid, by the key that
+asks for these."""
+_OBJECTS = "_get_obj_cfgs"
+
+_ATTRIBUTE = re.compile(r"\bself\.(\w+) = ")
 _CLASS = re.compile(r"^class (\w+)\(([\w.,= ]*)\):", re.MULTILINE)
 
 Kinds = frozenset[str] | None
@@ -42,14 +49,76 @@ def task_names(folder: Path) -> frozenset[str]:
 
 def fixture_roles(folder: Path, task: str) -> dict[str, Kinds]:
     """The roles that fixtures play in a task, with the kinds of fixture that can play each."""
-    facts = _Facts()
-    for name in _ancestry(folder, task):
-        for path, _ in _classes(folder).get(name, ()):
-            facts.merge(_facts_in(path)[name])
+    facts = _facts_of(folder, task)
     return {
         role: facts.kinds(calls, frozenset()) or None
         for role, calls in sorted(facts.references.items())
     }
+
+
+def object_roles(folder: Path, task: str) -> tuple[str, ...] | None:
+    """The roles that objects play in a task, for ``fnmatch``; None where only running the code
+    would tell. Where an object stands in another, or has a lid, that has a role of its own.
+    """
+    found: set[str] = set()
+    for made, expressions in _facts_of(folder, task).objects.items():
+        patterns = {_pattern(name) for name in expressions}
+        if None in patterns:
+            return None
+        found |= {f"{pattern}{made}" for pattern in patterns}
+    return tuple(sorted(found))
+
+
+def attributes(folder: Path, task: str) -> frozenset[str]:
+    """Names of what a task may keep a fixture in, its own and the fixtures' attributes: those that
+    :func:`fixture_roles` does not find are among them.
+    """
+    kept = _facts_of(folder, task).attributes
+    return frozenset(kept) | _fixture_attributes(folder.parent / "models" / "fixtures")
+
+
+@functools.cache
+def _fixture_attributes(folder: Path) -> frozenset[str]:
+    texts = (path.read_text(encoding="utf-8") for path in folder.glob("*.py"))
+    return frozenset(name for text in texts for name in _ATTRIBUTE.findall(text))
+
+
+def categories() -> Path | None:
+    """The installed RoboCasa's table of categories, or None if it is not installed."""
+    folder = environments()
+    return folder.parent / "models" / "objects" / "kitchen_objects.py" if folder else None
+
+
+@functools.cache
+def object_kinds(table: Path) -> frozenset[str]:
+    """Names of the categories and groups that objects can be drawn from.
+
+    Args:
+        table: RoboCasa's, as :func:`categories` finds it.
+    """
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(table.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Assign([ast.Name("OBJ_CATEGORIES" | "OBJ_GROUPS")], ast.Call() as call):
+                found |= {word.arg for word in call.keywords if word.arg is not None}
+            case ast.Assign([ast.Subscript(ast.Name("OBJ_GROUPS"), ast.Constant(str(group)))]):
+                found.add(group)
+            case ast.keyword("types", value):
+                found |= {
+                    one.value
+                    for one in ast.walk(value)
+                    if isinstance(one, ast.Constant) and isinstance(one.value, str)
+                }
+    return frozenset(found)
+
+
+def _facts_of(folder: Path, task: str) -> _Facts:
+    """What a task's class and those that it descends from say."""
+    facts = _Facts()
+    for name in _ancestry(folder, task):
+        for path, _ in _classes(folder).get(name, ()):
+            facts.merge(_facts_in(path)[name])
+    return facts
 
 
 @functools.cache
@@ -81,11 +150,13 @@ class _Facts:
         references: the calls that find each role's fixture.
         attributes: what is assigned to each attribute of ``self``.
         arguments: defaults of constructors' parameters, and what subclasses give for them.
+        objects: the names of the objects that are made, by what is appended to them.
     """
 
     references: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
     attributes: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
     arguments: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
+    objects: dict[str, list[ast.expr]] = field(default_factory=lambda: defaultdict(list))
 
     def add(self, cls: ast.ClassDef) -> None:
         """Take in what a class says."""
@@ -107,6 +178,11 @@ class _Facts:
                     given = node.args
                     for one, value in zip(given.args[::-1], given.defaults[::-1], strict=False):
                         self.arguments[one.arg].append(value)
+                case ast.FunctionDef(name) if name == _OBJECTS:
+                    for made, expression in _made(node):
+                        self.objects[made].append(expression)
+                case ast.Subscript(ast.Attribute(_, "fixture_refs"), ast.Constant(str(role))):
+                    self.attributes[role].append(node)
 
     def merge(self, other: _Facts) -> None:
         """Take in what another class says."""
@@ -154,6 +230,46 @@ def _facts_in(path: Path) -> Mapping[str, _Facts]:
         if isinstance(node, ast.ClassDef):
             found[node.name].add(node)
     return found
+
+
+def _made(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr]]:
+    """Names of the objects that a function describes, and what is appended to them; an ellipsis for
+    what it calls to do so.
+    """
+    for node in ast.walk(function):
+        match node:
+            case ast.Call(ast.Name("dict"), [], words):
+                keys = {word.arg: word.value for word in words}
+            case ast.Dict(names, values):
+                texts = [n.value if isinstance(n, ast.Constant) else None for n in names]
+                keys = dict(zip(map(str, texts), values, strict=True))
+            case ast.Call(ast.Attribute(ast.Call(ast.Name("super")), name)) if name == _OBJECTS:
+                continue
+            case ast.Call(ast.Attribute(_, name) | ast.Name(name)) if "cfg" in name:
+                yield "", ast.Constant(...)
+                continue
+            case _:
+                continue
+        if "obj_groups" in keys or "placement" in keys:
+            expression = keys.get("name", _NAMELESS)
+            said = re.findall(r"\w+", ast.unparse(node))
+            yield "", expression
+            yield from ((made, expression) for key, made in _ADDED.items() if key in said)
+
+
+_NAMELESS = ast.JoinedStr([ast.Constant("obj_"), ast.FormattedValue(ast.Constant(0), -1)])
+"""How RoboCasa calls an object without a name."""
+
+
+def _pattern(name: ast.expr) -> str | None:
+    """What a name can be, for ``fnmatch``; None for anything."""
+    match name:
+        case ast.Constant(str(text)):
+            return text
+        case ast.JoinedStr(parts):
+            texts = [str(p.value) if isinstance(p, ast.Constant) else "*" for p in parts]
+            return "".join(texts)
+    return None
 
 
 def _fixture_id(value: ast.expr) -> ast.expr | None:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError, TaskError, did_you_mean
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Request, Start
+from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.sim.mujoco.simulation import Simulation
 from pytest_safemanip.sim.mujoco.stability import check_stable
@@ -48,14 +49,14 @@ class RobosuiteBackend(Simulation):
         """Make a fresh environment: what ran before leaves no trace in it.
 
         Raises:
-            ConfigError: if robosuite has no such task, or something is asked for that cannot be
-                arranged here.
+            ConfigError: if robosuite has no such task.
+            TaskError: if something is staged.
         """
         if request.task not in TASKS:
             hint = did_you_mean(request.task, TASKS)
             raise ConfigError(f"robosuite has no task {request.task!r}; {hint}")
         if request.changes or request.object_groups:
-            raise ConfigError(f"{request.task}: in robosuite nothing can be staged")
+            raise TaskError("in robosuite nothing can be staged")
         self._drop_observer()
         task = TASKS[request.task]
         robots = robots_in(task, self._robots)
@@ -94,8 +95,13 @@ class RobosuiteBackend(Simulation):
             self._probe.sample()
         env.cur_time += env.control_timestep
         env._post_action(action)
+        self._end_pushes()
         check_stable(env.sim.data._data)
         return self._probe.read(action, success=bool(env._check_success()))
+
+    @property
+    def _description(self) -> Description:
+        return self._probe.description
 
     def _make_observer(self, env: Any, context: Any) -> Observer:
         return Observer(env, context, self._cameras)

@@ -80,6 +80,7 @@ class RobosuiteFactory:
             },
             object_parts=_BODY,
             any_part=_BODY,
+            stages=False,
         )
 
 

@@ -169,6 +169,7 @@ def _declare(task: TaskModel, robots: Sequence[str]) -> BackendSpec:
         official=("official",),
         cameras=tuple(Camera(f"{view}_image", IMAGE_SIZE, IMAGE_SIZE) for view in views),
         state=_state(arms, robots),
+        can=frozenset({"forces"}),
     )
 
 

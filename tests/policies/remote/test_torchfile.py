@@ -196,7 +196,7 @@ def test_a_memo_entry_far_away_is_one_entry():
 @pytest.mark.parametrize(
     ("data", "what"),
     [
-        (saved(b"\0" * 10**8, compression=zipfile.ZIP_DEFLATED), "is compressed"),
+        (saved(b"\0" * 10**7, compression=zipfile.ZIP_DEFLATED), "is compressed"),
         (saved(b"N.", compression=zipfile.ZIP_DEFLATED), "is compressed"),
         (saved(b"N.", name="data.pkl"), "without torch's data.pkl"),
         (saved(b"N.", name="../archive/data.pkl"), "without torch's data.pkl"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,40 @@ def test_a_hand_that_is_pushed_onto_the_table_costs_and_no_bit_changes(make):
     assert any(info["warnings"] for info in told[:first])
     assert told[first - 1]["safety"]["collision_contact"].time_to_violation < 0.2
     assert told[first]["safety"]["collision_contact"].time_to_violation == 0.0
+
+
+def test_nothing_is_predicted_without_a_horizon(make):
+    env = SafetyMonitor(make(), "Lift")
+    _, info = env.reset(seed=0)
+    assert info["warnings"] == []
+    assert {state.time_to_violation for state in info["safety"].values()} == {None}
+    with pytest.raises(ConfigError, match="give it a horizon in seconds"):
+        env.warnings(np.zeros(7))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"horizon": np.nan}, "horizon: expected a number from 0 up, found nan"),
+        ({"horizon": -1}, "horizon: expected a number from 0 up, found -1"),
+        ({"horizon": "0.25"}, "horizon: expected a number from 0 up, found '0.25'"),
+        ({"stop": "warning"}, "stop: expected True or False, found 'warning'; who stops at warnin"),
+    ],
+)
+def test_options_that_would_silently_warn_of_nothing_are_refused(make, options, message):
+    with pytest.raises(ConfigError, match=f"SafetyMonitor: {re.escape(message)}"):
+        SafetyMonitor(make(), "Lift", **options)
+
+
+def test_an_action_or_a_pace_that_is_none_is_no_reason_to_be_calm(make):
+    env = SafetyMonitor(make(), "Lift", horizon=0.25)
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"an action has 7 entries \(.*\); found one of 3"):
+        env.warnings(np.zeros(3))
+    with pytest.raises(ConfigError, match=r"commands: expected finite numbers, found \[nan\]"):
+        env.warnings(np.full(7, np.nan))
+    with pytest.raises(ConfigError, match="pace: expected a number from 0 up, found -1"):
+        env.warnings(np.zeros(7), pace=-1)
 
 
 def test_other_controllers_are_refused(make):

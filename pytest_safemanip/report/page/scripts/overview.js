@@ -4,7 +4,7 @@ SafemanipReport.overview = (() => {
 
   const { element, name, percent, seconds, words } = SafemanipReport.dom;
   const { run } = SafemanipReport.data;
-  const { address, baseline, charts, figures, groups, table } = SafemanipReport;
+  const { address, baseline, charts, figures, groups, searches, table } = SafemanipReport;
   const { badge, section } = figures;
 
   function headline() {
@@ -217,6 +217,7 @@ SafemanipReport.overview = (() => {
     gates(),
     worst(),
     policies(),
+    searches.build(),
     baseline.build(),
     // A matrix of many policies needs the whole width.
     element(run.policies.length > 8 ? "div.stacked" : "div.pair", {}, [groups.build(), questions()]),

@@ -15,6 +15,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from pytest_safemanip.errors import TaskError
 from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck, LastCorners, Unchanged
 
 
@@ -103,6 +104,10 @@ def _regions(fixture: Any) -> Callable[[], tuple[Any, ...]]:
     return read
 
 
+AWAY = 20.0
+"""Where what is added is before it is put somewhere, m: outside any kitchen."""
+
+
 class Acts(Protocol):
     """What commands a robot's actuators."""
 
@@ -138,9 +143,16 @@ def quick_settling(env: Any, controls: Callable[[Any], Acts]) -> Iterator[None]:
         controller.new_update = True
 
 
+_UPRIGHT = "model_upright.xml"
+"""The file of a model that stands, which few categories have."""
+
+
 def choose_objects(env: Any, groups: Mapping[str, Sequence[str]]) -> None:
-    """Let the task draw some of its objects from other groups; all else stays the task's own."""
-    original = env._get_obj_cfgs
+    """Let the task draw some of its objects from other groups; all else stays the task's own.
+
+    A reset raises TaskError if none of the groups has what the task asks of an object.
+    """
+    original, sample = env._get_obj_cfgs, env.sample_object
 
     def get_obj_cfgs() -> Any:
         configs = original()
@@ -149,7 +161,52 @@ def choose_objects(env: Any, groups: Mapping[str, Sequence[str]]) -> None:
                 config["obj_groups"] = list(groups[config["name"]])
         return configs
 
-    env._get_obj_cfgs = get_obj_cfgs
+    def sample_object(drawn: Any, **asked: Any) -> Any:
+        try:
+            return sample(drawn, **asked)
+        except (ValueError, FileNotFoundError) as error:  # nothing to choose from, or not upright
+            missing = str(getattr(error, "filename", None) or _UPRIGHT)
+            roles = [role for role, own in groups.items() if list(own) == drawn]
+            if not roles or not missing.endswith(_UPRIGHT):
+                raise
+            wanted = ", ".join(name for name, value in asked.items() if value is True)
+            raise TaskError(
+                f"{roles[0]}: nothing in {', '.join(drawn)} is as the task asks"
+                f"{f' ({wanted})' if wanted else ''}; draw it from others"
+            ) from error
+
+    env._get_obj_cfgs, env.sample_object = get_obj_cfgs, sample_object
+
+
+def add_objects(env: Any, categories: Sequence[str]) -> None:
+    """Let a scene have some things more, ``added_1`` and so on, far away until somebody puts them
+    where they are wanted; all else is drawn as without them.
+
+    To be called before the reset; :func:`list_added` after it.
+    """
+    original = env._create_objects
+
+    def create_objects() -> None:
+        from robocasa.utils import env_utils
+
+        original()
+        drawn = copy.deepcopy(env.rng.bit_generator.state)
+        env.added_cfgs = []
+        for number, category in enumerate(categories, start=1):
+            config = {"name": f"added_{number}", "type": "object", "obj_groups": category}
+            model, config["info"] = env_utils.create_obj(env, config)
+            model.get_obj().set("pos", f"{AWAY + number} {AWAY} 1")
+            env.objects[model.name] = model
+            env.model.merge_objects([model])
+            env.added_cfgs.append({**config, "placement": {}})
+        env.rng.bit_generator.state = drawn
+
+    env._create_objects = create_objects
+
+
+def list_added(env: Any) -> None:
+    """List what was added among the things of a scene that was just reset."""
+    env.object_cfgs = [*env.object_cfgs, *env.added_cfgs]
 
 
 @contextlib.contextmanager

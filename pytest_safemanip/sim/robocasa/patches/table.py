@@ -252,6 +252,13 @@ PATCHES = (
         "environments",
         _lacks("robocasa.environments.kitchen.kitchen", "obj_groups=None,"),
     ),
+    Patch(
+        "added_objects",
+        "robocasa.environments.kitchen.kitchen:Kitchen._create_objects",
+        "RoboCasa has no argument for things that a task does not have",
+        "environments",
+        _lacks("robocasa.environments.kitchen.kitchen", "added_cfgs"),
+    ),
 )
 """All patches, in the order in which they are made."""
 

@@ -1,0 +1,1 @@
+"""Searches, and the failures that they kept, between pytest and `run/searching`."""

@@ -1,0 +1,47 @@
+"""All kinds of dimensions: the shipped ones and the user's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.search.kinds import actions, beginnings, senses
+from pytest_safemanip.search.kinds.definition import Kind
+from pytest_safemanip.search.units import UNITS
+
+SHIPPED = (*beginnings.KINDS, *senses.KINDS, *actions.KINDS)
+
+
+class Kinds(Mapping[str, Kind]):
+    """Kinds by name.
+
+    Args:
+        added: the user's.
+
+    Raises:
+        ConfigError: if one is none, has an unknown unit, or a name that is taken.
+    """
+
+    def __init__(self, added: Iterable[Kind] = ()) -> None:
+        self._kinds = {kind.name: kind for kind in SHIPPED}
+        for kind in added:
+            if not isinstance(kind, Kind):
+                raise ConfigError(
+                    f"pytest_safemanip_dimensions gives a {type(kind).__name__}, expected "
+                    "pytest_safemanip.search.kinds.definition.Kind"
+                )
+            if kind.name in self._kinds:
+                raise ConfigError(f"dimensions of kind {kind.name!r} exist already; rename it")
+            if kind.unit and kind.unit not in UNITS:
+                units = ", ".join(UNITS)
+                raise ConfigError(f"kind {kind.name!r}: unknown unit {kind.unit!r}; known: {units}")
+            self._kinds[kind.name] = kind
+
+    def __getitem__(self, name: str) -> Kind:
+        return self._kinds[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._kinds)
+
+    def __len__(self) -> int:
+        return len(self._kinds)

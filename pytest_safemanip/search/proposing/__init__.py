@@ -1,0 +1,1 @@
+"""What to try next: a maintained optimiser, and plain samplings to hold it against."""

@@ -1,0 +1,265 @@
+"""A search: for each property of a task, the smallest deviation under which a policy violates it.
+
+It goes on in rounds. In each round every property asks for some trials, all of them are run, in
+whatever order, and every property learns from all that came of them: one rollout serves all. What
+a round asks for depends on the outcomes of those before it and on nothing else, so that a search
+is the same however many rollouts run side by side, and goes on where it stopped when the outcomes
+that are known already are told again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
+
+from pytest_safemanip.search.dimension import NOTHING, Deviation, Dimensions
+from pytest_safemanip.search.proposing.proposer import MakeProposer
+from pytest_safemanip.search.shrinking import Shrinker
+from pytest_safemanip.search.trials import Outcome, Trial
+
+ROLLOUTS = 200
+"""Trials of a property while nothing is found, unless told."""
+BATCH = 8
+"""Trials that a property asks for in a round."""
+SHRINKING = 60
+"""Questions that may be asked to reduce a failure."""
+REPEATS = 10
+"""Runs of what is left, to say how reliably it fails."""
+MOST_BACK = 3
+"""How often something larger is taken instead of what fails in fewer than half of the runs."""
+
+Round = list[Trial]
+Asking = Generator[Round, list[Outcome], None]
+"""Asks for trials, and is sent their outcomes."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much is tried.
+
+    Attributes:
+        rollouts: for each property, while nothing is found.
+        batch: trials that a property asks for in a round.
+        shrinking: questions that may be asked to reduce a failure.
+        repeats: runs of what is left.
+        seed: of what is random in the search.
+    """
+
+    rollouts: int = ROLLOUTS
+    batch: int = BATCH
+    shrinking: int = SHRINKING
+    repeats: int = REPEATS
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Failure:
+    """What a policy does not stand.
+
+    Attributes:
+        seed: of the episode.
+        first: the deviation that was found.
+        deviation: what is left of it.
+        failed: in how many of the runs it fails.
+        runs: how many there were.
+        exact: whether runs are the same bit for bit, so that one says as much as many.
+        found_at: after how many trials of the search it was found, this one among them.
+        outcome: of the first run of what is left that fails.
+    """
+
+    seed: int
+    first: Deviation
+    deviation: Deviation
+    failed: int
+    runs: int
+    exact: bool
+    found_at: int
+    outcome: Outcome
+
+
+@dataclass
+class Pursuit:
+    """What is known about one property.
+
+    Attributes:
+        property_id: which.
+        asked: trials that it asked for while nothing was found.
+        shrinking: trials that it asked for afterwards.
+        failure: what was found; None while nothing is.
+        over: whether nothing more is asked for.
+    """
+
+    property_id: str
+    asked: int = 0
+    shrinking: int = 0
+    failure: Failure | None = None
+    over: bool = False
+
+
+@dataclass
+class _Asked:
+    """A property that is being looked into: what it asks, and which of a round's trials are its."""
+
+    pursuit: Pursuit
+    asking: Asking
+    round: Round = field(default_factory=list)
+
+
+class Search:
+    """The search of one policy in one task.
+
+    Args:
+        dimensions: what may be otherwise.
+        properties: ids of those that are looked into.
+        seeds: of the episodes, one after the other.
+        effort: how much is tried.
+        make: makes what proposes trials, for each property.
+
+    Attributes:
+        pursuits: what is known about each property.
+        tried: all trials so far with their outcomes, in the order in which they were asked for.
+    """
+
+    def __init__(
+        self,
+        dimensions: Dimensions,
+        properties: Sequence[str],
+        seeds: Sequence[int],
+        effort: Effort,
+        make: MakeProposer,
+    ) -> None:
+        self._dimensions, self._seeds, self._effort = dimensions, tuple(seeds), effort
+        self._make = make
+        self.pursuits = {name: Pursuit(name) for name in properties}
+        self.tried: dict[Trial, Outcome] = {}
+        self._news: list[tuple[Trial, Outcome]] = []
+        self._asked = [_Asked(own, self._pursue(own)) for own in self.pursuits.values()]
+        for asked in self._asked:
+            asked.round = next(asked.asking)
+
+    def ask(self) -> list[Trial]:
+        """The trials of this round, each once; none when the search is over."""
+        wanted = dict.fromkeys(trial for asked in self._asked for trial in asked.round)
+        return [trial for trial in wanted if trial not in self.tried]
+
+    def tell(self, outcomes: Sequence[Outcome]) -> None:
+        """What came of the trials that were asked for last, in their order; the next round
+        begins.
+        """
+        self._news = list(zip(self.ask(), outcomes, strict=True))
+        self.tried.update(self._news)
+        for asked in tuple(self._asked):
+            self._go_on(asked)
+
+    def _go_on(self, asked: _Asked) -> None:
+        """Let a property ask, until it asks for something that is not known yet."""
+        while True:
+            known = [self.tried[trial] for trial in asked.round]
+            try:
+                asked.round = asked.asking.send(known)
+            except StopIteration:
+                asked.pursuit.over = True
+                self._asked.remove(asked)
+                return
+            if any(trial not in self.tried for trial in asked.round):
+                return
+
+    def _pursue(self, own: Pursuit) -> Asking:
+        name = own.property_id
+        plain = [Trial(seed, NOTHING) for seed in self._seeds]
+        found = self._first(name, plain, (yield plain))
+        if found is None:
+            found = yield from self._look(own)
+        if found is not None:
+            yield from self._reduce(own, found)
+
+    def _look(self, own: Pursuit) -> Generator[Round, list[Outcome], Trial | None]:
+        """Look for a trial that violates the property."""
+        proposer = self._make(self._dimensions, self._effort.seed)
+        known = 0
+        while own.asked < self._effort.rollouts:
+            everything = list(self.tried.items())
+            for trial, outcome in everything[known:]:
+                if trial.repeat == 0:
+                    found_there = outcome.findings.get(own.property_id)
+                    loss = found_there.loss if found_there is not None else None
+                    proposer.tell(trial.deviation, loss)
+            known = len(everything)
+            count = min(self._effort.batch, self._effort.rollouts - own.asked)
+            asked = [
+                Trial(self._seeds[(own.asked + number) % len(self._seeds)], deviation)
+                for number, deviation in enumerate(proposer.ask(count))
+            ]
+            own.asked += count
+            yield asked
+            found = self._first(own.property_id, list(self.tried)[known:], None)
+            if found is not None:
+                return found
+        return None
+
+    def _first(
+        self, name: str, trials: Sequence[Trial], outcomes: Sequence[Outcome] | None
+    ) -> Trial | None:
+        """The first of some trials that violates a property; the cheapest, as they were all run."""
+        known = outcomes or [self.tried[trial] for trial in trials]
+        bad = [t for t, out in zip(trials, known, strict=True) if out.violates(name)]
+        return min(bad, key=lambda t: self._dimensions.price(t.deviation), default=None)
+
+    def _reduce(self, own: Pursuit, found: Trial) -> Asking:
+        name, at = own.property_id, own.asked
+        again = replace_repeat(found, 1)
+        first, second = yield from self._ask(own, [replace_repeat(found, 0), again])
+        exact = first.digest == second.digest
+        shrinker = Shrinker(self._dimensions, self._effort.shrinking)
+        reducing = shrinker.reduce(found.deviation)
+        answer: bool | None = None
+        while True:
+            try:
+                asked = next(reducing) if answer is None else reducing.send(answer)
+            except StopIteration:
+                break
+            answer = yield from self._fails(own, Trial(found.seed, asked), exact)
+        for back, deviation in enumerate(dict.fromkeys(reversed(shrinker.kept))):
+            runs = [
+                Trial(found.seed, deviation, n) for n in range(2 if exact else self._effort.repeats)
+            ]
+            outcomes = yield from self._ask(own, runs[:2])
+            same = outcomes[0].digest == outcomes[1].digest
+            if not same:
+                outcomes = yield from self._ask(own, runs)
+            bad = [out for out in outcomes if out.violates(name)]
+            own.failure = Failure(
+                found.seed,
+                found.deviation,
+                deviation,
+                failed=min(len(bad), 1) if same else len(bad),
+                runs=1 if same else len(runs),
+                exact=same,
+                found_at=at,
+                outcome=bad[0] if bad else outcomes[0],
+            )
+            if 2 * len(bad) >= len(outcomes) or back == MOST_BACK:
+                return
+
+    def _fails(
+        self, own: Pursuit, trial: Trial, exact: bool
+    ) -> Generator[Round, list[Outcome], bool]:
+        """Whether a deviation fails: of what is random, in two runs of three."""
+        if exact:
+            (outcome,) = yield from self._ask(own, [trial])
+            return outcome.violates(own.property_id)
+        outcomes = yield from self._ask(own, [replace_repeat(trial, n) for n in range(2)])
+        bad = [outcome.violates(own.property_id) for outcome in outcomes]
+        if bad[0] == bad[1]:
+            return bad[0]
+        (third,) = yield from self._ask(own, [replace_repeat(trial, 2)])
+        return third.violates(own.property_id)
+
+    def _ask(self, own: Pursuit, trials: Round) -> Generator[Round, list[Outcome], list[Outcome]]:
+        own.shrinking += sum(trial not in self.tried for trial in trials)
+        return (yield trials)
+
+
+def replace_repeat(trial: Trial, repeat: int) -> Trial:
+    """The same trial, run for the so manieth time."""
+    return Trial(trial.seed, trial.deviation, repeat)

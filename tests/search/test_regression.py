@@ -1,0 +1,70 @@
+"""Failures that are kept."""
+
+from __future__ import annotations
+
+import pytest
+
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.search.kinds.catalogue import Kinds
+from pytest_safemanip.search.proposing.sampling import SobolSampling
+from pytest_safemanip.search.regression import Regression, changes_of, load_regressions
+from tests.search.pure import dimensions_of
+
+WRITTEN = """
+task: Toy
+property: release_stability
+seed: 3
+backend: robocasa
+changes:
+- {move: obj, along: left, size: -4 cm}
+- {push: robot, size: 6 N s, at: 2.5 s, towards: 90 deg}
+- {distractor: any, beside: obj, choice: can, forward: 3 cm, left: 5 cm}
+"""
+
+
+def test_what_is_kept_is_the_same_when_it_is_read(tmp_path):
+    dimensions = dimensions_of(tmp_path)
+    (tmp_path / "kept").mkdir()
+    for number, deviation in enumerate(SobolSampling(dimensions, 0).ask(30)):
+        path = tmp_path / "kept" / f"{number:02}.yaml"
+        changes = changes_of(deviation, dimensions)
+        kept = Regression("Toy", "a", number, "robocasa", "compact", changes, "it fails", path)
+        kept.save()
+        read = load_regressions(tmp_path / "kept", Kinds())[f"{number:02}"]
+        assert read == kept
+        assert read.situation == dimensions.situation(deviation)
+
+
+def test_one_is_written_by_hand(tmp_path):
+    (tmp_path / "near.yaml").write_text(WRITTEN)
+    kept = load_regressions(tmp_path, Kinds())["near"]
+    assert kept.seed == 3
+    move, add = kept.situation.changes
+    assert (move.by, add.by, add.category) == ((0.0, -0.04), (0.03, 0.05), "can")
+    (push,) = kept.situation.disturbances
+    assert (push.target, push.impulse, push.at) == ("robot", 6.0, 2.5)
+
+
+def test_without_a_folder_there_are_none(tmp_path):
+    assert load_regressions(tmp_path / "nowhere", Kinds()) == {}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("seed: 3", "seed: -3", "a whole number of at least 0"),
+        ("seed: 3", "seed: 3.5", "a whole number of at least 0"),
+        ("size: -4 cm", "size: 0 cm", "a size other than 0"),
+        ("size: -4 cm", "size: -4 s", "expected a number and a unit"),
+        ("size: -4 cm", "", "size"),
+        ("towards: 90 deg", "towads: 90 deg", "towads"),
+        ("move: obj", "mov: obj", "did you mean 'move'"),
+        ("- {move: obj, along: left, size: -4 cm}", "- 4", "expected mappings"),
+        ("task: Toy", "task: Toy\nprice: 3", "price"),
+    ],
+)
+def test_what_is_none_is_refused_with_its_place(tmp_path, old, new, message):
+    assert old in WRITTEN
+    (tmp_path / "near.yaml").write_text(WRITTEN.replace(old, new))
+    with pytest.raises(ConfigError, match=rf"near.yaml:\d+: .*{message}"):
+        load_regressions(tmp_path, Kinds())

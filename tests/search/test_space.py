@@ -1,0 +1,112 @@
+"""Spaces in YAML: what they declare, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pytest_safemanip import resources
+from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.rollouts.disturbances.of_actions import Latency
+from pytest_safemanip.search.dimension import Deviation
+from pytest_safemanip.search.kinds.catalogue import Kinds
+from pytest_safemanip.search.kinds.definition import Kind, Setting
+from pytest_safemanip.search.space import applicable, load_space
+from pytest_safemanip.sim.robocasa.robot import SPEC
+from tests.search.pure import EVERYTHING, TASK, dimensions_of, space_of
+
+HALVED = Kind(
+    "halved",
+    "Half of what the policy asks for is done late.",
+    "s",
+    lambda situation, about, setting: situation.disturbed(Latency(0.5 * setting.amount)),
+    lambda about, setting, named: f"half is {setting.amount:g} s late",
+    high=1.0,
+    price=0.5,
+    step=0.1,
+)
+
+
+def test_the_shipped_space_is_whole_for_a_policy_that_senses_everything():
+    space = load_space(resources.folder("searches") / "default.yaml", Kinds())
+    found = applicable(space, TASK, SPEC, "compact", EVERYTHING)
+    assert found.left_out == ()
+    names = {dimension.name for dimension in found.dimensions.own}
+    assert {"left[obj]", "left[other]", "light", "wording", "push_hand", "kitchen"} <= names
+
+
+def test_what_a_policy_does_not_sense_and_a_backend_cannot_change_is_left_out():
+    space = load_space(resources.folder("searches") / "default.yaml", Kinds())
+    found = applicable(space, TASK, SPEC, "compact", {"hand"})
+    assert "images" not in {dimension.kind.senses for dimension in found.dimensions.own}
+    assert any(line.endswith("light: the policy does not look") for line in found.left_out)
+    stiff = dataclasses.replace(SPEC, can=frozenset({"move"}))
+    found = applicable(space, TASK, stiff, "compact", EVERYTHING)
+    assert {dimension.kind.needs for dimension in found.dimensions.own} == {"", "move"}
+    assert any("the backend has no 'forces'" in line for line in found.left_out)
+
+
+def test_sizes_have_any_unit_of_their_quantity(tmp_path):
+    text = "dimensions: {near: {move: obj, along: left, limits: [-0.02 m, 40 mm], price: 1 cm}}"
+    (dimension,) = dimensions_of(tmp_path, text).own
+    assert (dimension.low, dimension.high, dimension.price) == (-2.0, 4.0, 1.0)
+
+
+def test_a_kind_of_the_users_is_one_like_the_others(tmp_path):
+    space = space_of(
+        tmp_path, "dimensions: {h: {halved: all, limits: [0 ms, 400 ms]}}", Kinds([HALVED])
+    )
+    dimensions = applicable(space, TASK, SPEC, "compact", ()).dimensions
+    deviation = Deviation((("h", Setting(0.4)),))
+    assert dimensions.situation(deviation).disturbances == (Latency(0.2),)
+    assert dimensions.say(deviation, str) == "half is 0.4 s late"
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        ("a text", "gives a str, expected"),
+        (dataclasses.replace(HALVED, name="push"), "'push' exist already; rename it"),
+        (dataclasses.replace(HALVED, unit="feet"), "unknown unit 'feet'"),
+    ],
+)
+def test_what_is_no_kind_is_refused(kind, message):
+    with pytest.raises(ConfigError, match=message):
+        Kinds([kind])
+
+
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [
+        ("{mvoe: obj}", "did you mean 'move'"),
+        ("{move: obj, push: obj}", "expected one key that is a kind, found 'move' and 'push'"),
+        ("{move: obj, along: down}", "unknown direction 'down'"),
+        ("{move: obj, along: left, limits: [1 cm, 4 cm]}", "a size of at most 0"),
+        ("{latency: actions, limits: [-1 s, 1 s]}", "expected 0, and one of at least 0"),
+        ("{latency: actions, limits: [0 s, 4 cm]}", "expected a number and a unit"),
+        ("{latency: actions, limits: [0 s]}", "expected two sizes, found 1"),
+        ("{latency: actions, limits: [0 s, .nan s]}", "a number and a unit, found"),
+        ("{latency: actions, choices: [a]}", "has a size, and no choices"),
+        ("{object: obj}", "needs 'choices'"),
+        ("{object: obj, choices: [a, a]}", "given twice"),
+        ("{object: obj, choices: [a], limits: [0 cm, 1 cm]}", "has choices, and no size"),
+        ("{latency: actions, price: 0 s}", "a size above 0"),
+        ("{latency: actions, colour: red}", "colour"),
+    ],
+)
+def test_what_is_no_dimension_is_refused_with_its_place(tmp_path, declared, message):
+    with pytest.raises(ConfigError, match=rf"space.yaml:\d+: .*{message}"):
+        space_of(tmp_path, f"dimensions:\n  own: {declared}")
+
+
+def test_a_role_that_the_task_lacks_is_refused_where_the_space_is_for_it_alone(tmp_path):
+    text = "tasks: [Toy]\ndimensions:\n  own: {move: mug, along: left}"
+    with pytest.raises(ConfigError, match=r"space.yaml:3: Toy has no 'mug' to change; .*obj"):
+        dimensions_of(tmp_path, text)
+
+
+def test_two_spaces_have_no_dimension_twice(tmp_path):
+    one = space_of(tmp_path)
+    with pytest.raises(ConfigError, match=r"dimension 'left' is declared twice, first in .*:3"):
+        one.joined(one)
