@@ -521,6 +521,8 @@ def let_go(arm: Arm, hold: Hold) -> Motion:
     """Open the fingers around a part as far as they were, and draw the hand back from it."""
     if hold.pinched:
         yield from arm.open_to(hold.opening)
-    for away in (hold.clear, -LETS_GO * hold.into):
+    # What is pinched turned the hand, or turned between its fingers.
+    into = arm.rotation[:, 2] if hold.pinched else hold.into
+    for away in (hold.clear, -LETS_GO * into):
         if away.any():
             yield from arm.move(arm.position + away, tolerance=0.02, steps=40, required=False)

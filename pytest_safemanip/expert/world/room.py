@@ -139,17 +139,19 @@ def walls(vessel: Thing, thick: float = 0.005, sides: int = 8) -> list[Array]:
         sides: of its wall.
     """
     (narrow, width), (long, length) = vessel.sides()
-    middle, up = vessel.middle, np.array((0.0, 0.0, 1.0))
-    height, across, along = vessel.height, narrow * width / 2.0, long * length / 2.0
+    middle, up, height = vessel.middle, np.array((0.0, 0.0, 1.0)), vessel.height
     centre = np.append(middle[:2], vessel.bottom + height / 2.0)
-    found = [_box(centre - (height - thick) / 2.0 * up, across, along, up * thick / 2)]
-    for turn in np.arange(sides) * 2.0 * np.pi / sides:
-        side = np.tan(np.pi / sides) * (np.cos(turn) * along - np.sin(turn) * across)
-        out = np.cross(side, up)
-        out *= math.copysign(1.0, np.cos(turn) * (out @ across) + np.sin(turn) * (out @ along))
-        out *= thick / 2.0 / np.linalg.norm(out)
-        at = centre + np.cos(turn) * across + np.sin(turn) * along - out
-        found.append(_box(at, out, side, up * height / 2.0))
+    floor = narrow * width / 2.0, long * length / 2.0, up * thick / 2.0
+    found = [_box(centre - (height - thick) / 2.0 * up, *floor)]
+    # What is longer than wide is a box, or round and has lugs.
+    for long_way in {width, length}:
+        across, along = narrow * width / 2.0, long * long_way / 2.0
+        for turn in np.arange(sides) * 2.0 * np.pi / sides:
+            side = np.tan(np.pi / sides) * (np.cos(turn) * along - np.sin(turn) * across)
+            at = np.cos(turn) * across + np.sin(turn) * along
+            out = np.cross(side, up) * thick / 2.0 / np.linalg.norm(side)
+            out *= math.copysign(1.0, float(out @ at))
+            found.append(_box(centre + at - out, out, side, up * height / 2.0))
     return found
 
 

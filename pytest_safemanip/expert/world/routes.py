@@ -49,7 +49,7 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     low, high = np.minimum(low, (here, there)).min(axis=0), np.maximum(high, (here, there)).max(0)
     # The grid goes through the start; the goal's cell is the nearest one.
     low = here - np.floor((here - low) / CELL) * CELL
-    size = tuple(int(n) for n in np.floor((high - low) / CELL) + 1)
+    size = tuple(int(n) for n in np.ceil((high - low) / CELL) + 1)
     free = np.ones(size, bool)
     for bottom, top, box in _shape(arm, thing):
         for points in solids(arm):
