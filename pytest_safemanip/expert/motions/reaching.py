@@ -47,7 +47,7 @@ from pytest_safemanip.trace.geometry import to_local, to_world
 FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, -0.004
 """Room around fingers and palm at a goal, and around the balls that the rest of the arm fits into,
 m."""
-LOWERED = 0.01
+LOWERED = 0.018
 """How far the hand is lowered into a vessel with what it brings, m."""
 TIGHT, BELOW_EDGE, ON_WAY = 0.001, 0.005, 0.012
 """Room around the hand and what it holds on the way: at least, out from below an edge, and that is

@@ -22,6 +22,8 @@ OUT = 1.0
 """Given for what is farther, m."""
 CELL = 0.015
 """Between the points at which distances are noted, m."""
+LUG = 0.02
+"""Of what stands out from a vessel's rim: its thickness, and half of its width, m."""
 BEFORE, BEYOND = np.array((-1.3, -0.9, -0.35)), np.array((0.3, 0.9, 0.8))
 """From some points to where an arm that reaches them may be, ahead, to the left and up, m."""
 
@@ -152,6 +154,11 @@ def walls(vessel: Thing, thick: float = 0.005, sides: int = 8) -> list[Array]:
             out = np.cross(side, up) * thick / 2.0 / np.linalg.norm(side)
             out *= math.copysign(1.0, float(out @ at))
             found.append(_box(centre + at - out, out, side, up * height / 2.0))
+    beyond = (length - width) / 4.0
+    if beyond > thick:
+        for way in (long, -long):
+            at = centre + (width / 2.0 + beyond) * way + (height / 2.0 - LUG / 2.0) * up
+            found.append(_box(at, way * beyond, narrow * LUG, up * LUG / 2.0))
     return found
 
 
