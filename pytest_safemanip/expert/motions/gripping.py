@@ -109,7 +109,11 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = N
     where it is to be put.
     """
     along = inside(arm, thing)
-    around = [v for v in other_things(arm, thing) if thing.entity in inside(arm, v)]
+    around = [
+        v
+        for v in other_things(arm, thing)
+        if v.entity not in along and thing.entity in inside(arm, v)
+    ]
     without = [thing.entity, *along, *(vessel.entity for vessel in around)]
     extra = [box for vessel in around for box in walls(vessel)]
     room = Room.around(arm, [thing.centre], without, extra)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -14,6 +15,8 @@ from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import corners, matrix, to_world
 from pytest_safemanip.trace.kinematics import carried
 
+HEAPED = 0.01
+"""Between two things that lie on one another, m, at most."""
 ROOM_HEIGHT = 3.0
 """RoboCasa parks what it removes from a fixture 10 m up."""
 
@@ -112,21 +115,21 @@ def other_things(arm: Arm, *own: Thing) -> list[Thing]:
 
 
 def contents(arm: Arm, vessel: Thing) -> list[Thing]:
-    """What lies in an object, or on it."""
-    pose, half = vessel.pose, np.array(arm.scene.bodies[arm.scene.object_index[vessel.entity]].half)
-    found = []
+    """What lies in an object, or on it, or on what does."""
+    axes = matrix(vessel.pose[3:])
+    half = np.array(arm.scene.bodies[arm.scene.object_index[vessel.entity]].half)
+    upright = int(np.argmax(np.abs(axes[2])))
+    near = list[tuple[float, Thing]]()
     for thing in other_things(arm, vessel):
-        own = np.abs((thing.centre - vessel.centre) @ matrix(pose[3:]))
-        upright = int(np.argmax(np.abs(matrix(pose[3:])[2])))
-        beside = np.delete(own - half, upright).max()
-        near = abs(float(own[upright])) < half[upright] + thing.height
-        if (
-            beside < 0.0
-            and near
-            and thing.centre[2] > vessel.bottom
-            and thing.highest > vessel.bottom
-        ):
+        own = (thing.centre - vessel.centre) @ axes
+        if np.delete(np.abs(own) - half, upright).max() < 0.0 and thing.centre[2] > vessel.bottom:
+            height = float(own[upright]) * math.copysign(1.0, axes[2, upright])
+            near.append((height - thing.height / 2.0, thing))
+    found, top = list[Thing](), float(half[upright])
+    for bottom, thing in sorted(near, key=lambda one: one[0]):
+        if bottom < top + HEAPED:
             found.append(thing)
+            top = max(top, bottom + thing.height)
     return found
 
 
