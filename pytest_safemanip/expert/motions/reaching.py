@@ -93,7 +93,7 @@ ODD = 0.6
 """What speaks against coming from below an edge."""
 LIKE, FAILED = 0.01, 3
 """What speaks against another pose that is alike in one respect, and so many times as much if the
-arm does not get to the one it is like."""
+arm does not get to the one it is like, or that does not suit."""
 MOST, UNSUITED = 16, 4
 """Ways that are offered, and of those to poses that do not suit."""
 
@@ -270,6 +270,7 @@ class Reaching:
                 pose = reaches[0].pose
                 suited = len(kinds) < most and suits(pose)
                 (good if suited else bad).extend(reaches)
+                seen.update(() if suited else FAILED * _respects(pose))
                 # From below an edge the arm may get caught: that is not enough.
                 kinds |= {pose.kind} if suited and plain else set()
             looked += size
