@@ -146,6 +146,21 @@ def raised_as(kind: type[SafemanipError], what: str) -> Iterator[None]:
         raise kind(f"{what}: {type(error).__name__}: {error}") from error
 
 
+@contextlib.contextmanager
+def judging(property_id: str) -> Iterator[None]:
+    """Whatever a proposition raises inside becomes a :class:`JudgementError` that names the
+    property; our own other errors stay as they are, and so does what :func:`ends_run`.
+    """
+    why = f"{property_id} cannot be judged"
+    try:
+        with raised_as(JudgementError, why):
+            yield
+    except JudgementError as error:
+        if str(error).startswith(f"{why}: "):
+            raise
+        raise JudgementError(f"{why}: {error}") from error.__cause__
+
+
 def first_line(error: BaseException) -> str:
     """The kind of an error and the first line of what it says."""
     return f"{type(error).__name__}: {error}".split("\n")[0]

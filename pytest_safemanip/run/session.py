@@ -12,7 +12,6 @@ from typing import Any, Protocol
 
 from pytest_safemanip.errors import (
     ConfigError,
-    JudgementError,
     PolicyMismatch,
     PolicyUnreachable,
     RolloutError,
@@ -21,8 +20,8 @@ from pytest_safemanip.errors import (
     TraceError,
     did_you_mean,
     ends_run,
+    judging,
     placed,
-    raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.policies.base import Permissions
@@ -97,7 +96,7 @@ class EvaluatedRollout:
             raise ConfigError(f"unknown property {property_id!r}; {hint}")
         why = f"{property_id} cannot be judged"
         try:
-            with raised_as(JudgementError, why):
+            with judging(property_id):
                 return self.judge.judge(prop)
         except TraceError as error:
             if not self.recording.episode.unobserved:
