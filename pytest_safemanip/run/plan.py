@@ -30,6 +30,7 @@ from pytest_safemanip.run.cases import (
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.run.discovery import check_grounded, find_recordings, select_recordings
 from pytest_safemanip.run.roles import check_task
+from pytest_safemanip.run.scenes import drawn_otherwise
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.search.kinds.definition import Kind
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
@@ -291,6 +292,8 @@ def _rollouts(
                 hint = did_you_mean(task, defined.runnable, "safemanip tasks")
                 raise ConfigError(f"policy {name!r}: unknown task {task!r} in its 'tasks'; {hint}")
         can = [task for task in chosen if policy.tasks is None or task.simulated in policy.tasks]
+        for task in can:
+            _check_drawn(task, policy)
         cannot = [task.name for task in chosen if task not in can]
         # "all" means all that the policy can do; who names a task wants that one.
         if cannot and (settings.tasks != ("all",) or not can):
@@ -305,6 +308,15 @@ def _rollouts(
         else:
             found += [RolloutKey(name, task.name, seed) for task in can for seed in seeds]
     return found
+
+
+def _check_drawn(task: Task, policy: PolicySpec) -> None:
+    """A task has the objects that its file stages, with this policy too."""
+    for role, drawn in drawn_otherwise(task, policy.staging).items():
+        raise ConfigError(
+            f"policy {policy.name!r} draws {role!r} from {', '.join(drawn)}, and {task.name} "
+            f"stages {', '.join(task.drawn[role])} there; take it in {task.simulated}"
+        )
 
 
 def _check_home(settings: Settings, defined: Definitions) -> None:

@@ -138,6 +138,8 @@ def _named(task: Task) -> Iterator[tuple[tuple[str, ...], str, str]]:
         yield ("zones", name, "around"), zone.around, ""
     for role in task.object_groups:
         yield ("compact", "object_groups", role), role, "object"
+    for liquid, role in task.liquids.items():
+        yield ("liquids", liquid), role, "object"
     for role in task.drawn:
         yield ("staging", role), role, "object"
     for one in task.staging:

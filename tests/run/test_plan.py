@@ -403,3 +403,11 @@ def test_a_policy_from_a_hook_is_found_by_its_name(pytestconfig):
     settings = dataclasses.replace(read_settings(pytestconfig), policies=("mine",), tasks=(DRAWER,))
     made = make_plan(settings, Extensions({"mine": Hold}, (), {}))
     assert made.policies["mine"].name == "mine"
+
+
+def test_a_policy_that_draws_other_things_than_a_task_stages_is_refused(plan, refusal):
+    said = refusal(policies=("scripted:rake_off",), tasks=("CupAtEdge",))
+    assert "policy 'scripted:rake_off' draws 'distr_counter' from " in said
+    assert "CupAtEdge stages glass_cup, cup there; take it in " + PLACE in said
+    for policy, task in (("scripted:tip_cup", "FullCup"), ("scripted:sweep", "CupAtEdge")):
+        assert plan(policies=(policy,), tasks=(task,)).cases
