@@ -75,6 +75,7 @@ class Plan:
         recordings: file of each rollout, when recordings are judged.
         simulator: what runs the rollouts; None when recordings are judged.
         every: all cases, those that node ids on the command line leave out among them.
+        unjudged: tasks that were asked for by name, and to which no selected property applies.
     """
 
     settings: Settings
@@ -88,6 +89,7 @@ class Plan:
     recordings: Mapping[RolloutKey, Path]
     simulator: Simulator | None = None
     every: tuple[Case, ...] = ()
+    unjudged: tuple[str, ...] = ()
 
     def scenes(self, policy: str) -> str:
         """What a policy is run in: what was asked for, or else what the policy is used to."""
@@ -185,6 +187,8 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     ]
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
+    judged = {case.task for case in cases}
+    unjudged = tuple(n for n in settings.tasks if n in tasks and n not in judged)
     _check_instances(cases, tasks, properties)
     _check_gates(settings, cases, tasks, properties)
     if settings.shard is not None:
@@ -213,6 +217,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         recordings=recordings,
         simulator=simulator,
         every=tuple(cases),
+        unjudged=unjudged,
     )
 
 
