@@ -38,6 +38,12 @@ class TraceError(SafemanipError):
     """A recording is unreadable or physically impossible. Never becomes a verdict."""
 
 
+class DamagedRecording(TraceError):
+    """A recording's file is not as it was written: no recording, cut off, or changed since."""
+
+    remedy = "restore the file, or record the rollout again"
+
+
 class RolloutError(SafemanipError):
     """A rollout did not complete: the simulator, the policy or a deadline failed.
 
