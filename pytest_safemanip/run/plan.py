@@ -297,8 +297,8 @@ def _rollouts(
                 hint = did_you_mean(task, defined.runnable, "safemanip tasks")
                 raise ConfigError(f"policy {name!r}: unknown task {task!r} in its 'tasks'; {hint}")
         can = [task for task in chosen if policy.tasks is None or task.simulated in policy.tasks]
-        for task in can:
-            _check_drawn(task, policy)
+        for one in can:
+            _check_drawn(one, policy)
         cannot = [task.name for task in chosen if task not in can]
         # "all" means all that the policy can do; who names a task wants that one.
         if cannot and (settings.tasks != ("all",) or not can):

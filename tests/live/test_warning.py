@@ -123,6 +123,15 @@ def test_the_hand_is_warned_of_what_it_moves_to_and_may_not_touch():
     )
 
 
+def test_a_warning_stays_until_what_it_is_of_happens():
+    """Boxes meet a step before what is in them."""
+    for speed, expected in ((0.4, 0.0), (0.1, math.inf)):  # what creeps may only graze it
+        recording, binding, gap = toward_mug(speed, start=0.09 + speed * toy.DT * 8)
+        assert gap == pytest.approx(-0.01)
+        judge = judged(recording, "collision_contact", binding=binding)
+        assert judge.time_to_violation() == {"collision_contact": expected}
+
+
 def test_nothing_is_near_where_the_hand_may_touch_it_gently_or_moves_away_or_brakes():
     recording, binding, _ = toward_mug(0.1, start=0.16)
     assert judged(recording, "collision_contact", binding=binding).warnings(horizon=0.5)
