@@ -56,9 +56,11 @@ def _checked(text: str, known: Catalogue) -> Property:
         path = Path(place) / "rule.yaml"
         path.write_text(text)
         try:
-            return load_property(path, propositions=known)
+            prop = load_property(path, propositions=known)
+            prop.check()
         except ConfigError as error:
             raise ConfigError(str(error).replace(f"{path}:", "the rule, line ")) from error
+    return prop
 
 
 def _print_caveats(rule: Rule, prop: Property, found: Definitions) -> None:

@@ -57,7 +57,7 @@ def load_packs(
     shipped: Path,
     *,
     propositions: Mapping[str, Proposition] | None = None,
-    categories: Collection[str] | None = None,
+    categories: Mapping[str, str] | None = None,
     parameters: Collection[str] | None = None,
 ) -> dict[str, Pack]:
     """Read all packs.
