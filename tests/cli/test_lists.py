@@ -221,3 +221,15 @@ def test_what_a_violation_weighs_is_told_where_it_is_more_than_usual(safemanip: 
     for name, told in (("cross_contamination", True), ("enclosure_access", False)):
         out = " ".join(safemanip("properties", name).out.split())
         assert ("severity 2 at least" in out) == told
+
+
+def test_a_property_that_no_usual_recording_can_be_judged_by_says_so(
+    safemanip: Command, folder: Path
+) -> None:
+    path = folder / "rules" / "near.yaml"
+    text = path.read_text()
+    (formula,) = (line for line in text.splitlines() if line.startswith("formula: "))
+    path.write_text(text.replace(formula, "formula: F[<=1000] !obj_grasped"))
+    found = " ".join(safemanip("properties", "stays_near").out.split())
+    assert "cannot be judged at 20 Hz: " in found
+    assert "near.yaml:7: property 'stays_near': the automaton has more than" in found

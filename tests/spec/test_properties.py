@@ -111,7 +111,7 @@ def test_a_formula_with_bounds_that_decides_nothing_is_refused_for_a_control_per
 
 
 def test_a_property_of_ones_own_is_refused_when_it_is_loaded(changed, tmp_path):
-    path = changed("(settled | grasped)\npaper", "(settled | !settled | grasped)\npaper")
+    path = changed("F (settled | grasped)", "(settled | !settled | grasped)")
     with pytest.raises(FormulaError, match=f"{path}:6: .* is always true"):
         load_definitions((), [tmp_path], ())
 
