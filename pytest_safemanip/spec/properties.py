@@ -313,6 +313,7 @@ def load_property(
     if "trigger" in formulas and not is_propositional(formulas["trigger"]):
         raise section.error("trigger", "expected a formula without temporal operators")
     atoms = section.section("atoms")
+    _check_whole(atoms)
     _check_atoms(section, atoms, formulas)
     if "trigger" in formulas and (fault := trigger_fault(formulas["trigger"])):
         raise section.error("trigger" if "trigger" in section else "pattern", fault)
@@ -397,6 +398,15 @@ def _formula(section: Section, key: str) -> Formula:
         return parse(section.string(key))
     except FormulaError as error:
         raise section.error(key, str(error)) from error
+
+
+def _check_whole(atoms: Section) -> None:
+    """No comma of braces has split a call, as in `{b: near(robot, f)}`."""
+    for atom in atoms:
+        text = atoms.string(atom)
+        if text.count("(") > text.count(")"):
+            message = f"{text!r} ends at a comma; in braces, quote a call with several arguments"
+            raise atoms.error(atom, f'{message}, as in {{{atom}: "near(robot, f)"}}')
 
 
 def _check_atoms(section: Section, atoms: Section, formulas: Mapping[str, Formula]) -> None:

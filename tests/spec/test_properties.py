@@ -166,6 +166,12 @@ PAPER_FORMULA = "formula: G (released -> F settled)"
             "settled: settled()",
             ":10: key 'atoms.settled': expected a proposition such as 'settled(o)', found",
         ),
+        (
+            "atoms:\n  released: obj_released(o)\n  settled: settled(o)\n  grasped: obj_grasped(o)",
+            "atoms: {released: near(robot, o), settled: settled(o), grasped: obj_grasped(o)}",
+            ":8: key 'atoms.released': 'near(robot' ends at a comma; in braces, quote a call with "
+            'several arguments, as in {released: "near(robot, f)"}',
+        ),
         (SETTLED, "settled: 5", ":10: key 'atoms.settled': expected text"),
         (
             PAPER_FORMULA,
