@@ -12,7 +12,7 @@ from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.sim.backend import DerivedTask, DerivesTasks, Options, Simulator
 from pytest_safemanip.spec.objects import load_objects
-from pytest_safemanip.spec.packs import Pack, load_packs, task_folders
+from pytest_safemanip.spec.packs import Pack, check_no_packs, load_packs, task_folders
 from pytest_safemanip.spec.properties import Property, load_properties
 from pytest_safemanip.spec.ranges import FIXTURE, OBJECT, ZONES
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
@@ -137,6 +137,8 @@ def load_definitions(
         parameters=parameters,
     )
     shipped |= {id_: rule for pack in packs.values() for id_, rule in pack.rules.items()}
+    for place in property_paths:
+        check_no_packs(place, properties)
     own = load_properties(
         property_paths,
         propositions=catalogue,
@@ -151,12 +153,12 @@ def load_definitions(
     folders = {place.name: place for place in sorted(task_folder.iterdir()) if place.is_dir()}
     chosen = folders.pop(backend.partition(":")[0], task_folder)
     runnable = load_tasks([chosen, *task_paths])
-    staged = [*(task_folders(properties) if chosen == task_folder else ()), *task_paths]
+    of_packs = task_folders(properties) if chosen == task_folder else []
     others = {name: load_tasks([place]) for name, place in folders.items()}
     if chosen != task_folder:
         others[FIRST_BACKEND] = load_tasks([task_folder])
     foreign = {task.name: task for tasks in others.values() for task in tasks.values()}
-    for task in load_staged(staged, {**foreign, **runnable}).values():
+    for task in load_staged([*of_packs, *task_paths], {**foreign, **runnable}, of_packs).values():
         homes = (tasks for tasks in others.values() if task.base in tasks)
         home = runnable if task.base in runnable else next(homes)
         (home if home is runnable else foreign)[task.name] = home[task.name] = task

@@ -63,6 +63,15 @@ def test_in_a_narrow_terminal_every_row_is_a_paragraph_with_its_whole_name() -> 
     ]
 
 
+def test_in_a_paragraph_a_number_says_what_it_counts() -> None:
+    headings, row = ("property", "verdict", "triggered", "what"), ("a_long_name", "VIOLATED")
+    assert table_lines(headings, [(*row, "9 of 9", "the cup fell")], 30) == [
+        "a_long_name",
+        "    VIOLATED, triggered 9 of 9",
+        "    the cup fell",
+    ]
+
+
 @pytest.mark.parametrize("columns", [40, 80, 200])
 @pytest.mark.parametrize("name", ["tasks", "properties", "propositions", "faults"])
 def test_a_table_fits_the_terminal(safemanip: Command, monkeypatch, name, columns) -> None:
