@@ -405,11 +405,12 @@ def _check_bounds(
     recordings: Mapping[RolloutKey, Path],
 ) -> None:
     """Every formula with bounds has an automaton at the control periods that it is judged with."""
-    bounded = [
-        case
-        for case in cases
-        if is_bounded(defined.properties[case.property_id].formula_of(settings.semantics))
-    ]
+    with_bounds = {
+        id_
+        for id_, prop in defined.properties.items()
+        if is_bounded(prop.formula_of(settings.semantics))
+    }
+    bounded = [case for case in cases if case.property_id in with_bounds]
     if simulator is None:
         of_rollouts = control_periods({recordings[case.rollout] for case in bounded})
         periods = [(case, of_rollouts[recordings[case.rollout]]) for case in bounded]
