@@ -184,7 +184,10 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
 
 
 def _check_can_be_decided(gate: Gate, text: str) -> None:
-    """Some values of the metric keep the bound and others do not, except for its highest share."""
+    """Refuse bounds that every value keeps, or none does.
+
+    At most 100 % is let through: it asks that every rollout has a verdict, whatever that is.
+    """
     if gate.sign == ">=" and gate.bound == 0:
         raise ConfigError(f"{text!r} cannot fail: {gate.metric} is never below 0")
     if (gate.sign == "<" and gate.bound == 0) or (
