@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, RolloutError, did_you_mean
+from pytest_safemanip.ltlf.formula import is_bounded
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, STAND_INS
 from pytest_safemanip.metrics.gates import check_gates
 from pytest_safemanip.metrics.records import RolloutKey
@@ -28,7 +29,12 @@ from pytest_safemanip.run.cases import (
     select_tasks,
 )
 from pytest_safemanip.run.definitions import Definitions, load_definitions
-from pytest_safemanip.run.discovery import check_grounded, find_recordings, select_recordings
+from pytest_safemanip.run.discovery import (
+    check_grounded,
+    control_periods,
+    find_recordings,
+    select_recordings,
+)
 from pytest_safemanip.run.roles import check_task
 from pytest_safemanip.run.scenes import drawn_otherwise
 from pytest_safemanip.run.settings import Settings
@@ -202,6 +208,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     ids = [text for text in settings.select if not is_search_id(text)]
     chosen = tuple(keep_selected(cases, ids) if ids or not settings.select else ())
     parameters = defined.catalogue.parameters(settings.params)
+    _check_bounds(settings, chosen, simulator, defined, recordings)
     if recordings:
         whole = [case for case in chosen if case.rollout not in partial]
         check_grounded(recordings, whole, defined)
@@ -405,6 +412,33 @@ def _check_instances(
                 f"{tasks[task].path}: property {name!r} ranges over {prop.members}, "
                 "and the task has none"
             )
+
+
+def _check_bounds(
+    settings: Settings,
+    cases: Iterable[Case],
+    simulator: Simulator | None,
+    defined: Definitions,
+    recordings: Mapping[RolloutKey, Path],
+) -> None:
+    """Every formula with bounds has an automaton at the control periods that it is judged with."""
+    with_bounds = {
+        id_
+        for id_, prop in defined.properties.items()
+        if is_bounded(prop.formula_of(settings.semantics))
+    }
+    bounded = [case for case in cases if case.property_id in with_bounds]
+    if simulator is None:
+        of_rollouts = control_periods({recordings[case.rollout] for case in bounded})
+        periods = [(case, of_rollouts[recordings[case.rollout]]) for case in bounded]
+    else:
+        declared = simulator.spec
+        periods = [
+            (case, declared.in_task(defined.tasks[case.task].simulated).control_period)
+            for case in bounded
+        ]
+    for name, dt in dict.fromkeys((case.property_id, dt) for case, dt in periods):
+        defined.properties[name].dfa(settings.semantics, dt=dt)
 
 
 def _check_gates(

@@ -143,23 +143,30 @@ def load_changes(folders: Sequence[Path]) -> dict[str, Section]:
     return found
 
 
-def load_staged(folders: Sequence[Path], bases: Mapping[str, Task]) -> dict[str, Task]:
+def load_staged(
+    folders: Sequence[Path], bases: Mapping[str, Task], of_packs: Sequence[Path] = ()
+) -> dict[str, Task]:
     """Read the tasks of some folders that stage the scene of another.
 
     Args:
         folders: where their files are.
         bases: the tasks whose scenes may be staged.
+        of_packs: those of the folders in which there are no other tasks.
 
     Raises:
         ConfigError: if a file is wrong, its base is unknown, or a name is taken.
     """
     found: dict[str, Task] = {}
-    sections = [
-        section
-        for folder in folders
-        for section in map(yamlfile.load, yaml_files(folder))
-        if "base" in section and section.string("base") != DERIVED
-    ]
+    sections = []
+    for folder in folders:
+        for section in map(yamlfile.load, yaml_files(folder)):
+            if "base" in section and section.string("base") != DERIVED:
+                sections.append(section)
+            elif folder in of_packs:
+                raise ConfigError(
+                    f"{section.path}:{section.line}: a task of a pack stages the scene of another; "
+                    "name that one with 'base'"
+                )
     staged = {section.string("task"): section.string("base") for section in sections}
     for section in sections:
         path, base = section.path, section.string("base")

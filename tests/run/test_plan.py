@@ -2,18 +2,21 @@ from __future__ import annotations
 
 import dataclasses
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, JudgementError
 from pytest_safemanip.plugin.read_settings import read_settings
 from pytest_safemanip.policies.simple import Hold
 from pytest_safemanip.report.header import header_lines
 from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.run.plan import Extensions, make_plan
 from pytest_safemanip.run.roles import check_task
+from pytest_safemanip.run.session import EvaluatedRollout
 from pytest_safemanip.sim.backend import Simulator
 from pytest_safemanip.sim.registry import find_simulator
+from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.trace import files
 from tests import toy
 
@@ -393,6 +396,29 @@ def test_recordings_that_cannot_be_judged_are_refused(
 ):
     folder = recordings(*episodes)
     assert message in refusal(**{"policies": (), "recordings": folder, **changed})
+
+
+def test_bounds_of_too_many_steps_are_refused_with_the_control_period_of_each_recording(
+    plan, refusal, recordings, folder
+):
+    rules = folder(gentle=PROPERTY.replace("G (held -> still)", "G (held -> F[1,3] still)"))
+    found = refusal(property_paths=rules)  # the backend's
+    assert found.startswith(f"{rules[0]}/gentle.yaml:6: property 'gentle': the automaton has more ")
+    assert "count steps of 0.05 s: shorten the bounds" in found
+    assert refusal(property_paths=rules, policies=(), recordings=recordings({})) == found
+    slow = recordings({"scene": {"control_period": 0.5}})
+    assert plan(property_paths=rules, policies=(), recordings=slow).cases
+
+
+def test_bounds_that_no_check_has_seen_end_as_an_error_of_one_line(folder):
+    rules = folder(gentle=PROPERTY.replace("G (held -> still)", "F[<=1000] (held | still)"))
+    prop = load_properties(rules)["gentle"]
+    recording = toy.recording(3)
+    judge = SimpleNamespace(judge=lambda prop: prop.dfa(dt=recording.scene.control_period))
+    rollout = EvaluatedRollout(recording, rules[0], judge, {"gentle": prop}, False)
+    with pytest.raises(JudgementError, match=r"gentle.yaml:6: .* has more than") as caught:
+        rollout.verdict("gentle")
+    assert caught.value.__suppress_context__
 
 
 def test_a_folder_of_recordings_must_exist_and_hold_readable_files(refusal, tmp_path):
