@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from pytest_safemanip.errors import (
     ConfigError,
+    JudgementError,
     PolicyMismatch,
     PolicyUnreachable,
     RolloutError,
