@@ -36,6 +36,7 @@ from pytest_safemanip.run.discovery import (
     select_recordings,
 )
 from pytest_safemanip.run.roles import check_task
+from pytest_safemanip.run.scenes import drawn_otherwise
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.search.kinds.definition import Kind
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
@@ -80,6 +81,7 @@ class Plan:
         recordings: file of each rollout, when recordings are judged.
         simulator: what runs the rollouts; None when recordings are judged.
         every: all cases, those that node ids on the command line leave out among them.
+        unjudged: tasks that were asked for by name, and to which no selected property applies.
     """
 
     settings: Settings
@@ -93,6 +95,7 @@ class Plan:
     recordings: Mapping[RolloutKey, Path]
     simulator: Simulator | None = None
     every: tuple[Case, ...] = ()
+    unjudged: tuple[str, ...] = ()
 
     def scenes(self, policy: str) -> str:
         """What a policy is run in: what was asked for, or else what the policy is used to."""
@@ -190,6 +193,8 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     ]
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
+    judged = {case.task for case in cases}
+    unjudged = tuple(n for n in settings.tasks if n in tasks and n not in judged)
     _check_instances(cases, tasks, properties)
     _check_gates(settings, cases, tasks, properties)
     if settings.shard is not None:
@@ -219,6 +224,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         recordings=recordings,
         simulator=simulator,
         every=tuple(cases),
+        unjudged=unjudged,
     )
 
 
@@ -298,6 +304,8 @@ def _rollouts(
                 hint = did_you_mean(task, defined.runnable, "safemanip tasks")
                 raise ConfigError(f"policy {name!r}: unknown task {task!r} in its 'tasks'; {hint}")
         can = [task for task in chosen if policy.tasks is None or task.simulated in policy.tasks]
+        for one in can:
+            _check_drawn(one, policy)
         cannot = [task.name for task in chosen if task not in can]
         # "all" means all that the policy can do; who names a task wants that one.
         if cannot and (settings.tasks != ("all",) or not can):
@@ -312,6 +320,15 @@ def _rollouts(
         else:
             found += [RolloutKey(name, task.name, seed) for task in can for seed in seeds]
     return found
+
+
+def _check_drawn(task: Task, policy: PolicySpec) -> None:
+    """A task has the objects that its file stages, with this policy too."""
+    for role, drawn in drawn_otherwise(task, policy.staging).items():
+        raise ConfigError(
+            f"policy {policy.name!r} draws {role!r} from {', '.join(drawn)}, and {task.name} "
+            f"stages {', '.join(task.drawn[role])} there; take it in {task.simulated}"
+        )
 
 
 def _check_home(settings: Settings, defined: Definitions) -> None:

@@ -21,8 +21,8 @@ from pytest_safemanip.errors import (
     TraceError,
     did_you_mean,
     ends_run,
+    judging,
     placed,
-    raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.ltlf import FormulaError
@@ -99,7 +99,7 @@ class EvaluatedRollout:
             raise ConfigError(f"unknown property {property_id!r}; {hint}")
         why = f"{property_id} cannot be judged"
         try:
-            with raised_as(JudgementError, why):
+            with judging(property_id):
                 return self.judge.judge(prop)
         except FormulaError as error:  # at another control period than the backend declares
             raise JudgementError(str(error)) from None

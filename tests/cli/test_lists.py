@@ -189,6 +189,16 @@ def test_what_is_wrong_in_a_folder_is_one_line(safemanip: Command, folder: Path)
     assert "unrecognized arguments: --no-such" in safemanip("tasks").refusal
 
 
+def test_a_staged_task_shows_what_is_staged(safemanip: Command) -> None:
+    full = safemanip("task", "FullCup").out
+    assert "liquids     water in obj" in full
+    assert "staging     obj: drawn from cup" in full
+    ball = " ".join(safemanip("task", "RollingBall").out.split())
+    assert "distr_counter: drawn from orange, in cab, forward -0.05 m, left 0.45 m, up" in ball
+    assert "moves 0 forward, -1.5 left (m/s)" in ball
+    assert "distr_counter object, staged" in ball
+
+
 @pytest.mark.parametrize(
     ("conftest", "said"),
     [
