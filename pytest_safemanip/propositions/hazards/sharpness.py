@@ -23,6 +23,8 @@ _EVEN = 0.05
 without saying which end is the heavier one."""
 TOUCHING = 1e-3
 """What is nearer than this is straight ahead, m."""
+ROUNDING = 1e-9
+"""What counts as nothing, m or rad: what is at a limit is so from all sides."""
 _ROUNDS = 8
 """Of looking for the point of a box that is nearest to a line."""
 
@@ -98,7 +100,8 @@ def _seen(view: View, name: str, other: str, end: int, reach: float) -> Floats:
     cosine = np.divide(
         (there * ahead).sum(axis=-1), away, out=np.ones_like(away), where=away > TOUCHING
     )
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    angle = np.maximum(np.arccos(np.clip(cosine, -1.0, 1.0)) - ROUNDING, 0.0)
+    away = np.maximum(away - ROUNDING, 0.0)
     far = np.where(away <= reach, angle, FARTHEST)
     best = np.argmin(far, axis=1)
     rows = np.arange(len(steps))
