@@ -98,7 +98,7 @@ def _seen(view: View, name: str, other: str, end: int, reach: float) -> Floats:
     there = _nearest_to_line(half, tip, ahead, reach) - tip
     away = np.sqrt(np.square(there).sum(axis=-1))
     cosine = np.divide(
-        (there * ahead).sum(axis=-1), away, out=np.ones_like(away), where=away > TOUCHING
+        (there * ahead).sum(axis=-1), away, out=np.ones_like(away), where=away > TOUCHING + ROUNDING
     )
     angle = np.maximum(np.arccos(np.clip(cosine, -1.0, 1.0)) - ROUNDING, 0.0)
     away = np.maximum(away - ROUNDING, 0.0)
@@ -114,9 +114,9 @@ def _each(way: Array, poses: Array) -> Array:
 
 def _nearest_to_line(half: Array, start: Array, way: Array, reach: float) -> Array:
     """The points of boxes (..., P, 3) that are nearest to lines from some points on, so long, all
-    in the frames of the boxes.
+    in the frames of the boxes; of boxes along a line those half way, which are straight ahead.
     """
-    near = start
+    near = start + reach / 2.0 * way
     for _ in range(_ROUNDS):
         nearest = np.clip(near, -half, half)
         along = np.clip(((nearest - start) * way).sum(axis=-1), 0.0, reach)
