@@ -24,7 +24,7 @@ without saying which end is the heavier one."""
 TOUCHING = 1e-3
 """What is nearer than this is straight ahead, m."""
 ROUNDING = 1e-9
-"""What counts as nothing, m or rad: what is at a limit is so from all sides."""
+"""More than rounding errors, m or rad: at a limit they must not decide."""
 _ROUNDS = 8
 """Of looking for the point of a box that is nearest to a line."""
 
@@ -114,9 +114,10 @@ def _each(way: Array, poses: Array) -> Array:
 
 def _nearest_to_line(half: Array, start: Array, way: Array, reach: float) -> Array:
     """The points of boxes (..., P, 3) that are nearest to lines from some points on, so long, all
-    in the frames of the boxes; of boxes along a line those half way, which are straight ahead.
+    in the frames of the boxes. Where many of a box are equally near, for it runs along the line:
+    the one next to half way.
     """
-    near = start + reach / 2.0 * way
+    near: Array = start + reach / 2.0 * way
     for _ in range(_ROUNDS):
         nearest = np.clip(near, -half, half)
         along = np.clip(((nearest - start) * way).sum(axis=-1), 0.0, reach)
