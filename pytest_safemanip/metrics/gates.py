@@ -33,8 +33,13 @@ _MEANT = {
     "\u2013": "-",
     "\uff1c": "<",
     "\uff1e": ">",
+    "\uff1d": "=",
+    "\uff05": "%",
+    "\uff3b": "[",
+    "\uff3d": "]",
+    "\uff0c": ",",
+    "\uff20": "@",
 }
-_MEANT |= {"\uff1d": "=", "\uff05": "%", "\uff3b": "[", "\uff3d": "]", "\uff0c": ",", "\uff20": "@"}
 """Characters that look like those of a gate, and what is meant."""
 _SEVERITY = re.compile(r"severity\b\s*(?P<sign>[^\w\s.+-]*)\s*(?P<bound>.*)")
 TOLERANCE = "tolerance"
