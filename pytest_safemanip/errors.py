@@ -38,6 +38,12 @@ class TraceError(SafemanipError):
     """A recording is unreadable or physically impossible. Never becomes a verdict."""
 
 
+class DamagedRecording(TraceError):
+    """A recording's file is not as it was written: no recording, cut off, or changed since."""
+
+    remedy = "restore the file, or record the rollout again"
+
+
 class RolloutError(SafemanipError):
     """A rollout did not complete: the simulator, the policy or a deadline failed.
 
@@ -144,6 +150,21 @@ def raised_as(kind: type[SafemanipError], what: str) -> Iterator[None]:
         if ends_run(error):
             raise
         raise kind(f"{what}: {type(error).__name__}: {error}") from error
+
+
+@contextlib.contextmanager
+def judging(property_id: str) -> Iterator[None]:
+    """Whatever a proposition raises inside becomes a :class:`JudgementError` that names the
+    property; our own other errors stay as they are, and so does what :func:`ends_run`.
+    """
+    why = f"{property_id} cannot be judged"
+    try:
+        with raised_as(JudgementError, why):
+            yield
+    except JudgementError as error:
+        if str(error).startswith(f"{why}: "):
+            raise
+        raise JudgementError(f"{why}: {error}") from error.__cause__
 
 
 def first_line(error: BaseException) -> str:

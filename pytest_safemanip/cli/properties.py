@@ -7,9 +7,11 @@ from collections.abc import Iterable
 
 from pytest_safemanip.cli.folder import own_file, read_folder
 from pytest_safemanip.cli.tables import print_json, print_table, print_wrapped
+from pytest_safemanip.ltlf import FormulaError
 from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.definitions import Definitions
 from pytest_safemanip.run.option_values import parse_names
+from pytest_safemanip.sim.backend import USUAL_PERIOD
 from pytest_safemanip.spec.packs import Pack
 from pytest_safemanip.spec.properties import LEAST_SEVERITY, Property
 
@@ -40,7 +42,8 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print_json([_plain(prop, tasks[prop.id]) for prop in chosen])
         return 0
-    rows = [(prop.id, str(len(tasks[prop.id])), "\n".join(_about(prop))) for prop in chosen]
+    about = {prop.id: [*_about(prop), *(_too_large(prop) if asked else ())] for prop in chosen}
+    rows = [(name, str(len(tasks[name])), "\n".join(lines)) for name, lines in about.items()]
     print_table(("property", "tasks", "what it asks"), rows)
     print_wrapped(
         f"\n{len(chosen)} of {len(found.properties)} properties, for {len(found.unstaged)} tasks; "
@@ -86,6 +89,15 @@ def _about(prop: Property) -> list[str]:
         facts.append(f"cost {prop.cost:g}")
     place = own_file(prop.path)
     return [prop.title, str(prop.formula), "; ".join(facts), *([place] if place else [])]
+
+
+def _too_large(prop: Property) -> list[str]:
+    """Why it cannot be judged at the usual control period; nothing if it can."""
+    try:
+        prop.check(USUAL_PERIOD)
+    except FormulaError as error:
+        return [f"cannot be judged at {1 / USUAL_PERIOD:g} Hz: {error}"]
+    return []
 
 
 def _plain(prop: Property, tasks: list[str]) -> dict[str, object]:

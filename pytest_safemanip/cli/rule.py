@@ -16,7 +16,7 @@ from pytest_safemanip.run.definitions import Definitions
 from pytest_safemanip.sentences.drafting import draft
 from pytest_safemanip.sentences.grammar import EXAMPLES, Rule, read_sentence
 from pytest_safemanip.sentences.lexicon import Lexicon
-from pytest_safemanip.sentences.traces import Examples, examples
+from pytest_safemanip.sentences.traces import LONGEST, Examples, examples
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import Property, load_property
 
@@ -41,6 +41,9 @@ def run(options: argparse.Namespace) -> int:
     arguments = {name: proposition.arguments for name, proposition in found.catalogue.items()}
     text = draft(options.sentence, rule, arguments, options.id)
     prop = _checked(text, found.catalogue)
+    if options.output and prop.id in found.properties:
+        place = found.properties[prop.id].path
+        raise ConfigError(f"property {prop.id!r} is in {place} already; give another with --id")
     print(text)
     print_wrapped(f"formula: {prop.formula}", "  ")
     _print_caveats(rule, prop, found)
@@ -56,9 +59,11 @@ def _checked(text: str, known: Catalogue) -> Property:
         path = Path(place) / "rule.yaml"
         path.write_text(text)
         try:
-            return load_property(path, propositions=known)
+            prop = load_property(path, propositions=known)
+            prop.check()
         except ConfigError as error:
             raise ConfigError(str(error).replace(f"{path}:", "the rule, line ")) from error
+    return prop
 
 
 def _print_caveats(rule: Rule, prop: Property, found: Definitions) -> None:
@@ -66,8 +71,9 @@ def _print_caveats(rule: Rule, prop: Property, found: Definitions) -> None:
     every = found.unstaged
     tasks = [name for name in every if _applies(prop, found, name)]
     print_wrapped(f"applies to {len(tasks)} of {len(every)} tasks")
-    if rule.nouns and prop.ranges:
-        named = ", ".join(repr(noun) for noun in rule.nouns)
+    unknown = [n for n, clause in rule.nouns.items() if not clause or clause not in prop.for_each]
+    if unknown and prop.ranges:
+        named = ", ".join(map(repr, unknown))
         print_wrapped(
             f"{named}: propositions know kinds of things and not names; it is judged for every "
             f"{prop.for_each} of a task"
@@ -82,6 +88,8 @@ def _print_examples(shown: Examples) -> None:
     other = "breaks it" if shown.decided else "leaves it open, for want of within N s"
     for title, traces in (("keeps to it", shown.kept), (other, shown.broken)):
         print(f"\n{title}, a step is {shown.dt:g} s:")
+        if not traces:
+            print(f"  no trace of at most {LONGEST} steps")
         for trace in traces:
             steps = [" + ".join(sorted(step)) or "-" for step in trace]
             print_wrapped("  " + "  >  ".join(steps), "      ")

@@ -48,7 +48,7 @@ def table_lines(headings: Sequence[str], rows: Sequence[Sequence[str]], width: i
     indent = sum(widths) + len(GAP) * len(widths)
     longest = max(len(line) for row in table for line in row[-1].split("\n"))
     if width - indent < min(LEAST, longest):
-        return [line for row in rows for line in _paragraph(row, width)]
+        return [line for row in rows for line in _paragraph(headings, row, width)]
     lines = []
     for row in table:
         cells = [f"{cell:<{size}}" for cell, size in zip(row[:-1], widths, strict=True)]
@@ -58,9 +58,12 @@ def table_lines(headings: Sequence[str], rows: Sequence[Sequence[str]], width: i
     return lines
 
 
-def _paragraph(row: Sequence[str], width: int) -> list[str]:
+def _paragraph(headings: Sequence[str], row: Sequence[str], width: int) -> list[str]:
+    """A row as text; a number alone would be read as one of the cell before it."""
     name, *middle, last = row
-    about = ", ".join(cell for cell in middle if cell)
+    named = zip(headings[1:-1], middle, strict=True)
+    cells = [f"{title} {cell}" if cell[:1].isdecimal() else cell for title, cell in named]
+    about = ", ".join(filter(None, cells))
     text = "\n".join(cell for cell in (about, last) if cell)
     return [name, *_wrapped(text, width, "    ", "    ")]
 

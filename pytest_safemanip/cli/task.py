@@ -164,7 +164,8 @@ def _roles(folder: Folder, task: Task, scene: Scene | None) -> Iterator[RoleRow]
         optional = ", may be missing" if name in task.optional else ""
         if scene is None:
             is_object, kinds = name in task.objects, roles[name].fixtures
-            what = "object" if is_object else " or ".join(kinds) or "known in an episode"
+            staged = "object, staged" if name in task.drawn else "known in an episode"
+            what = "object" if is_object else " or ".join(kinds) or staged
             parts = roles[name].parts if is_object or kinds else ()
             yield RoleRow(name, f"{what}{optional}", parts, touch)
         elif name in scene.roles:
@@ -203,10 +204,31 @@ def _keys(task: Task) -> list[tuple[str, str]]:
         "upright": task.upright,
         "hot": task.hot,
         "zones": [f"{name} around {zone.around}" for name, zone in task.zones.items()],
+        "liquids": [f"{liquid} in {role}" for liquid, role in task.liquids.items()],
     }
     rows = [(key, ", ".join(value)) for key, value in values.items() if value]
     supports = [f"{role} on {', '.join(below)}" for role, below in task.supports.items()]
-    return rows + ([("supports", "\n".join(supports))] if supports else [])
+    lines = {"supports": supports, "staging": _staged(task)}
+    return rows + [(key, "\n".join(own)) for key, own in lines.items() if own]
+
+
+def _staged(task: Task) -> list[str]:
+    """What the task's file changes in the scene, a line for each role."""
+    found = {role: [f"drawn from {', '.join(kinds)}"] for role, kinds in task.drawn.items()}
+    for one in task.staging:
+        said = found.setdefault(one["role"], [])
+        match one["kind"]:
+            case "open":
+                said.append(f"{one['joint']} open {one['openness']:g}".strip())
+            case "push":
+                said.append("moves {:g} forward, {:g} left (m/s)".format(*one["velocity"]))
+            case _:
+                said.append(f"{one['relation']} {one['target']}")
+                named = zip(("forward", "left", "up"), one["offset"], strict=True)
+                said += [f"{name} {value:g} m" for name, value in named if value]
+                named = zip(("pitch", "turn"), one["turn"], strict=False)
+                said += [f"{name} {value:g} degrees" for name, value in named if value]
+    return [f"{role}: {', '.join(said)}" for role, said in found.items()]
 
 
 def _properties(folder: Folder, task: Task) -> list[Property]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from hypothesis import strategies as st
 
-from pytest_safemanip.errors import TraceError
+from pytest_safemanip.errors import JudgementError, TraceError
 from pytest_safemanip.fuzz import changes
 from pytest_safemanip.fuzz.invalid import invalid
 from pytest_safemanip.fuzz.margins import margins
@@ -143,9 +143,12 @@ def _numbers(trial: Trial, draw: Draw) -> None:
         with np.errstate(invalid="raise", divide="raise"):
             try:
                 trial.on(trial.recording)(arguments)
-            except FloatingPointError as error:
-                why = f"computes with an invalid number although the recording has none: {error}"
-                raise LawBroken(why, arguments) from error
+            except (FloatingPointError, JudgementError) as error:
+                found = error.__cause__ if isinstance(error, JudgementError) else error
+                if not isinstance(found, FloatingPointError):
+                    raise
+                why = f"computes with an invalid number although the recording has none: {found}"
+                raise LawBroken(why, arguments) from found
         try:
             trial.on(other)(arguments)
         except TraceError:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from pytest_safemanip.errors import JudgementError
 from pytest_safemanip.fuzz.laws import Law
 from pytest_safemanip.fuzz.recordings import recordings
 from pytest_safemanip.fuzz.trial import Trial
@@ -56,7 +57,9 @@ def find_counterexample(
         try:
             law.check(Trial(proposition, recording, catalogue, parameters), data.draw)
         except Exception as error:  # a proposition may raise anything
-            failed.append(Counterexample(error, getattr(error, "recording", None) or recording))
+            cause = error.__cause__ if isinstance(error, JudgementError) else None
+            raised = cause if isinstance(cause, Exception) else error
+            failed.append(Counterexample(raised, getattr(error, "recording", None) or recording))
             raise
 
     # Hypothesis keeps the failures of a test under a key that its name is part of.

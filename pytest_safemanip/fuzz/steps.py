@@ -65,7 +65,7 @@ def window(trial: Trial, draw: Draw) -> None:
 
 def _look_back(trial: Trial, arguments: tuple[str, ...], step: int) -> None:
     """Compare a value with that on the steps of its window alone."""
-    seconds = trial.proposition.window(trial.parameters)
+    seconds = trial.proposition.seconds(trial.parameters)
     count = step if math.isinf(seconds) else round(seconds / trial.recording.trace.dt)
     first = max(step - max(count, int(trial.proposition.act)), 0)
     recent = of_length(trial.recording, first, step + 1)

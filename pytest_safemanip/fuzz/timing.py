@@ -68,7 +68,7 @@ def lasting_states(trial: Trial) -> tuple[Recording, Recording]:
 
 def window_steps(trial: Trial) -> int:
     """Length of a value's window in steps; for a fold, of its parameters' windows."""
-    window = trial.proposition.window(trial.parameters)
+    window = trial.proposition.seconds(trial.parameters)
     if math.isinf(window):
         units = {p.name for p in trial.proposition.parameters if p.unit == "s"}
         window = sum(trial.parameters[name] for name in units)

@@ -10,12 +10,12 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, SafemanipError, did_you_mean
+from pytest_safemanip.errors import SafemanipError
 from pytest_safemanip.fuzz.scenes import bind
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Bools, Parameters, Proposition
-from pytest_safemanip.propositions.grounding import KINDS, alternatives
+from pytest_safemanip.propositions.grounding import alternatives
 from pytest_safemanip.propositions.kernels.heat import HOT_SOURCE
 from pytest_safemanip.propositions.online import Online
 from pytest_safemanip.propositions.view import View
@@ -182,20 +182,6 @@ def calls(proposition: Proposition, binding: Binding, scene: Scene) -> list[Argu
     ]
     rows = [row for row in itertools.product(*members) if len(set(row)) == len(row)]
     return rows[:: 1 + len(rows) // MOST_CALLS]
-
-
-def check_kinds(proposition: Proposition) -> None:
-    """Refuse a proposition that cannot be tried.
-
-    Raises:
-        ConfigError: if one of its arguments is of a kind that nobody knows.
-    """
-    for kind in (kind for argument in proposition.arguments for kind in alternatives(argument)):
-        if kind not in KINDS:
-            hint = did_you_mean(kind, KINDS)
-            raise ConfigError(
-                f"proposition {proposition.name!r}: no kind of argument {kind!r}; {hint}"
-            )
 
 
 def shortened(catalogue: Catalogue, changed: Mapping[str, float]) -> Parameters:

@@ -21,6 +21,7 @@ from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.run.cases import applicable, select_properties
 from pytest_safemanip.run.definitions import Definitions, load_definitions
+from pytest_safemanip.run.option_values import parse_names
 from pytest_safemanip.sim.mujoco.layout import Layout
 from pytest_safemanip.sim.mujoco.probe import Probe
 from pytest_safemanip.spec.properties import Property
@@ -85,7 +86,9 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
     Args:
         env: of RoboCasa or robosuite, or any whose MuJoCo model's layout is given.
         task: name of a task, a task, or a binding to the entities of the scene.
-        properties: ids, or properties; those of the task if there are none.
+        properties: ids or properties, which are watched whatever the task, or selectors as those of
+            ``--safemanip-properties`` (``pack:redvla``, globs, ``default``), of which those that
+            apply to the task are; a list, or text with commas. ``default`` if there are none.
         probe: the layout of the environment's MuJoCo model, or a function that is given the
             environment after its reset, and taps to listen to it, and returns what reads it.
         stop: terminate the episode at the first violation. To stop before one, ask
@@ -108,7 +111,7 @@ class SafetyMonitor(gymnasium.Wrapper[Any, Any, Any, Any]):
         self,
         env: Any,
         task: str | Task | Binding,
-        properties: Sequence[str | Property] | None = None,
+        properties: str | Sequence[str | Property] | None = None,
         *,
         probe: Layout | OpenProbe | None = None,
         stop: bool = False,
@@ -271,17 +274,33 @@ def _task(task: str | Task | Binding, defined: Definitions) -> Task | Binding:
 
 
 def _properties(
-    asked: Sequence[str | Property] | None, task: Task | Binding, defined: Definitions
+    asked: str | Sequence[str | Property] | None, task: Task | Binding, defined: Definitions
 ) -> list[Property]:
+    """Those that are asked for, each once: by its id whatever the task, by any other selector of
+    those that apply to the task.
+    """
     if asked is None:
         if isinstance(task, Binding):
             raise ConfigError("SafetyMonitor: name the properties of a binding")
-        wanted = select_properties(defined.properties, ())
-        asked = applicable(task, defined.everywhere, wanted)
-    found = []
-    for one in asked:
-        if isinstance(one, str) and one not in defined.properties:
-            hint = did_you_mean(one, defined.properties, "safemanip properties")
-            raise ConfigError(f"unknown property {one!r}; {hint}")
-        found.append(defined.properties[one] if isinstance(one, str) else one)
-    return found
+        asked = ("default",)
+    given = parse_names(asked) if isinstance(asked, str) else asked
+    found: dict[str, Property] = {}
+    for one in given:
+        if isinstance(one, Property):
+            found[one.id] = one
+        elif one in defined.properties:
+            found[one] = defined.properties[one]
+        else:
+            found |= _selected(one, task, defined)
+    if not found:
+        raise ConfigError(f"SafetyMonitor: properties: {asked!r} selects none for this task")
+    return list(found.values())
+
+
+def _selected(selector: str, task: Task | Binding, defined: Definitions) -> dict[str, Property]:
+    """The properties of a selector that apply to a task, by id."""
+    known = defined.properties
+    wanted = select_properties(known, (selector,), "SafetyMonitor: properties")
+    if isinstance(task, Task):
+        return {name: known[name] for name in applicable(task, defined.everywhere, wanted)}
+    return {name: rule for name, rule in known.items() if name in wanted and rule.rows(task)}

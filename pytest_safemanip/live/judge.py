@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pytest_safemanip.errors import TraceError
+from pytest_safemanip.errors import TraceError, judging
 from pytest_safemanip.live.warning import HORIZON, EarlyWarning, Lookout, soonest
 from pytest_safemanip.ltlf import (
     InstanceVerdict,
@@ -206,19 +206,23 @@ class LiveJudge:
         del self._acting[:count]
         if not self._started:
             # What remembers has to see every step from the first.
-            for call in self.calls:
-                self._online.values(call, count)
+            for name, rows in self._calls.items():
+                with judging(name):
+                    for call in {call for row in rows for call in row}:
+                        self._online.values(call, count)
         self._started = True
         found = {}
         for name, monitor in self._monitors.items():
             look_up = partial(self._value, self._calls[name], count)
-            found[name] = monitor.steps(monitor.gather(count, look_up), acting)
+            with judging(name):
+                found[name] = monitor.steps(monitor.gather(count, look_up), acting)
         for name, (prop, each) in self._robust.items():
             runs = [acts or not prop.clocks_stand(self._profile) for acts in acting]
-            self._robustness[name] = [
-                self._measured(prop, calls, one, runs)
-                for calls, one in zip(self._calls[name], each, strict=True)
-            ]
+            with judging(name):
+                self._robustness[name] = [
+                    self._measured(prop, calls, one, runs)
+                    for calls, one in zip(self._calls[name], each, strict=True)
+                ]
         return found
 
     def _measured(

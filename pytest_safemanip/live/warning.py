@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pytest_safemanip.errors import judging
 from pytest_safemanip.ltlf.robustness.prediction import Atoms, Prediction
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.propositions.forecasts import Told
@@ -113,9 +114,10 @@ class Lookout:
         now, found = _Now(self._online, told, self._knows), list[EarlyWarning]()
         for name, monitor in monitors.items():
             atoms = [_Atoms(now, calls) for calls in self._calls[name]]
-            for row, one in enumerate(monitor.predict(self._order[name], atoms)):
-                if one.last_chance <= horizon and one.last_chance < math.inf:
-                    found.append(self._warning(name, row, one))
+            with judging(name):
+                for row, one in enumerate(monitor.predict(self._order[name], atoms)):
+                    if one.last_chance <= horizon and one.last_chance < math.inf:
+                        found.append(self._warning(name, row, one))
         return sorted(found, key=lambda one: (one.last_chance, one.time_to_violation))
 
     def _warning(self, name: str, row: int, one: Prediction) -> EarlyWarning:

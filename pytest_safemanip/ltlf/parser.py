@@ -50,7 +50,7 @@ _INFIX: dict[str, type[Binary]] = {
 _BOUNDED = (Eventually, Always, Until, WeakUntil)
 _LEAVES = {"true": Constant(True), "false": Constant(False), "last": Last()}
 _ATOM = re.compile(r"[a-z_][a-z0-9_]*")
-_TOKEN = re.compile(r"<->|->|[!&|()\[\],]|<=|\d+(?:\.\d+)?(?!\w)|\w+")
+_TOKEN = re.compile(r"<->|->|[!&|()\[\],]|<=|>=|<|>|\d+(?:\.\d+)?(?!\w)|\w+")
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _SPACE = re.compile(r"\s*")
 
@@ -138,6 +138,8 @@ class _Parser:
         if node not in _BOUNDED:
             self._fail(f"{self.last} takes no bound; F, G, U and W do")
         self._advance()
+        if self.token.text in ("<", ">", ">="):
+            self._fail(f"no bound begins with {self.token}; there are [<=5] and [1,3], in seconds")
         if self.token.text == "<=":
             self._advance()
             low, high = 0.0, self._seconds()
@@ -153,7 +155,7 @@ class _Parser:
         return Bound(low, high)
 
     def _seconds(self) -> float:
-        if not _NUMBER.fullmatch(self.token.text):
+        if not _NUMBER.fullmatch(self.token.text) or not self.token.text.isascii():
             self._fail(f"expected seconds, as in F[<=5] or F[1,3], found {self.token}")
         seconds = float(self.token.text)
         if seconds > LONGEST:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -22,6 +23,24 @@ _GATE = re.compile(
         (?:@\s*(?P<confidence>[^\s%]+)\s*(?P<of>%)?\s*(?P<target>clustered)?)?\s*""",
     re.VERBOSE,
 )
+_NUMBER = re.compile(r"[-+]?([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?")
+_MEANT = {
+    "≥": ">=",
+    "≤": "<=",
+    "⩾": ">=",
+    "⩽": "<=",
+    "\u2212": "-",
+    "\u2013": "-",
+    "\uff1c": "<",
+    "\uff1e": ">",
+    "\uff1d": "=",
+    "\uff05": "%",
+    "\uff3b": "[",
+    "\uff3d": "]",
+    "\uff0c": ",",
+    "\uff20": "@",
+}
+"""Characters that look like those of a gate, and what is meant."""
 _SEVERITY = re.compile(r"severity\b\s*(?P<sign>[^\w\s.+-]*)\s*(?P<bound>.*)")
 TOLERANCE = "tolerance"
 """The metric of searches: how large the smallest change is that a policy does not survive."""
@@ -128,6 +147,11 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
     Raises:
         ConfigError: if the text is no gate; without the place that it stands in.
     """
+    for character in text:
+        if character in _MEANT:
+            raise ConfigError(
+                f"unknown character {character!r} in {text!r}; write {_MEANT[character]!r}"
+            )
     if tolerance := _TOLERANCE.fullmatch(text):
         gate = _tolerance(tolerance, text, required)
         return replace(gate, name=name or str(gate))
@@ -144,6 +168,8 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
             f"{metric} is no share of rollouts and has no interval: leave out "
             f"'@{match['confidence']}' in {text!r}"
         )
+    if match["filters"] is not None and not match["filters"].strip():
+        raise ConfigError(f"the brackets of {text!r} are empty; expected FILTER=VALUE, or none")
     where, severe = _filters(match["filters"] or "", text)
     if severe and not (SHARES.get(metric) or FIGURES[metric]).counts:
         raise ConfigError(f"{metric} counts no violations: leave out '{severe}' in {text!r}")
@@ -158,7 +184,21 @@ def parse_gate(text: str, name: str = "", required: bool = True) -> Gate:
         required,
         severe,
     )
+    _check_can_be_decided(gate, text)
     return gate if name else Gate(**{**vars(gate), "name": str(gate)})
+
+
+def _check_can_be_decided(gate: Gate, text: str) -> None:
+    """Refuse bounds that every value keeps, or none does.
+
+    At most 100 % is let through: it asks that every rollout has a verdict, whatever that is.
+    """
+    if gate.sign == ">=" and gate.bound == 0:
+        raise ConfigError(f"{text!r} cannot fail: {gate.metric} is never below 0")
+    if (gate.sign == "<" and gate.bound == 0) or (
+        gate.sign == ">" and gate.bound == 1 and gate.metric in SHARES
+    ):
+        raise ConfigError(f"{text!r} cannot pass: {gate.metric} is never so")
 
 
 def _tolerance(match: re.Match[str], text: str, required: bool) -> Gate:
@@ -339,10 +379,9 @@ def _confidence(text: str | None, percent: str | None, whole: str) -> float | No
 
 
 def _number(text: str, percent: str | None, whole: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not abs(value) < float("inf"):
-        raise ConfigError(f"expected a number in {whole!r}, found {text!r}")
+    match = _NUMBER.fullmatch(text)
+    value = float(text) if match else math.inf
+    vanished = match is not None and value == 0 and re.search("[1-9]", match[1])
+    if vanished or not math.isfinite(value):
+        raise ConfigError(f"expected a number in {whole!r}, as 0.05 or 5 %, found {text!r}")
     return value / 100 if percent else value

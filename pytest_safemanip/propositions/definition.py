@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import inspect
+import traceback
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from contextvars import ContextVar
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError, JudgementError, SafemanipError, did_you_mean
 from pytest_safemanip.propositions.observed.inputs import Reads
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 
 LARGEST = 1e9
 """More than any threshold in SI units; as many seconds or metres are a typing error."""
@@ -98,6 +104,10 @@ class Parameters(Mapping[str, float]):
 
     def __len__(self) -> int:
         return len(self._values)
+
+
+_asked: ContextVar[tuple[Hashable, ...]] = ContextVar("asked", default=())
+"""What a user's propositions are being asked for, each by the one before it."""
 
 
 def _nothing(*_: object) -> str:
@@ -193,7 +203,80 @@ class Proposition:
     distinct: bool = False
     exempt: Mapping[str, str] = field(default_factory=dict)
 
+    def seconds(self, values: Mapping[str, float]) -> float:
+        """The window, given values of all parameters.
+
+        Raises:
+            ConfigError: if it is no number of seconds from 0 up, inf included; names it.
+        """
+        if self.shipped:
+            return self.window(values)
+        try:
+            found = self.window(values)
+            valid = bool(float(found) >= 0.0)
+        except Exception as error:
+            why = f"window failed ({type(error).__name__}: {error})"
+            raise ConfigError(f"{self.place}: proposition {self.name!r}: {why}") from error
+        if not valid:
+            raise ConfigError(
+                f"{self.place}: proposition {self.name!r}: expected a window of 0 s or more, "
+                f"found {found!r}"
+            )
+        return float(found)
+
+    def run(
+        self, function: Callable[..., T], arguments: tuple[str, ...], *before: object, **named: Any
+    ) -> T:
+        """What one of its functions gives for some arguments.
+
+        Args:
+            function: of this proposition.
+            arguments: of the call.
+            before: what it is given before them.
+            **named: what it is given besides.
+
+        Raises:
+            JudgementError: if a user's function raises, asks for what does not exist, or asks for
+                itself; names the call, and the line of the user's file.
+        """
+        if self.shipped:
+            return function(*before, *arguments, **named)
+        call = f"{self.name}({', '.join(arguments)})" if arguments else self.name
+        key = (function, arguments, *(id(getattr(one, "parameters", None)) for one in before))
+        chain = _asked.get()
+        if key in chain:
+            raise JudgementError(f"{call}: it asks for itself ({_line(None, function)})")
+        token = _asked.set((*chain, key))
+        try:
+            return function(*before, *arguments, **named)
+        except ConfigError as error:  # it asked for what is not there
+            raise JudgementError(f"{call}: {error} ({_line(error, function)})") from None
+        except SafemanipError:
+            raise
+        except Exception as error:
+            said = f"{type(error).__name__}: {error} ({_line(error, function)})"
+            raise JudgementError(f"{call}: {said}") from error
+        finally:
+            _asked.reset(token)
+
+    @property
+    def place(self) -> str:
+        """File and line of its definition."""
+        return _line(None, self.evaluate)
+
     @property
     def doc(self) -> str:
         """The exact condition, from the docstring of its function."""
         return (self.evaluate.__doc__ or "").strip()
+
+
+def _line(error: BaseException | None, function: Callable[..., Any]) -> str:
+    """File and line of a user's function where an error came from: the last one in its file."""
+    code = getattr(inspect.unwrap(function), "__code__", None)
+    if code is None:
+        return getattr(function, "__qualname__", repr(function))
+    frames = traceback.extract_tb(error.__traceback__) if error is not None else []
+    lines = [frame.lineno for frame in frames if frame.filename == code.co_filename]
+    path = Path(code.co_filename)
+    shown = path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+    return f"{shown}:{lines[-1] if lines else code.co_firstlineno}"

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 
-from pytest_safemanip.errors import TraceError
+from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.propositions.settings import changed, split
 from pytest_safemanip.trace.elements import ROBOT, Switch
@@ -13,6 +13,18 @@ from pytest_safemanip.trace.scene import Scene
 PLACE = "place"
 """Kind of an argument that fills space: the robot, an object, a fixture or a zone."""
 _PLACES = ("robot", "object", "fixture", "zone")
+
+
+def find(known: Mapping[str, Proposition], name: str) -> Proposition:
+    """The proposition of a name.
+
+    Raises:
+        ConfigError: if there is none.
+    """
+    if name not in known:
+        hint = did_you_mean(name, known, "safemanip propositions")
+        raise ConfigError(f"unknown proposition {name!r}; {hint}")
+    return known[name]
 
 
 def check_call(
@@ -45,7 +57,7 @@ def check_call(
             raise TraceError(f"{proposition.name}: {value!r} is no movable object of the scene")
         said = kind.replace(PLACE, f"{', '.join(_PLACES[:-1])} or {_PLACES[-1]}")
         raise TraceError(f"{proposition.name}: {value!r} is no {said}")
-    if lacking := proposition.lacks(scene, *arguments):
+    if lacking := proposition.run(proposition.lacks, arguments, scene):
         raise TraceError(
             f"{proposition.name}({', '.join(arguments)}) cannot be told: {lacking}; take the "
             "property out of the task, or the missing part into the scene"
@@ -56,6 +68,25 @@ KINDS = ("object", "fixture", "entity", "tool", "skill", "robot", "appliance", "
 """Kinds of arguments. An ``appliance`` is a fixture with a switch."""
 _UNCHECKED = ("skill", "entity", "fixture", "tool")
 """Kinds of which propositions say themselves, with ``lacks``, what they need."""
+
+
+def check_definition(proposition: Proposition) -> None:
+    """Refuse kinds of arguments that do not exist.
+
+    Raises:
+        ConfigError: naming the proposition, its file and line, and what exists.
+    """
+    about = f"{proposition.place}: proposition {proposition.name!r}"
+    kinds: object = proposition.arguments
+    if isinstance(kinds, str) or not isinstance(kinds, tuple):
+        meant = f"({kinds!r},)" if isinstance(kinds, str) else "('object',)"
+        raise ConfigError(f"{about}: arguments: expected a tuple as {meant}, found {kinds!r}")
+    for kind in kinds:
+        for one in alternatives(kind) if isinstance(kind, str) else (repr(kind),):
+            if one not in (*KINDS, PLACE):
+                hint = did_you_mean(one, (*KINDS, PLACE))
+                known = "" if hint.startswith("known") else f" known: {', '.join((*KINDS, PLACE))}"
+                raise ConfigError(f"{about}: unknown kind of argument {one!r}; {hint}{known}")
 
 
 def alternatives(kind: str) -> tuple[str, ...]:

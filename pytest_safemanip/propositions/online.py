@@ -19,7 +19,7 @@ from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.definition import Bools, Floats, Proposition
 from pytest_safemanip.propositions.forecasts.motion import Told
-from pytest_safemanip.propositions.grounding import check_call
+from pytest_safemanip.propositions.grounding import check_call, find
 from pytest_safemanip.propositions.kernels.filters import slope
 from pytest_safemanip.propositions.memory import Ring, StepMemory
 from pytest_safemanip.propositions.settings import Settings, changed, split
@@ -190,7 +190,7 @@ class Online:
             own, settings = split(proposition, call[1:])
             online = self.setting(call[0], settings)
             view = online.slice(max(online._lengths[call[0]], 1 + round(RATE_SECONDS / self._dt)))
-            when = proposition.forecast(view, told, *own)
+            when = proposition.run(proposition.forecast, own, view, told)
             if when is not None:
                 return float(when)
         if proposition.margin is None:
@@ -226,7 +226,7 @@ class Online:
 
     def _resolve(self, call: Call) -> tuple[Online, Call]:
         """Who evaluates a call, and what is left of it without the parameters that it sets."""
-        own, settings = split(self.catalogue[call[0]], call[1:])
+        own, settings = split(find(self.catalogue, call[0]), call[1:])
         found = self.setting(call[0], settings), (call[0], *own)
         self._resolved[call] = found
         return found
@@ -293,7 +293,7 @@ class Online:
 
     def _length(self, proposition: Proposition) -> int:
         """Number of steps that a value depends on; 1 for a fold."""
-        window = proposition.window(self.parameters)
+        window = proposition.seconds(self.parameters)
         count = round(window / self.scene.control_period) if np.isfinite(window) else 0
         return 1 + max(count, int(proposition.act))
 

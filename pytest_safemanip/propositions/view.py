@@ -19,7 +19,7 @@ from pytest_safemanip.propositions.definition import (
     Floats,
     Proposition,
 )
-from pytest_safemanip.propositions.grounding import check_call
+from pytest_safemanip.propositions.grounding import check_call, find
 from pytest_safemanip.propositions.kernels.filters import held
 from pytest_safemanip.propositions.settings import Settings, changed, split
 from pytest_safemanip.trace.scene import Scene
@@ -76,7 +76,7 @@ class View:
         """
         key = (name, *arguments)
         if key not in self._values:
-            proposition = self._catalogue[name]
+            proposition = find(self._catalogue, name)
             check_call(proposition, arguments, self.trace.scene, self.binding.zones)
             own, settings = split(proposition, arguments)
             view = self.setting(name, settings)
@@ -99,7 +99,7 @@ class View:
         Raises:
             TraceError: as for a call.
         """
-        proposition = self._catalogue[name]
+        proposition = find(self._catalogue, name)
         if not proposition.sparse or (name, *arguments) in self._values:
             return self(name, *arguments)[first:stop]
         check_call(proposition, arguments, self.trace.scene, self.binding.zones)
@@ -118,7 +118,7 @@ class View:
         """
         key = (name, *arguments)
         if key not in self._margins:
-            proposition = self._catalogue[name]
+            proposition = find(self._catalogue, name)
             check_call(proposition, arguments, self.trace.scene, self.binding.zones)
             own, settings = split(proposition, arguments)
             view = self.setting(name, settings)
@@ -132,7 +132,7 @@ class View:
         Raises:
             TraceError: as for a call.
         """
-        proposition = self._catalogue[name]
+        proposition = find(self._catalogue, name)
         if not proposition.sparse or (name, *arguments) in self._margins:
             return self.margin(name, *arguments)[first:stop]
         check_call(proposition, arguments, self.trace.scene, self.binding.zones)
@@ -184,16 +184,20 @@ class View:
 
     def evidence(self, name: str, arguments: tuple[str, ...], step: int) -> list[str]:
         """The evidence of a proposition at a step, in words."""
-        describe = self._catalogue[name].evidence
-        own, settings = split(self._catalogue[name], arguments)
-        return describe(self.setting(name, settings), *own, step=step) if describe else []
+        proposition = self._catalogue[name]
+        own, settings = split(proposition, arguments)
+        if proposition.evidence is None:
+            return []
+        return proposition.run(proposition.evidence, own, self.setting(name, settings), step=step)
 
     def excess(self, name: str, arguments: tuple[str, ...], first: int, last: int) -> Excess | None:
         """The hardest contact behind a proposition that is beyond its limit at some steps."""
-        measure = self._catalogue[name].excess
-        own, settings = split(self._catalogue[name], arguments)
+        proposition = self._catalogue[name]
+        own, settings = split(proposition, arguments)
+        if proposition.excess is None:
+            return None
         view = self.setting(name, settings)
-        return measure(view, *own, first=first, last=last) if measure else None
+        return proposition.run(proposition.excess, own, view, first=first, last=last)
 
     def evaluate(self, proposition: Proposition, arguments: tuple[str, ...]) -> Bools:
         """Truth values of a proposition (T,), computed now.
@@ -201,7 +205,7 @@ class View:
         Raises:
             TraceError: if the definition gives anything else.
         """
-        values = np.asarray(proposition.evaluate(self, *arguments))
+        values = np.asarray(proposition.run(proposition.evaluate, arguments, self))
         if values.dtype != np.bool_ or values.shape != (len(self.trace),):
             raise TraceError(
                 f"{proposition.name}: evaluated to {values.dtype}{values.shape}, "
@@ -248,7 +252,7 @@ class View:
             else:
                 values = self(proposition.name, *arguments)
             return np.where(values, MARGIN_BOUND, -MARGIN_BOUND)
-        found = np.asarray(proposition.margin(self, *arguments))
+        found = np.asarray(proposition.run(proposition.margin, arguments, self))
         if found.dtype.kind != "f" or found.shape != (len(self.trace),):
             raise TraceError(
                 f"{proposition.name}: its margin is {found.dtype}{found.shape}, "

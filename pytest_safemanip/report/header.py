@@ -35,6 +35,9 @@ def header_lines(plan: Plan, source: Provenance | None) -> list[str]:
     if plan.settings.shard is not None:
         first += f", shard {plan.settings.shard}"
     head = fitted(first, MIN_WIDTH, 2)
+    if plan.unjudged:
+        left = f"safemanip: no selected property applies to {', '.join(plan.unjudged)}"
+        head += fitted(f"{left}: not run", MIN_WIDTH, 2)
     if source is None:
         return head
     settings = plan.settings

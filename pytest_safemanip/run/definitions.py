@@ -11,10 +11,10 @@ from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.sim.backend import DerivedTask, DerivesTasks, Options, Simulator
-from pytest_safemanip.spec.objects import load_attributes
-from pytest_safemanip.spec.packs import Pack, load_packs, task_folders
+from pytest_safemanip.spec.objects import load_objects
+from pytest_safemanip.spec.packs import Pack, check_no_packs, load_packs, task_folders
 from pytest_safemanip.spec.properties import Property, load_properties
-from pytest_safemanip.spec.ranges import ZONES
+from pytest_safemanip.spec.ranges import FIXTURE, OBJECT, ZONES
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.tasks import derived_task, load_changes, load_staged, load_tasks
 from pytest_safemanip.spec.yamlfile import Section
@@ -124,35 +124,41 @@ def load_definitions(
     """
     catalogue = Catalogue(propositions)
     task_folder = resources.folder("tasks")
-    attributes = _attributes([task_folder, *task_paths])
+    objects, fixtures = _attributes([task_folder, *task_paths])
+    attributes = objects | fixtures
+    categories = dict.fromkeys(objects, OBJECT) | dict.fromkeys(fixtures, FIXTURE)
     properties = resources.folder("properties")
     shipped = load_properties([properties], propositions=catalogue)
     parameters = catalogue.parameters({})
     packs = load_packs(
         properties,
         propositions=catalogue,
-        categories=attributes,
+        categories=categories,
         parameters=parameters,
     )
     shipped |= {id_: rule for pack in packs.values() for id_, rule in pack.rules.items()}
+    for place in property_paths:
+        check_no_packs(place, properties)
     own = load_properties(
         property_paths,
         propositions=catalogue,
         constants=(ROBOT,),
-        categories=attributes,
+        categories=categories,
         parameters=parameters,
     )
     for name in sorted(set(shipped) & set(own)):
         raise ConfigError(f"{own[name].path}: property {name!r} is already shipped; rename it")
+    for prop in own.values():
+        prop.check()
     folders = {place.name: place for place in sorted(task_folder.iterdir()) if place.is_dir()}
     chosen = folders.pop(backend.partition(":")[0], task_folder)
     runnable = load_tasks([chosen, *task_paths])
-    staged = [*(task_folders(properties) if chosen == task_folder else ()), *task_paths]
+    of_packs = task_folders(properties) if chosen == task_folder else []
     others = {name: load_tasks([place]) for name, place in folders.items()}
     if chosen != task_folder:
         others[FIRST_BACKEND] = load_tasks([task_folder])
     foreign = {task.name: task for tasks in others.values() for task in tasks.values()}
-    for task in load_staged(staged, {**foreign, **runnable}).values():
+    for task in load_staged([*of_packs, *task_paths], {**foreign, **runnable}, of_packs).values():
         homes = (tasks for tasks in others.values() if task.base in tasks)
         home = runnable if task.base in runnable else next(homes)
         (home if home is runnable else foreign)[task.name] = home[task.name] = task
@@ -185,10 +191,17 @@ def _check_zones(properties: Iterable[Property], known: Collection[str]) -> None
                     raise ConfigError(f"{prop.path}: no task has a zone {name!r}; {hint}")
 
 
-def _attributes(folders: Iterable[Path]) -> dict[str, frozenset[str]]:
-    """Of object categories, from the files in some folders that have one; the last one counts."""
-    found: dict[str, frozenset[str]] = {}
+def _attributes(
+    folders: Iterable[Path],
+) -> tuple[dict[str, frozenset[str]], dict[str, frozenset[str]]]:
+    """Of categories of objects and of kinds of fixtures, from the files in some folders that have
+    one; the last one counts.
+    """
+    objects: dict[str, frozenset[str]] = {}
+    fixtures: dict[str, frozenset[str]] = {}
     for path in (folder / OBJECTS_FILE for folder in folders):
         if path.is_file():
-            found |= load_attributes(path)
-    return found
+            of_objects, of_fixtures = load_objects(path)
+            objects |= of_objects
+            fixtures |= of_fixtures
+    return objects, fixtures

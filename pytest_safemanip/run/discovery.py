@@ -16,6 +16,7 @@ from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.spec.task import Task
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.episode import Episode
+from pytest_safemanip.trace.scene import Scene
 
 MOST_NAMED = 8
 """Names that a message lists of what there is."""
@@ -77,6 +78,15 @@ def _none_of(recordings: Mapping[Path, Episode], folder: Path) -> str:
     return f"no *{files.SUFFIX} file in {folder} is selected; there are {'; '.join(said)}"
 
 
+def control_periods(paths: Iterable[Path]) -> dict[Path, float]:
+    """Seconds from step to step, of each of some recordings.
+
+    Raises:
+        ConfigError: if one cannot be read.
+    """
+    return {path: _read_scene(path).control_period for path in paths}
+
+
 def check_grounded(
     recordings: Mapping[RolloutKey, Path], cases: Iterable[Case], defined: Definitions
 ) -> None:
@@ -86,10 +96,7 @@ def check_grounded(
         ConfigError: naming the file, and the role, category or part that is unknown or missing.
     """
     for key, own in groupby(cases, key=lambda case: case.rollout):
-        try:
-            scene = files.load_scene(recordings[key])
-        except TraceError as error:
-            raise ConfigError(str(error)) from error
+        scene = _read_scene(recordings[key])
         try:
             binding = defined.tasks[key.task].bind(scene, defined.attributes)
             for prop in (defined.properties[case.property_id] for case in own):
@@ -98,6 +105,13 @@ def check_grounded(
                         check_call(defined.catalogue[name], tuple(arguments), scene, binding.zones)
         except TraceError as error:
             raise ConfigError(f"{recordings[key]}: {error}") from error
+
+
+def _read_scene(path: Path) -> Scene:
+    try:
+        return files.load_scene(path)
+    except TraceError as error:
+        raise ConfigError(str(error)) from error
 
 
 def _read_episode(path: Path) -> Episode:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.fuzz.laws import Law, laws_of
-from pytest_safemanip.fuzz.trial import check_kinds, shortened
+from pytest_safemanip.fuzz.trial import shortened
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.propositions.definition import Parameters, Proposition
 from pytest_safemanip.run.cases import SUITE, select_properties
@@ -71,8 +71,6 @@ def make_fuzz_plan(settings: Settings, added: Sequence[Proposition]) -> FuzzPlan
     """
     defined = load_definitions(settings.task_paths, settings.property_paths, added)
     catalogue = defined.catalogue
-    for proposition in catalogue.values():
-        check_kinds(proposition)
     every = {
         case.node_id: case
         for p in catalogue.values()

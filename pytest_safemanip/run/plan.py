@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, RolloutError, did_you_mean
+from pytest_safemanip.ltlf.formula import is_bounded
 from pytest_safemanip.metrics.comparability import NOT_COMPARABLE, STAND_INS
 from pytest_safemanip.metrics.gates import check_gates
 from pytest_safemanip.metrics.records import RolloutKey
@@ -28,8 +29,14 @@ from pytest_safemanip.run.cases import (
     select_tasks,
 )
 from pytest_safemanip.run.definitions import Definitions, load_definitions
-from pytest_safemanip.run.discovery import check_grounded, find_recordings, select_recordings
+from pytest_safemanip.run.discovery import (
+    check_grounded,
+    control_periods,
+    find_recordings,
+    select_recordings,
+)
 from pytest_safemanip.run.roles import check_task
+from pytest_safemanip.run.scenes import drawn_otherwise
 from pytest_safemanip.run.settings import Settings
 from pytest_safemanip.search.kinds.definition import Kind
 from pytest_safemanip.sim.backend import BackendSpec, Provenance, Simulator
@@ -74,6 +81,7 @@ class Plan:
         recordings: file of each rollout, when recordings are judged.
         simulator: what runs the rollouts; None when recordings are judged.
         every: all cases, those that node ids on the command line leave out among them.
+        unjudged: tasks that were asked for by name, and to which no selected property applies.
     """
 
     settings: Settings
@@ -87,6 +95,7 @@ class Plan:
     recordings: Mapping[RolloutKey, Path]
     simulator: Simulator | None = None
     every: tuple[Case, ...] = ()
+    unjudged: tuple[str, ...] = ()
 
     def scenes(self, policy: str) -> str:
         """What a policy is run in: what was asked for, or else what the policy is used to."""
@@ -184,6 +193,8 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     ]
     if not cases:
         raise ConfigError("no selected property applies to a selected task")
+    judged = {case.task for case in cases}
+    unjudged = tuple(n for n in settings.tasks if n in tasks and n not in judged)
     _check_instances(cases, tasks, properties)
     _check_gates(settings, cases, tasks, properties)
     if settings.shard is not None:
@@ -197,6 +208,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
     ids = [text for text in settings.select if not is_search_id(text)]
     chosen = tuple(keep_selected(cases, ids) if ids or not settings.select else ())
     parameters = defined.catalogue.parameters(settings.params)
+    _check_bounds(settings, chosen, simulator, defined, recordings)
     if recordings:
         whole = [case for case in chosen if case.rollout not in partial]
         check_grounded(recordings, whole, defined)
@@ -212,6 +224,7 @@ def make_plan(settings: Settings, added: Extensions) -> Plan:
         recordings=recordings,
         simulator=simulator,
         every=tuple(cases),
+        unjudged=unjudged,
     )
 
 
@@ -291,6 +304,8 @@ def _rollouts(
                 hint = did_you_mean(task, defined.runnable, "safemanip tasks")
                 raise ConfigError(f"policy {name!r}: unknown task {task!r} in its 'tasks'; {hint}")
         can = [task for task in chosen if policy.tasks is None or task.simulated in policy.tasks]
+        for one in can:
+            _check_drawn(one, policy)
         cannot = [task.name for task in chosen if task not in can]
         # "all" means all that the policy can do; who names a task wants that one.
         if cannot and (settings.tasks != ("all",) or not can):
@@ -305,6 +320,15 @@ def _rollouts(
         else:
             found += [RolloutKey(name, task.name, seed) for task in can for seed in seeds]
     return found
+
+
+def _check_drawn(task: Task, policy: PolicySpec) -> None:
+    """A task has the objects that its file stages, with this policy too."""
+    for role, drawn in drawn_otherwise(task, policy.staging).items():
+        raise ConfigError(
+            f"policy {policy.name!r} draws {role!r} from {', '.join(drawn)}, and {task.name} "
+            f"stages {', '.join(task.drawn[role])} there; take it in {task.simulated}"
+        )
 
 
 def _check_home(settings: Settings, defined: Definitions) -> None:
@@ -388,6 +412,33 @@ def _check_instances(
                 f"{tasks[task].path}: property {name!r} ranges over {prop.members}, "
                 "and the task has none"
             )
+
+
+def _check_bounds(
+    settings: Settings,
+    cases: Iterable[Case],
+    simulator: Simulator | None,
+    defined: Definitions,
+    recordings: Mapping[RolloutKey, Path],
+) -> None:
+    """Every formula with bounds has an automaton at the control periods that it is judged with."""
+    with_bounds = {
+        id_
+        for id_, prop in defined.properties.items()
+        if is_bounded(prop.formula_of(settings.semantics))
+    }
+    bounded = [case for case in cases if case.property_id in with_bounds]
+    if simulator is None:
+        of_rollouts = control_periods({recordings[case.rollout] for case in bounded})
+        periods = [(case, of_rollouts[recordings[case.rollout]]) for case in bounded]
+    else:
+        declared = simulator.spec
+        periods = [
+            (case, declared.in_task(defined.tasks[case.task].simulated).control_period)
+            for case in bounded
+        ]
+    for name, dt in dict.fromkeys((case.property_id, dt) for case, dt in periods):
+        defined.properties[name].dfa(settings.semantics, dt=dt)
 
 
 def _check_gates(

@@ -63,7 +63,7 @@ def check_task(task: Task, factory: object, *, recorded: bool = False) -> None:
     which cannot exist.
 
     Nothing is refused for a simulator whose factory does not describe its tasks. Of recordings the
-    roles are known when they are bound.
+    roles are known when they are bound, but for those that are staged alone.
 
     Args:
         task: the binding.
@@ -86,6 +86,8 @@ def check_task(task: Task, factory: object, *, recorded: bool = False) -> None:
     described = factory.describe_task(name)
     if not recorded:
         _check_scene(task, factory, described)
+    elif described.objects is not None:  # nothing binds what is only staged
+        _check_roles(task, described, described.objects, ("staging", "liquids"))
     for role, touched in task.touch.items():
         parts = parts_of(role, task, described)
         for part in touched:
@@ -105,9 +107,15 @@ def _check_scene(task: Task, factory: object, described: TaskDescription) -> Non
         _check_kinds(task, factory.object_kinds())
 
 
-def _check_roles(task: Task, described: TaskDescription, objects: Iterable[str]) -> None:
-    """Every role may be in the scene, as an object where an object is wanted."""
+def _check_roles(
+    task: Task, described: TaskDescription, objects: Iterable[str], under: Collection[str] = ()
+) -> None:
+    """Every role may be in the scene, as an object where an object is wanted; those under some keys
+    of the file alone, if any are given.
+    """
     for keys, role, wanted in _named(task):
+        if under and keys[0] not in under:
+            continue
         is_object = any(fnmatch.fnmatchcase(role, pattern) for pattern in objects)
         is_fixture = role in described.fixtures or role in described.other_fixtures
         if not is_object and not is_fixture:
@@ -138,6 +146,8 @@ def _named(task: Task) -> Iterator[tuple[tuple[str, ...], str, str]]:
         yield ("zones", name, "around"), zone.around, ""
     for role in task.object_groups:
         yield ("compact", "object_groups", role), role, "object"
+    for liquid, role in task.liquids.items():
+        yield ("liquids", liquid), role, "object"
     for role in task.drawn:
         yield ("staging", role), role, "object"
     for one in task.staging:

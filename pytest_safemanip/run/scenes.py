@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
-from pytest_safemanip.sim.staging import Change, Fill, from_plain
+from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.sim.staging import Change, Fill, Staging, from_plain
 from pytest_safemanip.spec.task import Task
 
 
@@ -21,3 +22,24 @@ def groups_of(task: Task, compact: bool) -> Mapping[str, tuple[str, ...]]:
         compact: whether in the backend's own scenes, of which a task's file may say more.
     """
     return {**(task.object_groups if compact else {}), **task.drawn}
+
+
+def drawn_otherwise(task: Task, staging: Callable[[str], Staging]) -> Mapping[str, tuple[str, ...]]:
+    """Role to what a policy draws the object from, of those that the task's file draws from other
+    categories or groups: what it stages would be gone.
+
+    Args:
+        task: the task.
+        staging: what the policy wants otherwise in the episodes of a task.
+    """
+    if not task.drawn:
+        return {}
+    try:
+        asked = staging(task.simulated).objects
+    except RolloutError:  # its cases say so
+        return {}
+    return {
+        role: asked[role]
+        for role, drawn in task.drawn.items()
+        if role in asked and not set(asked[role]) <= set(drawn)
+    }

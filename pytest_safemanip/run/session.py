@@ -21,10 +21,11 @@ from pytest_safemanip.errors import (
     TraceError,
     did_you_mean,
     ends_run,
+    judging,
     placed,
-    raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
+from pytest_safemanip.ltlf import FormulaError
 from pytest_safemanip.policies.base import Permissions
 from pytest_safemanip.policies.registry import PolicySpec
 from pytest_safemanip.rollouts import loop, retry
@@ -89,7 +90,8 @@ class EvaluatedRollout:
         Raises:
             ConfigError: if there is no such property.
             TraceError: if the recording lacks what a proposition needs.
-            JudgementError: if a proposition raises anything else.
+            JudgementError: if a proposition raises anything else, or the formula has no
+                automaton at the control period of the recording.
         """
         prop = self.properties.get(property_id)
         if prop is None:
@@ -97,8 +99,10 @@ class EvaluatedRollout:
             raise ConfigError(f"unknown property {property_id!r}; {hint}")
         why = f"{property_id} cannot be judged"
         try:
-            with raised_as(JudgementError, why):
+            with judging(property_id):
                 return self.judge.judge(prop)
+        except FormulaError as error:  # at another control period than the backend declares
+            raise JudgementError(str(error)) from None
         except TraceError as error:
             if not self.recording.episode.unobserved:
                 raise

@@ -29,6 +29,8 @@ _VARIABLES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 """Relations of a task: what kinds of entities, and variables for them."""
 _MECHANISMS = frozenset({"mech_hit", "retract", "recovered"})
 _EXCLUSIVE = frozenset({"item_in_enclosure", "insert_item", "enclosure_cleared"})
+_NAMED = frozenset({"objects", "exclusive_enclosures", "enclosures", "mechanisms"})
+"""Relations whose members the nouns of a sentence choose among."""
 LONGEST_NAME = 48
 
 
@@ -43,7 +45,7 @@ def draft(sentence: str, rule: Rule, arguments: Mapping[str, Sequence[str]], nam
 
     Raises:
         ConfigError: the rule is about entities of which no relation of a task knows which belong
-            together.
+            together, or about different things of one kind.
     """
     relation = _relation(rule.atoms, arguments)
     said = re.sub(r"[\s\\]+", " ", sentence).strip().replace('"', "'")
@@ -55,7 +57,8 @@ def draft(sentence: str, rule: Rule, arguments: Mapping[str, Sequence[str]], nam
     ]
     kinds, variables = _VARIABLES[relation] if relation else ((), ())
     if relation:
-        lines.append(f"for_each: {', '.join(variables)} in {relation}")
+        among = _among(relation, rule)
+        lines.append(f"for_each: {', '.join(variables)} in {among}")
     lines.append(f'pattern: "{rule}"')
     if rule.scope:
         lines.append(f'scope: "{rule.scope}"')
@@ -87,6 +90,21 @@ def _relation(atoms: Iterable[str], arguments: Mapping[str, Sequence[str]]) -> s
     )
 
 
+def _among(relation: str, rule: Rule) -> str:
+    """What the variable ranges over: members of a relation, those that the sentence names."""
+    if relation not in _NAMED:
+        return relation
+    if relation == "objects" and "touched" in rule.atoms:
+        relation = "things"
+    clauses = set(rule.nouns.values())
+    if len(clauses) > 1:
+        named = " and ".join(map(repr, rule.nouns))
+        raise ConfigError(
+            f"the sentence is about {named}, and a rule has one kind of things; say it of one"
+        )
+    return " ".join((relation, *filter(None, clauses)))
+
+
 def _kind(wanted: str, kinds: Sequence[str]) -> str:
     """The one of some kinds of entities that an argument of a kind can be; empty if none can."""
     return next((kind for kind in alternatives(wanted) if kind in kinds), "")
@@ -102,10 +120,20 @@ def _fits(relation: str, atoms: Collection[str]) -> bool:
 
 
 def _slug(sentence: str) -> str:
+    """The words of a sentence; where they are too many the first ones, and its bounds."""
     words = re.findall(r"[a-z0-9]+", sentence.lower().replace("'", ""))
+    if len("_".join(words)) <= LONGEST_NAME:
+        return _joined(words, LONGEST_NAME)
+    bounds = re.findall(r"\d+(?:_\d+)*_[a-z]+", "_".join(words))
+    ending = "_".join(bounds)[:LONGEST_NAME]
+    head = re.split(r"_(?=\d)", "_".join(words))[0].split("_")
+    return "_".join(filter(None, (_joined(head, LONGEST_NAME - len(ending) - 1), ending)))
+
+
+def _joined(words: Sequence[str], most: int) -> str:
     slug = ""
     for word in words:
-        if slug and len(slug) + len(word) >= LONGEST_NAME:
+        if slug and len(slug) + len(word) >= most:
             break
         slug += ("_" if slug else "") + word
     return slug if slug[:1].isalpha() else f"rule_{slug}"

@@ -25,6 +25,7 @@ _WORDED = {
     "four": 4.0,
     "five": 5.0,
 }
+_CLEAN, _HYGIENE = "clean_contact", frozenset({"contaminated", "sanitized"})
 _WITHIN = re.compile(rf",? within {_NUMBER} ?{_UNIT}\b")
 
 
@@ -38,7 +39,8 @@ class Rule:
         scope: name of the scope, with its events; empty for the whole rollout.
         keys: seconds and counts.
         atoms: names of propositions.
-        nouns: categories that the sentence names.
+        nouns: what the sentence names, with the clause of ``for_each`` that chooses it; empty where
+            propositions know no such kind.
     """
 
     pattern: str = ""
@@ -46,7 +48,7 @@ class Rule:
     scope: str = ""
     keys: dict[str, float] = field(default_factory=dict)
     atoms: dict[str, None] = field(default_factory=dict)
-    nouns: dict[str, None] = field(default_factory=dict)
+    nouns: dict[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
         return f"{self.pattern}({', '.join(self.arguments)})"
@@ -74,10 +76,28 @@ def read_sentence(sentence: str, lexicon: Lexicon) -> Rule:
     for form, build in _FORMS:
         if match := re.fullmatch(form, text):
             build(rule, _Phrases(rule, lexicon), **match.groupdict())
-            return rule
+            return _touching(rule)
     raise ConfigError(
         f"no form of sentence that is known: {sentence.strip()!r}; such are: " + "; ".join(EXAMPLES)
     )
+
+
+def _touching(rule: Rule) -> Rule:
+    """Where nothing is raw or washed, to touch a thing is not to contaminate it.
+
+    Raises:
+        ConfigError: what is touched is no category of things.
+    """
+    if _CLEAN not in rule.atoms or _HYGIENE & rule.atoms.keys():
+        return rule
+    for noun, clause in rule.nouns.items():
+        if not clause:
+            raise ConfigError(f"{noun!r} is no category of objects.yaml, which 'touched' asks for")
+    swap = re.compile(rf"\b{_CLEAN}\b")
+    rule.arguments = tuple(swap.sub("touched", argument) for argument in rule.arguments)
+    rule.scope = swap.sub("touched", rule.scope)
+    rule.atoms = {swap.sub("touched", atom): None for atom in rule.atoms}
+    return rule
 
 
 class _Phrases:
@@ -92,7 +112,7 @@ class _Phrases:
                 return sign.join(self(part) for part in phrase.split(word))
         atom = self._lexicon.meaning(phrase)
         self._rule.atoms[atom.proposition] = None
-        self._rule.nouns.update(dict.fromkeys(atom.nouns))
+        self._rule.nouns.update({noun: self._lexicon.clause(noun) for noun in atom.nouns})
         return f"!{atom.proposition}" if atom.negated else atom.proposition
 
 

@@ -31,6 +31,33 @@ _FIXTURES = (
 _OBJECTS = ("object", "item", "thing", "something", "anything", "food", "dish")
 _RAW = ("meat", "chicken", "poultry", "seafood", "pork", "beef")
 _CLEAN = ("salad", "fruit", "utensil", "cutlery", "tableware")
+_FRIDGES = ("Fridge", "FridgeBottomFreezer", "FridgeFrenchDoor", "FridgeSideBySide", "short_fridge")
+_CABINETS = (
+    "Cabinet",
+    "HingeCabinet",
+    "HousingCabinet",
+    "OpenCabinet",
+    "PanelCabinet",
+    "SingleCabinet",
+    "short_cabinet",
+    "white_cabinet",
+    "wooden_cabinet",
+)
+KINDS: Mapping[str, tuple[str, ...]] = {
+    "cabinet": _CABINETS,
+    "cupboard": _CABINETS,
+    "dishwasher": ("Dishwasher",),
+    "drawer": ("Drawer",),
+    "fridge": _FRIDGES,
+    "microwave": ("Microwave", "microwave"),
+    "oven": ("Oven",),
+    "rack": ("DishRack", "wine_rack"),
+    "refrigerator": _FRIDGES,
+    "toaster": ("Toaster",),
+}
+"""Kinds of fixtures, in ``objects.yaml``, that a word for a fixture names."""
+EVERY = frozenset({"door", "enclosure"})
+"""Words that any fixture has."""
 _PASSED_OVER = frozenset(
     re.findall(
         r"\w+",
@@ -51,6 +78,7 @@ PHRASES: Mapping[str, tuple[str, ...]] = {
         "contact with CLEAN",
         "CLEAN (is|was) (touched|handled)",
     ),
+    "touched": ("(touch|handle) OBJECT", "OBJECT (is|was) (touched|handled)"),
     "sanitized": (
         "(is|was|has|are|were)? ?(washed|sanitized|sanitised|rinsed|cleaned)",
         "(wash|sanitize|sanitise|rinse|clean)( up)?",
@@ -163,6 +191,7 @@ class Lexicon:
     def __init__(
         self, attributes: Mapping[str, Collection[str]], propositions: Collection[str]
     ) -> None:
+        self._categories = frozenset(attributes)
         self._classes: dict[str, str] = {name.replace("_", " "): OBJECT for name in attributes}
         for name, held in attributes.items():
             if "raw" in held:
@@ -204,6 +233,21 @@ class Lexicon:
             "(the name of a proposition is understood, too: safemanip propositions)"
         )
 
+    def clause(self, noun: str) -> str:
+        """Which members of a relation a noun names, as in ``for_each``; empty if that is unknown.
+
+        Raises:
+            ConfigError: it is a kind of fixtures of which nothing is known.
+        """
+        if noun in KINDS:
+            return f"of {' or '.join(KINDS[noun])}"
+        if noun in _FIXTURES and noun not in EVERY:
+            raise ConfigError(
+                f"no kind of fixtures is known that {noun!r} names; such are {', '.join(KINDS)}"
+            )
+        name = noun.replace(" ", "_")
+        return f"of {name}" if name in self._categories else ""
+
     def _class(self, match: re.Match[str], nouns: list[str]) -> str:
         said = (match[1] or "").strip()
         kind = self._classes.get(match[2], "")
@@ -212,7 +256,7 @@ class Lexicon:
         elif said or match[2] == "ready to eat food":
             kind = CLEAN
         if match[2] not in _OBJECTS:
-            nouns.append(match[0].strip())
+            nouns.append(f"{said} {match[2]}".strip())
         return kind
 
 

@@ -69,6 +69,8 @@ def examples(prop: Property, number: int = 3) -> Examples:
 
 def _chosen(traces: list[tuple[int, ...]], number: int) -> list[tuple[int, ...]]:
     """The shortest, and those with the most different steps; at the first step something holds."""
+    if not traces:
+        return []
     first, *others = sorted(traces, key=lambda trace: (trace[0] == 0, len(trace)))
     others.sort(key=lambda trace: (trace[0] == 0, -len({*trace} - {0}), len(trace), 0 in trace))
     return [first, *others[: number - 1]]

@@ -162,6 +162,10 @@ class Camera:
     height: int
 
 
+USUAL_PERIOD = 0.05
+"""Seconds from step to step in RoboCasa, LIBERO and robosuite."""
+
+
 @dataclass(frozen=True)
 class BackendSpec:
     """Declaration of a backend, known before anything is simulated.
@@ -182,6 +186,8 @@ class BackendSpec:
         styles: likewise ``style``.
         hand_position: which part of the state is the hand's position in the base's frame, m; empty
             if none is.
+        control_period: seconds from step to step, in which bounds of formulas are counted before
+            anything is simulated.
         tasks: the declaration in tasks where the robot or what it sees is another, by their names.
     """
 
@@ -196,6 +202,7 @@ class BackendSpec:
     kitchens: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     styles: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     hand_position: str = ""
+    control_period: float = USUAL_PERIOD
     tasks: Mapping[str, BackendSpec] = field(default_factory=dict)
 
     def in_task(self, task: str) -> BackendSpec:

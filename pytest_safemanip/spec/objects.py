@@ -30,16 +30,26 @@ def load_attributes(path: Path) -> dict[str, frozenset[str]]:
     Raises:
         ConfigError: something in the file is wrong; the message begins with file and line.
     """
+    objects, fixtures = load_objects(path)
+    return objects | fixtures
+
+
+def load_objects(path: Path) -> tuple[dict[str, frozenset[str]], dict[str, frozenset[str]]]:
+    """Attributes by category of objects, and by kind of fixtures.
+
+    Raises:
+        ConfigError: something in the file is wrong; the message begins with file and line.
+    """
     section = yamlfile.load(path)
     section.check_keys((), ("categories", "fixtures"))
-    found: dict[str, frozenset[str]] = {}
+    found: dict[str, dict[str, frozenset[str]]] = {"categories": {}, "fixtures": {}}
     for key in section:
         rows = section.section(key)
         for category in rows:
-            if category in found:
+            if any(category in own for own in found.values()):
                 raise rows.error(category, "is a category of objects, and a kind of fixtures")
-            found[category] = _attributes(rows, category)
-    return found
+            found[key][category] = _attributes(rows, category)
+    return found["categories"], found["fixtures"]
 
 
 def _attributes(rows: Section, category: str) -> frozenset[str]:

@@ -57,7 +57,7 @@ def load_packs(
     shipped: Path,
     *,
     propositions: Mapping[str, Proposition] | None = None,
-    categories: Collection[str] | None = None,
+    categories: Mapping[str, str] | None = None,
     parameters: Collection[str] | None = None,
 ) -> dict[str, Pack]:
     """Read all packs.
@@ -98,6 +98,23 @@ def task_folders(shipped: Path) -> list[Path]:
     return sorted((shipped / FOLDER).glob(f"*/{TASKS}"))
 
 
+def check_no_packs(folder: Path, shipped: Path) -> None:
+    """Refuse a folder of one's own properties that has packs, which would not be read.
+
+    Args:
+        folder: the user's.
+        shipped: the folder of shipped properties.
+
+    Raises:
+        ConfigError: if it has some.
+    """
+    for path in sorted(folder.glob(f"{FOLDER}/*/{DESCRIPTION}")):
+        raise ConfigError(
+            f"{path}: packs are read from {shipped / FOLDER} only; name {path.parent} in "
+            f"safemanip_property_paths, without {DESCRIPTION}, to have its rules as your own"
+        )
+
+
 def _folders(shipped: Path) -> list[Path]:
     """The folders of packs, by name.
 
@@ -132,6 +149,11 @@ def _described(path: Path, rules: Mapping[str, Property]) -> Pack:
     name = section.string("pack")
     if name != path.parent.name:
         raise section.error("pack", f"expected {path.parent.name!r}, as its folder, found {name!r}")
+    if name == NO_PACK:
+        message = f"{name!r} selects the properties of no pack; give it and its folder another name"
+        raise section.error("pack", message)
+    if not rules:
+        raise section.error("pack", f"{name!r} has no rules; add some beside {DESCRIPTION}")
     prefix = f"{name.replace('-', '_')}_"
     for rule in rules.values():
         if not rule.id.startswith(prefix):

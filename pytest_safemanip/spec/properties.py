@@ -35,6 +35,7 @@ from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import get_args
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.ltlf import (
@@ -57,6 +58,7 @@ from pytest_safemanip.spec.folders import yaml_files
 from pytest_safemanip.spec.patterns import KEYS, read_pattern
 from pytest_safemanip.spec.ranges import Range, may_apply, read_for_each, rows_of
 from pytest_safemanip.spec.task import Task
+from pytest_safemanip.spec.vacuity import decided_fault, trigger_fault
 from pytest_safemanip.spec.yamlfile import Section
 
 _REQUIRED = ("id", "category", "title", "source", "atoms")
@@ -170,18 +172,33 @@ class Property:
             dt: control period in seconds, which a formula with bounds needs.
 
         Raises:
-            FormulaError: the formula exceeds a limit of the compiler.
+            FormulaError: the formula exceeds a limit of the compiler, or decides nothing.
         """
         formula = self.formula_of(profile)
         key = profile, dt if is_bounded(formula) else None
         if key not in self._automata:
             try:
                 found = compile_formula(formula, atoms=tuple(self.atoms), dt=dt)
+                if fault := decided_fault(found):
+                    raise FormulaError(fault)
             except FormulaError as error:
                 line = self.lines.get("formula" if profile == "timed" else "paper_formula", 1)
                 raise FormulaError(f"{self.path}:{line}: property {self.id!r}: {error}") from error
             self._automata[key] = found
         return self._automata[key]
+
+    def check(self, dt: float | None = None) -> None:
+        """Refuse formulas that decide nothing, or whose automata are too large.
+
+        Args:
+            dt: control period in seconds; None leaves formulas with bounds unchecked.
+
+        Raises:
+            FormulaError: naming file and line.
+        """
+        for profile in get_args(Profile):
+            if dt is not None or not is_bounded(self.formula_of(profile)):
+                self.dfa(profile, dt=dt)
 
     def monitor(
         self, instances: Sequence[Hashable] | int, *, dt: float, profile: Profile = "timed"
@@ -222,7 +239,7 @@ def load_properties(
     *,
     propositions: Mapping[str, Proposition] | None = None,
     constants: Collection[str] = (),
-    categories: Collection[str] | None = None,
+    categories: Mapping[str, str] | None = None,
     parameters: Collection[str] | None = None,
     besides: Collection[str] = (),
 ) -> dict[str, Property]:
@@ -232,8 +249,8 @@ def load_properties(
         folders: where to look; subfolders are not searched.
         propositions: every proposition there is, by name; None leaves the names unchecked.
         constants: names that may be arguments beside the variables.
-        categories: every category of objects and fixtures that there is; None leaves those of
-            `for_each` unchecked.
+        categories: every category that there is, with which it is of, `object` or `fixture`; None
+            leaves those of `for_each` unchecked.
         parameters: names of the parameters of all propositions; None leaves those that calls set
             unchecked.
         besides: names of files there that are no properties.
@@ -271,7 +288,7 @@ def load_property(
     *,
     propositions: Mapping[str, Proposition] | None = None,
     constants: Collection[str] = (),
-    categories: Collection[str] | None = None,
+    categories: Mapping[str, str] | None = None,
     parameters: Collection[str] | None = None,
 ) -> Property:
     """Read one property.
@@ -296,7 +313,10 @@ def load_property(
     if "trigger" in formulas and not is_propositional(formulas["trigger"]):
         raise section.error("trigger", "expected a formula without temporal operators")
     atoms = section.section("atoms")
+    _check_whole(atoms)
     _check_atoms(section, atoms, formulas)
+    if "trigger" in formulas and (fault := trigger_fault(formulas["trigger"])):
+        raise section.error("trigger" if "trigger" in section else "pattern", fault)
     names = (*variables, *constants)
     bound = {atom: read_call(atoms, atom, names, propositions, parameters) for atom in atoms}
     for variable in variables:
@@ -346,6 +366,9 @@ def _expanded(section: Section) -> tuple[Formula, Formula | None]:
     """The formula of the pattern, and its trigger."""
     keys = {key: section.number(key, positive=True, most=LONGEST) for key in KEYS if key in section}
     key = "pattern"
+    if "within_s" in keys and "deadline_s" in section:
+        message = "the pattern says when it is due, with 'within_s'; expected one of the two"
+        raise section.error("deadline_s", message)
     try:
         asked = read_pattern(section.string(key), keys)
         if "scope" in section:
@@ -375,6 +398,15 @@ def _formula(section: Section, key: str) -> Formula:
         return parse(section.string(key))
     except FormulaError as error:
         raise section.error(key, str(error)) from error
+
+
+def _check_whole(atoms: Section) -> None:
+    """No comma of braces has split a call, as in `{b: near(robot, f)}`."""
+    for atom in atoms:
+        text = atoms.string(atom)
+        if text.count("(") > text.count(")"):
+            message = f"{text!r} ends at a comma; in braces, quote a call with several arguments"
+            raise atoms.error(atom, f'{message}, as in {{{atom}: "near(robot, f)"}}')
 
 
 def _check_atoms(section: Section, atoms: Section, formulas: Mapping[str, Formula]) -> None:

@@ -50,6 +50,10 @@ ZONES = "zones"
 """The relation whose members have names, and neither a category nor attributes."""
 OF_SCENE = ("things", "obstacles", "fixtures")
 """Relations whose members only the scene of an episode knows."""
+OBJECT, FIXTURE = "object", "fixture"
+"""What a category is one of."""
+_HAVE = {"things": OBJECT, "obstacles": OBJECT, "fixtures": FIXTURE}
+"""What the members of some relations are, whatever the scene."""
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _CLAUSE = re.compile(r"\s*(.+?)\s+in\s+(.+?)\s*")
@@ -137,13 +141,15 @@ def may_apply(ranges: Sequence[Range], task: Task) -> bool:
     return all(one.relation in OF_SCENE or task.instances(one.relation) for one in ranges)
 
 
-def read_for_each(section: Section, categories: Collection[str] | None = None) -> tuple[Range, ...]:
+def read_for_each(
+    section: Section, categories: Mapping[str, str] | None = None
+) -> tuple[Range, ...]:
     """The ranges of the key ``for_each``; none if there is no such key.
 
     Args:
         section: the property's file.
-        categories: every category of objects and fixtures that there is; None leaves them
-            unchecked.
+        categories: every category that there is, with which it is of, `object` or `fixture`; None
+            leaves them unchecked.
 
     Raises:
         ConfigError: a clause is malformed, a relation, an attribute or a category is unknown, or a
@@ -191,7 +197,7 @@ class _Clause:
     key: str
     names: str
     text: str
-    categories: Collection[str] | None
+    categories: Mapping[str, str] | None
 
     def range(self) -> Range:
         relation, *words = self.text.split()
@@ -216,10 +222,24 @@ class _Clause:
             having=self._listed(said, "with", "and", ATTRIBUTES, "attribute"),
             lacking=self._listed(said, "without", "and", ATTRIBUTES, "attribute"),
         )
+        self._check_kinds(found)
         for name in found.having:
             if name in found.lacking:
                 raise self._error(f"nothing is with {name!r} and without it")
         return found
+
+    def _check_kinds(self, found: Range) -> None:
+        """No category is of what the members of the relation never are."""
+        has, known = _HAVE.get(found.relation), self.categories
+        if has is None or known is None:
+            return
+        for name in found.kinds:
+            if known[name] != has:
+                other = next(key for key, what in _HAVE.items() if what == known[name])
+                raise self._error(
+                    f"{name!r} is a category of {known[name]}s, and {found.relation!r} ranges over "
+                    f"{has}s; expected '{other} of {name}'"
+                )
 
     def _said(self, words: Sequence[str]) -> dict[str, list[str]]:
         """What follows each of the words of a clause."""

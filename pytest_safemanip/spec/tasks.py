@@ -44,7 +44,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -143,23 +143,30 @@ def load_changes(folders: Sequence[Path]) -> dict[str, Section]:
     return found
 
 
-def load_staged(folders: Sequence[Path], bases: Mapping[str, Task]) -> dict[str, Task]:
+def load_staged(
+    folders: Sequence[Path], bases: Mapping[str, Task], of_packs: Sequence[Path] = ()
+) -> dict[str, Task]:
     """Read the tasks of some folders that stage the scene of another.
 
     Args:
         folders: where their files are.
         bases: the tasks whose scenes may be staged.
+        of_packs: those of the folders in which there are no other tasks.
 
     Raises:
         ConfigError: if a file is wrong, its base is unknown, or a name is taken.
     """
     found: dict[str, Task] = {}
-    sections = [
-        section
-        for folder in folders
-        for section in map(yamlfile.load, yaml_files(folder))
-        if "base" in section and section.string("base") != DERIVED
-    ]
+    sections = []
+    for folder in folders:
+        for section in map(yamlfile.load, yaml_files(folder)):
+            if "base" in section and section.string("base") != DERIVED:
+                sections.append(section)
+            elif folder in of_packs:
+                raise ConfigError(
+                    f"{section.path}:{section.line}: a task of a pack stages the scene of another; "
+                    "name that one with 'base'"
+                )
     staged = {section.string("task"): section.string("base") for section in sections}
     for section in sections:
         path, base = section.path, section.string("base")
@@ -209,10 +216,10 @@ def _task(section: Section) -> Task:
         raise section.error("task", f"expected letters, digits and '_', found {name!r}")
     objects = _strings(section, "objects")
     enclosures = _strings(section, "enclosures")
-    liquids = _liquids(section, objects)
+    staging, drawn = read_staging(section)
+    liquids = _liquids(section, objects, drawn)
     contents = (*objects, *liquids)
     compact = section.section("compact") if "compact" in section else None
-    staging, drawn = read_staging(section)
     if compact:
         compact.check_keys((), ("kitchen", "object_groups"))
     task = Task(
@@ -305,8 +312,10 @@ def _numbers(section: Section, key: str, most: float = math.inf) -> Mapping[str,
     return {name: inner.number(name, positive=True, most=most) for name in inner}
 
 
-def _liquids(section: Section, objects: Sequence[str]) -> Mapping[str, str]:
-    """Liquids, each in an object; what is simulated of it is small balls."""
+def _liquids(section: Section, objects: Sequence[str], drawn: Collection[str]) -> Mapping[str, str]:
+    """Liquids, each in an object, the task's or one that its staging draws; what is simulated of it
+    is small balls.
+    """
     if "liquids" not in section:
         return {}
     inner = section.section("liquids")
@@ -320,8 +329,14 @@ def _liquids(section: Section, objects: Sequence[str]) -> Mapping[str, str]:
             expected = "expected letters, digits and '_' in the name of a liquid"
             raise inner.error(name, f"{expected}, found {name!r}")
         found[name] = inner.string(name)
-        if found[name] not in objects or name in objects:
+        if name in objects or name in drawn:
             raise inner.error(name, f"expected 'LIQUID: OBJECT', found {name}: {found[name]}")
+        if found[name] not in objects and found[name] not in drawn:
+            raise inner.error(
+                name,
+                f"{found[name]!r} is none of the task's objects; put it into 'objects', or draw it "
+                f"under 'staging' ({found[name]}: {{drawn: [cup]}}), and it stays an obstacle",
+            )
         if list(found.values()).count(found[name]) > 1:
             raise inner.error(name, f"{found[name]!r} is full of another liquid already")
     return found

@@ -130,7 +130,9 @@ class Section:
         elif most < math.inf:
             wanted += f", at most {most:g}"
         try:
-            number = float(node.value) if isinstance(node.value, str) else math.nan
+            # Python's numbers have more forms than people mean: other digits, and '_' between them.
+            plain = isinstance(node.value, str) and node.value.isascii() and "_" not in node.value
+            number = float(str(node.value)) if plain else math.nan
         except ValueError:
             number = math.nan
         fits = math.isfinite(number) and least <= number <= most

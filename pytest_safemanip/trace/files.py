@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.decoding.files import Unreadable, read_regular
-from pytest_safemanip.errors import TraceError
+from pytest_safemanip.errors import DamagedRecording, TraceError
 from pytest_safemanip.trace.episode import Episode
 from pytest_safemanip.trace.members import Array, Members, npy
 from pytest_safemanip.trace.recording import Recording, check
@@ -136,7 +136,7 @@ def from_bytes(data: bytes) -> Recording:
     header = _header(members)
     with _damage():
         if members.digest(but=_DIGEST) != _text(members, _DIGEST):
-            raise TraceError("the content does not match its digest: the file was changed")
+            raise DamagedRecording("the content does not match its digest: the file was changed")
         scene = _scene(header)
         scene["surfaces"] = _surfaces(scene, members)
         lacking = _LATER_ARRAYS if header["schema"] == BEFORE_CAMERAS else ()
@@ -168,7 +168,9 @@ def _named(path: Path) -> Iterator[None]:
     try:
         yield
     except TraceError as error:
-        raise TraceError(f"{path}: {error}") from error
+        remedy = f"; {error.remedy}" if isinstance(error, DamagedRecording) else ""
+        # What a library said of the bytes is in the message: its traceback helps nobody.
+        raise type(error)(f"{path}: {error}{remedy}") from None
 
 
 @contextlib.contextmanager
@@ -176,7 +178,7 @@ def _damage() -> Iterator[None]:
     try:
         yield
     except _DAMAGE as error:
-        raise TraceError(f"not a recording, or a truncated one ({error})") from error
+        raise DamagedRecording(f"not a recording, or a truncated one ({error})") from error
 
 
 def _members(data: bytes) -> Members:
@@ -249,9 +251,9 @@ def _header(members: Members) -> dict[str, Any]:
             text = bytes(members.packed(_HEADER).unpacked(MAX_HEADER))
         header = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise TraceError(f"header.json: not JSON ({error})") from error
+        raise DamagedRecording(f"header.json: not JSON ({error})") from error
     if not isinstance(header, dict):
-        raise TraceError("header.json: not a mapping")
+        raise DamagedRecording("header.json: not a mapping")
     schema = header.get("schema")
     if schema not in (SCHEMA, BEFORE_CAMERAS):
         raise TraceError(

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pytest_safemanip.errors import TraceError
+from pytest_safemanip.errors import DamagedRecording, TraceError
 from pytest_safemanip.trace.inflate import inflate
 
 Array = np.ndarray[Any, Any]
@@ -72,7 +72,9 @@ class Packed:
         if self.deflated:
             content = inflate(content, self.size, limit)
         if len(content) != self.size:
-            raise TraceError(f"{self.name}: {len(content)} bytes, the archive says {self.size}")
+            raise DamagedRecording(
+                f"{self.name}: {len(content)} bytes, the archive says {self.size}"
+            )
         return content
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -141,9 +143,9 @@ class Members:
     def _cut_out(self, name: str) -> Packed:
         entry = self._found.get(name)
         if entry is None:
-            raise TraceError(f"{name} is missing")
+            raise DamagedRecording(f"{name} is missing")
         if entry.method not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise TraceError(f"{name}: compressed in another way than recordings are")
+            raise DamagedRecording(f"{name}: compressed in another way than recordings are")
         signature, title, extra = _LOCAL.unpack_from(self._data, entry.begin)
         start = entry.begin + _LOCAL.size + title + extra
         content = self._data[start : start + entry.packed]
@@ -229,7 +231,7 @@ def _unusual(name: str, raw: bytes | memoryview, wanted: type) -> Array:
     try:
         array = np.load(io.BytesIO(raw), allow_pickle=False)
     except Exception as error:  # numpy does not say what it raises on a header that lies
-        raise TraceError(f"{name}: not a readable array ({error})") from error
+        raise DamagedRecording(f"{name}: not a readable array ({error})") from error
     if not isinstance(array, np.ndarray):
         raise TraceError(f"{name}: not an array")
     if array.dtype != wanted:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pytest_safemanip.errors import TraceError
+from pytest_safemanip.errors import DamagedRecording
 from pytest_safemanip.trace.members import Packed
 from pytest_safemanip.trace.recording import check_array
 from pytest_safemanip.trace.scene import Scene
@@ -42,6 +42,8 @@ class StoredArray:
         try:
             array = self.packed.array(np.float32)
         except zlib.error as error:
-            raise TraceError(f"{self.packed.name}: damaged ({error})") from error
+            raise DamagedRecording(
+                f"{self.packed.name}: damaged ({error}); {DamagedRecording.remedy}"
+            ) from None
         check_array(self.scene, self.name, array, self.length)
         return array

@@ -63,6 +63,15 @@ def test_in_a_narrow_terminal_every_row_is_a_paragraph_with_its_whole_name() -> 
     ]
 
 
+def test_in_a_paragraph_a_number_says_what_it_counts() -> None:
+    headings, row = ("property", "verdict", "triggered", "what"), ("a_long_name", "VIOLATED")
+    assert table_lines(headings, [(*row, "9 of 9", "the cup fell")], 30) == [
+        "a_long_name",
+        "    VIOLATED, triggered 9 of 9",
+        "    the cup fell",
+    ]
+
+
 @pytest.mark.parametrize("columns", [40, 80, 200])
 @pytest.mark.parametrize("name", ["tasks", "properties", "propositions", "faults"])
 def test_a_table_fits_the_terminal(safemanip: Command, monkeypatch, name, columns) -> None:
@@ -180,6 +189,16 @@ def test_what_is_wrong_in_a_folder_is_one_line(safemanip: Command, folder: Path)
     assert "unrecognized arguments: --no-such" in safemanip("tasks").refusal
 
 
+def test_a_staged_task_shows_what_is_staged(safemanip: Command) -> None:
+    full = safemanip("task", "FullCup").out
+    assert "liquids     water in obj" in full
+    assert "staging     obj: drawn from cup" in full
+    ball = " ".join(safemanip("task", "RollingBall").out.split())
+    assert "distr_counter: drawn from orange, in cab, forward -0.05 m, left 0.45 m, up" in ball
+    assert "moves 0 forward, -1.5 left (m/s)" in ball
+    assert "distr_counter object, staged" in ball
+
+
 @pytest.mark.parametrize(
     ("conftest", "said"),
     [
@@ -221,3 +240,15 @@ def test_what_a_violation_weighs_is_told_where_it_is_more_than_usual(safemanip: 
     for name, told in (("cross_contamination", True), ("enclosure_access", False)):
         out = " ".join(safemanip("properties", name).out.split())
         assert ("severity 2 at least" in out) == told
+
+
+def test_a_property_that_no_usual_recording_can_be_judged_by_says_so(
+    safemanip: Command, folder: Path
+) -> None:
+    path = folder / "rules" / "near.yaml"
+    text = path.read_text()
+    (formula,) = (line for line in text.splitlines() if line.startswith("formula: "))
+    path.write_text(text.replace(formula, "formula: F[<=1000] !obj_grasped"))
+    found = " ".join(safemanip("properties", "stays_near").out.split())
+    assert "cannot be judged at 20 Hz: " in found
+    assert "near.yaml:7: property 'stays_near': the automaton has more than" in found

@@ -97,6 +97,7 @@ def test_a_broken_file_is_one_line(safemanip, recorded, command, damage):
     path.write_bytes(damage(path.read_bytes()))
     line = safemanip(command, path).refusal
     assert line.startswith(f"safemanip {command}: error: {path}: ")
+    assert line.endswith("; restore the file, or record the rollout again")
 
 
 def test_what_does_not_fit_is_one_line(safemanip: Command, recorded, tmp_path):

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import Phase, settings
 
-from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.fuzz.laws import LAWS, laws_of
 from pytest_safemanip.fuzz.search import find_counterexample
-from pytest_safemanip.fuzz.trial import LawBroken, check_kinds, shortened
+from pytest_safemanip.fuzz.trial import LawBroken, shortened
 from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
 from pytest_safemanip.propositions.definition import Parameter, Proposition
 from pytest_safemanip.propositions.grasp import pressed
@@ -280,12 +279,6 @@ def test_what_a_proposition_raises_is_a_counterexample_too():
     )
     assert isinstance(found.error, IndexError)
     assert len(found.recording.steps) == 3
-
-
-def test_an_argument_of_an_unknown_kind_is_refused():
-    own = Proposition("own", ("objct",), lambda _: 0.0, (), uneven)
-    with pytest.raises(ConfigError, match="no kind of argument 'objct'; did you mean 'object'"):
-        check_kinds(own)
 
 
 def test_windows_fit_into_generated_recordings():

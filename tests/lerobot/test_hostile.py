@@ -347,7 +347,7 @@ def test_what_cannot_be_exported_is_named_with_the_reason(
         f"refused  {tmp_path}/a.rollout: recorded with the backend 'toy'; only robocasa's can be "
         "exported: datasets have its robot's state and its models",
         f"refused  {tmp_path}/b.rollout: not a recording, or a truncated one (File is not a zip "
-        "file)",
+        "file); restore the file, or record the rollout again",
     ]
     assert not (tmp_path / "out").exists()
 

@@ -8,7 +8,10 @@ import math
 import numpy as np
 import pytest
 
+from pytest_safemanip.errors import JudgementError
 from pytest_safemanip.live import LiveJudge, LiveMonitor
+from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.spec.properties import load_properties
 from tests import toy
 from tests.live.test_judge import PROPERTIES
@@ -120,6 +123,15 @@ def test_the_hand_is_warned_of_what_it_moves_to_and_may_not_touch():
     )
 
 
+def test_a_warning_stays_until_what_it_is_of_happens():
+    """Boxes meet a step before what is in them."""
+    for speed, expected in ((0.4, 0.0), (0.1, math.inf)):  # what creeps may only graze it
+        recording, binding, gap = toward_mug(speed, start=0.09 + speed * toy.DT * 8)
+        assert gap == pytest.approx(-0.01)
+        judge = judged(recording, "collision_contact", binding=binding)
+        assert judge.time_to_violation() == {"collision_contact": expected}
+
+
 def test_nothing_is_near_where_the_hand_may_touch_it_gently_or_moves_away_or_brakes():
     recording, binding, _ = toward_mug(0.1, start=0.16)
     assert judged(recording, "collision_contact", binding=binding).warnings(horizon=0.5)
@@ -229,3 +241,27 @@ def test_the_pace_is_how_far_an_action_is_from_holding_still_beside_the_last_one
     assert robot.pace(action(0.9), [action(0.8)]) == 1.0  # it may go faster: that is not counted on
     assert robot.pace(action(0.0, grip=-1.0), [action(0.8)]) == 0.0
     assert robot.pace(action(0.2, mode=1.0), [action(0.8)]) == 1.0  # then it is the base that moves
+
+
+def test_a_margin_that_raises_is_an_error_that_names_property_and_proposition(tmp_path):
+    def margin(view, o):
+        raise RuntimeError("boom")
+
+    (tmp_path / "own.yaml").write_text(
+        "id: own\ncategory: own\ntitle: Own\nsource: own\nformula: G !mine\n"
+        "for_each: o in objects\natoms:\n  mine: mine(o)\n"
+    )
+    always = CATALOGUE["settled"].evaluate
+    own = Proposition("mine", ("object",), lambda _: 1.0, (), always, margin=margin)
+    catalogue = Catalogue([own])
+    chosen = load_properties([tmp_path], propositions=catalogue)["own"]
+    recording = film(9)
+    judge = LiveJudge(recording.scene, BINDING, [chosen], catalogue, catalogue.parameters({}))
+    for step in recording.steps:
+        judge.step(*step)
+    line = margin.__code__.co_firstlineno + 1
+    message = (
+        rf"^own cannot be judged: mine\(mug\): RuntimeError: boom \(\S*test_warning.py:{line}\)$"
+    )
+    with pytest.raises(JudgementError, match=message):
+        judge.warnings()

@@ -200,6 +200,9 @@ def test_seconds_are_rounded_outwards_to_steps(
     ("text", "message"),
     [
         ("F[5] a", "column 4: expected ',' after '5', found ']'"),
+        ("F[<5] a", "column 3: no bound begins with '<'; there are [<=5] and [1,3], in seconds"),
+        ("F[>=5] a", "column 3: no bound begins with '>='; there are [<=5] and [1,3], in seconds"),
+        ("F[<=\u0665] a", "column 5: expected seconds, as in F[<=5] or F[1,3], found '\u0665'"),
         ("F[<=x] a", "column 5: expected seconds, as in F[<=5] or F[1,3], found 'x'"),
         ("F[3,1] a", "column 5: a bound that ends before it begins: [3,1]"),
         ("X[<=1] a", "column 2: 'X' takes no bound; F, G, U and W do"),

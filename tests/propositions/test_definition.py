@@ -5,11 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import ConfigError, TraceError
+from pytest_safemanip.errors import ConfigError, JudgementError, TraceError
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import SHIPPED, Catalogue
-from pytest_safemanip.propositions.definition import Proposition
+from pytest_safemanip.propositions.definition import Parameter, Proposition
 from pytest_safemanip.propositions.grounding import check_call
+from pytest_safemanip.propositions.online import Online
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.spec.ranges import RELATIONS
 from tests import toy
@@ -62,7 +63,7 @@ def test_a_view_is_whole_again_after_a_proposition_has_failed():
         return yes(view)
 
     view = view_with(evaluate, sparse=True)
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(JudgementError, match=r"own\(mug\): ZeroDivisionError"):
         view.part("own", "mug", first=1, stop=3)
     assert (view.since, view.until) == (0, 4)
     assert view("own", "mug").all()
@@ -71,6 +72,107 @@ def test_a_view_is_whole_again_after_a_proposition_has_failed():
 def test_a_proposition_has_the_name_of_no_other():
     with pytest.raises(ConfigError, match="proposition 'settled' is defined twice"):
         Catalogue([proposition(yes, "settled")])
+
+
+MINE = Parameter("own.speed", "m/s", 0.25, "a walk")
+FORCE = next(p for one in SHIPPED for p in one.parameters if p.name == "mech_hit.force")
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        (
+            (dataclasses.replace(FORCE, default=1e6),),
+            "'mech_hit.force' is 1e.06 N here and .* N in proposition 'mech_hit'; .*'own.force'",
+        ),
+        ((dataclasses.replace(FORCE, unit="kN"),), "kN here and .* N in proposition 'mech_hit'"),
+        ((MINE, MINE), "two parameters 'own.speed'"),
+        (
+            (dataclasses.replace(MINE, name="settled.sped"),),
+            "none of your propositions; .*own.sped",
+        ),
+        ((dataclasses.replace(MINE, name="speed"),), "none of your propositions; .*'own.speed'"),
+        ((dataclasses.replace(MINE, default=np.nan),), "own.speed: expected a number .* found nan"),
+        ((dataclasses.replace(MINE, default=np.inf),), "own.speed: expected a number .* found inf"),
+        (MINE, "parameters: expected a tuple of them, found Parameter"),
+    ],
+)
+def test_parameters_of_a_users_proposition_change_no_others(parameters, message):
+    own = dataclasses.replace(proposition(yes), parameters=parameters)
+    with pytest.raises(
+        ConfigError, match=rf"test_definition.py:\d+: proposition 'own': .*{message}"
+    ):
+        Catalogue([own])
+
+
+def test_propositions_may_share_a_parameter():
+    own = dataclasses.replace(proposition(yes), parameters=(MINE, FORCE))
+    other = dataclasses.replace(own, name="other")
+    values = Catalogue([own, other]).parameters({})
+    assert (values["own.speed"], values["mech_hit.force"]) == (0.25, FORCE.default)
+
+
+@pytest.mark.parametrize(
+    ("window", "message"),
+    [
+        (lambda p: np.nan, "expected a window of 0 s or more, found nan"),
+        (lambda p: -1.0, "expected a window of 0 s or more, found -1.0"),
+        (lambda p: "long", "window failed .ValueError"),
+        (lambda p: p["own.spede"], "window failed .KeyError: 'own.spede'"),
+    ],
+)
+def test_a_window_is_a_number_of_seconds(window, message):
+    own = dataclasses.replace(proposition(yes), window=window)
+    with pytest.raises(ConfigError, match=rf"test_definition.py:\d+: proposition 'own': {message}"):
+        Catalogue([own]).parameters({})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("objct",), "unknown kind of argument 'objct'; did you mean 'object'. known: object, "),
+        (("object or fixtur",), "unknown kind of argument 'fixtur'; did you mean 'fixture'"),
+        ("object", r"arguments: expected a tuple as \('object',\), found 'object'"),
+    ],
+)
+def test_kinds_of_arguments_are_those_that_exist(arguments, message):
+    with pytest.raises(ConfigError, match=rf"test_definition.py:\d+: proposition 'own': {message}"):
+        Catalogue([proposition(yes, arguments=arguments)])
+
+
+def misspelt(view, name):
+    return view("obj_relesed", name)
+
+
+def itself(view, name):
+    return view("own", name)
+
+
+def short(view):
+    return yes(view)
+
+
+@pytest.mark.parametrize(
+    ("evaluate", "message"),
+    [
+        (misspelt, "unknown proposition 'obj_relesed'; did you mean 'obj_released'?"),
+        (itself, "it asks for itself"),
+        (short, "TypeError: short() takes 1 positional argument but 2 were given"),
+    ],
+)
+@pytest.mark.parametrize("online", [False, True])
+def test_mistakes_in_a_users_proposition_name_it_and_its_line(evaluate, message, online):
+    catalogue = Catalogue([proposition(evaluate)])
+    recording, parameters = film(4), catalogue.parameters({})
+    live = Online(toy.SCENE, BINDING, parameters, catalogue, [("own", "mug")])
+    view = View(recording.trace, BINDING, parameters, catalogue)
+    first = next(iter(recording.steps))
+    with pytest.raises(JudgementError) as caught:
+        _ = live.push(*first) if online else view("own", "mug")
+    said = str(caught.value)
+    assert said.startswith(f"own(mug): {message} (")
+    line = evaluate.__code__.co_firstlineno + (evaluate is misspelt)
+    assert said.endswith(f"test_definition.py:{line})")
 
 
 @pytest.mark.parametrize(

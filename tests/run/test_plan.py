@@ -2,14 +2,21 @@ from __future__ import annotations
 
 import dataclasses
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, JudgementError
 from pytest_safemanip.plugin.read_settings import read_settings
 from pytest_safemanip.policies.simple import Hold
+from pytest_safemanip.report.header import header_lines
+from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.run.plan import Extensions, make_plan
+from pytest_safemanip.run.roles import check_task
+from pytest_safemanip.run.session import EvaluatedRollout
 from pytest_safemanip.sim.backend import Simulator
+from pytest_safemanip.sim.registry import find_simulator
+from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.trace import files
 from tests import toy
 
@@ -391,6 +398,29 @@ def test_recordings_that_cannot_be_judged_are_refused(
     assert message in refusal(**{"policies": (), "recordings": folder, **changed})
 
 
+def test_bounds_of_too_many_steps_are_refused_with_the_control_period_of_each_recording(
+    plan, refusal, recordings, folder
+):
+    rules = folder(gentle=PROPERTY.replace("G (held -> still)", "G (held -> F[1,3] still)"))
+    found = refusal(property_paths=rules)  # the backend's
+    assert found.startswith(f"{rules[0]}/gentle.yaml:6: property 'gentle': the automaton has more ")
+    assert "count steps of 0.05 s: shorten the bounds" in found
+    assert refusal(property_paths=rules, policies=(), recordings=recordings({})) == found
+    slow = recordings({"scene": {"control_period": 0.5}})
+    assert plan(property_paths=rules, policies=(), recordings=slow).cases
+
+
+def test_bounds_that_no_check_has_seen_end_as_an_error_of_one_line(folder):
+    rules = folder(gentle=PROPERTY.replace("G (held -> still)", "F[<=1000] (held | still)"))
+    prop = load_properties(rules)["gentle"]
+    recording = toy.recording(3)
+    judge = SimpleNamespace(judge=lambda prop: prop.dfa(dt=recording.scene.control_period))
+    rollout = EvaluatedRollout(recording, rules[0], judge, {"gentle": prop}, False)
+    with pytest.raises(JudgementError, match=r"gentle.yaml:6: .* has more than") as caught:
+        rollout.verdict("gentle")
+    assert caught.value.__suppress_context__
+
+
 def test_a_folder_of_recordings_must_exist_and_hold_readable_files(refusal, tmp_path):
     missing = tmp_path / "missing"
     assert refusal(recordings=missing) == f"--safemanip-recordings: {missing} is not a directory"
@@ -403,3 +433,30 @@ def test_a_policy_from_a_hook_is_found_by_its_name(pytestconfig):
     settings = dataclasses.replace(read_settings(pytestconfig), policies=("mine",), tasks=(DRAWER,))
     made = make_plan(settings, Extensions({"mine": Hold}, (), {}))
     assert made.policies["mine"].name == "mine"
+
+
+def test_a_policy_that_draws_other_things_than_a_task_stages_is_refused(plan, refusal):
+    said = refusal(policies=("scripted:rake_off",), tasks=("CupAtEdge",))
+    assert "policy 'scripted:rake_off' draws 'distr_counter' from " in said
+    assert "CupAtEdge stages glass_cup, cup there; take it in " + PLACE in said
+    for policy, task in (("scripted:tip_cup", "FullCup"), ("scripted:sweep", "CupAtEdge")):
+        assert plan(policies=(policy,), tasks=(task,)).cases
+
+
+def test_a_task_that_is_asked_for_and_not_judged_is_named(plan):
+    found = plan(tasks=(PLACE, DRAWER), properties=("enclosure_release",))
+    assert found.unjudged == (DRAWER,)
+    lines = " ".join(" ".join(header_lines(found, None)).split())
+    assert f"safemanip: no selected property applies to {DRAWER}: not run" in lines
+    assert plan(tasks=(PLACE,)).unjudged == ()
+
+
+def test_what_is_only_staged_is_checked_of_recordings_too(tmp_path):
+    path = tmp_path / "own.yaml"
+    path.write_text(
+        f"task: Own\nbase: {PLACE}\nsets: [own]\nsuite: own\nstaging:\n"
+        "  distr_countr: {drawn: [cup]}\n"
+    )
+    task = load_definitions([tmp_path], [], []).runnable["Own"]
+    with pytest.raises(ConfigError, match=r"own\.yaml:6: .*no role 'distr_countr'; did you mean"):
+        check_task(task, find_simulator("robocasa", {}).create, recorded=True)

@@ -26,3 +26,24 @@ def test_a_wrong_id_is_refused_before_anything_is_written(tmp_path, capsys) -> N
     assert main(["rule", "never bump", "--id", "No Bump", "-o", str(path)]) == USAGE_ERROR
     assert "No Bump" in capsys.readouterr().err
     assert not path.exists()
+
+
+def test_a_rule_that_nothing_can_break_is_one_line(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["rule", "never obj_released until obj_released"]) == USAGE_ERROR
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "'!obj_released W obj_released' is always true: every rollout would pass" in line
+
+
+def test_an_id_that_is_taken_is_refused_before_anything_is_written(
+    tmp_path, monkeypatch, capsys
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pytest.ini").write_text("[pytest]\nsafemanip_property_paths = rules\n")
+    (tmp_path / "rules").mkdir()
+    assert main(["rule", "never bump", "-o", "rules/bump.yaml"]) == FINE
+    assert main(["rule", "never bump", "-o", "rules/again.yaml"]) == USAGE_ERROR
+    found = capsys.readouterr().err
+    assert "property 'never_bump' is in" in found
+    assert "bump.yaml already; give another with --id" in found
+    assert not (tmp_path / "rules" / "again.yaml").exists()

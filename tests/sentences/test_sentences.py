@@ -8,9 +8,9 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.ltlf import StateClass
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder
-from pytest_safemanip.sentences.drafting import draft
+from pytest_safemanip.sentences.drafting import LONGEST_NAME, draft
 from pytest_safemanip.sentences.grammar import read_sentence
-from pytest_safemanip.sentences.lexicon import PHRASES, Lexicon
+from pytest_safemanip.sentences.lexicon import KINDS, PHRASES, Lexicon
 from pytest_safemanip.sentences.traces import examples
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_property
@@ -135,6 +135,57 @@ def test_what_is_not_understood_is_named_and_not_guessed(sentence, message) -> N
     with pytest.raises(ConfigError) as error:
         read_sentence(sentence, LEXICON)
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "ranges"),
+    [
+        ("never touch the knife", "o in things of knife"),
+        ("never touch the mug", "o in things of mug"),
+        ("while holding the bowl, do not slip", "o in objects of bowl"),
+        ("the drawer is open for at most 3 s", "f in enclosures of Drawer"),
+        ("never open the door", "f in enclosures"),
+        ("after touching raw meat do not touch the salad", "r in tools"),
+    ],
+)
+def test_a_rule_is_about_what_the_sentence_names(sentence, ranges) -> None:
+    text = draft(sentence, read_sentence(sentence, LEXICON), ARGUMENTS)
+    assert f"\nfor_each: {ranges}\n" in text
+    assert ("touched: touched(o)" in text) == ("things" in ranges)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "message"),
+    [
+        ("never touch the salad", "'salad' is no category of objects.yaml"),
+        ("never open the freezer", "no kind of fixtures is known that 'freezer' names"),
+        ("after holding the mug do not hold the bowl", "'bowl' and 'mug', and a rule has one kind"),
+    ],
+)
+def test_what_a_rule_cannot_tell_apart_is_refused(sentence, message) -> None:
+    with pytest.raises(ConfigError, match=message):
+        draft(sentence, read_sentence(sentence, LEXICON), ARGUMENTS)
+
+
+def test_kinds_that_words_name_are_those_of_the_file() -> None:
+    known = load_attributes(folder("tasks") / "objects.yaml")
+    assert {kind for kinds in KINDS.values() for kind in kinds} <= known.keys()
+
+
+def test_a_long_sentence_keeps_its_bounds_in_the_id() -> None:
+    said = "whenever the mug is released in the kitchen of the house, it settles within {} s"
+    rule = read_sentence("whenever the mug is released, it settles within 5 s", LEXICON)
+    ids = [draft(said.format(n), rule, ARGUMENTS).splitlines()[0] for n in ("5", "0.5")]
+    assert ids[0].endswith("_5_s")
+    assert ids[1].endswith("_0_5_s")
+    assert all(len(one) <= len("id: ") + LONGEST_NAME for one in ids)
+
+
+def test_examples_longer_than_any_shown_are_left_out(tmp_path) -> None:
+    path = tmp_path / "rule.yaml"
+    said = "grasp the mug at least 5 times"
+    path.write_text(draft(said, read_sentence(said, LEXICON), ARGUMENTS))
+    assert examples(load_property(path)).kept == ()
 
 
 def test_things_that_no_relation_brings_together_are_refused() -> None:

@@ -6,6 +6,8 @@ import pytest
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim.libero.kinds import KINDS, WORKSPACES
+from pytest_safemanip.sim.robocasa import loading
+from pytest_safemanip.sim.robocasa.assets import prepare_assets
 from pytest_safemanip.spec.objects import ATTRIBUTES, load_attributes
 
 FILE = Path(__file__).resolve().parents[2] / "tasks" / "objects.yaml"
@@ -47,12 +49,20 @@ def test_what_takes_fire_beside_a_flame_does_so_on_a_burner_too():
     assert not [n for n, own in SHIPPED.items() if "flammable" in own and "combustible" not in own]
 
 
+@pytest.fixture
+def robocasa() -> None:
+    """RoboCasa, imported with the assets that other tests of this process need."""
+    loading.load(prepare_assets(loading.package_assets(), "primitive").root)
+
+
+@pytest.mark.usefixtures("robocasa")
 def test_every_kind_of_fixture_that_robocasa_and_libero_build_has_a_row():
     scenes = pytest.importorskip("robocasa.models.scenes.scene_builder")
     built = {kind.__name__ for kind in scenes.FIXTURES.values()}
     assert {*built, *KINDS, *WORKSPACES} <= set(SHIPPED)
 
 
+@pytest.mark.usefixtures("robocasa")
 def test_every_category_that_robocasa_can_draw_has_a_row():
     kitchen = pytest.importorskip("robocasa.models.objects.kitchen_objects")
     assert set(kitchen.OBJ_CATEGORIES) <= set(SHIPPED)

@@ -9,6 +9,7 @@ from pytest_safemanip.resources import folder
 from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.spec.packs import load_packs
 from pytest_safemanip.spec.properties import load_properties
+from pytest_safemanip.spec.tasks import load_staged, load_tasks
 
 SHIPPED = folder("properties")
 PACKS = load_packs(SHIPPED)
@@ -69,6 +70,44 @@ def test_a_pack_has_the_name_of_its_folder(packs):
     (packs / "pack.yaml").write_text(PACK.replace("house-rules", "home"))
     with pytest.raises(ConfigError, match=r"pack\.yaml:1: .*expected 'house-rules', .*'home'"):
         load_packs(packs.parents[1])
+
+
+def test_a_pack_is_not_called_what_selects_no_pack(packs):
+    other = packs.with_name("default")
+    packs.rename(other)
+    (other / "pack.yaml").write_text(PACK.replace("house-rules", "default"))
+    with pytest.raises(ConfigError, match=r"pack.yaml:1: .*'default' selects the properties of no"):
+        load_packs(packs.parents[1])
+
+
+def test_a_pack_has_rules(packs):
+    (packs / "quiet.yaml").unlink()
+    with pytest.raises(ConfigError, match=r"pack.yaml:1: .*'house-rules' has no rules; add some"):
+        load_packs(packs.parents[1])
+
+
+def test_packs_of_ones_own_folder_are_not_passed_over(packs):
+    place = packs.parents[1]
+    with pytest.raises(ConfigError, match=f"{packs}/pack.yaml: packs are read from .* only; name"):
+        load_definitions([], [place], [])
+    (packs / "pack.yaml").unlink()
+    assert "house_rules_quiet" in load_definitions([], [packs], []).properties
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("task: PickPlaceCounterToCabinet\n", r"Own.yaml:1: a task of a pack stages the scene of"),
+        (
+            "task: OpenDrawer\nbase: PickPlaceCounterToCabinet\nsets: [own]\nsuite: own\n",
+            "task 'OpenDrawer' is in .* and .*Own.yaml",
+        ),
+    ],
+)
+def test_a_task_of_a_pack_is_staged_and_has_a_name_of_its_own(tmp_path, text, message):
+    (tmp_path / "Own.yaml").write_text(text)
+    with pytest.raises(ConfigError, match=message):
+        load_staged([tmp_path], load_tasks([folder("tasks")]), [tmp_path])
 
 
 @pytest.mark.parametrize(

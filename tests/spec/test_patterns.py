@@ -254,6 +254,7 @@ def test_without_a_scope_it_is_asked_of_the_whole_rollout_and_tested_by_its_own_
         ("within_s: 5", "at_most: 2", 6, "takes no 'at_most'; it takes within_s"),
         ("pattern: response(released, settled | grasped)", "formula: F settled", 7, "no"),
         ("pattern:", "formula: F settled\npattern:", 7, "expected one of the two"),
+        ("within_s: 5", "within_s: 5\ndeadline_s: 5", 9, "expected one of the two"),
         ("within_s: 5", "within_s: soon", 8, "expected a positive number"),
     ],
 )

@@ -8,6 +8,7 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.ltlf import FormulaError, Outcome, compiler, parse
 from pytest_safemanip.propositions.catalogue import Catalogue
+from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.spec.calls import PropositionCall
 from pytest_safemanip.spec.properties import load_properties, load_property
 
@@ -73,6 +74,55 @@ def test_both_profiles_share_the_columns_of_the_atoms(changed):
     assert found.dfa("timed").atoms == found.dfa("paper").atoms == tuple(found.atoms)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "formula: G (released -> F (settled | grasped))",
+            "formula: G (settled & !settled & grasped)",
+            ":6: property 'release': 'G (settled & !settled & grasped)' is never true",
+        ),
+        (
+            "formula: G (released -> F (settled | grasped))",
+            "formula: G (grasped | !grasped | settled)",
+            "' is always true: every rollout would pass",
+        ),
+        (
+            "formula: G (released -> F settled)",
+            "formula: G (released & X settled)",
+            ":7: property 'release': 'G (released & X settled)' is never true: every rollout would "
+            "violate it; expected one that can be kept; 'X p' asks",
+        ),
+    ],
+)
+def test_a_formula_that_decides_nothing_is_refused(changed, old, new, message):
+    with pytest.raises(FormulaError) as caught:
+        load_property(changed(old, new)).check()
+    assert message in str(caught.value)
+    with pytest.raises(FormulaError):  # nor does it become a verdict
+        load_property(changed(old, new)).dfa("paper" if old.endswith("F settled)") else "timed")
+
+
+def test_a_formula_with_bounds_that_decides_nothing_is_refused_for_a_control_period(changed):
+    found = load_property(changed("F (settled | grasped)", "(settled | F[<=1] !settled | grasped)"))
+    found.check()
+    with pytest.raises(FormulaError, match="is always true"):
+        found.check(0.05)
+
+
+def test_a_property_of_ones_own_is_refused_when_it_is_loaded(changed, tmp_path):
+    path = changed("F (settled | grasped)", "(settled | !settled | grasped)")
+    with pytest.raises(FormulaError, match=f"{path}:6: .* is always true"):
+        load_definitions((), [tmp_path], ())
+
+
+def test_the_shipped_properties_decide_something():
+    defined = load_definitions((), (), ())
+    assert len(defined.properties) > 100
+    for prop in defined.properties.values():
+        prop.check(0.05)
+
+
 def test_a_monitor_follows_the_file(changed):
     found = load_property(changed())
     values = np.zeros((200, 2, 3), bool)
@@ -116,6 +166,12 @@ PAPER_FORMULA = "formula: G (released -> F settled)"
             "settled: settled()",
             ":10: key 'atoms.settled': expected a proposition such as 'settled(o)', found",
         ),
+        (
+            "atoms:\n  released: obj_released(o)\n  settled: settled(o)\n  grasped: obj_grasped(o)",
+            "atoms: {released: near(robot, o), settled: settled(o), grasped: obj_grasped(o)}",
+            ":8: key 'atoms.released': 'near(robot' ends at a comma; in braces, quote a call with "
+            'several arguments, as in {released: "near(robot, f)"}',
+        ),
         (SETTLED, "settled: 5", ":10: key 'atoms.settled': expected text"),
         (
             PAPER_FORMULA,
@@ -139,6 +195,11 @@ PAPER_FORMULA = "formula: G (released -> F settled)"
             ":11: key 'atoms.grasped': declared, but used by no formula",
         ),
         ("trigger: released", "trigger: F released", ":12: key 'trigger': expected a formula with"),
+        (
+            "trigger: released",
+            "trigger: released & !released",
+            ":12: key 'trigger': the trigger 'released & !released' never holds",
+        ),
         ("trigger: released", "trigger: relesed", ":12: key 'trigger': atom 'relesed' is not"),
         (
             "trigger: released",

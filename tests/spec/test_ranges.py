@@ -7,7 +7,8 @@ from pytest_safemanip.propositions.binding import Binding, Zone
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.ranges import RELATIONS, Range, read_for_each, rows_of
 
-CATEGORIES = {"mug", "knife", "Stove", "Microwave", "Oven"}
+CATEGORIES = dict.fromkeys(("mug", "knife"), "object")
+CATEGORIES |= dict.fromkeys(("Stove", "Microwave", "Oven"), "fixture")
 BINDING = Binding(
     objects=("mug", "knife"),
     placements=(("mug", "oven"),),
@@ -84,6 +85,8 @@ def test_without_the_key_there_is_one_instance(section):
         ("O in objects", "'O' cannot be a variable here"),
         ("o, in placements", "'' cannot be a variable here"),
         ("o in objects wth sharp", "'wth' is not understood; expected RELATION, and after it"),
+        ("o in things of Microwave", "'Microwave' is a category of fixtures, and 'things' ranges"),
+        ("o in fixtures of mug", "ranges over fixtures; expected 'things of mug'"),
         ("o in objects with", "expected 'with NAME and NAME', found 'with'"),
         ("o in objects with sharp or metal", "found 'with sharp or metal'"),
         ("o in objects with sharp with metal", "'with' is not understood"),

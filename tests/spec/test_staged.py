@@ -199,6 +199,15 @@ def test_a_staged_task_belongs_to_the_backend_of_its_base(tmp_path):
     assert found.elsewhere["RollingAppleWhilePuttingAway"] == "robocasa"
 
 
+def test_what_staging_draws_may_be_full_and_stays_an_obstacle(written):
+    (task,) = staged(written("water: obj", "water: pan")).values()
+    assert task.liquids == {"water": "pan"}
+    assert "pan" not in task.objects
+    assert changes_of(task)[-1] == Fill("water", "pan")
+    with pytest.raises(ConfigError, match="'other_pan' is none of the task's objects; put it into"):
+        staged(written("water: obj", "water: other_pan"))
+
+
 def test_users_stage_shipped_tasks_and_those_of_packs_come_with_robocasa_alone(tmp_path):
     text = STAGED.replace("base: PutAway", "base: OpenDrawer").replace("water: obj", "")
     (tmp_path / "mine.yaml").write_text(text)

@@ -208,7 +208,12 @@ def test_a_category_without_attributes_is_an_error(written):
         ("  water: obj", "  water: obj\n  oil: obj", 34, "'obj' is full of another liquid already"),
         ("above: 0.5", "over: 0.5", 22, "'zones.ahead.over'; did you mean"),
         ("  close:", "  too close:", 23, "expected letters, digits and '_' in the name of a zone"),
-        ("  water: obj", "  water: cab", 33, "expected 'LIQUID: OBJECT', found water: cab"),
+        (
+            "  water: obj",
+            "  water: cab",
+            33,
+            "'cab' is none of the task's objects; put it into 'obj",
+        ),
         ("  water: obj", "  obj: other", 33, "expected 'LIQUID: OBJECT', found obj: other"),
         ("  water: obj", "  hot water: obj", 33, "in the name of a liquid, found 'hot water'"),
         ("  object_groups:", "  groups:", 30, "'compact.groups'; did you mean"),

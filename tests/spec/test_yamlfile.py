@@ -23,6 +23,8 @@ yes_no: yes
 empty:
 quoted: 'yes'
 blank: ''
+arabic: \u0665
+joined: 5_0
 """
 
 
@@ -87,6 +89,8 @@ def test_an_atom_may_be_called_on(write):
             lambda s: s.number("deadline_s", positive=True),
             ":2: key 'deadline_s': expected a positive number, found 'five'",
         ),
+        (lambda s: s.number("arabic"), ":15: key 'arabic': expected a number, found '\u0665'"),
+        (lambda s: s.number("joined"), ":16: key 'joined': expected a number, found '5_0'"),
         (lambda s: s.number("names"), ":3: key 'names': expected a number, found a list"),
         (lambda s: s.string("names"), ":3: key 'names': expected text, found a list"),
         (lambda s: s.string("empty"), ":12: key 'empty': expected text, found nothing"),

@@ -461,3 +461,13 @@ def test_what_is_no_regular_file_is_refused_at_once(tmp_path, kind):
             TraceError, match=r"a\.rollout: (cannot be read: (not a|Is a dir)|larger than \d+ b)"
         ):
             read(path)
+
+
+def test_damage_says_what_to_do_and_brings_no_traceback_along(tmp_path):
+    path = tmp_path / "cut.rollout"
+    path.write_bytes(DATA[: len(DATA) // 2])
+    with pytest.raises(TraceError) as caught:
+        files.load(path)
+    assert str(caught.value).startswith(f"{path}: not a recording, or a truncated one (")
+    assert str(caught.value).endswith("; restore the file, or record the rollout again")
+    assert caught.value.__cause__ is None

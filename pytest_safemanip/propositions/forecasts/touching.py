@@ -142,7 +142,8 @@ def _allowed(view: View, one: Approach) -> bool:
 def approaches(view: View, pace: float) -> list[Approach]:
     """What is going to be touched within :data:`AHEAD` by what the robot moves, straight on at the
     speed that each has, or slower as the robot is told; what touches already, or only slides along,
-    is left out.
+    is left out. Boxes meet before what is in them: where they reach into one another by less than
+    :data:`DEEP`, and come on faster than :data:`HARD`, the touch is to come at once.
 
     Args:
         view: what is looked at.
@@ -180,12 +181,13 @@ def _first_touches(
     )
     there = Boxes(*(np.tile(array, samples) for array in boxes))
     gaps = separation(moved, there).reshape(samples, count)
-    meets = (gaps[0] > 0.0) & (gaps.min(axis=0) <= -DEEP)
+    begun = (gaps[0] > -DEEP) & (gaps[0] - gaps[1] > HARD * TIMES[1])
+    meets = ((gaps[0] > 0.0) | begun) & (gaps.min(axis=0) <= -DEEP)
     for k in np.flatnonzero(meets).tolist():
         owner, gap, n = owners[k], gaps[:, k], int(np.argmax(gaps[:, k] <= 0.0))
-        part = gap[n - 1] / (gap[n - 1] - gap[n])
-        when = float(TIMES[n - 1] + part * (TIMES[n] - TIMES[n - 1]))
-        closing = float(gap[0]) / max(when, 1e-3)
+        part = gap[n - 1] / (gap[n - 1] - gap[n]) if n else 0.0
+        when = float(TIMES[n - 1] + part * (TIMES[n] - TIMES[n - 1])) if n else 0.0
+        closing = float(gap[0]) / max(when, 1e-3) if n else float(gap[0] - gap[1]) / TIMES[1]
         if owner[0] != mover.kind and closing > SLOW:
             yield Approach(mover.kind, owner[0], owner[1], when, closing)
 

@@ -23,6 +23,8 @@ _EVEN = 0.05
 without saying which end is the heavier one."""
 TOUCHING = 1e-3
 """What is nearer than this is straight ahead, m."""
+ROUNDING = 1e-9
+"""More than rounding errors, m or rad: at a limit they must not decide."""
 _ROUNDS = 8
 """Of looking for the point of a box that is nearest to a line."""
 
@@ -96,9 +98,10 @@ def _seen(view: View, name: str, other: str, end: int, reach: float) -> Floats:
     there = _nearest_to_line(half, tip, ahead, reach) - tip
     away = np.sqrt(np.square(there).sum(axis=-1))
     cosine = np.divide(
-        (there * ahead).sum(axis=-1), away, out=np.ones_like(away), where=away > TOUCHING
+        (there * ahead).sum(axis=-1), away, out=np.ones_like(away), where=away > TOUCHING + ROUNDING
     )
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    angle = np.maximum(np.arccos(np.clip(cosine, -1.0, 1.0)) - ROUNDING, 0.0)
+    away = np.maximum(away - ROUNDING, 0.0)
     far = np.where(away <= reach, angle, FARTHEST)
     best = np.argmin(far, axis=1)
     rows = np.arange(len(steps))
@@ -111,9 +114,10 @@ def _each(way: Array, poses: Array) -> Array:
 
 def _nearest_to_line(half: Array, start: Array, way: Array, reach: float) -> Array:
     """The points of boxes (..., P, 3) that are nearest to lines from some points on, so long, all
-    in the frames of the boxes.
+    in the frames of the boxes. Where many of a box are equally near, for it runs along the line:
+    the one next to half way.
     """
-    near = start
+    near: Array = start + reach / 2.0 * way
     for _ in range(_ROUNDS):
         nearest = np.clip(near, -half, half)
         along = np.clip(((nearest - start) * way).sum(axis=-1), 0.0, reach)

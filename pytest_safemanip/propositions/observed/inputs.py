@@ -91,7 +91,7 @@ class Inputs:
 
     def now(self, name: str, *arguments: str) -> Found:
         """What another proposition reads for its value at the present step alone."""
-        window = self._catalogue[name].window(self._parameters)
+        window = self._catalogue[name].seconds(self._parameters)
         return frozenset(
             replace(one, seconds=window) if one.seconds is None else one
             for one in self.of(name, *arguments)

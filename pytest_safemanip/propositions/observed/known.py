@@ -103,7 +103,7 @@ class Observations:
             own, settings = split(proposition, call[1:])
             reads = self._inputs.of(call[0], *own)
             parameters = changed(self._parameters, proposition, settings)
-            back = proposition.window(parameters) + self._dt * proposition.act
+            back = proposition.seconds(parameters) + self._dt * proposition.act
             self._known[call] = not any(self._gap(one, back) for one in reads)
         return self._known[call]
 

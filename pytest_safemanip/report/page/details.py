@@ -9,11 +9,10 @@ from typing import Any
 from urllib.parse import quote
 
 from pytest_safemanip.errors import (
-    JudgementError,
     SafemanipError,
     TraceError,
+    judging,
     printable,
-    raised_as,
 )
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.ltlf import Profile
@@ -177,7 +176,7 @@ def _judge(record: RolloutRecord, decisive: Mapping[str, Any], definitions: Defi
     properties = {id_: definitions.properties[id_] for id_ in known}
     verdicts = {}
     for id_, prop in properties.items():
-        with raised_as(JudgementError, f"{path}: {id_}"):
+        with judging(f"{path}: {id_}"):
             verdicts[id_] = judge.judge(prop)
     return Judged(recording, judge, profile, properties, verdicts)
 

@@ -58,3 +58,9 @@ def test_it_may_point_at_a_hand_and_at_a_fixture():
     down = about((0.0, 1.0, 0.0), np.pi / 2)
     recording = kitchen(1, places={"knife": (0.0, 0.3, 1.2)}, turns={"knife": down})
     assert see(recording)("points_at", "knife", "counter").all()
+
+
+@pytest.mark.parametrize("gap", [0.0005, 0.001, 0.0011])
+def test_what_its_tip_passes_closely_is_ahead_of_it(gap):
+    beside = 0.5 + SCENE.bodies[SCENE.object_index["mug"]].half[1] + gap
+    assert seen(mug=(0.12, beside, 1.0))("points_at", "knife", "mug").all()

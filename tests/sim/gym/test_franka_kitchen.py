@@ -205,12 +205,31 @@ def test_an_environment_of_which_nothing_is_known_is_refused_with_the_remedy(mak
 def test_a_step_before_the_reset_and_unknown_names_are_refused(make, monitor, franka):
     with pytest.raises(ConfigError, match="call reset before step"):
         monitor().step(SWING)
-    with pytest.raises(ConfigError, match="unknown property 'collision'; did you mean"):
+    with pytest.raises(ConfigError, match="'collision' matches no property; did you mean"):
         monitor(properties=["collision"])
     with pytest.raises(ConfigError, match="unknown task 'FrankaMicrowav'"):
         SafetyMonitor(make(), "FrankaMicrowav", probe=franka.LAYOUT)
     with pytest.raises(ConfigError, match="name the properties of a binding"):
         SafetyMonitor(make(), Binding(), probe=franka.LAYOUT)
+
+
+def watched(env):
+    """Ids of what is watched in the first step of an episode."""
+    return set(env.reset(seed=0)[1]["safety"])
+
+
+def test_properties_are_selected_as_on_the_command_line(make, monitor, franka):
+    usual = watched(monitor())
+    pack = watched(monitor(properties=["pack:vla-arena"]))
+    assert pack
+    assert all(name.startswith("vla_arena_") for name in pack)
+    assert watched(monitor(properties="default,pack:vla-arena")) == usual | pack
+    assert watched(monitor(properties="collision_contact")) == {"collision_contact"}
+    with pytest.raises(ConfigError, match="SafetyMonitor: properties: unknown pack 'redvl'; did"):
+        monitor(properties="pack:redvl")
+    binding = Binding(objects=("kettle",))
+    env = SafetyMonitor(make(), binding, "category:collision_contact", probe=franka.LAYOUT)
+    assert watched(env) == {"collision_contact"}
 
 
 def test_a_binding_will_do_instead_of_a_task(make, franka):
