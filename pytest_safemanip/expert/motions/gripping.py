@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from pytest_safemanip.expert.motions.reaching import (
     holding,
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
-from pytest_safemanip.expert.robot.hand import OPENING
+from pytest_safemanip.expert.robot.hand import OPENING, finger_points, palm_points
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Furniture, Thing, contents, other_things
 from pytest_safemanip.trace.geometry import matrix
@@ -119,20 +118,32 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = N
     room = Room.around(arm, [thing.centre], without, extra)
     reaching = Reaching(arm, room, Ways())
     found = [
-        pose for hold in handholds(thing, part) for pose in poses(arm, thing, hold, thing.bottom)
+        pose
+        for hold in handholds(thing, part)
+        for pose in poses(arm, thing, hold, thing.bottom)
+        if not any(_hits(pose, Thing(arm, entity)) for entity in along)
     ]
     if goal is None:
         return reaching.find(found)
     placing = Placing(arm, thing, goal())
     opening = thing.sides()[0][1] / OPENING
 
-    asked = itertools.count()
+    asked: dict[Hashable, bool] = {}
 
     def suits(pose: Pose) -> bool:
-        grip = Grip(pose.point, pose.hand, opening)
-        return next(asked) < MOST_ASKED and bool(placing.ways(grip, 1, FEW))
+        hold = pose.family[:-1], pose.place
+        if hold not in asked and len(asked) < MOST_ASKED:
+            grip = Grip(pose.point, pose.hand, opening)
+            asked[hold] = bool(placing.ways(grip, 1, FEW))
+        return asked.get(hold, False)
 
     return reaching.find(found, GOOD, suits)
+
+
+def _hits(pose: Pose, thing: Thing) -> bool:
+    """Whether the hand at a pose would be in a thing that lies in what it takes."""
+    points = np.concatenate((palm_points(), finger_points(pose.opening)))
+    return bool(thing.around(points @ pose.hand.T + pose.point).any())
 
 
 def inside(arm: Arm, vessel: Thing) -> list[str]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.handholds import outline
+from pytest_safemanip.expert.motions.handholds import handle_way, outline
 from pytest_safemanip.expert.motions.reaching import (
     MOST,
     PATIENCE,
@@ -168,6 +168,25 @@ def dipped(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
     return found
 
 
+def handle_first(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
+    """Upright, its handle towards the robot.
+
+    Raises:
+        SkillFailed: if it has none.
+    """
+    way = handle_way(thing)
+    if way is None:
+        raise SkillFailed(f"{thing.entity} has no handle")
+    back = math.atan2(
+        float(way @ np.append(arm.left, 0.0)), -float(way @ np.append(arm.forward, 0.0))
+    )
+    right = righted(thing)
+    return [
+        (about_z(math.degrees(back) + turn) @ right, 0.01 * abs(turn))
+        for turn in (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)
+    ]
+
+
 def place(
     arm: Arm, role: str, spots: Spots, attitudes: Attitudes = standing, speed: float = SPEED
 ) -> Motion:
@@ -199,7 +218,7 @@ def place(
     yield from withdraw(arm, reach)
     if reach.pose.hollow:
         check_inside(thing, Thing(arm, reach.pose.hollow))
-    elif attitudes is standing:
+    elif attitudes not in (laid, dipped):
         check(thing, reach, up)
 
 

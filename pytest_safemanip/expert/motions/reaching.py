@@ -91,9 +91,9 @@ ROUGH = 0.006
 """By how much distances are wrong that are looked up, m."""
 ODD = 0.6
 """What speaks against coming from below an edge."""
-LIKE, FAILED = 0.01, 3
+LIKE, FAILED, UNFIT = 0.01, 3, 12
 """What speaks against another pose that is alike in one respect, and so many times as much if the
-arm does not get to the one it is like, or that does not suit."""
+arm does not get to the one it is like, or if that does not suit, which takes long to find out."""
 MOST, UNSUITED = 16, 4
 """Ways that are offered, and of those to poses that do not suit."""
 
@@ -270,7 +270,7 @@ class Reaching:
                 pose = reaches[0].pose
                 suited = len(kinds) < most and suits(pose)
                 (good if suited else bad).extend(reaches)
-                seen.update(() if suited else FAILED * _respects(pose))
+                seen.update(() if suited else UNFIT * _respects(pose))
                 # From below an edge the arm may get caught: that is not enough.
                 kinds |= {pose.kind} if suited and plain else set()
             looked += size

@@ -31,6 +31,8 @@ ASIDE = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18, 0.25, -0.25, 0.32, -0.32, 0
 """Places along a shelf or a counter, m from its middle or from where the hand is."""
 OFF_BURNER = (0.0, 0.02, -0.02, 0.04, -0.04)
 """How far beside the middle of a burner, ahead and aside, something may stand, m."""
+BESIDE = (0.0, 0.04, -0.04, 0.08, -0.08)
+"""How far beside a point, ahead and to the left, m."""
 POURED = (0.0, -0.01, -0.02, -0.03, 0.01)
 """How far behind where a machine pours a cup may stand, m."""
 REACHABLE = 1.12
@@ -161,6 +163,19 @@ def _around(arm: Arm, fixture: Furniture, other: Thing | None) -> list[tuple[Arr
         for depth in (0.12, 0.18, 0.25, 0.32)
         for side in ASIDE
         for aside in (side, side * 2.0)
+    ]
+
+
+def around(arm: Arm, point: Array) -> list[Spot]:
+    """At a point (3,), or a little beside it."""
+    return [
+        Spot(
+            point + arm.onward(i) + j * np.append(arm.left, 0.0),
+            2.0 * math.hypot(i, j),
+            f"around {i:.2f} {j:.2f}",
+        )
+        for i in BESIDE
+        for j in BESIDE
     ]
 
 

@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
+import numpy as np
+
 from pytest_safemanip.expert.motions import spots
 from pytest_safemanip.expert.motions.gripping import grasp
 from pytest_safemanip.expert.motions.handholds import HOLLOW
-from pytest_safemanip.expert.motions.placing import SOFTLY, Spot, laid, place
+from pytest_safemanip.expert.motions.handholds import handle_way
+from pytest_safemanip.expert.motions.placing import SOFTLY, Spot, handle_first, laid, place
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.world.things import Furniture, Thing
 
+TOWARDS = 0.7
+"""A handle that stands out so far towards the robot is on its side, as a cosine."""
 Find = Callable[..., Sequence[Spot]]
 
 
@@ -113,6 +118,18 @@ def place_alike(
 def lay(arm: Arm, role: str, target_role: str) -> Motion:
     """Lay a held slice flat onto another object: tip it over, away from the robot, and let go."""
     return place(arm, role, lambda: on(arm, role, target_role), laid, SOFTLY)
+
+
+def turn_by_handle(arm: Arm, role: str) -> Motion:
+    """Turn a vessel on the spot until its handle is towards the robot, if it is not."""
+    thing = Thing(arm, role)
+    way = handle_way(thing)
+    if way is not None and -arm.ahead(way) > TOWARDS:
+        return
+    here = np.append(thing.middle[:2], thing.bottom)
+    near = spots.around(arm, here)
+    yield from grasp(arm, role, "handle", back=False)
+    yield from place(arm, role, lambda: near, handle_first)
 
 
 def goal_after(arm: Arm, role: str, calls: Sequence[Call]) -> Callable[[], Sequence[Spot]] | None:

@@ -31,7 +31,14 @@ from pytest_safemanip.expert.robot.arm import Motion
 from pytest_safemanip.expert.tasks.calls import Call, read
 from pytest_safemanip.expert.tasks.covering import cover
 from pytest_safemanip.expert.tasks.cutting import grasp_tool, place_tool
-from pytest_safemanip.expert.tasks.handling import GOALS, grasping, lay, place_alike, placing
+from pytest_safemanip.expert.tasks.handling import (
+    GOALS,
+    grasping,
+    lay,
+    place_alike,
+    placing,
+    turn_by_handle,
+)
 from pytest_safemanip.expert.tasks.inserting import insert
 from pytest_safemanip.expert.tasks.rinsing import rinse
 from pytest_safemanip.expert.tasks.scrubbing import scrub
@@ -67,6 +74,7 @@ SKILLS: Mapping[str, Skill] = MappingProxyType(
         "scrub with": scrub,
         "slide rack of": slide_rack,
         "stir with": stir,
+        "turn by handle": turn_by_handle,
         "turn spout of": swing_spout,
         "turn timer of": turn_timer,
         "turn_off": turn_off_burners,

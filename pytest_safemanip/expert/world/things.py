@@ -8,6 +8,7 @@ from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
@@ -93,6 +94,11 @@ class Thing:
         """How far it reaches from its centre along a unit vector, as if its box were rounded, m."""
         axes = matrix(self.pose[3:])
         return float(np.linalg.norm((direction @ axes) * self._body.half))
+
+    def around(self, points: Array) -> NDArray[np.bool_]:
+        """Whether some points (P, 3) are in it, as if the edges of its box were round (P,)."""
+        own = (points - self.centre) @ matrix(self.pose[3:]) / self._body.half
+        return np.asarray(np.sum(own**4, axis=1) < 1.0)
 
     def extent_ahead(self) -> tuple[float, float]:
         """Nearest and farthest corner along the base's forward direction, m."""
