@@ -106,8 +106,9 @@ def inside(arm: Arm, thing: Thing, fixture: Furniture, spaces: Sequence[int] = (
     """
     found = []
     frame = heading(arm)
-    for number, (pose, half) in enumerate(fixture.interiors()):
-        if spaces and number not in spaces and number - len(fixture.interiors()) not in spaces:
+    shelves = fixture.open_interiors()
+    for number, (pose, half) in enumerate(shelves):
+        if spaces and number not in spaces and number - len(shelves) not in spaces:
             continue
         deep, wide, high = np.abs(frame.T @ matrix(pose[3:])) @ half
         floor, middle = float(pose[2] - high), pose[:3] @ frame

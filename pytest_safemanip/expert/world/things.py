@@ -155,6 +155,8 @@ class Part(StrEnum):
 
 START_BUTTON = "start_button"
 """How RoboCasa calls the controls that start an appliance."""
+AJAR = 0.3
+"""Openness from which one gets in behind a door."""
 PRESSED = 0.005
 """How far a control goes in of which nothing is known, m."""
 TRAY_AROUND = 0.03
@@ -314,6 +316,12 @@ class Furniture:
             if scene.boxes[k].name.startswith(prefix)
         ]
         return sorted(found, key=lambda box: float(box[0][2]))
+
+    def open_interiors(self) -> list[tuple[Array, Array]]:
+        """Likewise of those that an open door gives access to; all where none is known to."""
+        doors = [door for door in self.doors() if self.openness(door) > AJAR]
+        known = [box for door in doors for box in self.interiors(door)]
+        return sorted(known or self.interiors(), key=lambda box: float(box[0][2]))
 
     def water(self) -> tuple[Array, Array]:
         """Pose (7,) and half extents (3,) of the space that a tap's water falls through."""
