@@ -28,7 +28,7 @@ from pytest_safemanip.expert.motions.reaching import (
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
 from pytest_safemanip.expert.world.contacts import carried_by_something, carriers, palm_meets
-from pytest_safemanip.expert.world.room import Room, walls
+from pytest_safemanip.expert.world.room import Room, heading, walls
 from pytest_safemanip.expert.world.things import Thing, contents
 from pytest_safemanip.trace.geometry import about, matrix
 
@@ -69,6 +69,8 @@ CARRIED = 0.6
 """Share of the usual speeds on the way."""
 BELOW_RIM = 0.015
 """How far below a vessel's rim what lies in it reaches at least, m."""
+ON_OTHERS = 0.6
+"""What speaks against letting something go above what already lies there."""
 FALLS = 0.05
 """How far something may fall that is let go, m."""
 INSIDE = 0.025
@@ -262,7 +264,8 @@ class Placing:
         self._thing, self._turns = thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
         self._tipped = tipped(arm, thing) if attitudes is standing and not self._along else []
-        self._groups: list[tuple[list[Spot], Reaching]] = []
+        self._frame = heading(arm)
+        self._groups: list[tuple[list[Spot], Room, Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
         ordered = sorted(spots, key=lambda spot: spot.hollow)
         for hollow, some in itertools.groupby(ordered, key=lambda spot: spot.hollow):
@@ -272,7 +275,7 @@ class Placing:
             if hollow:
                 without, extra = [*without, hollow], walls(Thing(arm, hollow))
             room = Room.around(arm, [spot.point for spot in group], without, extra)
-            self._groups.append((group, Reaching(arm, room, ways)))
+            self._groups.append((group, room, Reaching(arm, room, ways)))
 
     def ways(self, grip: Grip, most: int = MOST, patience: int = PATIENCE) -> list[Reach]:
         """Ways to put it down, the easiest first.
@@ -283,12 +286,12 @@ class Placing:
             patience: poses that are looked at for that.
         """
         found: list[Reach] = []
-        for group, reaching in self._groups:
-            poses = [pose for spot in group for pose in self._poses(spot, grip)]
+        for group, room, reaching in self._groups:
+            poses = [pose for spot in group for pose in self._poses(spot, room, grip)]
             found += reaching.find(poses, most, patience=patience)
         return sorted(found, key=lambda reach: reach.cost)[:most]
 
-    def _poses(self, spot: Spot, held: Grip) -> Iterator[Pose]:
+    def _poses(self, spot: Spot, room: Room, held: Grip) -> Iterator[Pose]:
         """How the hand may be with the thing on a spot."""
         thing = self._thing
         shape = np.concatenate([outline(one) for one in (thing, *self._along)]) - thing.middle
@@ -299,6 +302,8 @@ class Placing:
             if not self._dipped and not _over(spot, spot.point + turn @ (thing.com - thing.middle)):
                 continue
             lowest = float(load[:, 2].min())
+            down = load + spot.point - (0.0, 0.0, lowest - OVER)
+            odd += ON_OTHERS * bool(room.away(down @ self._frame).min() < 0.0)
             # What is dipped goes in with its end, and need not come down to the floor.
             end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
             openings = (1.0, min(1.0, held.opening + NARROWLY)) if spot.hollow else (1.0,)

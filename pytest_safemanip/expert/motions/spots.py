@@ -72,17 +72,16 @@ def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]
 
 def into_thing(arm: Arm, thing: Thing, target: Thing) -> list[Spot]:
     """Likewise into a vessel: off its middle only where what is put there fits beside it."""
-    room = (target.sides()[0][1] - thing.sides()[1][1]) / 2.0 - WALL
-    return [
-        Spot(
-            np.append(spot.point[:2], target.bottom + FLOOR),
-            spot.cost,
-            spot.kind.replace("on", "in"),
-            target.entity,
-        )
-        for spot in on_thing(arm, thing, target)
-        if np.linalg.norm((spot.point - target.middle)[:2]) <= max(0.0, room)
-    ]
+    (_, width), (long, length) = target.sides()
+    room = max(0.0, (width - thing.sides()[1][1]) / 2.0 - WALL)
+    found = []
+    for spot in on_thing(arm, thing, target):
+        off = (spot.point - target.middle)[:2]
+        along = float(np.clip(off @ long[:2], -(length - width) / 2.0, (length - width) / 2.0))
+        if np.linalg.norm(off - along * long[:2]) <= room:
+            point = np.append(spot.point[:2], target.bottom + FLOOR)
+            found.append(Spot(point, spot.cost, spot.kind.replace("on", "in"), target.entity))
+    return found
 
 
 def beside(spots: Sequence[Spot], other: Thing, within: float = CLOSE) -> list[Spot]:

@@ -5,13 +5,17 @@ Plain physics, with limits of the script's own. No monitor is asked.
 
 from __future__ import annotations
 
+import collections
+import math
 from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.geometry import angle_between, relative
 from pytest_safemanip.trace.steps import Step
 
 LIMB = 3.0
@@ -24,6 +28,9 @@ LOAD = 3.5
 """Force of what is held on what it has no reason to touch, N."""
 SHOVED = 0.03
 """How far what the skill is not about may be moved, m."""
+SLID, TURNED, SINCE = 0.025, math.radians(16.0), 20
+"""How far what the fingers hold may move in them and turn, m and rad, within so many control
+steps."""
 HELD = 0.2
 """Force of each finger on what it holds, N."""
 
@@ -59,14 +66,15 @@ class Watch:
             for role, below in allowed.supports.items():
                 entities = {roles_of.get(name, name) for name in below}
                 self._supports.setdefault(roles_of.get(role, role), set()).update(entities)
+        self._holds: dict[str, collections.deque[Array]] = {}
         self._before = {pair for pair, _ in self._rows(arm.step, 0.0)}
 
     def wrong(self, step: Step) -> str:
         """What is wrong with a step, in a few words; empty if nothing is."""
-        touches = dict(self._rows(step, STRAY))
-        if not touches:
-            return ""
         held = self._held(step)
+        if slipped := self._slipped(step, held):
+            return slipped
+        touches = dict(self._rows(step, STRAY))
         for (one, other), force in touches.items():
             if (one, other) not in self._before and self._bad(one, other, force, held):
                 mine, its = self._parts[one], self._parts[other]
@@ -108,6 +116,22 @@ class Watch:
         if mine not in held or self._robot[other] or its in held:
             return False
         return force >= LOAD and its not in self._supports.get(mine, self._meant)
+
+    def _slipped(self, step: Step, held: set[str]) -> str:
+        """What moves in closed fingers; empty if nothing does."""
+        closed = held if float(step.commands[0]) >= 0.0 else set()
+        self._holds = {
+            entity: self._holds.get(entity, collections.deque(maxlen=SINCE)) for entity in closed
+        }
+        for entity, before in self._holds.items():
+            pose = np.asarray(step.object_pose[self._scene.object_index[entity]], np.float64)
+            before.append(relative(np.asarray(step.eef_poses[0], np.float64), pose))
+            slid = np.linalg.norm(np.array(before)[:, :3] - before[-1][:3], axis=1).max()
+            turned = angle_between(np.array(before)[:, 3:], before[-1][3:]).max()
+            if slid > SLID or turned > TURNED:
+                far = f"{100 * slid:.0f} cm and {math.degrees(turned):.0f} degrees"
+                return f"{entity} slipped by {far} in the fingers"
+        return ""
 
     def _held(self, step: Step) -> set[str]:
         """The objects that all fingers press on."""
