@@ -21,6 +21,7 @@ from pytest_safemanip.expert.motions.reaching import (
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.hand import OPENING, finger_points, palm_points
+from pytest_safemanip.expert.world.contacts import carriers
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Furniture, Thing, contents, other_things
 from pytest_safemanip.trace.geometry import matrix
@@ -178,9 +179,11 @@ def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
     """Close the fingers and rise, along the way out.
 
     Raises:
-        SkillFailed: if the object did not come along.
+        SkillFailed: if the object did not come along, or if what it lay in did.
     """
     before = thing.underside
+    below = [other for other in other_things(arm, thing) if other.entity in carriers(arm, thing)]
+    low = [other.bottom for other in below]
     yield from arm.grip(True, 14)
     out = np.append(reach.leave[:2], max(0.03, float(reach.leave[2])))
     yield from arm.move(
@@ -193,3 +196,6 @@ def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
     )
     if thing.underside - before < LIFTED:
         raise SkillFailed("the object was not lifted")
+    for other, height in zip(below, low, strict=True):
+        if other.bottom - height > LIFTED / 2.0:
+            raise SkillFailed(f"{other.entity} came along")

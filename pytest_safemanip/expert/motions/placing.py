@@ -71,6 +71,8 @@ BELOW_RIM = 0.015
 """How far below a vessel's rim what lies in it reaches at least, m."""
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
+PRECISELY = 0.004
+"""How far beside its way down the hand may be, m."""
 FALLS = 0.05
 """How far something may fall that is let go, m."""
 INSIDE = 0.025
@@ -208,7 +210,7 @@ def place(
     up = matrix(thing.pose[3:]).T @ up_axis(thing)
     reach = yield from bring(arm, thing, spots, attitudes)
     deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
-    yield from set_down(arm, thing, deep, speed)
+    yield from set_down(arm, thing, deep, speed, reach.pose.point + reach.entry)
     fall = thing.bottom - float(reach.pose.load[:, 2].min()) + reach.pose.over
     # What hangs on a vessel's rim is not in it yet.
     if fall > FALLS and not carriers(arm, thing) - {reach.pose.hollow}:
@@ -299,18 +301,18 @@ class Placing:
         for number, (turn, odd) in enumerate(turns):
             load = shape @ turn.T
             grip = turn @ (held.point - thing.middle)
-            if not self._dipped and not _over(spot, spot.point + turn @ (thing.com - thing.middle)):
+            com = turn @ (thing.com - thing.middle)
+            if not self._dipped and not _over(spot, spot.point + com):
                 continue
             lowest = float(load[:, 2].min())
-            down = load + spot.point - (0.0, 0.0, lowest - OVER)
-            odd += ON_OTHERS * bool(room.away(down @ self._frame).min() < 0.0)
+            others = self._on_others(room, spot.point - (0.0, 0.0, lowest - OVER), load, com)
             # What is dipped goes in with its end, and need not come down to the floor.
             end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
             openings = (1.0, min(1.0, held.opening + NARROWLY)) if spot.hollow else (1.0,)
             highers = HIGHER + (DIPPED if self._dipped else ())
             for opening, higher in itertools.product(dict.fromkeys(openings), highers):
                 middle = spot.point - np.append(end[:2], lowest - OVER - higher)
-                cost = spot.cost + odd + 5.0 * higher + 0.2 * (opening < 1.0)
+                cost = spot.cost + odd + others + 5.0 * higher + 0.2 * (opening < 1.0)
                 family = number, higher, opening
                 yield Pose(
                     middle + grip,
@@ -323,7 +325,24 @@ class Placing:
                     (spot.kind, *family),
                     OVER + higher,
                     spot.hollow,
+                    held.opening,
                 )
+
+    def _on_others(self, room: Room, middle: Array, load: Array, com: Array) -> float:
+        """What speaks against letting go of something above what already lies there: the more if it
+        would not tip off.
+
+        Args:
+            room: what is around.
+            middle: of the thing where it would come to stand (3,).
+            load: from there to points on it (L, 3).
+            com: from there to its centre of mass (3,).
+        """
+        low = float(load[:, 2].min())
+        column = np.append(com[:2], 0.0) + np.linspace((0.0, 0.0, low), com * (0.0, 0.0, 1.0), 4)
+        points = np.concatenate((load, column)) + middle
+        away = room.away(points @ self._frame)
+        return 0.5 * ON_OTHERS * (float(away.min() < 0.0) + float(away[-4:].min() < 0.0))
 
 
 def _over(spot: Spot, com: Array) -> bool:
@@ -349,10 +368,29 @@ def up_axis(thing: Thing) -> Array:
     return np.asarray(axes[:, number] * math.copysign(1.0, axes[2, number]))
 
 
-def set_down(arm: Arm, thing: Thing, depth: float = DEEP, speed: float = SPEED) -> Motion:
-    """Lower a held thing until it stands on something, or the palm does."""
+def set_down(
+    arm: Arm,
+    thing: Thing,
+    depth: float = DEEP,
+    speed: float = SPEED,
+    above: Array | None = None,
+) -> Motion:
+    """Lower a held thing until it stands on something, or the palm does.
+
+    Args:
+        arm: the arm.
+        thing: the thing.
+        depth: how far at most, m.
+        speed: share of the hand's top speed.
+        above: where the hand is first (3,); None for where it is.
+    """
     yield from arm.move(
-        arm.position, tolerance=0.01, turn_tolerance=0.3, steps=15, required=False, exact=True
+        arm.position if above is None else above,
+        tolerance=PRECISELY,
+        turn_tolerance=0.3,
+        steps=25,
+        required=False,
+        exact=True,
     )
     yield from arm.move(
         raised(arm.position, -depth),

@@ -114,6 +114,7 @@ class Pose:
         kind: what is alike in those that are the same but for the arm.
         over: how far the load is above what it comes to stand on, m.
         hollow: entity that it goes into; empty if none.
+        holding: opening of the fingers on the load, where it is brought.
     """
 
     point: Array
@@ -126,6 +127,7 @@ class Pose:
     kind: Hashable = ()
     over: float = 0.0
     hollow: str = ""
+    holding: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -341,9 +343,13 @@ class Reaching:
     def _grips(self, pose: Pose) -> bool:
         """Whether the hand has room at a pose, and where it lets go of what it brings."""
         lowered = pose.point - (0.0, 0.0, LOWERED if pose.hollow else 0.0)
+        low = pose.point - (0.0, 0.0, min(pose.over, LOWERED) if pose.hollow else 0.0)
+        openings = {pose.opening, min(pose.opening, pose.holding)}
+        fingers = np.concatenate([finger_points(opening) for opening in openings])
         return (
             self._room_at(replace(pose, point=lowered), PALM_POINTS) >= PALM_FREE
-            and self._room_at(pose, finger_points(pose.opening)) >= FINGERS_FREE
+            and self._room_at(pose, fingers) >= FINGERS_FREE
+            and self._room_at(replace(pose, point=low), fingers) >= FINGERS_FREE
         )
 
     def _room_at(self, pose: Pose, points: Array) -> float:
@@ -401,7 +407,8 @@ class Reaching:
         return bool(self._room.exactly(points.reshape(-1, 3)).min() > TIGHT - ROUGH)
 
     def _hand_points(self, pose: Pose, loaded: bool) -> Array:
-        hand = np.concatenate((PALM_POINTS, finger_points(pose.opening))) @ pose.hand.T
+        opening = min(pose.opening, pose.holding) if loaded else pose.opening
+        hand = np.concatenate((PALM_POINTS, finger_points(opening))) @ pose.hand.T
         points = hand + pose.point
         return np.concatenate((points, pose.load)) if loaded else points
 
