@@ -33,6 +33,8 @@ CYLINDER = SIDES * np.stack((_WIDE, _WIDE, np.ones(len(SIDES))), axis=1)
 """Points on an upright cylinder."""
 BALL = 0.15
 """By what share of its width the height of what may be a ball differs at most."""
+LOW = 1.3
+"""What is no more times as high as wide may be round across, too."""
 TILTS = (35.0, 20.0, 0.0, 48.0, 60.0, 72.0, -20.0)
 """Degrees from straight down to the hand's approach, about the line of its fingers."""
 LEANS, AHEAD = (0.0, 12.0, -12.0, 20.0, -20.0), 0.6
@@ -258,6 +260,9 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
     whole = body(thing)
     own = whole.rounded() if hold.name in ("body", "end") else load
     along = hold.axes[:, 1] / np.linalg.norm(hold.axes[:, 1])
+    sides = np.linalg.norm(hold.axes, axis=0)
+    # What is no higher than wide may be round there, and slips out of pads off its middle.
+    round_there = hold.name in ("body", "end") and sides[2] < LOW * sides[0]
     for number, (line, width, odd) in enumerate(_lines(arm, thing, hold)):
         for tilt, lean, hand in _hands(arm, line):
             for place in hold.places:
@@ -274,7 +279,7 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
                         odd + rare + _odd(tilt, float(hand[:2, 2] @ arm.forward)) + 0.02 * abs(lean)
                     )
                     cost += 5.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
-                    cost += 0.3 * (width / GAP) ** 2 + 0.3 * off**2
+                    cost += 0.3 * (width / GAP) ** 2 + (2.0 if round_there else 0.3) * off**2
                     family = hold.name, number, tilt, lean, np.sign(shift)
                     spot = round(place, 3)
                     at, kind = point + shift * line, (family, spot)
