@@ -79,8 +79,9 @@ INSIDE = 0.025
 """How far from the edge of what it stands on a centre of mass stays, m."""
 OFF = 0.35
 """How far the base draws back at least from what is let go, m."""
-STANDS, TIPPED = 0.06, math.radians(15.0)
-"""How far from its spot something may come to rest, m, and how far from upright, rad."""
+STANDS, TIPPED, LEANS = 0.06, math.radians(15.0), math.radians(60.0)
+"""How far from its spot something may come to rest, m, how far from upright, and how far what is no
+higher than wide may lean on what lies beside it, rad."""
 
 
 @dataclass(frozen=True)
@@ -440,5 +441,7 @@ def check(thing: Thing, reach: Reach, up: Array) -> None:
     if off > STANDS:
         raise SkillFailed(f"{thing.entity} came to rest {100 * off:.0f} cm off its place")
     tilt = math.acos(float(np.clip((matrix(thing.pose[3:]) @ up)[2], -1.0, 1.0)))
-    if tilt > TIPPED:
+    reaches = [thing.reach(axis) for axis in np.asarray(matrix(thing.pose[3:])).T]
+    height = reaches.pop(int(np.argmax(np.abs(up))))
+    if tilt > (TIPPED if height > min(reaches) else LEANS):
         raise SkillFailed(f"{thing.entity} came to rest {math.degrees(tilt):.0f} degrees askew")
