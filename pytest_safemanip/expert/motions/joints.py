@@ -357,6 +357,8 @@ FRICTION = 0.6
 """Share of the fingers' force by which a hand pulls, for what they pinch not to slip."""
 PATIENCE = 30
 """Control steps in which a part that is pushed with all force has to have moved."""
+CREEPS, CREPT = 60, 0.006
+"""Control steps in which any part has to have moved so far, m."""
 NEAREST, FARTHEST = 0.36, 0.65
 """How far the hand may be from the base at least, and the wrist from the arm's shoulder at most, m.
 """
@@ -406,7 +408,7 @@ def follow(
     by_base = _by_base(arm, joint)
     pulls = hold.pinched and not twists
     fastest = TWIST if twists else PULLED if pulls and joint.kind == "hinge" else FASTEST
-    press, last, still = LEAST_LEAD, first, 0
+    press, last, still, mark = LEAST_LEAD, first, 0, first
     eases: Array | None = None
     period = arm.scene.control_period
     for number in range(STEPS):
@@ -414,6 +416,10 @@ def follow(
         if there():
             return
         rate, last = (now - last) * way * long / period, now
+        if number and not number % CREEPS:
+            if (now - mark) * way * long < CREPT:
+                return
+            mark = now
         most = fastest if by_base or eases is None else fastest / 2.0
         wanted = float(np.clip((goal - now) * way * long / BRAKE, SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
