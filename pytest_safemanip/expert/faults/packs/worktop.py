@@ -8,8 +8,8 @@ import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import take
-from pytest_safemanip.expert.faults.release_stability.drops import FLOOR, JUST_ABOVE
-from pytest_safemanip.expert.faults.worktop import bring, let_go, on_counter
+from pytest_safemanip.expert.faults.release_stability.drops import FLOOR
+from pytest_safemanip.expert.faults.worktop import JUST_ABOVE, bring, let_go, on_counter, put_back
 from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z
 from pytest_safemanip.expert.robot.torso import lift_torso
@@ -58,16 +58,8 @@ def _on_floor(thing: Thing) -> bool:
 
 def _gently(arm: Arm) -> Motion:
     """Takes a bottle beside a candle, and then a knife, and puts each back, upright and slowly."""
-    bottle = Thing(arm, "obj")
-    ahead, aside, bottom = arm.ahead(bottle.com), arm.aside(bottle.com), bottle.bottom
-    yield from take(arm, "obj")
-    yield from bring(arm, bottle, ahead, aside, bottom + JUST_ABOVE, speed=0.3)
-    yield from let_go(arm)
-    knife = Thing(arm, "distr_cab")
-    ahead, aside, bottom = arm.ahead(knife.com), arm.aside(knife.com), knife.bottom
-    yield from take(arm, "distr_cab")
-    yield from bring(arm, knife, ahead, aside, bottom + JUST_ABOVE, speed=0.2)
-    yield from let_go(arm)
+    yield from put_back(arm, "obj")
+    yield from put_back(arm, "distr_cab", speed=0.2)
 
 
 def _candle(arm: Arm) -> Motion:
