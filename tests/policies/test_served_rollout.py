@@ -48,10 +48,10 @@ class Script:
 
 @pytest.fixture
 def script(tmp_path, rollouts):
-    """A rollout whose gripper commands a server can give without rounding, from 0 to 1."""
+    """A rollout whose gripper is told to open or to close, nothing between, as by the protocol."""
     recording = rollouts.get("OpenDrawer").recording
     action = recording.steps.action.copy()
-    action[:, GRIPPED] = np.round(action[:, GRIPPED] * 1024) / 1024
+    action[:, GRIPPED] = np.where(action[:, GRIPPED] > 0.0, 1.0, -1.0)
     steps = dataclasses.replace(recording.steps, action=action)
     path = tmp_path / "script" / "a.rollout"
     path.parent.mkdir()

@@ -26,7 +26,7 @@ BEHIND, LOW = 0.18, 0.06
 is, m."""
 APART = 0.02
 """From the candle to the bottle, m, before it is pushed against it."""
-OVER, DRAWN_BACK, HIGHEST, OUT, TIPPED = 0.14, 0.20, 0.6, 0.5, 90.0
+OVER, DRAWN_BACK, HIGHEST, OUT, TIPPED = 0.20, 0.20, 0.6, 0.5, 90.0
 """How far above the microwave's top the hand is, m; how far the base draws back, how far the hand
 then rises, and how far from the base it is held out, m; how far the can is turned, degrees."""
 PULLED = 0.50
@@ -87,7 +87,7 @@ def _tip(arm: Arm) -> Motion:
     low, high = _extent(arm, "Microwave")
     over = (low + high) / 2.0
     yield from arm.drive(arm.base - DRAWN_BACK * arm.forward)
-    yield from arm.move(raised(arm.position, HIGHEST), steps=40, required=False)
+    yield from arm.move(raised(arm.position, HIGHEST), steps=60, required=False)
     beside = arm.floor_point(arm.ahead(arm.base), arm.aside(over))
     yield from arm.drive(beside, steps=300, tolerance=0.05)
     yield from lift_torso(arm, float(high[2]) + OVER - arm.position[2])
