@@ -94,7 +94,8 @@ def move_joint(
     slips, first = False, fixture.openness(joint)
     # Another hold is likelier to help than other stages, and is asked for first.
     arm.choices.choose(f"hold 1 of {joint.name}", range(OPTIONS))
-    wide = joint.kind == "hinge" and (first - goal) * abs(joint.travel) > WIDE
+    swings = joint.kind == "hinge" and float(np.linalg.norm(joint.half)) > TWISTED
+    wide = swings and (first - goal) * abs(joint.travel) > WIDE
     stages = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else STAGES)
     for number in range(1, HOLDS + stages):
         if there():
@@ -380,7 +381,7 @@ LOOKAHEAD = 0.06
 """How far ahead of it is looked for what stands there, m."""
 TURNS = (0.75, 1.0, 0.0)
 """Shares of a door's turn that a hand turns with it; the bar turns between the pads."""
-TWISTED, TWIST, TWISTING = 0.05, 0.05, 0.03
+TWISTED, TWIST, TWISTING = 0.05, 0.08, 0.03
 """What is held nearer than this to the hinge turns with the hand, m, as fast as a point so far from
 it at this speed, m/s, and that is so far ahead at most, m."""
 
