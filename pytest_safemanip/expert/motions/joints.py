@@ -404,6 +404,7 @@ def follow(
     share = 1.0 if twists else 0.0
     if hold.pinched and not twists:
         share = arm.choices.choose(f"{joint.name} turned along", TURNS)
+    brake = BRAKE / 2.0 if twists else BRAKE
     by_base = _by_base(arm, joint)
     pulls = hold.pinched and not twists
     fastest = TWIST if twists else PULLED if pulls and joint.kind == "hinge" else FASTEST
@@ -416,7 +417,7 @@ def follow(
             return
         rate, last = (now - last) * way * long / period, now
         most = fastest if by_base or eases is None else fastest / 2.0
-        wanted = float(np.clip((goal - now) * way * long / BRAKE, SLOWEST, most))
+        wanted = float(np.clip((goal - now) * way * long / brake, SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
         most = min(most, FRICTION * _gripping(arm) / STIFFNESS) if pulls else most
         gain = LEAD_GAIN if rate < wanted else YIELD_GAIN
@@ -430,7 +431,8 @@ def follow(
         if still > PATIENCE or (not twists and float(np.linalg.norm(off)) - behind > OFF):
             return
         ahead = hold.moved(joint, now - first + way * (lead - behind) / long, share)
-        eases = _eases(arm, ahead, WITHIN if eases is not None else 0.0)
+        if not twists:
+            eases = _eases(arm, ahead, WITHIN if eases is not None else 0.0)
         # The hand moves on in between.
         if by_base and (goal - now) * way * long > BY_HAND:
             driven = _drive(arm, ahead.point - arm.position, wanted)
