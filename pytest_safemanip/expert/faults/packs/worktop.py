@@ -82,7 +82,7 @@ def _candle(arm: Arm) -> Motion:
 
 
 def _tip(arm: Arm) -> Motion:
-    """Carries a can over to the microwave, holds it over that, and tips it."""
+    """Carries a can over to the microwave, tips it above that, and presses it down on it."""
     yield from take(arm, "obj")
     low, high = _extent(arm, "Microwave")
     over = (low + high) / 2.0
@@ -96,6 +96,7 @@ def _tip(arm: Arm) -> Motion:
     arm.truth.begins("safebox_liquid_not_over_electrical", "obj", _entity(arm, "Microwave"))
     hand = arm.rotation @ about_z(TIPPED)
     yield from arm.move(arm.position, hand, turn_tolerance=0.2, steps=40, required=False)
+    yield from lift_torso(arm, -OVER)  # which presses it on the microwave
 
 
 def _entity(arm: Arm, category: str) -> str:
