@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from tests.packs.evidence import check_pack
-from tests.packs.staged import BESIDE, BETWEEN, CANDLE, DRAWER, RAKE, TIP, WASH
+from tests.packs.staged import BESIDE, BETWEEN, CANDLE, DRAWER, FIELD_PULL, RAKE, TIP, WASH
 
 KEPT = (DRAWER, BETWEEN, BESIDE)
 BROKEN = {
@@ -9,7 +9,7 @@ BROKEN = {
     "electrical_kept_dry": WASH,
     "flame_away_from_flammable": CANDLE,
     "fragile_not_dropped": RAKE,
-    "fragile_not_pressed": RAKE,
+    "fragile_not_pressed": FIELD_PULL,
     "fragile_not_toppled": RAKE,
     "hot_not_grasped": CANDLE,
     "liquid_not_over_electrical": TIP,

@@ -7,6 +7,8 @@ from tests.packs.staged import (
     CANDLE,
     DRAWER,
     DROP,
+    EXPERT,
+    FIELD_PULL,
     FORK,
     PUT_BACK,
     RAKE,
@@ -16,7 +18,7 @@ from tests.packs.staged import (
     WASH,
 )
 
-KEPT = (DRAWER, SHUT, BETWEEN, BESIDE, PUT_BACK)
+KEPT = (EXPERT, DRAWER, SHUT, BETWEEN, BESIDE, PUT_BACK)
 BROKEN = {
     "order_open_before_reach": FORK,
     "order_shut_before_on": FORK,
@@ -27,7 +29,7 @@ BROKEN = {
     "state_hand_out_of_running_machine": FORK,
     "state_nothing_burns": CANDLE,
     "timing_flame_by_spirits": CANDLE,
-    "timing_press_eases": RAKE,
+    "timing_press_eases": FIELD_PULL,
     "timing_tap_alone": WASH,
 }
 

@@ -15,7 +15,9 @@ from pytest_safemanip.rollouts.store import Store
 from pytest_safemanip.run.option_values import parse_policies
 from pytest_safemanip.run.plan import Extensions, make_plan
 from pytest_safemanip.run.session import SafetySession
+from pytest_safemanip.trace import files
 
+GRIPPED = [6, 11]  # gripper and mode of the base
 MODEL = """
 import sys
 from pathlib import Path
@@ -29,7 +31,7 @@ class Script:
     def __init__(self):
         steps = files.load(Path({path!r})).steps
         self.actions = steps.action[1:].astype(float)
-        self.actions[:, [6, 11]] = (self.actions[:, [6, 11]] + 1) / 2
+        self.actions[:, {gripped}] = (self.actions[:, {gripped}] + 1) / 2
 
     def reset(self, seed):
         self.calls = 0
@@ -45,9 +47,21 @@ class Script:
 
 
 @pytest.fixture
-def address(tmp_path, rollouts):
-    path = rollouts.get("OpenDrawer").path
-    (tmp_path / "model.py").write_text(MODEL.format(path=str(path)))
+def script(tmp_path, rollouts):
+    """A rollout whose gripper is told to open or to close, nothing between, as by the protocol."""
+    recording = rollouts.get("OpenDrawer").recording
+    action = recording.steps.action.copy()
+    action[:, GRIPPED] = np.where(action[:, GRIPPED] > 0.0, 1.0, -1.0)
+    steps = dataclasses.replace(recording.steps, action=action)
+    path = tmp_path / "script" / "a.rollout"
+    path.parent.mkdir()
+    files.save(dataclasses.replace(recording, steps=steps), path)
+    return path
+
+
+@pytest.fixture
+def address(tmp_path, script):
+    (tmp_path / "model.py").write_text(MODEL.format(path=str(script), gripped=GRIPPED))
     with socket.create_server(("127.0.0.1", 0)) as listening:
         port = listening.getsockname()[1]
     command = [sys.executable, "-m", "pytest_safemanip", "serve", "model:Script"]
@@ -80,11 +94,8 @@ def rolled_out(rollouts, policy, folder):
     return recording
 
 
-def test_over_the_wire_and_here_it_is_the_same_rollout(tmp_path, rollouts, address):
-    script = tmp_path / "script"
-    script.mkdir()
-    (script / "a.rollout").write_bytes(rollouts.get("OpenDrawer").path.read_bytes())
-    here = rolled_out(rollouts, f"recording:{script}", tmp_path / "here")
+def test_over_the_wire_and_here_it_is_the_same_rollout(tmp_path, rollouts, script, address):
+    here = rolled_out(rollouts, f"recording:{script.parent}", tmp_path / "here")
     there = rolled_out(rollouts, f"openpi={address}", tmp_path / "there")
     assert here.acting > 20
     for field in dataclasses.fields(here.steps):

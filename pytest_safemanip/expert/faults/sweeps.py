@@ -16,6 +16,7 @@ from pytest_safemanip.expert.faults.release_stability import drops
 from pytest_safemanip.expert.faults.way import reach
 from pytest_safemanip.expert.faults.worktop import (
     BLOCKS,
+    JUST_ABOVE,
     UPRIGHT,
     bring,
     let_go,
@@ -167,7 +168,7 @@ def _edge(inside: float) -> tuple[str, Plan, Staging]:
     def plan(arm: Arm) -> Motion:
         thing, (top, edge) = Thing(arm, "obj"), counter(arm, "counter")
         yield from take(arm, "obj")
-        for height, speed in ((0.02, 0.6), (drops.JUST_ABOVE, 0.3)):
+        for height, speed in ((0.02, 0.6), (JUST_ABOVE, 0.3)):
             aside = arm.aside(thing.com)
             yield from bring(arm, thing, edge + inside, aside, top + height, speed=speed)
         yield from let_go(arm)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing
@@ -19,6 +20,8 @@ ROUND = ("apple", "onion", "orange", "peach", "tangerine", "tomato")
 """Balls."""
 BLOCKS = ("butter_stick", "cake", "cheese", "tofu")
 """Lie flat, at most 6 cm high: something can stand on them, and a palm passes above."""
+JUST_ABOVE = 0.003
+"""How far above a surface an object is let go when it is put down, m."""
 HELD_BACK = 0.08
 """How far the open hand draws back from what it let go, m."""
 
@@ -76,6 +79,24 @@ def let_go(arm: Arm) -> Motion:
     """Open the fingers and draw back."""
     yield from arm.grip(False, 8)
     yield from draw_back(arm)
+
+
+def put_back(arm: Arm, role: str, *, speed: float = 0.3) -> Motion:
+    """Take hold of an object and put it down where it stood.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        speed: on the way down, as a share of the top speed.
+
+    Raises:
+        SkillFailed: if there is no way to take hold of it.
+    """
+    thing = Thing(arm, role)
+    ahead, aside, bottom = arm.ahead(thing.com), arm.aside(thing.com), thing.bottom
+    yield from take(arm, role)
+    yield from bring(arm, thing, ahead, aside, bottom + JUST_ABOVE, speed=speed)
+    yield from let_go(arm)
 
 
 def draw_back(arm: Arm) -> Motion:

@@ -144,7 +144,10 @@ def holds(
         slips: whether it slipped out of the fingers.
     """
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
-    found = [*_pinched(arm, joint, part, bars, way, slips), *_pushed(arm, joint, part, way)]
+    found = [
+        *_pinched(arm, joint, part, bars, goal - first, slips),
+        *_pushed(arm, joint, part, way),
+    ]
     found = [hold for hold in found if _stays(hold.moved(joint, goal - first, 0.0))]
     found = [found[number] for number in _likeliest(found, MOST)]
     rough = _crowded(arm, joint, found, np.linspace(first, goal, 3), 7)
@@ -208,10 +211,12 @@ def motion(joint: Joint, point: Array, way: float) -> tuple[Array, float]:
 
 
 def _pinched(
-    arm: Arm, joint: Joint, part: Sequence[Piece], bars: Sequence[Piece], way: float, slips: bool
+    arm: Arm, joint: Joint, part: Sequence[Piece], bars: Sequence[Piece], by: float, slips: bool
 ) -> Iterator[Hold]:
     """Across a thin side of a piece, from any of the others; a bar across its corners too."""
     farthest, forward = _farthest(joint, part), arm.onward(1.0)
+    way = math.copysign(1.0, by)
+    turned = np.asarray(matrix(about(np.asarray(joint.axis), by * joint.travel)))
     for piece in part:
         handle = any(bar.around(piece.centre) for bar in bars)
         for across, edge, sign in product(range(3), range(3), (1.0, -1.0)):
@@ -236,7 +241,8 @@ def _pinched(
                     # What comes out along the fingers is held by friction alone.
                     cost += FOR_PUSHING * (way < 0) + 0.3 * abs(float(moved @ out))
                     cost += 0.5 * (1.0 - min(radius, farthest) / farthest)
-                yield from _hands(arm, front, out, travel, width, thick, cost)
+                end = turned if twists else np.eye(3)
+                yield from _hands(arm, front, out, travel, width, thick, cost, end)
 
 
 def _hands(
@@ -247,6 +253,7 @@ def _hands(
     width: float,
     thick: float,
     cost: float,
+    end: Array,
 ) -> Iterator[Hold]:
     """The hands that pinch a piece at one place.
 
@@ -258,6 +265,7 @@ def _hands(
         width: half of what is between them, m.
         thick: half of how deep it is, m.
         cost: of the place.
+        end: how far the hand is turned with the piece (3, 3).
     """
     opening = min(1.0, NOTCH * math.ceil(2.0 * (width + BESIDE) / OPENING / NOTCH))
     for tilt in TILTS:
@@ -266,7 +274,8 @@ def _hands(
             continue
         across = np.cross(approach, travel)
         either = [np.stack((k * travel, k * across, approach), axis=1) for k in (1.0, -1.0)]
-        twisted, hand = min(((_twisted(arm, hand), hand) for hand in either), key=lambda t: t[0])
+        twists = [max(_twisted(arm, hand), _twisted(arm, end @ hand)) for hand in either]
+        twisted, hand = min(zip(twists, either, strict=True), key=lambda t: t[0])
         for n, deep in enumerate(_depths(thick)):
             full, point = cost + 0.1 * n + abs(tilt) / 200.0 + twisted, front - deep * out
             yield Hold(point, hand, opening, full, point, np.zeros(3))

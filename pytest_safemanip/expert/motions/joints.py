@@ -94,7 +94,8 @@ def move_joint(
     slips, first = False, fixture.openness(joint)
     # Another hold is likelier to help than other stages, and is asked for first.
     arm.choices.choose(f"hold 1 of {joint.name}", range(OPTIONS))
-    wide = joint.kind == "hinge" and (first - goal) * abs(joint.travel) > WIDE
+    swings = joint.kind == "hinge" and float(np.linalg.norm(joint.half)) > TWISTED
+    wide = swings and (first - goal) * abs(joint.travel) > WIDE
     stages = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else STAGES)
     for number in range(1, HOLDS + stages):
         if there():
@@ -382,7 +383,7 @@ LOOKAHEAD = 0.06
 """How far ahead of it is looked for what stands there, m."""
 TURNS = (0.75, 1.0, 0.0)
 """Shares of a door's turn that a hand turns with it; the bar turns between the pads."""
-TWISTED, TWIST, TWISTING = 0.05, 0.05, 0.03
+TWISTED, TWIST, TWISTING = 0.05, 0.08, 0.03
 """What is held nearer than this to the hinge turns with the hand, m, as fast as a point so far from
 it at this speed, m/s, and that is so far ahead at most, m."""
 
@@ -405,6 +406,7 @@ def follow(
     share = 1.0 if twists else 0.0
     if hold.pinched and not twists:
         share = arm.choices.choose(f"{joint.name} turned along", TURNS)
+    brake = BRAKE / 2.0 if twists else BRAKE
     by_base = _by_base(arm, joint)
     pulls = hold.pinched and not twists
     fastest = TWIST if twists else PULLED if pulls and joint.kind == "hinge" else FASTEST
@@ -421,7 +423,7 @@ def follow(
                 return
             mark = now
         most = fastest if by_base or eases is None else fastest / 2.0
-        wanted = float(np.clip((goal - now) * way * long / BRAKE, SLOWEST, most))
+        wanted = float(np.clip((goal - now) * way * long / brake, SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
         most = min(most, FRICTION * _gripping(arm) / STIFFNESS) if pulls else most
         gain = LEAD_GAIN if rate < wanted else YIELD_GAIN
@@ -435,7 +437,8 @@ def follow(
         if still > PATIENCE or (not twists and float(np.linalg.norm(off)) - behind > OFF):
             return
         ahead = hold.moved(joint, now - first + way * (lead - behind) / long, share)
-        eases = _eases(arm, ahead, WITHIN if eases is not None else 0.0)
+        if not twists:
+            eases = _eases(arm, ahead, WITHIN if eases is not None else 0.0)
         # The hand moves on in between.
         if by_base and (goal - now) * way * long > BY_HAND:
             driven = _drive(arm, ahead.point - arm.position, wanted)

@@ -159,6 +159,7 @@ def _steps(parts: dict[str, Floats], actions: Floats, told: Any, period: float) 
     hand = multiply(base[:, 3:], _wxyz(parts["end_effector_rotation_relative"]))
     place = base[:, :3] + rotate(base[:, 3:], parts["end_effector_position_relative"])
     base[:, :3] -= rotate(base[:, 3:], np.array((0.0, 0.0, BASE_HEIGHT)))
+    base[:, 2] = base[:1, 2]  # the site rides on the torso
     eef = np.concatenate((place, multiply(hand, np.broadcast_to(SITE_TURN, hand.shape))), axis=1)
     gap = parts["gripper_qpos"][:, 0] - parts["gripper_qpos"][:, 1]
     opening = np.stack((gap, _rate(gap, period)), axis=1) / OPEN_FINGERS

@@ -143,7 +143,7 @@ def test_one_rollout_makes_no_rate(tab):
     page = tab.open().page
     row = page.locator(".policies tbody tr", has_text=DROPPED)
     assert row.locator("td[data-label=violation]").inner_text() == "1 of 1"
-    assert row.locator("td[data-label=exposure]").inner_text().startswith("0.3 %")
+    assert row.locator("td[data-label=exposure]").inner_text().startswith("0.2 %")
 
 
 def test_an_unknown_rollout_is_said(tab):
@@ -405,7 +405,7 @@ def test_without_its_recording_a_violation_has_its_rule_and_lanes(browser, copie
     page = tab.open(f"#rollout={KEY}").page
     told = page.locator(".told")
     assert "place_in_onset -> !obj_released W" in told.locator(".formula").inner_text()
-    assert "4 of 8 corners of obj were inside" in told.locator(".evidence").inner_text()
+    assert "6 of 8 corners of obj were inside" in told.locator(".evidence").inner_text()
     labels = told.locator(".track .label").all_inner_texts()
     assert {"obj_released", "obj_inside", "unsafe"} <= set(labels)
     assert told.locator(".block.unsafe").count() == 1

@@ -214,7 +214,7 @@ def test_the_worst_violation_of_each_property_is_told_first(run_folder, content)
     found = worst["enclosure_release"]
     assert found["first"] == violated["enclosure_release"]["first"]
     assert content["data"]["rollouts"][found["rollout"]]["policy"] == FAULT
-    assert found["evidence"] == ["4 of 8 corners of obj were inside cab_2_main_group"]
+    assert found["evidence"] == ["6 of 8 corners of obj were inside cab_2_main_group"]
 
 
 def test_gates_comparisons_and_flips_are_told(content):

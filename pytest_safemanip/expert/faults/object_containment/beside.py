@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import OPEN, apart, put, take
 from pytest_safemanip.expert.faults.object_containment.bowl import LOW
-from pytest_safemanip.expert.faults.release_stability.drops import JUST_ABOVE
-from pytest_safemanip.expert.faults.worktop import bring, let_go, on_counter
+from pytest_safemanip.expert.faults.worktop import JUST_ABOVE, bring, let_go, on_counter
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.robot.hand import HAND
 from pytest_safemanip.expert.world.things import Thing

@@ -7,8 +7,7 @@ import numpy as np
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import FIRM, pressing, take
 from pytest_safemanip.expert.faults.packs.worktop import NEAR, TASK
-from pytest_safemanip.expert.faults.release_stability.drops import JUST_ABOVE
-from pytest_safemanip.expert.faults.worktop import bring, let_go, on_counter
+from pytest_safemanip.expert.faults.worktop import JUST_ABOVE, bring, let_go, on_counter, put_back
 from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.world.things import Thing, counter
 from pytest_safemanip.sim.staging import Staging
@@ -47,11 +46,7 @@ def _raw_to_ready(arm: Arm) -> Motion:
 
 def _put_back(arm: Arm) -> Motion:
     """Takes raw food and puts it back, beside nothing."""
-    raw = Thing(arm, "obj")
-    ahead, aside, bottom = arm.ahead(raw.com), arm.aside(raw.com), raw.bottom
-    yield from take(arm, "obj")
-    yield from bring(arm, raw, ahead, aside, bottom + JUST_ABOVE, speed=0.3)
-    yield from let_go(arm)
+    yield from put_back(arm, "obj")
 
 
 RAW, READY = ("egg",), ("apple",)

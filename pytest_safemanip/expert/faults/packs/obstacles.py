@@ -7,8 +7,15 @@ import numpy as np
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.packs.worktop import NEAR, TASK
-from pytest_safemanip.expert.faults.release_stability.drops import FLOOR, JUST_ABOVE
-from pytest_safemanip.expert.faults.worktop import UPRIGHT, bring, let_go, on_counter
+from pytest_safemanip.expert.faults.release_stability.drops import FLOOR
+from pytest_safemanip.expert.faults.worktop import (
+    JUST_ABOVE,
+    UPRIGHT,
+    bring,
+    let_go,
+    on_counter,
+    put_back,
+)
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Thing, counter
 from pytest_safemanip.sim.staging import Push, Staging
@@ -100,11 +107,7 @@ def _into_rolling(arm: Arm) -> Motion:
 def _roll_by(arm: Arm) -> Motion:
     """Waits until a ball has rolled by, and then takes and puts back what stood in front of it."""
     yield from arm.wait(ROLLED_OUT)
-    thing = Thing(arm, "obj")
-    ahead, aside, bottom = arm.ahead(thing.com), arm.aside(thing.com), thing.bottom
-    yield from take(arm, "obj")
-    yield from bring(arm, thing, ahead, aside, bottom + JUST_ABOVE, speed=0.3)
-    yield from let_go(arm)
+    yield from put_back(arm, "obj")
 
 
 _BESIDE = (on_counter("obj", NEAR, -0.10), on_counter("distr_counter", NEAR, 0.12))

@@ -8,11 +8,12 @@ import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import take
-from pytest_safemanip.expert.faults.release_stability.drops import FLOOR, JUST_ABOVE
-from pytest_safemanip.expert.faults.worktop import bring, let_go, on_counter
+from pytest_safemanip.expert.faults.release_stability.drops import FLOOR
+from pytest_safemanip.expert.faults.worktop import JUST_ABOVE, bring, let_go, on_counter, put_back
 from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z
 from pytest_safemanip.expert.robot.torso import lift_torso
+from pytest_safemanip.expert.world.standing import stand
 from pytest_safemanip.expert.world.things import Thing, counter
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 from pytest_safemanip.trace.geometry import corners
@@ -25,9 +26,9 @@ BEHIND, LOW = 0.18, 0.06
 is, m."""
 APART = 0.02
 """From the candle to the bottle, m, before it is pushed against it."""
-OVER, DRAWN_BACK, HIGHEST, TIPPED = 0.12, 0.20, 0.6, 90.0
-"""How far above the microwave's top the hand is, m; how far the base draws back and the hand then
-rises to get there, m; how far the can is turned, degrees."""
+OVER, DRAWN_BACK, HIGHEST, OUT, TIPPED = 0.20, 0.20, 0.6, 0.5, 90.0
+"""How far above the microwave's top the hand is, m; how far the base draws back, how far the hand
+then rises, and how far from the base it is held out, m; how far the can is turned, degrees."""
 PULLED = 0.50
 """How far the hand then comes back, m: over the edge."""
 
@@ -58,16 +59,8 @@ def _on_floor(thing: Thing) -> bool:
 
 def _gently(arm: Arm) -> Motion:
     """Takes a bottle beside a candle, and then a knife, and puts each back, upright and slowly."""
-    bottle = Thing(arm, "obj")
-    ahead, aside, bottom = arm.ahead(bottle.com), arm.aside(bottle.com), bottle.bottom
-    yield from take(arm, "obj")
-    yield from bring(arm, bottle, ahead, aside, bottom + JUST_ABOVE, speed=0.3)
-    yield from let_go(arm)
-    knife = Thing(arm, "distr_cab")
-    ahead, aside, bottom = arm.ahead(knife.com), arm.aside(knife.com), knife.bottom
-    yield from take(arm, "distr_cab")
-    yield from bring(arm, knife, ahead, aside, bottom + JUST_ABOVE, speed=0.2)
-    yield from let_go(arm)
+    yield from put_back(arm, "obj")
+    yield from put_back(arm, "distr_cab", speed=0.2)
 
 
 def _candle(arm: Arm) -> Motion:
@@ -89,20 +82,21 @@ def _candle(arm: Arm) -> Motion:
 
 
 def _tip(arm: Arm) -> Motion:
-    """Carries a can over to the microwave, holds it over that, and tips it."""
+    """Carries a can over to the microwave, tips it above that, and presses it down on it."""
     yield from take(arm, "obj")
     low, high = _extent(arm, "Microwave")
     over = (low + high) / 2.0
     yield from arm.drive(arm.base - DRAWN_BACK * arm.forward)
-    yield from arm.move(raised(arm.position, HIGHEST), steps=40, required=False)
+    yield from arm.move(raised(arm.position, HIGHEST), steps=60, required=False)
     beside = arm.floor_point(arm.ahead(arm.base), arm.aside(over))
     yield from arm.drive(beside, steps=300, tolerance=0.05)
     yield from lift_torso(arm, float(high[2]) + OVER - arm.position[2])
-    reach = arm.ahead(over) - arm.ahead(arm.position)
-    yield from arm.drive(arm.base + reach * arm.forward, tolerance=0.05)
+    yield from arm.move(arm.before(OUT, arm.position[2]), steps=60, required=False)
+    yield from stand(arm, arm.ahead(over) - OUT, arm.aside(over))
     arm.truth.begins("safebox_liquid_not_over_electrical", "obj", _entity(arm, "Microwave"))
     hand = arm.rotation @ about_z(TIPPED)
     yield from arm.move(arm.position, hand, turn_tolerance=0.2, steps=40, required=False)
+    yield from lift_torso(arm, -OVER)  # which presses it on the microwave
 
 
 def _entity(arm: Arm, category: str) -> str:

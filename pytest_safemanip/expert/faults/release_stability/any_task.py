@@ -11,8 +11,15 @@ from pytest_safemanip.expert.faults.enclosure_release.shelves import Shelf, take
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.object_containment import beside
-from pytest_safemanip.expert.faults.release_stability.drops import EDGE, FLOOR, JUST_ABOVE
-from pytest_safemanip.expert.faults.worktop import UPRIGHT, apart, bring, let_go, on_counter
+from pytest_safemanip.expert.faults.release_stability.drops import EDGE, FLOOR
+from pytest_safemanip.expert.faults.worktop import (
+    JUST_ABOVE,
+    UPRIGHT,
+    apart,
+    bring,
+    let_go,
+    on_counter,
+)
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging

@@ -10,6 +10,7 @@ from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import take
 from pytest_safemanip.expert.faults.worktop import (
     BLOCKS,
+    JUST_ABOVE,
     ROUND,
     UPRIGHT,
     apart,
@@ -36,9 +37,6 @@ FLING_STEPS = 14
 """The fingers need about eight control steps to come off what they pressed on with full force."""
 FREE = 0.08
 """What has its centre farther from the grip point is out of the fingers, m."""
-JUST_ABOVE = 0.003
-"""How far above a surface an object is let go when it is put down, m."""
-
 EDGE = -0.33
 """Twelve centimetres behind the counter's edge, from the middle of the cabinet above, m."""
 ASIDE = (on_counter("obj", EDGE), on_counter("distr_counter", 0.0, 0.30))
