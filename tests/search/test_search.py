@@ -13,6 +13,7 @@ from pytest_safemanip.search.proposing.parzen import ParzenEstimators
 from pytest_safemanip.search.proposing.proposer import decoded, encoded
 from pytest_safemanip.search.proposing.sampling import RandomSampling, SobolSampling
 from pytest_safemanip.search.search import Effort, Search
+from pytest_safemanip.search.shrinking import Shrinker
 from pytest_safemanip.search.trials import Outcome
 from tests.search.pure import amount, dimensions_of, outcome_of, reaches, searched
 
@@ -35,6 +36,17 @@ def test_a_planted_weakness_is_found_and_reduced_to_its_cause(found):
     assert sizes == {"left": -4.0, "latency": 150.0}
     assert len(failure.first) > 2
     assert failure.found_at <= 200
+
+
+def test_what_only_helps_is_left_out_for_a_larger_change(dimensions):
+    shrinker = Shrinker(dimensions, 60)
+    start = Deviation((("left", Setting(-7.0)), ("noise", Setting(30.0))))
+    questions, answer = shrinker.reduce(start), None
+    with pytest.raises(StopIteration) as ended:
+        while True:
+            asked = questions.send(answer)
+            answer = -amount(asked, "left") + 0.1 * amount(asked, "noise") >= 8.0
+    assert ended.value.value.settings == (("left", Setting(-8.0)),)
 
 
 def test_what_nothing_violates_is_given_up_after_its_budget(found):
