@@ -41,12 +41,15 @@ def test_a_planted_weakness_is_found_and_reduced_to_its_cause(found):
 def test_what_only_helps_is_left_out_for_a_larger_change(dimensions):
     shrinker = Shrinker(dimensions, 60)
     start = Deviation((("left", Setting(-7.0)), ("noise", Setting(30.0))))
-    questions, answer = shrinker.reduce(start), None
-    with pytest.raises(StopIteration) as ended:
-        while True:
-            asked = questions.send(answer)
-            answer = -amount(asked, "left") + 0.1 * amount(asked, "noise") >= 8.0
-    assert ended.value.value.settings == (("left", Setting(-8.0)),)
+    questions = shrinker.reduce(start)
+    asked = next(questions)
+    while True:
+        try:
+            fails = -amount(asked, "left") + 0.1 * amount(asked, "noise") >= 8.0
+            asked = questions.send(fails)
+        except StopIteration as ended:
+            assert ended.value.settings == (("left", Setting(-8.0)),)
+            return
 
 
 def test_what_nothing_violates_is_given_up_after_its_budget(found):
