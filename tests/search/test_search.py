@@ -41,15 +41,20 @@ def test_a_planted_weakness_is_found_and_reduced_to_its_cause(found):
 def test_what_only_helps_is_left_out_for_a_larger_change(dimensions):
     shrinker = Shrinker(dimensions, 60)
     start = Deviation((("left", Setting(-7.0)), ("noise", Setting(30.0))))
-    questions = shrinker.reduce(start)
+    least = _answered(
+        shrinker.reduce(start),
+        lambda asked: -amount(asked, "left") + 0.1 * amount(asked, "noise") >= 8.0,
+    )
+    assert least.settings == (("left", Setting(-8.0)),)
+
+
+def _answered(questions, fails):
     asked = next(questions)
     while True:
         try:
-            fails = -amount(asked, "left") + 0.1 * amount(asked, "noise") >= 8.0
-            asked = questions.send(fails)
+            asked = questions.send(fails(asked))
         except StopIteration as ended:
-            assert ended.value.settings == (("left", Setting(-8.0)),)
-            return
+            return ended.value
 
 
 def test_what_nothing_violates_is_given_up_after_its_budget(found):

@@ -1,8 +1,9 @@
 """What to try next by the main effects so far: what seems to lower the margin, at its limits.
 
 A weakness needs much of a few things, and reducing comes later. A linear model of the loss, one
-coefficient for each way of a dimension, is fitted to all trials; a draw from its posterior
-(Thompson 1933) says which few of them to set to their limits, together.
+coefficient for each way of a dimension, is fitted to the ranks of all trials, since margins of
+properties differ in scale; a draw from its posterior (Thompson 1933) says which few of them to set
+to their limits, together.
 """
 
 from __future__ import annotations
@@ -11,17 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import rankdata
 
 from pytest_safemanip.search.dimension import Deviation, Dimension, Dimensions
 from pytest_safemanip.search.kinds.definition import Setting
 
 FEWEST, MOST = 2, 6
 """Values of a deviation that is proposed."""
-EFFECT, NOISE = 0.15, 0.12
+EFFECT, NOISE = 0.2, 0.2
 """How large an effect is thought to be before anything is known, and how far trials are off the
-model, in units of the loss."""
-LARGEST = 1.5
-"""Losses above this count as this: how far from a violation something far off is says nothing."""
+model, as shares of all ranks."""
 Vector = NDArray[np.float64]
 
 
@@ -68,25 +68,27 @@ class MainEffects:
         self._dimensions = dimensions
         self._ways = [way for own in dimensions.own for way in _ways(own)]
         self._random = np.random.default_rng(seed)
-        width = 1 + len(self._ways)
-        prior = np.append(1.0, np.full(len(self._ways), EFFECT**-2.0))
-        self._precision, self._weighted = np.diag(prior), np.append(1.0, np.zeros(width - 1))
+        self._shares: list[list[float]] = []
+        self._losses: list[float] = []
 
     def ask(self, count: int) -> list[Deviation]:
         """See :class:`~pytest_safemanip.search.proposing.proposer.Proposer`."""
-        spread = np.linalg.cholesky(np.linalg.inv(self._precision))
-        mean = np.linalg.solve(self._precision, self._weighted)
+        shares = np.array(self._shares).reshape(-1, len(self._ways))
+        ranks = rankdata(self._losses) / max(len(self._losses), 1) - 0.5
+        # An effect is one against the mean of all trials.
+        seen = shares - shares.mean(axis=0) if len(shares) else shares
+        precision = seen.T @ seen / NOISE**2 + np.eye(len(self._ways)) / EFFECT**2
+        mean = np.linalg.solve(precision, seen.T @ ranks / NOISE**2)
+        spread = np.linalg.cholesky(np.linalg.inv(precision))
         draws = mean + self._random.normal(size=(count, len(mean))) @ spread.T
-        return [self._lowest(draw[1:]) for draw in draws]
+        return [self._lowest(draw) for draw in draws]
 
     def tell(self, deviation: Deviation, loss: float | None) -> None:
         """See :class:`~pytest_safemanip.search.proposing.proposer.Proposer`."""
-        if loss is None:
-            return
-        shares = [way.share(deviation.get(way.dimension.name)) for way in self._ways]
-        seen = np.append(1.0, shares)
-        self._precision += np.outer(seen, seen) / NOISE**2
-        self._weighted += seen * min(loss, LARGEST) / NOISE**2
+        if loss is not None:
+            self._losses.append(loss)
+            own = [way.share(deviation.get(way.dimension.name)) for way in self._ways]
+            self._shares.append(own)
 
     def _lowest(self, effects: Vector) -> Deviation:
         """The ways that lower the loss most, one of a dimension, at their limits."""
