@@ -2,7 +2,9 @@
 
 Values are left out one by one, the dearest first, and in halves where there are many (delta
 debugging, Zeller and Hildebrandt 2002); those that are left are brought nearer to nothing by
-bisection on the grid of their dimension, as if whatever fails with less failed with more.
+bisection on the grid of their dimension, as if whatever fails with less failed with more. Last,
+each is left out while the others are somewhat larger: few changes are easier to understand than
+small ones.
 """
 
 from __future__ import annotations
@@ -14,6 +16,9 @@ from pytest_safemanip.search.dimension import Deviation, Dimensions
 
 MANY = 4
 """Values from which on halves are tried first."""
+
+LARGER = 1.3
+"""How much larger others may be where one value is left out."""
 
 Test = Generator[Deviation, bool, bool]
 Answers = Generator[Deviation, bool, Deviation]
@@ -33,7 +38,7 @@ class Shrinker:
         budget: questions that it may ask.
 
     Attributes:
-        kept: deviations that fail, each smaller than the one before.
+        kept: deviations that fail, each of fewer or smaller values than the one before.
     """
 
     dimensions: Dimensions
@@ -54,6 +59,7 @@ class Shrinker:
                 yield from self._halve()
                 yield from self._drop()
                 yield from self._lessen()
+                yield from self._exchange()
         except Spent:
             pass
         return self.kept[-1]
@@ -105,6 +111,13 @@ class Shrinker:
                     high = middle
                 else:
                     low = middle
+
+    def _exchange(self) -> Generator[Deviation, bool, None]:
+        """Leave one value out, the cheapest first, for larger sizes of the others."""
+        for name in reversed(self._by_price()):
+            others = self.kept[-1].without([name])
+            if others and (yield from self._fails(self.dimensions.enlarged(others, LARGER))):
+                return
 
     def _sized(self, deviation: Deviation, name: str, size: float) -> Deviation:
         return deviation.replaced(name, replace(deviation[name], size=size))

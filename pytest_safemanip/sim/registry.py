@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from types import MappingProxyType
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
@@ -20,6 +20,22 @@ BUILT_IN: Mapping[str, str] = MappingProxyType(
 :class:`~pytest_safemanip.sim.backend.Simulator`, or a function that gives one of what stands behind
 ``NAME:``.
 """
+
+
+def check_known(name: str, added: Collection[str], place: str) -> None:
+    """See whether there is a backend of a name, without its library.
+
+    Args:
+        name: as given to ``--safemanip-backend``.
+        added: names of those from the hook ``pytest_safemanip_backends``.
+        place: where it is named.
+
+    Raises:
+        ConfigError: naming the place, if there is none.
+    """
+    if name not in added and name.partition(":")[0] not in BUILT_IN:
+        hint = did_you_mean(name, {*BUILT_IN, *added})
+        raise ConfigError(f"{place}: unknown backend {name!r}; {hint}")
 
 
 def find_simulator(name: str, added: Mapping[str, Simulator]) -> Simulator:
@@ -41,10 +57,8 @@ def find_simulator(name: str, added: Mapping[str, Simulator]) -> Simulator:
                 "pytest_safemanip.sim.backend.Simulator(spec, create)"
             )
         return found
+    check_known(name, added, "--safemanip-backend")
     base, _, variant = name.partition(":")
-    if base not in BUILT_IN:
-        hint = did_you_mean(name, {*BUILT_IN, *added})
-        raise ConfigError(f"--safemanip-backend: unknown backend {name!r}; {hint}")
     module, _, attribute = BUILT_IN[base].partition(":")
     shipped: Simulator | Callable[[str], Simulator] = getattr(
         importlib.import_module(module), attribute

@@ -208,6 +208,7 @@ def test_ctrl_c_keeps_what_was_found(suite: Suite) -> None:
     [
         (("--safemanip-search=0",), "--safemanip-search: expected a number from 1 to*"),
         (("--safemanip-search=9", "--safemanip-spaces=no.yaml"), "*no.yaml*"),
+        (("--safemanip-spaces=near.yaml",), "--safemanip-spaces says what to search: *search=200*"),
         (("--safemanip-search=9", "--safemanip-shard=1/2"), "*a search is no part of a shard*"),
         (("safemanip::test_regression[near-weak]",), "unknown node id: *near-weak*"),
         (("--safemanip-gate=tolerance[x] >= 3 cm",), "*no property 'x' in this run*"),
@@ -226,6 +227,7 @@ def test_what_cannot_be_searched_is_refused(
     [
         ("property: stay_near", "unknown property 'stay_near'; did you mean 'stays_near'?"),
         ("task: Reech", "unknown task 'Reech'; did you mean 'Reach'?"),
+        ("backend: robocassa", "backend: unknown backend 'robocassa'; did you mean 'robocasa'?"),
         ("scenes: compct", "unknown scenes 'compct'; did you mean 'compact'?"),
         ("changes: [{nois: actions, size: 3 %}]", "*one key that is a kind*did you mean 'noise'?"),
     ],

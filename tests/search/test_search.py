@@ -8,10 +8,12 @@ from pytest_safemanip.report.searching import sentence
 from pytest_safemanip.search.coverage import looked_at, tolerances
 from pytest_safemanip.search.dimension import NOTHING, Deviation
 from pytest_safemanip.search.kinds.definition import Setting
+from pytest_safemanip.search.proposing.effects import MOST, MainEffects
 from pytest_safemanip.search.proposing.parzen import ParzenEstimators
 from pytest_safemanip.search.proposing.proposer import decoded, encoded
 from pytest_safemanip.search.proposing.sampling import RandomSampling, SobolSampling
 from pytest_safemanip.search.search import Effort, Search
+from pytest_safemanip.search.shrinking import Shrinker
 from pytest_safemanip.search.trials import Outcome
 from tests.search.pure import amount, dimensions_of, outcome_of, reaches, searched
 
@@ -34,6 +36,25 @@ def test_a_planted_weakness_is_found_and_reduced_to_its_cause(found):
     assert sizes == {"left": -4.0, "latency": 150.0}
     assert len(failure.first) > 2
     assert failure.found_at <= 200
+
+
+def test_what_only_helps_is_left_out_for_a_larger_change(dimensions):
+    shrinker = Shrinker(dimensions, 60)
+    start = Deviation((("left", Setting(-7.0)), ("noise", Setting(30.0))))
+    least = _answered(
+        shrinker.reduce(start),
+        lambda asked: -amount(asked, "left") + 0.1 * amount(asked, "noise") >= 8.0,
+    )
+    assert least.settings == (("left", Setting(-8.0)),)
+
+
+def _answered(questions, fails):
+    asked = next(questions)
+    while True:
+        try:
+            asked = questions.send(fails(asked))
+        except StopIteration as ended:
+            return ended.value
 
 
 def test_what_nothing_violates_is_given_up_after_its_budget(found):
@@ -111,7 +132,7 @@ def test_seeds_take_turns(dimensions):
     assert [trial.seed for trial in search.tried][:6] == [4, 7, 4, 7, 4, 7]
 
 
-@pytest.mark.parametrize("make", [RandomSampling, SobolSampling, ParzenEstimators])
+@pytest.mark.parametrize("make", [RandomSampling, SobolSampling, MainEffects, ParzenEstimators])
 def test_the_same_seed_proposes_the_same(make, dimensions):
     first, again = (make(dimensions, 5) for _ in range(2))
     for _ in range(6):
@@ -159,6 +180,21 @@ def test_one_value_of_what_came_nearest_is_drawn_anew(dimensions):
         others = proposer.ask(8)[:4]
         drawn += [own for own in others if len(dict(set(own.settings) ^ set(near.settings))) == 1]
     assert len({name for own in drawn for name in dict(set(own.settings) - set(near.settings))}) > 2
+
+
+def test_what_lowers_the_margin_is_tried_at_its_limits(dimensions):
+    proposer = MainEffects(dimensions, 0)
+    for deviation in RandomSampling(dimensions, 1).ask(200):
+        left, noise = amount(deviation, "left"), amount(deviation, "noise")
+        proposer.tell(deviation, 1.0 + 0.05 * left - 0.01 * noise)
+    proposer.tell(NOTHING, None)
+    asked = proposer.ask(40)
+    by_name = dimensions.by_name
+    both = [own for own in asked if own.get("left") and own.get("noise")]
+    assert len(both) > 30
+    assert {own["left"].size for own in both} == {by_name["left"].low}
+    assert {own["noise"].size for own in both} == {by_name["noise"].high}
+    assert all(len(own) <= MOST for own in asked)
 
 
 FAR = (("forward", 20.0), ("left", 0.0))

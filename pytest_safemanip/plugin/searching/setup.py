@@ -43,9 +43,12 @@ def set_up(
         if settings.search is not None:
             raise ConfigError("--safemanip-search has nothing to run with --safemanip-recordings")
         return None, None
+    if settings.search is None and config.getoption("safemanip_spaces"):
+        raise ConfigError("--safemanip-spaces says what to search: --safemanip-search=200, too")
     if settings.search is not None and settings.shard is not None:
         raise ConfigError("--safemanip-search: a search is no part of a shard; leave out one")
-    searches = make_search_plan(plan, simulation.extensions.dimensions)
+    added = simulation.extensions
+    searches = make_search_plan(plan, added.dimensions, added.backends)
     if not searches.cases and not searches.regressions:
         return None, None
     make = _optimiser() if searches.cases else None

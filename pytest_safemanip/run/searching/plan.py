@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
@@ -18,6 +18,7 @@ from pytest_safemanip.search.kinds.definition import Kind
 from pytest_safemanip.search.regression import Regression, load_regressions
 from pytest_safemanip.search.search import Effort
 from pytest_safemanip.search.space import Applicable, Space, applicable, load_space
+from pytest_safemanip.sim.registry import check_known
 from pytest_safemanip.spec.task import Task
 
 SENSES: Mapping[str, frozenset[str]] = {
@@ -118,18 +119,21 @@ class SearchPlan:
 T = TypeVar("T", SearchCase, RegressionCase)
 
 
-def make_search_plan(plan: Plan, added: Sequence[Kind]) -> SearchPlan:
+def make_search_plan(plan: Plan, added: Sequence[Kind], backends: Collection[str]) -> SearchPlan:
     """Lay out the searches of a run, and the failures that it tries again.
 
     Args:
         plan: the run.
         added: kinds of dimensions that the user's hooks give.
+        backends: names of those that they give.
 
     Raises:
         ConfigError: if a space or a kept failure is wrong, or nothing of a space can be otherwise.
     """
     kinds, settings = Kinds(added), plan.settings
     kept = load_regressions(settings.regressions, kinds)
+    for own in kept.values():
+        check_known(own.backend, backends, f"{own.path}: backend")
     regressions = tuple(_regressions(plan, kept.values()))
     effort = Effort(rollouts=settings.search or 0)
     searches: tuple[SearchCase, ...] = ()
