@@ -150,6 +150,22 @@ class Search:
         self.tried.update(self._news)
         for asked in tuple(self._asked):
             self._go_on(asked)
+        self._look_again()
+
+    def _look_again(self) -> None:
+        """Reduce what trials of this round show of properties whose own search found nothing."""
+        news = [trial for trial, _ in self._news]
+        for own in self.pursuits.values():
+            if not own.over or own.failure is not None:
+                continue
+            found = self._first(own.property_id, news, None)
+            if found is not None:
+                own.over = False
+                asking = self._reduce(own, found)
+                again = _Asked(own, asking, next(asking))
+                self._asked.append(again)
+                if all(trial in self.tried for trial in again.round):
+                    self._go_on(again)
 
     def _go_on(self, asked: _Asked) -> None:
         """Let a property ask, until it asks for something that is not known yet."""

@@ -79,6 +79,11 @@ class Outcome:
         found = self.findings.get(property_id)
         return found is not None and found.violated
 
+    def keeps(self, property_id: str) -> bool:
+        """Whether it keeps a property that came to bear in it."""
+        found = self.findings.get(property_id)
+        return found is not None and found.triggered and not found.violated
+
     def to_json(self) -> dict[str, Any]:
         """Plain builtins. What failed is not kept."""
         return {name: value for name, value in asdict(self).items() if name != "error"}

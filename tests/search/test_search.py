@@ -38,6 +38,23 @@ def test_a_planted_weakness_is_found_and_reduced_to_its_cause(found):
     assert failure.found_at <= 200
 
 
+def test_what_another_search_shows_counts(dimensions):
+    def left_alone(trial):
+        return -1.0 if set(trial.deviation) == {"left"} else 1.0
+
+    search = searched(
+        dimensions,
+        ParzenEstimators,
+        effort=Effort(rollouts=64),
+        weak=reaches(left=-4.0),
+        narrow=left_alone,
+    )
+    assert [trial for trial in search.tried if set(trial.deviation) == {"left"}]
+    failure = search.pursuits["narrow"].failure
+    assert set(failure.deviation) == {"left"}
+    assert all(pursuit.over for pursuit in search.pursuits.values())
+
+
 def test_what_only_helps_is_left_out_for_a_larger_change(dimensions):
     shrinker = Shrinker(dimensions, 60)
     start = Deviation((("left", Setting(-7.0)), ("noise", Setting(30.0))))
