@@ -26,7 +26,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.search.dimension import Deviation, Dimension, Dimensions
 from pytest_safemanip.search.kinds.definition import Kind, Setting
 from pytest_safemanip.search.situation import Situation
-from pytest_safemanip.search.space import about_of, kind_of
+from pytest_safemanip.search.space import about_of, check_meant, kind_of
 from pytest_safemanip.search.units import parse_size, show
 from pytest_safemanip.spec import yamlfile
 
@@ -141,6 +141,8 @@ def load_regressions(folder: Path, kinds: Mapping[str, Kind]) -> dict[str, Regre
     Raises:
         ConfigError: naming file, line and what is wrong there.
     """
+    if folder.exists() and not folder.is_dir():
+        raise ConfigError(f"--safemanip-regressions: {folder} is no folder")
     found = [load_regression(path, kinds) for path in sorted(folder.glob("*.yaml"))]
     return {one.name: one for one in found}
 
@@ -176,6 +178,8 @@ def _change(own: yamlfile.Section, kinds: Mapping[str, Kind]) -> Change:
     size = _size(own, sized, kind.unit) if kind.unit else own.string(sized)
     if size == 0.0:
         raise own.error(sized, "expected a size other than 0")
+    if isinstance(size, float):
+        check_meant(own, sized, kind, size)
     return Change(kind, about_of(own, kind), Setting(size, details))
 
 

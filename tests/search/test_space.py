@@ -69,6 +69,8 @@ def test_a_kind_of_the_users_is_one_like_the_others(tmp_path):
         ("a text", "gives a str, expected"),
         (dataclasses.replace(HALVED, name="push"), "'push' exist already; rename it"),
         (dataclasses.replace(HALVED, unit="feet"), "unknown unit 'feet'"),
+        (dataclasses.replace(HALVED, step=0.0), "expected a step of more than 0"),
+        (dataclasses.replace(HALVED, low=0.2), "expected low <= 0 <= high"),
     ],
 )
 def test_what_is_no_kind_is_refused(kind, message):
@@ -83,7 +85,11 @@ def test_what_is_no_kind_is_refused(kind, message):
         ("{move: obj, push: obj}", "expected one key that is a kind, found 'move' and 'push'"),
         ("{move: obj, along: down}", "unknown direction 'down'"),
         ("{move: obj, along: left, limits: [1 cm, 4 cm]}", "a size of at most 0"),
-        ("{latency: actions, limits: [-1 s, 1 s]}", "expected 0, and one of at least 0"),
+        ("{latency: actions, limits: [-1 s, 1 s]}", "expected 0 first, then one above 0"),
+        ("{latency: actions, limits: [0 s, 1000 s]}", "expected 0 ms to 40000 ms for 'latency'"),
+        ("{dropped: frames, limits: [0 %, 101 %]}", "expected 0 % to 100 % for 'dropped'"),
+        ("{noise: actions, limits: [0 %, 0.001 %]}", "limits.*expected 1 to 1,000,000 steps"),
+        ("{noise: actions, step: 0.0000001 %}", "step.*expected 1 to 1,000,000 steps"),
         ("{latency: actions, limits: [0 s, 4 cm]}", "expected a number and a unit"),
         ("{latency: actions, limits: [0 s]}", "expected two sizes, found 1"),
         ("{latency: actions, limits: [0 s, .nan s]}", "a number and a unit, found"),
