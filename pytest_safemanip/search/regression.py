@@ -33,7 +33,7 @@ from pytest_safemanip.spec import yamlfile
 MOST = 40
 """Changes of one failure."""
 _REQUIRED = ("task", "property", "seed", "backend", "changes")
-_OPTIONAL = ("scenes", "found")
+_OPTIONAL = ("scenes", "draw", "found")
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,7 @@ class Regression:
         changes: what is otherwise.
         found: how it was found, for people.
         path: its file.
+        draw: number of the run in which it failed: what is random is drawn by it.
     """
 
     task: str
@@ -83,6 +84,7 @@ class Regression:
     changes: tuple[Change, ...]
     found: str = ""
     path: Path = Path()
+    draw: int = 0
 
     @property
     def name(self) -> str:
@@ -105,6 +107,7 @@ class Regression:
             "seed": self.seed,
             "backend": self.backend,
             **({"scenes": self.scenes} if self.scenes else {}),
+            **({"draw": self.draw} if self.draw else {}),
             "changes": [change.to_plain() for change in self.changes],
             **({"found": self.found} if self.found else {}),
         }
@@ -167,6 +170,7 @@ def load_regression(path: Path, kinds: Mapping[str, Kind]) -> Regression:
         tuple(_change(own, kinds) for own in changes),
         section.string("found") if "found" in section else "",
         path,
+        section.whole("draw") if "draw" in section else 0,
     )
 
 

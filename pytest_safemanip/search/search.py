@@ -25,6 +25,8 @@ SHRINKING = 60
 """Questions that may be asked to reduce a failure."""
 REPEATS = 10
 """Runs of what is left, to say how reliably it fails."""
+ALIKE = 4
+"""Runs of what is left that are the same bit for bit where one says as much as many."""
 MOST_BACK = 3
 """How often something larger is taken instead of what fails in fewer than half of the runs."""
 
@@ -65,6 +67,7 @@ class Failure:
         exact: whether runs are the same bit for bit, so that one says as much as many.
         found_at: after how many trials of the search it was found, this one among them.
         outcome: of the first run of what is left that fails.
+        draw: the number of that run: what is random is drawn by it.
     """
 
     seed: int
@@ -75,6 +78,7 @@ class Failure:
     exact: bool
     found_at: int
     outcome: Outcome
+    draw: int = 0
 
 
 @dataclass
@@ -236,14 +240,13 @@ class Search:
                 break
             answer = yield from self._fails(own, Trial(found.seed, asked), exact)
         for back, deviation in enumerate(dict.fromkeys(reversed(shrinker.kept))):
-            runs = [
-                Trial(found.seed, deviation, n) for n in range(2 if exact else self._effort.repeats)
-            ]
-            outcomes = yield from self._ask(own, runs[:2])
-            same = outcomes[0].digest == outcomes[1].digest
+            runs = [Trial(found.seed, deviation, n) for n in range(self._effort.repeats)]
+            outcomes = yield from self._ask(own, runs[:ALIKE])
+            same = len({out.digest for out in outcomes}) == 1 and not outcomes[0].refused
             if not same:
                 outcomes = yield from self._ask(own, runs)
             bad = [out for out in outcomes if out.violates(name)]
+            first_bad = bad[0] if bad else outcomes[0]
             own.failure = Failure(
                 found.seed,
                 found.deviation,
@@ -252,7 +255,8 @@ class Search:
                 runs=1 if same else len(runs),
                 exact=same,
                 found_at=at,
-                outcome=bad[0] if bad else outcomes[0],
+                outcome=first_bad,
+                draw=outcomes.index(first_bad),
             )
             if 2 * len(bad) >= len(outcomes) or back == MOST_BACK:
                 return
