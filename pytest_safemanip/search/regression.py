@@ -159,8 +159,8 @@ def load_regression(path: Path, kinds: Mapping[str, Kind]) -> Regression:
     section = yamlfile.load(path)
     section.check_keys(_REQUIRED, _OPTIONAL)
     changes = section.sections("changes")
-    if len(changes) > MOST:
-        raise section.error("changes", f"expected at most {MOST}, found {len(changes)}")
+    if not 1 <= len(changes) <= MOST:
+        raise section.error("changes", f"expected 1 to {MOST}, found {len(changes)}")
     return Regression(
         section.string("task"),
         section.string("property"),

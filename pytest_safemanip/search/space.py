@@ -300,6 +300,31 @@ def _lacks(dimension: Dimension, spec: BackendSpec, senses: Collection[str]) -> 
     return ""
 
 
+def check_applicable(
+    kind: Kind, about: Mapping[str, str], task: Task, spec: BackendSpec, place: str
+) -> None:
+    """Refuse what cannot be otherwise in a task.
+
+    Args:
+        kind: what it changes.
+        about: what it is about.
+        task: of the episodes.
+        spec: the backend's declaration in the task.
+        place: where it is said.
+
+    Raises:
+        ConfigError: if the backend cannot change it, or the task has no such role.
+    """
+    if kind.needs and kind.needs not in spec.can:
+        raise ConfigError(f"{place}: {kind.name}: the backend has no {kind.needs!r}")
+    if kind.role or kind.beside:
+        known = _roles(task, kind.role or "object")
+        role = about["beside" if kind.beside else kind.name]
+        if role not in known:
+            hint = did_you_mean(role, known)
+            raise ConfigError(f"{place}: {task.name} has no {role!r} to change; {hint}")
+
+
 def _nothing(declared: Declared, space: Space, task: Task) -> str:
     """Why a dimension has nothing to be about in a task.
 

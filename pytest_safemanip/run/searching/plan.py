@@ -17,7 +17,13 @@ from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.kinds.definition import Kind
 from pytest_safemanip.search.regression import Regression, load_regressions
 from pytest_safemanip.search.search import Effort
-from pytest_safemanip.search.space import Applicable, Space, applicable, load_space
+from pytest_safemanip.search.space import (
+    Applicable,
+    Space,
+    applicable,
+    check_applicable,
+    load_space,
+)
 from pytest_safemanip.sim.registry import check_known
 from pytest_safemanip.spec.task import Task
 
@@ -203,6 +209,10 @@ def _regressions(plan: Plan, kept: Iterable[Regression]) -> Iterable[RegressionC
         if own.backend != plan.settings.backend:
             continue
         _check_known(own, "task", own.task, plan.tasks, "safemanip tasks")
+        task = plan.tasks[own.task]
+        spec = plan.simulator.spec.in_task(task.simulated)
+        for change in own.changes:
+            check_applicable(change.kind, change.about, task, spec, str(own.path))
         if own.scenes:
             plan.simulator.spec.check_scenes(own.scenes, str(own.path))
         for policy in plan.policies:
