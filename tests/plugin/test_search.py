@@ -240,7 +240,6 @@ def test_what_cannot_be_searched_is_refused(
         ("backend: robocassa", "backend: unknown backend 'robocassa'; did you mean 'robocasa'?"),
         ("scenes: compct", "unknown scenes 'compct'; did you mean 'compact'?"),
         ("changes: []", "*key 'changes': expected 1 to 40, found 0"),
-        ("changes: [{light: all, size: 20 %}]", " light: the backend has no 'light'"),
         ("changes: [{push: cup, size: 1 N s, at: 1 s, towards: 0 deg}]", "*no 'cup' to change*"),
         ("changes: [{nois: actions, size: 3 %}]", "*one key that is a kind*did you mean 'noise'?"),
     ],

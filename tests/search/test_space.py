@@ -12,7 +12,7 @@ from pytest_safemanip.rollouts.disturbances.of_actions import Latency
 from pytest_safemanip.search.dimension import Deviation
 from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.kinds.definition import Kind, Setting
-from pytest_safemanip.search.space import applicable, load_space
+from pytest_safemanip.search.space import applicable, check_applicable, load_space
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from tests.search.pure import EVERYTHING, TASK, dimensions_of, space_of
 
@@ -45,6 +45,15 @@ def test_what_a_policy_does_not_sense_and_a_backend_cannot_change_is_left_out():
     found = applicable(space, TASK, stiff, "compact", EVERYTHING)
     assert {dimension.kind.needs for dimension in found.dimensions.own} == {"", "move"}
     assert any("the backend has no 'forces'" in line for line in found.left_out)
+
+
+def test_what_a_backend_cannot_change_and_a_task_does_not_have_is_refused_of_kept_failures():
+    stiff, kinds = dataclasses.replace(SPEC, can=frozenset({"move"})), Kinds()
+    check_applicable(kinds["move"], {"move": "obj", "along": "left"}, TASK, stiff, "a.yaml")
+    with pytest.raises(ConfigError, match=r"a.yaml: light: the backend has no 'light'"):
+        check_applicable(kinds["light"], {"light": "all"}, TASK, stiff, "a.yaml")
+    with pytest.raises(ConfigError, match=r"a.yaml: Toy has no 'objj' to change; did you mean"):
+        check_applicable(kinds["move"], {"move": "objj", "along": "left"}, TASK, stiff, "a.yaml")
 
 
 def test_sizes_have_any_unit_of_their_quantity(tmp_path):
