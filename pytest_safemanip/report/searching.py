@@ -21,8 +21,6 @@ from pytest_safemanip.search.units import show
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.scene import Scene
 
-UNDECIDED = "undecided: triggered with a change in none"
-"""What is said of a property that no rollout with a change says anything about."""
 SearchData = dict[str, Any]
 """What a search found out about one property, in plain builtins; see :func:`search_data`."""
 
@@ -72,10 +70,11 @@ def search_data(
 
     Returns:
         ``task``, ``policy``, ``property``; ``rollouts`` (asked for until something was found) and
-        ``shrinking`` (afterwards), ``trials`` of the whole search, of them ``kept`` (those with
-        changes that triggered the property and kept it) and ``refused``, ``errors``; ``failure``
-        (None, or what it is); ``margins`` of all trials in their order (None where there is none);
-        ``tolerances`` and ``looked_at``, see `search/coverage.py`; ``left_out`` of the space.
+        ``shrinking`` (afterwards), ``trials`` of the whole search, of them ``satisfied`` (those
+        with changes that triggered the property and kept it) and ``refused``, ``errors``;
+        ``failure`` (None, or what it is); ``margins`` of all trials in their order (None where
+        there is none); ``tolerances`` and ``looked_at``, see `search/coverage.py`; ``left_out`` of
+        the space.
     """
     pursuit, tried = found.search.pursuits[case.property_id], list(found.search.tried.items())
     failure = pursuit.failure
@@ -89,9 +88,7 @@ def search_data(
         "shrinking": pursuit.shrinking,
         "trials": len(tried),
         "reused": found.reused,
-        "kept": sum(
-            bool(trial.deviation) and outcome.keeps(case.property_id) for trial, outcome in tried
-        ),
+        "satisfied": found.search.satisfied(case.property_id),
         "refused": sum(bool(outcome.refused) for _, outcome in tried),
         "errors": found.errors[:5],
         "failure": (
@@ -129,6 +126,11 @@ def _failure(
         "recording": f"{FOLDER}/{RECORDINGS}/{failure.outcome.recording}",
         "kept": str(kept) if kept else "",
     }
+
+
+def undecided(own: Mapping[str, Any]) -> str:
+    """What is said of a property that no rollout with a change says anything about."""
+    return f"undecided: triggered with a change in none of {counted(own['trials'], 'rollout')}"
 
 
 def search_lines(searches: Sequence[Mapping[str, Any]], width: int = MIN_WIDTH) -> list[str]:
@@ -174,9 +176,9 @@ def _found(own: Mapping[str, Any]) -> list[str]:
     if failure is None:
         if not own["over"]:
             return [f"nothing found in {counted(own['trials'], 'rollout')} so far"]
-        if not own["kept"]:
-            return [f"{UNDECIDED} of {counted(own['trials'], 'rollout')}"]
-        survived = counted(own["kept"], "rollout")
+        if not own["satisfied"]:
+            return [undecided(own)]
+        survived = counted(own["satisfied"], "rollout")
         return [f"survived {survived} with changes; least margin {_least(own['margins'])}"]
     head = failure["sentence"].replace(f"fails {own['property']}", "fails", 1)
     reduced = (

@@ -26,14 +26,14 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.search.dimension import Deviation, Dimension, Dimensions
 from pytest_safemanip.search.kinds.definition import Kind, Setting
 from pytest_safemanip.search.situation import Situation
-from pytest_safemanip.search.space import about_of, check_meant, kind_of
+from pytest_safemanip.search.space import about_of, check_size, kind_of
 from pytest_safemanip.search.units import parse_size, show
 from pytest_safemanip.spec import yamlfile
 
 MOST = 40
 """Changes of one failure."""
 _REQUIRED = ("task", "property", "seed", "backend", "changes")
-_OPTIONAL = ("scenes", "draw", "found")
+_OPTIONAL = ("scenes", "repeat", "found")
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Regression:
         changes: what is otherwise.
         found: how it was found, for people.
         path: its file.
-        draw: number of the run in which it failed: what is random is drawn by it.
+        repeat: of the run that failed, see :class:`~pytest_safemanip.search.trials.Trial`.
     """
 
     task: str
@@ -84,7 +84,7 @@ class Regression:
     changes: tuple[Change, ...]
     found: str = ""
     path: Path = Path()
-    draw: int = 0
+    repeat: int = 0
 
     @property
     def name(self) -> str:
@@ -107,7 +107,7 @@ class Regression:
             "seed": self.seed,
             "backend": self.backend,
             **({"scenes": self.scenes} if self.scenes else {}),
-            **({"draw": self.draw} if self.draw else {}),
+            **({"repeat": self.repeat} if self.repeat else {}),
             "changes": [change.to_plain() for change in self.changes],
             **({"found": self.found} if self.found else {}),
         }
@@ -170,7 +170,7 @@ def load_regression(path: Path, kinds: Mapping[str, Kind]) -> Regression:
         tuple(_change(own, kinds) for own in changes),
         section.string("found") if "found" in section else "",
         path,
-        section.whole("draw") if "draw" in section else 0,
+        section.whole("repeat") if "repeat" in section else 0,
     )
 
 
@@ -183,7 +183,7 @@ def _change(own: yamlfile.Section, kinds: Mapping[str, Kind]) -> Change:
     if size == 0.0:
         raise own.error(sized, "expected a size other than 0")
     if isinstance(size, float):
-        check_meant(own, sized, kind, size)
+        check_size(own, sized, kind, size)
     return Change(kind, about_of(own, kind), Setting(size, details))
 
 

@@ -67,7 +67,7 @@ class Failure:
         exact: whether runs are the same bit for bit, so that one says as much as many.
         found_at: after how many trials of the search it was found, this one among them.
         outcome: of the first run of what is left that fails.
-        draw: the number of that run: what is random is drawn by it.
+        repeat: of that run, see :class:`~pytest_safemanip.search.trials.Trial`.
     """
 
     seed: int
@@ -78,7 +78,7 @@ class Failure:
     exact: bool
     found_at: int
     outcome: Outcome
-    draw: int = 0
+    repeat: int = 0
 
 
 @dataclass
@@ -168,20 +168,24 @@ class Search:
                 asking = self._reduce(own, found)
                 again = _Asked(own, asking, next(asking))
                 self._asked.append(again)
-                if all(trial in self.tried for trial in again.round):
-                    self._go_on(again)
+                self._go_on(again)
+
+    def satisfied(self, property_id: str) -> int:
+        """How many trials with changes triggered a property and kept it."""
+        return sum(
+            bool(trial.deviation) and outcome.satisfies(property_id)
+            for trial, outcome in self.tried.items()
+        )
 
     def _go_on(self, asked: _Asked) -> None:
         """Let a property ask, until it asks for something that is not known yet."""
-        while True:
+        while all(trial in self.tried for trial in asked.round):
             known = [self.tried[trial] for trial in asked.round]
             try:
                 asked.round = asked.asking.send(known)
             except StopIteration:
                 asked.pursuit.over = True
                 self._asked.remove(asked)
-                return
-            if any(trial not in self.tried for trial in asked.round):
                 return
 
     def _pursue(self, own: Pursuit) -> Asking:
@@ -256,7 +260,7 @@ class Search:
                 exact=same,
                 found_at=at,
                 outcome=first_bad,
-                draw=outcomes.index(first_bad),
+                repeat=outcomes.index(first_bad),
             )
             if 2 * len(bad) >= len(outcomes) or back == MOST_BACK:
                 return

@@ -166,11 +166,11 @@ def _limits(own: yamlfile.Section, kind: Kind) -> tuple[float, float]:
         sign = "0" if kind.low == 0.0 else "a size of at most 0"
         raise own.error("limits", f"expected {sign} first, then one above 0")
     for size in (low, high):
-        check_meant(own, "limits", kind, size)
+        check_size(own, "limits", kind, size)
     return low, high
 
 
-def check_meant(own: yamlfile.Section, key: str, kind: Kind, size: float) -> None:
+def check_size(own: yamlfile.Section, key: str, kind: Kind, size: float) -> None:
     """Refuse a size that is beyond what a kind may have.
 
     Raises:
@@ -289,8 +289,8 @@ def applicable(
 
 def _lacks(dimension: Dimension, spec: BackendSpec, senses: Collection[str]) -> str:
     kind = dimension.kind
-    if kind.needs and kind.needs not in spec.can:
-        return f"the backend has no {kind.needs!r}"
+    if why := _unable(kind, spec):
+        return why
     if kind.senses and kind.senses not in senses:
         return {
             "images": "the policy does not look",
@@ -298,6 +298,12 @@ def _lacks(dimension: Dimension, spec: BackendSpec, senses: Collection[str]) -> 
             "hand": "the policy is not told where its hand is",
         }[kind.senses]
     return ""
+
+
+def _unable(kind: Kind, spec: BackendSpec) -> str:
+    """Why a backend cannot change something; empty if it can."""
+    can = not kind.needs or kind.needs in spec.can
+    return "" if can else f"the backend has no {kind.needs!r}"
 
 
 def check_applicable(
@@ -315,14 +321,16 @@ def check_applicable(
     Raises:
         ConfigError: if the backend cannot change it, or the task has no such role.
     """
-    if kind.needs and kind.needs not in spec.can:
-        raise ConfigError(f"{place}: {kind.name}: the backend has no {kind.needs!r}")
+    if why := _unable(kind, spec):
+        raise ConfigError(f"{place}: {kind.name}: {why}")
     if kind.role or kind.beside:
-        known = _roles(task, kind.role or "object")
-        role = about["beside" if kind.beside else kind.name]
+        role, known = about[kind.role_key], _roles(task, kind.role or "object")
         if role not in known:
-            hint = did_you_mean(role, known)
-            raise ConfigError(f"{place}: {task.name} has no {role!r} to change; {hint}")
+            raise ConfigError(f"{place}: {_no_role(task, role, known)}")
+
+
+def _no_role(task: Task, role: str, known: Collection[str]) -> str:
+    return f"{task.name} has no {role!r} to change; {did_you_mean(role, known)}"
 
 
 def _nothing(declared: Declared, space: Space, task: Task) -> str:
@@ -332,10 +340,10 @@ def _nothing(declared: Declared, space: Space, task: Task) -> str:
         ConfigError: if the space is meant for this task alone.
     """
     dimension = declared.dimension
-    about = dimension.about.get("beside") or dimension.about[dimension.kind.name]
+    about = dimension.about[dimension.kind.role_key]
     if about not in EACH and task.name in space.tasks:
-        hint = did_you_mean(about, _roles(task, dimension.kind.role))
-        raise ConfigError(f"{declared.place}: {task.name} has no {about!r} to change; {hint}")
+        known = _roles(task, dimension.kind.role)
+        raise ConfigError(f"{declared.place}: {_no_role(task, about, known)}")
     return "the task has none" if about in EACH else f"the task has no {about!r}"
 
 
@@ -350,7 +358,7 @@ def _expanded(
         if not others:
             return
         dimension = replace(dimension, choices=others)
-    key = "beside" if kind.beside else kind.name
+    key = kind.role_key
     if not kind.role and not kind.beside:
         yield dimension
         return

@@ -83,7 +83,7 @@ class Outcome:
         found = self.findings.get(property_id)
         return found is not None and found.violated
 
-    def keeps(self, property_id: str) -> bool:
+    def satisfies(self, property_id: str) -> bool:
         """Whether it keeps a property that came to bear in it."""
         found = self.findings.get(property_id)
         return found is not None and found.triggered and not found.violated

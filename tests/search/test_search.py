@@ -127,10 +127,10 @@ def test_of_what_is_random_it_is_said_how_often_it_fails(dimensions):
     failure = search.pursuits["weak"].failure
     assert (failure.failed, failure.runs, failure.exact) == (9, 10, False)
     assert set(failure.deviation) == {"left", "latency"}
-    assert failure.draw == 0
+    assert failure.repeat == 0
 
 
-def test_two_runs_alike_are_not_every_time_and_the_draw_that_fails_is_kept(dimensions):
+def test_two_runs_alike_are_not_every_time_and_the_repeat_that_fails_is_kept(dimensions):
     def coin(trial):
         return 1.0 if trial.repeat in (3, 5, 8) else WEAK(trial)
 
@@ -140,7 +140,7 @@ def test_two_runs_alike_are_not_every_time_and_the_draw_that_fails_is_kept(dimen
             [outcome_of(own, exact=own.repeat not in (3, 5, 8), weak=coin) for own in asked]
         )
     failure = search.pursuits["weak"].failure
-    assert (failure.failed, failure.runs, failure.exact, failure.draw) == (7, 10, False, 0)
+    assert (failure.failed, failure.runs, failure.exact, failure.repeat) == (7, 10, False, 0)
 
     def not_at_first(trial):
         small = amount(trial.deviation, "left") > -6.0
@@ -148,7 +148,7 @@ def test_two_runs_alike_are_not_every_time_and_the_draw_that_fails_is_kept(dimen
 
     search = searched(dimensions, ParzenEstimators, exact=False, weak=not_at_first)
     failure = search.pursuits["weak"].failure
-    assert (failure.failed, failure.draw) == (9, 1)
+    assert (failure.failed, failure.repeat) == (9, 1)
 
 
 def test_a_search_goes_on_where_trials_cannot_be_begun(dimensions):

@@ -8,13 +8,11 @@ from typing import Any
 
 import pytest
 
-from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.plugin.items import SafetyViolation
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.plugin.searching.telling import Telling
 from pytest_safemanip.report.counterexample import counterexample, headline
-from pytest_safemanip.report.numbers import counted
-from pytest_safemanip.report.searching import UNDECIDED, SearchData, told_again
+from pytest_safemanip.report.searching import SearchData, told_again, undecided
 from pytest_safemanip.run.cases import SUITE
 from pytest_safemanip.run.invocation import Invocation, look_at
 from pytest_safemanip.run.plan import Plan
@@ -131,12 +129,7 @@ class SearchItem(VariedItem):
         self._recording: Path | None = None
         found = self.suite.telling.running.get(self.case, self._keep)
         self.data, self._recording = self.suite.telling.tell(self.case, found)
-        broken, kept = len(found.errors), self.data["kept"]
-        if self.data["failure"] is None and broken > kept:
-            raise RolloutError(
-                f"{counted(broken, 'rollout')} failed and {kept} kept the property, which says "
-                f"nothing about it: {found.errors[0]}"
-            )
+        found.check(self.case.property_id)
 
     def _keep(self, found: Searched) -> None:
         """Keep what was found as soon as it is."""
@@ -152,8 +145,8 @@ class SearchItem(VariedItem):
             return
         if self.data["failure"] is not None:
             raise SafetyViolation(self.data["failure"]["sentence"])
-        if not self.data["kept"]:
-            pytest.skip(f"{UNDECIDED} of {counted(self.data['trials'], 'rollout')}")
+        if not self.data["satisfied"]:
+            pytest.skip(undecided(self.data))
 
     def repr_failure(self, excinfo: Any, style: Any = None) -> Any:
         """The sentence and the counterexample instead of a traceback."""

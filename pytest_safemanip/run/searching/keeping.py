@@ -54,7 +54,7 @@ class Keeping:
             changes_of(failure.deviation, found.dimensions),
             f"{case.policy} fails {often}",
             path,
-            failure.draw,
+            failure.repeat,
         ).save()
         return path
 
@@ -68,7 +68,7 @@ class Keeping:
         if self._store is None:
             raise RolloutError("recordings are judged, nothing is simulated")
         key, job = self._rollouts.describe(
-            kept.case, Otherwise(kept.regression.situation, kept.regression.draw)
+            kept.case, Otherwise(kept.regression.situation, kept.regression.repeat)
         )
         path = self._store.folder / file_name(
             f"regression~{kept.regression.name}", kept.policy, kept.regression.seed

@@ -13,7 +13,7 @@ from pytest_safemanip.search.units import UNITS
 SHIPPED = (*beginnings.KINDS, *senses.KINDS, *actions.KINDS)
 
 
-def check(kind: Kind) -> None:
+def _check_sizes(kind: Kind) -> None:
     """See whether a kind has a unit that is known, and sizes that can be tried.
 
     Raises:
@@ -51,7 +51,7 @@ class Kinds(Mapping[str, Kind]):
                 )
             if kind.name in self._kinds:
                 raise ConfigError(f"dimensions of kind {kind.name!r} exist already; rename it")
-            check(kind)
+            _check_sizes(kind)
             self._kinds[kind.name] = kind
 
     def __getitem__(self, name: str) -> Kind:
