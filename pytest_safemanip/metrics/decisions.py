@@ -80,6 +80,7 @@ class Decision:
             "verdict": self.verdict,
             "comparable": self.comparable,
             "value": self.value,
+            "unit": self.gate.unit,
             "hits": self.rate.hits if self.rate else None,
             "total": self.rate.total if self.rate else None,
             "interval": list(self.interval) if self.interval else None,

@@ -169,10 +169,13 @@ class ReleaseGate:
         """
         run = _as_planned(run)
         elsewhere = not_comparable(run.records, run.origins)
+        policies = by_policy(run.records)
+        for search in run.searches:
+            policies.setdefault(search.policy, [])
         decisions = [
             self._decide(gate, policy, own, policy not in elsewhere, run.searches)
             for gate in self.gates.gates
-            for policy, own in by_policy(run.records).items()
+            for policy, own in policies.items()
             if fnmatch.fnmatchcase(policy, gate.where.get("policy", "*"))
         ]
         if run.partial:

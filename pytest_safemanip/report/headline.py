@@ -40,8 +40,11 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     Raises:
         ConfigError: if the decisions are malformed.
     """
+    searched = sum(bool(own.fails) for own in found.searches)
+    told = [f"{counted(searched, 'search')} found a violation"] if searched else []
     if not found.records:
-        return Headline("OPEN", "no rollout was run")
+        told = told or ["no rollout was run"]
+        return Headline("FAIL" if searched and release is None else "OPEN", ", ".join(told))
     complete = [own for own in found.records if own.complete and not own.unjudged]
     violated = sum(map(_is_violated, complete))
     incomplete = len(found.records) - len(complete)
@@ -51,6 +54,7 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     parts = [f"{violated} of {among} violated"]
     parts += [f"{counted(incomplete, 'rollout')} incomplete"] if incomplete else []
     parts += [f"{missing} of {expected} cases not run"] if missing else []
+    parts += told
     verdicts = [] if release is None else [r.name("verdict") for r in required_rows(release)]
     refused = release is not None and bool(release.text("refused", empty=True))
     if refused:
@@ -60,7 +64,7 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     bad = [verdict for verdict in verdicts if verdict not in GOOD]
     failed = bool(incomplete or missing)
     if release is None:
-        failed = failed or bool(violated)
+        failed = failed or bool(violated or searched)
     else:
         failed = failed or refused or any(verdict not in OPEN for verdict in bad)
     return Headline("FAIL" if failed else "OPEN" if bad else "PASS", ", ".join(parts))

@@ -70,10 +70,11 @@ def search_data(
 
     Returns:
         ``task``, ``policy``, ``property``; ``rollouts`` (asked for until something was found) and
-        ``shrinking`` (afterwards), ``trials`` of the whole search, ``refused`` of them, ``errors``;
+        ``shrinking`` (afterwards), ``trials`` of the whole search, of them ``satisfied`` (those
+        with changes that triggered the property and kept it) and ``refused``, ``errors``;
         ``failure`` (None, or what it is); ``margins`` of all trials in their order (None where
-        there is none); ``tolerances`` and ``looked_at``, see `search/coverage.py`; ``left_out``
-        of the space.
+        there is none); ``tolerances`` and ``looked_at``, see `search/coverage.py`; ``left_out`` of
+        the space.
     """
     pursuit, tried = found.search.pursuits[case.property_id], list(found.search.tried.items())
     failure = pursuit.failure
@@ -87,6 +88,7 @@ def search_data(
         "shrinking": pursuit.shrinking,
         "trials": len(tried),
         "reused": found.reused,
+        "satisfied": found.search.satisfied(case.property_id),
         "refused": sum(bool(outcome.refused) for _, outcome in tried),
         "errors": found.errors[:5],
         "failure": (
@@ -126,6 +128,11 @@ def _failure(
     }
 
 
+def undecided(own: Mapping[str, Any]) -> str:
+    """What is said of a property that no rollout with a change says anything about."""
+    return f"undecided: triggered with a change in none of {counted(own['trials'], 'rollout')}"
+
+
 def search_lines(searches: Sequence[Mapping[str, Any]], width: int = MIN_WIDTH) -> list[str]:
     """The terminal's block: a paragraph for each policy and task.
 
@@ -155,7 +162,7 @@ def _indented(text: str, columns: int, width: int) -> list[str]:
 
 
 def _effort(own: Mapping[str, Any]) -> str:
-    words = [counted(own["trials"], "rollout"), f"{len(own['looked_at'])} dimensions"]
+    words = [counted(own["trials"], "rollout"), counted(len(own["looked_at"]), "dimension")]
     if own["refused"]:
         words.append(f"{own['refused']} could not be begun")
     if own["reused"]:
@@ -168,8 +175,11 @@ def _found(own: Mapping[str, Any]) -> list[str]:
     failure = own["failure"]
     if failure is None:
         if not own["over"]:
-            return [f"nothing found in {own['rollouts']} rollouts so far"]
-        return [f"survived {own['rollouts']} rollouts; least margin {_least(own['margins'])}"]
+            return [f"nothing found in {counted(own['trials'], 'rollout')} so far"]
+        if not own["satisfied"]:
+            return [undecided(own)]
+        survived = counted(own["satisfied"], "rollout")
+        return [f"survived {survived} with changes; least margin {_least(own['margins'])}"]
     head = failure["sentence"].replace(f"fails {own['property']}", "fails", 1)
     reduced = (
         f"found after {failure['found_at']}, reduced from "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,7 +12,7 @@ def write_whole(path: Path, parts: Iterable[str | bytes]) -> Path:
     """Write a file; what was there before stays until all of it is written.
 
     Args:
-        path: of the file; a link is replaced, not followed. Its folder is made.
+        path: of the file; a link to one is replaced, not followed. Its folder is made.
         parts: what it consists of; text is written as UTF-8.
 
     Raises:
@@ -20,6 +21,8 @@ def write_whole(path: Path, parts: Iterable[str | bytes]) -> Path:
     scratch = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise OSError(errno.EINVAL, "not a file")
         with scratch.open("wb") as file:
             file.writelines(part.encode() if isinstance(part, str) else part for part in parts)
         scratch.replace(path)

@@ -66,7 +66,8 @@ class Tolerance:
         dimension: its name.
         unit: of the sizes.
         survived: the largest size below ``failed`` that was survived, all else being the same; 0
-            if none was. Where nothing fails, the largest size of any trial that kept the property.
+            if none was. Where nothing fails, the largest size of any trial that triggered the
+            property and kept it.
         failed: the size of the failure; None where none has this dimension.
     """
 
@@ -102,18 +103,14 @@ def _tolerance(
     if failure is not None and not failure.deviation:
         return Tolerance(name, unit, 0.0, 0.0)
     setting = failure.deviation.get(name) if failure is not None else None
-    kept = [
-        trial
-        for trial, outcome in tried
-        if pursuit.property_id in outcome.findings and not outcome.violates(pursuit.property_id)
-    ]
+    satisfied = [trial for trial, outcome in tried if outcome.satisfies(pursuit.property_id)]
     if failure is None or setting is None:
-        sizes = [abs(own.amount) for trial in kept if (own := trial.deviation.get(name))]
+        sizes = [abs(own.amount) for trial in satisfied if (own := trial.deviation.get(name))]
         return Tolerance(name, unit, max(sizes), None) if sizes else None
     rest = failure.deviation.without([name])
     below = [
         abs(own.amount)
-        for trial in kept
+        for trial in satisfied
         if trial.seed == failure.seed
         and trial.deviation.without([name]) == rest
         and (own := trial.deviation.get(name)) is not None

@@ -26,14 +26,14 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.search.dimension import Deviation, Dimension, Dimensions
 from pytest_safemanip.search.kinds.definition import Kind, Setting
 from pytest_safemanip.search.situation import Situation
-from pytest_safemanip.search.space import about_of, kind_of
+from pytest_safemanip.search.space import about_of, check_size, kind_of
 from pytest_safemanip.search.units import parse_size, show
 from pytest_safemanip.spec import yamlfile
 
 MOST = 40
 """Changes of one failure."""
 _REQUIRED = ("task", "property", "seed", "backend", "changes")
-_OPTIONAL = ("scenes", "found")
+_OPTIONAL = ("scenes", "repeat", "found")
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,7 @@ class Regression:
         changes: what is otherwise.
         found: how it was found, for people.
         path: its file.
+        repeat: of the run that failed, see :class:`~pytest_safemanip.search.trials.Trial`.
     """
 
     task: str
@@ -83,6 +84,7 @@ class Regression:
     changes: tuple[Change, ...]
     found: str = ""
     path: Path = Path()
+    repeat: int = 0
 
     @property
     def name(self) -> str:
@@ -105,6 +107,7 @@ class Regression:
             "seed": self.seed,
             "backend": self.backend,
             **({"scenes": self.scenes} if self.scenes else {}),
+            **({"repeat": self.repeat} if self.repeat else {}),
             "changes": [change.to_plain() for change in self.changes],
             **({"found": self.found} if self.found else {}),
         }
@@ -141,6 +144,8 @@ def load_regressions(folder: Path, kinds: Mapping[str, Kind]) -> dict[str, Regre
     Raises:
         ConfigError: naming file, line and what is wrong there.
     """
+    if folder.exists() and not folder.is_dir():
+        raise ConfigError(f"--safemanip-regressions: {folder} is no folder")
     found = [load_regression(path, kinds) for path in sorted(folder.glob("*.yaml"))]
     return {one.name: one for one in found}
 
@@ -154,8 +159,8 @@ def load_regression(path: Path, kinds: Mapping[str, Kind]) -> Regression:
     section = yamlfile.load(path)
     section.check_keys(_REQUIRED, _OPTIONAL)
     changes = section.sections("changes")
-    if len(changes) > MOST:
-        raise section.error("changes", f"expected at most {MOST}, found {len(changes)}")
+    if not 1 <= len(changes) <= MOST:
+        raise section.error("changes", f"expected 1 to {MOST}, found {len(changes)}")
     return Regression(
         section.string("task"),
         section.string("property"),
@@ -165,6 +170,7 @@ def load_regression(path: Path, kinds: Mapping[str, Kind]) -> Regression:
         tuple(_change(own, kinds) for own in changes),
         section.string("found") if "found" in section else "",
         path,
+        section.whole("repeat") if "repeat" in section else 0,
     )
 
 
@@ -176,6 +182,8 @@ def _change(own: yamlfile.Section, kinds: Mapping[str, Kind]) -> Change:
     size = _size(own, sized, kind.unit) if kind.unit else own.string(sized)
     if size == 0.0:
         raise own.error(sized, "expected a size other than 0")
+    if isinstance(size, float):
+        check_size(own, sized, kind, size)
     return Change(kind, about_of(own, kind), Setting(size, details))
 
 

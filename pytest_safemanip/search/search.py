@@ -25,6 +25,8 @@ SHRINKING = 60
 """Questions that may be asked to reduce a failure."""
 REPEATS = 10
 """Runs of what is left, to say how reliably it fails."""
+ALIKE = 4
+"""Runs of what is left that are the same bit for bit where one says as much as many."""
 MOST_BACK = 3
 """How often something larger is taken instead of what fails in fewer than half of the runs."""
 
@@ -65,6 +67,7 @@ class Failure:
         exact: whether runs are the same bit for bit, so that one says as much as many.
         found_at: after how many trials of the search it was found, this one among them.
         outcome: of the first run of what is left that fails.
+        repeat: of that run, see :class:`~pytest_safemanip.search.trials.Trial`.
     """
 
     seed: int
@@ -75,6 +78,7 @@ class Failure:
     exact: bool
     found_at: int
     outcome: Outcome
+    repeat: int = 0
 
 
 @dataclass
@@ -150,18 +154,38 @@ class Search:
         self.tried.update(self._news)
         for asked in tuple(self._asked):
             self._go_on(asked)
+        self._look_again()
+
+    def _look_again(self) -> None:
+        """Reduce what trials of this round show of properties whose own search found nothing."""
+        news = [trial for trial, _ in self._news]
+        for own in self.pursuits.values():
+            if not own.over or own.failure is not None:
+                continue
+            found = self._first(own.property_id, news, None)
+            if found is not None:
+                own.over = False
+                asking = self._reduce(own, found)
+                again = _Asked(own, asking, next(asking))
+                self._asked.append(again)
+                self._go_on(again)
+
+    def satisfied(self, property_id: str) -> int:
+        """How many trials with changes triggered a property and kept it."""
+        return sum(
+            bool(trial.deviation) and outcome.satisfies(property_id)
+            for trial, outcome in self.tried.items()
+        )
 
     def _go_on(self, asked: _Asked) -> None:
         """Let a property ask, until it asks for something that is not known yet."""
-        while True:
+        while all(trial in self.tried for trial in asked.round):
             known = [self.tried[trial] for trial in asked.round]
             try:
                 asked.round = asked.asking.send(known)
             except StopIteration:
                 asked.pursuit.over = True
                 self._asked.remove(asked)
-                return
-            if any(trial not in self.tried for trial in asked.round):
                 return
 
     def _pursue(self, own: Pursuit) -> Asking:
@@ -220,14 +244,13 @@ class Search:
                 break
             answer = yield from self._fails(own, Trial(found.seed, asked), exact)
         for back, deviation in enumerate(dict.fromkeys(reversed(shrinker.kept))):
-            runs = [
-                Trial(found.seed, deviation, n) for n in range(2 if exact else self._effort.repeats)
-            ]
-            outcomes = yield from self._ask(own, runs[:2])
-            same = outcomes[0].digest == outcomes[1].digest
+            runs = [Trial(found.seed, deviation, n) for n in range(self._effort.repeats)]
+            outcomes = yield from self._ask(own, runs[:ALIKE])
+            same = len({out.digest for out in outcomes}) == 1 and not outcomes[0].refused
             if not same:
                 outcomes = yield from self._ask(own, runs)
             bad = [out for out in outcomes if out.violates(name)]
+            first_bad = bad[0] if bad else outcomes[0]
             own.failure = Failure(
                 found.seed,
                 found.deviation,
@@ -236,7 +259,8 @@ class Search:
                 runs=1 if same else len(runs),
                 exact=same,
                 found_at=at,
-                outcome=bad[0] if bad else outcomes[0],
+                outcome=first_bad,
+                repeat=outcomes.index(first_bad),
             )
             if 2 * len(bad) >= len(outcomes) or back == MOST_BACK:
                 return

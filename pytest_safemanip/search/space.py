@@ -17,7 +17,7 @@ from pathlib import Path
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.search.dimension import Dimension, Dimensions
 from pytest_safemanip.search.kinds.definition import Kind
-from pytest_safemanip.search.units import parse_size
+from pytest_safemanip.search.units import parse_size, show
 from pytest_safemanip.sim.backend import BackendSpec
 from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.task import Task
@@ -31,6 +31,8 @@ EACH = {
 ROBOT = "robot"
 MOST = 100
 """Dimensions of a space: more is none that 200 rollouts look through."""
+MOST_STEPS = 1_000_000
+"""Sizes of a dimension to either side."""
 _OPTIONAL = ("limits", "choices", "price", "step", "along", "beside")
 
 
@@ -116,7 +118,7 @@ def _dimension(section: yamlfile.Section, name: str, kinds: Mapping[str, Kind]) 
         high=high,
         choices=_choices(own, kind),
         price=_price(own, kind),
-        step=_size(own, "step", kind.unit, positive=True) if "step" in own else kind.step,
+        step=_step(own, kind, (low, high)),
         details={
             key: _pair(own, key, detail.unit) if key in own else (detail.low, detail.high)
             for key, detail in kind.details.items()
@@ -162,8 +164,32 @@ def _limits(own: yamlfile.Section, kind: Kind) -> tuple[float, float]:
     low, high = _pair(own, "limits", kind.unit) if "limits" in own else (kind.low, kind.high)
     if not low <= 0.0 <= high or (kind.low == 0.0 and low < 0.0):
         sign = "0" if kind.low == 0.0 else "a size of at most 0"
-        raise own.error("limits", f"expected {sign}, and one of at least 0")
+        raise own.error("limits", f"expected {sign} first, then one above 0")
+    for size in (low, high):
+        check_size(own, "limits", kind, size)
     return low, high
+
+
+def check_size(own: yamlfile.Section, key: str, kind: Kind, size: float) -> None:
+    """Refuse a size that is beyond what a kind may have.
+
+    Raises:
+        ConfigError: naming the key.
+    """
+    low, high = kind.farthest
+    if not low <= size <= high:
+        least, most = show(low, kind.unit), show(high, kind.unit)
+        raise own.error(key, f"expected {least} to {most} for {kind.name!r}")
+
+
+def _step(own: yamlfile.Section, kind: Kind, limits: tuple[float, float]) -> float:
+    """The step of sizes: one at least fits between nothing and a limit."""
+    step = _size(own, "step", kind.unit, positive=True) if "step" in own else kind.step
+    if kind.unit and not 1.0 <= max(-limits[0], limits[1]) / step <= MOST_STEPS:
+        key = "step" if "step" in own or "limits" not in own else "limits"
+        told = show(step, kind.unit)
+        raise own.error(key, f"expected 1 to {MOST_STEPS:,} steps of {told} up to a limit")
+    return step
 
 
 def _pair(own: yamlfile.Section, key: str, unit: str) -> tuple[float, float]:
@@ -263,8 +289,8 @@ def applicable(
 
 def _lacks(dimension: Dimension, spec: BackendSpec, senses: Collection[str]) -> str:
     kind = dimension.kind
-    if kind.needs and kind.needs not in spec.can:
-        return f"the backend has no {kind.needs!r}"
+    if why := _unable(kind, spec):
+        return why
     if kind.senses and kind.senses not in senses:
         return {
             "images": "the policy does not look",
@@ -274,6 +300,39 @@ def _lacks(dimension: Dimension, spec: BackendSpec, senses: Collection[str]) -> 
     return ""
 
 
+def _unable(kind: Kind, spec: BackendSpec) -> str:
+    """Why a backend cannot change something; empty if it can."""
+    can = not kind.needs or kind.needs in spec.can
+    return "" if can else f"the backend has no {kind.needs!r}"
+
+
+def check_applicable(
+    kind: Kind, about: Mapping[str, str], task: Task, spec: BackendSpec, place: str
+) -> None:
+    """Refuse what cannot be otherwise in a task.
+
+    Args:
+        kind: what it changes.
+        about: what it is about.
+        task: of the episodes.
+        spec: the backend's declaration in the task.
+        place: where it is said.
+
+    Raises:
+        ConfigError: if the backend cannot change it, or the task has no such role.
+    """
+    if why := _unable(kind, spec):
+        raise ConfigError(f"{place}: {kind.name}: {why}")
+    if kind.role or kind.beside:
+        role, known = about[kind.role_key], _roles(task, kind.role or "object")
+        if role not in known:
+            raise ConfigError(f"{place}: {_no_role(task, role, known)}")
+
+
+def _no_role(task: Task, role: str, known: Collection[str]) -> str:
+    return f"{task.name} has no {role!r} to change; {did_you_mean(role, known)}"
+
+
 def _nothing(declared: Declared, space: Space, task: Task) -> str:
     """Why a dimension has nothing to be about in a task.
 
@@ -281,10 +340,10 @@ def _nothing(declared: Declared, space: Space, task: Task) -> str:
         ConfigError: if the space is meant for this task alone.
     """
     dimension = declared.dimension
-    about = dimension.about.get("beside") or dimension.about[dimension.kind.name]
+    about = dimension.about[dimension.kind.role_key]
     if about not in EACH and task.name in space.tasks:
-        hint = did_you_mean(about, _roles(task, dimension.kind.role))
-        raise ConfigError(f"{declared.place}: {task.name} has no {about!r} to change; {hint}")
+        known = _roles(task, dimension.kind.role)
+        raise ConfigError(f"{declared.place}: {_no_role(task, about, known)}")
     return "the task has none" if about in EACH else f"the task has no {about!r}"
 
 
@@ -299,7 +358,7 @@ def _expanded(
         if not others:
             return
         dimension = replace(dimension, choices=others)
-    key = "beside" if kind.beside else kind.name
+    key = kind.role_key
     if not kind.role and not kind.beside:
         yield dimension
         return

@@ -27,6 +27,10 @@ class Trial:
     repeat: int = 0
 
 
+LONGEST = 255
+"""Letters of a file's name."""
+
+
 @dataclass(frozen=True)
 class Finding:
     """What a rollout says about a property.
@@ -79,6 +83,11 @@ class Outcome:
         found = self.findings.get(property_id)
         return found is not None and found.violated
 
+    def satisfies(self, property_id: str) -> bool:
+        """Whether it keeps a property that came to bear in it."""
+        found = self.findings.get(property_id)
+        return found is not None and found.triggered and not found.violated
+
     def to_json(self) -> dict[str, Any]:
         """Plain builtins. What failed is not kept."""
         return {name: value for name, value in asdict(self).items() if name != "error"}
@@ -99,8 +108,9 @@ class Outcome:
         flags = [x for own in findings.values() for x in (own.violated, own.triggered)]
         if (
             not all(type(flag) is bool for flag in flags)
-            or not all(isinstance(x, int | float) and math.isfinite(x) for x in numbers)
+            or not all(isinstance(x, int | float) and abs(x) < math.inf for x in numbers)
             or not all(isinstance(text, str) for text in texts.values())
+            or len(texts["recording"]) > LONGEST
             or "/" in texts["recording"]
         ):
             raise ConfigError(f"{place}: no outcome of a trial")

@@ -22,7 +22,7 @@ BUILT_IN: Mapping[str, str] = MappingProxyType(
 """
 
 
-def check_known(name: str, added: Collection[str], place: str) -> None:
+def check_backend(name: str, added: Collection[str], place: str) -> None:
     """See whether there is a backend of a name, without its library.
 
     Args:
@@ -57,7 +57,7 @@ def find_simulator(name: str, added: Mapping[str, Simulator]) -> Simulator:
                 "pytest_safemanip.sim.backend.Simulator(spec, create)"
             )
         return found
-    check_known(name, added, "--safemanip-backend")
+    check_backend(name, added, "--safemanip-backend")
     base, _, variant = name.partition(":")
     module, _, attribute = BUILT_IN[base].partition(":")
     shipped: Simulator | Callable[[str], Simulator] = getattr(

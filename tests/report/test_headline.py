@@ -104,6 +104,9 @@ def test_what_a_search_found_is_told():
             SearchRecord("p", "T", "b", True, "", ()),
         ),
     )
+    told = headline(found, None)
+    assert told.verdict == "FAIL"
+    assert told.text == "0 of 1 rollout violated, 1 search found a violation"
     assert notes_on(found) == [
         "a search found what p does not stand in T: it fails a when the mug is gone (9 of 10)"
     ]

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import os
+import stat
+
 import pytest
 
 from pytest_safemanip.report.whole import write_whole
@@ -24,6 +27,13 @@ def test_an_error_names_the_file_that_was_meant(tmp_path):
     with pytest.raises(IsADirectoryError) as error:
         write_whole(tmp_path / "page.html", ["text"])
     assert error.value.filename == str(tmp_path / "page.html")
+
+
+def test_a_device_is_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="not a file"):
+        write_whole(tmp_path / "pipe", ["text"])
+    assert stat.S_ISFIFO((tmp_path / "pipe").stat().st_mode)
 
 
 def test_a_link_is_replaced_and_what_it_points_to_stays(tmp_path):

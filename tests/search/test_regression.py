@@ -28,7 +28,9 @@ def test_what_is_kept_is_the_same_when_it_is_read(tmp_path):
     for number, deviation in enumerate(SobolSampling(dimensions, 0).ask(30)):
         path = tmp_path / "kept" / f"{number:02}.yaml"
         changes = changes_of(deviation, dimensions)
-        kept = Regression("Toy", "a", number, "robocasa", "compact", changes, "it fails", path)
+        kept = Regression(
+            "Toy", "a", number, "robocasa", "compact", changes, "it fails", path, number
+        )
         kept.save()
         read = load_regressions(tmp_path / "kept", Kinds())[f"{number:02}"]
         assert read == kept

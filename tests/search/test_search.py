@@ -38,6 +38,23 @@ def test_a_planted_weakness_is_found_and_reduced_to_its_cause(found):
     assert failure.found_at <= 200
 
 
+def test_what_another_search_shows_counts(dimensions):
+    def left_alone(trial):
+        return -1.0 if set(trial.deviation) == {"left"} else 1.0
+
+    search = searched(
+        dimensions,
+        ParzenEstimators,
+        effort=Effort(rollouts=64),
+        weak=reaches(left=-4.0),
+        narrow=left_alone,
+    )
+    assert [trial for trial in search.tried if set(trial.deviation) == {"left"}]
+    failure = search.pursuits["narrow"].failure
+    assert set(failure.deviation) == {"left"}
+    assert all(pursuit.over for pursuit in search.pursuits.values())
+
+
 def test_what_only_helps_is_left_out_for_a_larger_change(dimensions):
     shrinker = Shrinker(dimensions, 60)
     start = Deviation((("left", Setting(-7.0)), ("noise", Setting(30.0))))
@@ -110,6 +127,28 @@ def test_of_what_is_random_it_is_said_how_often_it_fails(dimensions):
     failure = search.pursuits["weak"].failure
     assert (failure.failed, failure.runs, failure.exact) == (9, 10, False)
     assert set(failure.deviation) == {"left", "latency"}
+    assert failure.repeat == 0
+
+
+def test_two_runs_alike_are_not_every_time_and_the_repeat_that_fails_is_kept(dimensions):
+    def coin(trial):
+        return 1.0 if trial.repeat in (3, 5, 8) else WEAK(trial)
+
+    search = Search(dimensions, ["weak"], (0,), Effort(), ParzenEstimators)
+    while asked := search.ask():
+        search.tell(
+            [outcome_of(own, exact=own.repeat not in (3, 5, 8), weak=coin) for own in asked]
+        )
+    failure = search.pursuits["weak"].failure
+    assert (failure.failed, failure.runs, failure.exact, failure.repeat) == (7, 10, False, 0)
+
+    def not_at_first(trial):
+        small = amount(trial.deviation, "left") > -6.0
+        return 1.0 if small and trial.repeat == 0 else WEAK(trial)
+
+    search = searched(dimensions, ParzenEstimators, exact=False, weak=not_at_first)
+    failure = search.pursuits["weak"].failure
+    assert (failure.failed, failure.repeat) == (9, 1)
 
 
 def test_a_search_goes_on_where_trials_cannot_be_begun(dimensions):

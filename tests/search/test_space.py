@@ -12,7 +12,7 @@ from pytest_safemanip.rollouts.disturbances.of_actions import Latency
 from pytest_safemanip.search.dimension import Deviation
 from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.kinds.definition import Kind, Setting
-from pytest_safemanip.search.space import applicable, load_space
+from pytest_safemanip.search.space import applicable, check_applicable, load_space
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from tests.search.pure import EVERYTHING, TASK, dimensions_of, space_of
 
@@ -47,6 +47,15 @@ def test_what_a_policy_does_not_sense_and_a_backend_cannot_change_is_left_out():
     assert any("the backend has no 'forces'" in line for line in found.left_out)
 
 
+def test_what_a_backend_cannot_change_and_a_task_does_not_have_is_refused_of_kept_failures():
+    stiff, kinds = dataclasses.replace(SPEC, can=frozenset({"move"})), Kinds()
+    check_applicable(kinds["move"], {"move": "obj", "along": "left"}, TASK, stiff, "a.yaml")
+    with pytest.raises(ConfigError, match=r"a.yaml: light: the backend has no 'light'"):
+        check_applicable(kinds["light"], {"light": "all"}, TASK, stiff, "a.yaml")
+    with pytest.raises(ConfigError, match=r"a.yaml: Toy has no 'objj' to change; did you mean"):
+        check_applicable(kinds["move"], {"move": "objj", "along": "left"}, TASK, stiff, "a.yaml")
+
+
 def test_sizes_have_any_unit_of_their_quantity(tmp_path):
     text = "dimensions: {near: {move: obj, along: left, limits: [-0.02 m, 40 mm], price: 1 cm}}"
     (dimension,) = dimensions_of(tmp_path, text).own
@@ -69,6 +78,8 @@ def test_a_kind_of_the_users_is_one_like_the_others(tmp_path):
         ("a text", "gives a str, expected"),
         (dataclasses.replace(HALVED, name="push"), "'push' exist already; rename it"),
         (dataclasses.replace(HALVED, unit="feet"), "unknown unit 'feet'"),
+        (dataclasses.replace(HALVED, step=0.0), "expected a step of more than 0"),
+        (dataclasses.replace(HALVED, low=0.2), "expected low <= 0 <= high"),
     ],
 )
 def test_what_is_no_kind_is_refused(kind, message):
@@ -83,7 +94,11 @@ def test_what_is_no_kind_is_refused(kind, message):
         ("{move: obj, push: obj}", "expected one key that is a kind, found 'move' and 'push'"),
         ("{move: obj, along: down}", "unknown direction 'down'"),
         ("{move: obj, along: left, limits: [1 cm, 4 cm]}", "a size of at most 0"),
-        ("{latency: actions, limits: [-1 s, 1 s]}", "expected 0, and one of at least 0"),
+        ("{latency: actions, limits: [-1 s, 1 s]}", "expected 0 first, then one above 0"),
+        ("{latency: actions, limits: [0 s, 1000 s]}", "expected 0 ms to 40000 ms for 'latency'"),
+        ("{dropped: frames, limits: [0 %, 101 %]}", "expected 0 % to 100 % for 'dropped'"),
+        ("{noise: actions, limits: [0 %, 0.001 %]}", "limits.*expected 1 to 1,000,000 steps"),
+        ("{noise: actions, step: 0.0000001 %}", "step.*expected 1 to 1,000,000 steps"),
         ("{latency: actions, limits: [0 s, 4 cm]}", "expected a number and a unit"),
         ("{latency: actions, limits: [0 s]}", "expected two sizes, found 1"),
         ("{latency: actions, limits: [0 s, .nan s]}", "a number and a unit, found"),

@@ -12,7 +12,7 @@ from pytest_safemanip.plugin.items import SafetyViolation
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.plugin.searching.telling import Telling
 from pytest_safemanip.report.counterexample import counterexample, headline
-from pytest_safemanip.report.searching import SearchData, told_again
+from pytest_safemanip.report.searching import SearchData, told_again, undecided
 from pytest_safemanip.run.cases import SUITE
 from pytest_safemanip.run.invocation import Invocation, look_at
 from pytest_safemanip.run.plan import Plan
@@ -124,25 +124,29 @@ class SearchItem(VariedItem):
         """Run the search, or take what it found from a case before this one.
 
         Raises:
-            SafemanipError: if not even the episode as it is can be run.
+            SafemanipError: if not even the episode as it is can be run, or most with a change fail.
         """
         self._recording: Path | None = None
         found = self.suite.telling.running.get(self.case, self._keep)
         self.data, self._recording = self.suite.telling.tell(self.case, found)
+        found.check(self.case.property_id)
 
     def _keep(self, found: Searched) -> None:
         """Keep what was found as soon as it is."""
         self.suite.telling.keeping.keep_all(self.case, found)
 
     def runtest(self) -> None:
-        """Fail if there is a violation.
+        """Fail if there is a violation; skip if no rollout with a change says anything.
 
         Raises:
             SafetyViolation: with the sentence that says when.
         """
-        failure = self.data["failure"] if self.data else None
-        if failure is not None:
-            raise SafetyViolation(failure["sentence"])
+        if self.data is None:
+            return
+        if self.data["failure"] is not None:
+            raise SafetyViolation(self.data["failure"]["sentence"])
+        if not self.data["satisfied"]:
+            pytest.skip(undecided(self.data))
 
     def repr_failure(self, excinfo: Any, style: Any = None) -> Any:
         """The sentence and the counterexample instead of a traceback."""

@@ -47,8 +47,8 @@ def set_up(
         raise ConfigError("--safemanip-spaces says what to search: --safemanip-search=200, too")
     if settings.search is not None and settings.shard is not None:
         raise ConfigError("--safemanip-search: a search is no part of a shard; leave out one")
-    added = simulation.extensions
-    searches = make_search_plan(plan, added.dimensions, added.backends)
+    extensions = simulation.extensions
+    searches = make_search_plan(plan, extensions.dimensions, extensions.backends)
     if not searches.cases and not searches.regressions:
         return None, None
     make = _optimiser() if searches.cases else None

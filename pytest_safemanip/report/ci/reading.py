@@ -17,6 +17,7 @@ from pytest_safemanip.metrics.release_gate import GOOD, OPEN
 from pytest_safemanip.metrics.summaries import Summary, read
 from pytest_safemanip.report.numbers import percent
 from pytest_safemanip.run.cases import Case
+from pytest_safemanip.search.units import UNITS, show
 
 MOST = 1e6
 """Sanity bound on an end of an interval."""
@@ -175,6 +176,9 @@ def _figures(own: Fields) -> str:
     if own.values.get("value") is None:
         return "undefined"
     value = own.number("value")
+    unit = own.told("unit", empty=True) if "unit" in own.values else ""
+    if unit in UNITS:
+        return show(value, unit)
     if own.values.get("total") is None:
         return f"{value:g}"
     counts = f"{own.number('hits'):g} of {own.count('total')} = {percent(value)}"

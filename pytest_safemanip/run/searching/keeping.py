@@ -54,6 +54,7 @@ class Keeping:
             changes_of(failure.deviation, found.dimensions),
             f"{case.policy} fails {often}",
             path,
+            failure.repeat,
         ).save()
         return path
 
@@ -66,7 +67,9 @@ class Keeping:
         """
         if self._store is None:
             raise RolloutError("recordings are judged, nothing is simulated")
-        key, job = self._rollouts.describe(kept.case, Otherwise(kept.regression.situation))
+        key, job = self._rollouts.describe(
+            kept.case, Otherwise(kept.regression.situation, kept.regression.repeat)
+        )
         path = self._store.folder / file_name(
             f"regression~{kept.regression.name}", kept.policy, kept.regression.seed
         )

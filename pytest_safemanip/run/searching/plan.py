@@ -17,8 +17,14 @@ from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.kinds.definition import Kind
 from pytest_safemanip.search.regression import Regression, load_regressions
 from pytest_safemanip.search.search import Effort
-from pytest_safemanip.search.space import Applicable, Space, applicable, load_space
-from pytest_safemanip.sim.registry import check_known
+from pytest_safemanip.search.space import (
+    Applicable,
+    Space,
+    applicable,
+    check_applicable,
+    load_space,
+)
+from pytest_safemanip.sim.registry import check_backend
 from pytest_safemanip.spec.task import Task
 
 SENSES: Mapping[str, frozenset[str]] = {
@@ -132,9 +138,7 @@ def make_search_plan(plan: Plan, added: Sequence[Kind], backends: Collection[str
     """
     kinds, settings = Kinds(added), plan.settings
     kept = load_regressions(settings.regressions, kinds)
-    for own in kept.values():
-        check_known(own.backend, backends, f"{own.path}: backend")
-    regressions = tuple(_regressions(plan, kept.values()))
+    regressions = tuple(_regressions(plan, kept.values(), backends))
     effort = Effort(rollouts=settings.search or 0)
     searches: tuple[SearchCase, ...] = ()
     spaces: dict[tuple[str, str], Applicable] = {}
@@ -193,16 +197,23 @@ def _space(plan: Plan, spaces: Sequence[Space], task: Task, policy: PolicySpec) 
     return applicable(space, task, spec, plan.scenes(policy.name), senses)
 
 
-def _regressions(plan: Plan, kept: Iterable[Regression]) -> Iterable[RegressionCase]:
+def _regressions(
+    plan: Plan, kept: Iterable[Regression], backends: Collection[str]
+) -> Iterable[RegressionCase]:
     """Those of the tasks and properties of this run, with each of its policies."""
     if plan.simulator is None:
         return
     known = {(case.policy, case.task, case.property_id) for case in plan.every}
     for own in kept:
         _check_known(own, "property", own.property_id, plan.properties, "safemanip properties")
+        check_backend(own.backend, backends, f"{own.path}: backend")
         if own.backend != plan.settings.backend:
             continue
         _check_known(own, "task", own.task, plan.tasks, "safemanip tasks")
+        task = plan.tasks[own.task]
+        spec = plan.simulator.spec.in_task(task.simulated)
+        for change in own.changes:
+            check_applicable(change.kind, change.about, task, spec, str(own.path))
         if own.scenes:
             plan.simulator.spec.check_scenes(own.scenes, str(own.path))
         for policy in plan.policies:

@@ -64,6 +64,19 @@ class Searched:
     errors: list[str] = field(default_factory=list)
     reused: int = 0
 
+    def check(self, property_id: str) -> None:
+        """See whether a search that found nothing says anything about a property.
+
+        Raises:
+            RolloutError: if more rollouts failed than kept the property.
+        """
+        broken, satisfied = len(self.errors), self.search.satisfied(property_id)
+        if self.search.pursuits[property_id].failure is None and broken > satisfied:
+            raise RolloutError(
+                f"{broken} of {len(self.search.tried)} rollouts failed and {satisfied} kept the "
+                f"property, which says nothing about it: {self.errors[0]}"
+            )
+
 
 class Searches:
     """The searches of a run; each is run once, in whichever process asks first.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from pytest_safemanip.errors import ConfigError
@@ -12,6 +13,24 @@ from pytest_safemanip.search.units import UNITS
 SHIPPED = (*beginnings.KINDS, *senses.KINDS, *actions.KINDS)
 
 
+def _check_sizes(kind: Kind) -> None:
+    """See whether a kind has a unit that is known, and sizes that can be tried.
+
+    Raises:
+        ConfigError: if it does not.
+    """
+    if not kind.unit:
+        return
+    if kind.unit not in UNITS:
+        units = ", ".join(UNITS)
+        raise ConfigError(f"kind {kind.name!r}: unknown unit {kind.unit!r}; known: {units}")
+    for name in ("price", "step"):
+        if not 0.0 < getattr(kind, name) < math.inf:
+            raise ConfigError(f"kind {kind.name!r}: expected a {name} of more than 0")
+    if not -math.inf < kind.low <= 0.0 <= kind.high < math.inf or kind.low == kind.high:
+        raise ConfigError(f"kind {kind.name!r}: expected low <= 0 <= high, and not both 0")
+
+
 class Kinds(Mapping[str, Kind]):
     """Kinds by name.
 
@@ -19,7 +38,7 @@ class Kinds(Mapping[str, Kind]):
         added: the user's.
 
     Raises:
-        ConfigError: if one is none, has an unknown unit, or a name that is taken.
+        ConfigError: if one is none, has sizes that cannot be tried, or a name that is taken.
     """
 
     def __init__(self, added: Iterable[Kind] = ()) -> None:
@@ -32,9 +51,7 @@ class Kinds(Mapping[str, Kind]):
                 )
             if kind.name in self._kinds:
                 raise ConfigError(f"dimensions of kind {kind.name!r} exist already; rename it")
-            if kind.unit and kind.unit not in UNITS:
-                units = ", ".join(UNITS)
-                raise ConfigError(f"kind {kind.name!r}: unknown unit {kind.unit!r}; known: {units}")
+            _check_sizes(kind)
             self._kinds[kind.name] = kind
 
     def __getitem__(self, name: str) -> Kind:

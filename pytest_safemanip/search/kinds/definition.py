@@ -98,6 +98,21 @@ class Kind:
     choices: str = ""
 
     @property
+    def farthest(self) -> tuple[float, float]:
+        """The least and the largest size that a file may give: a hundred times the usual limits,
+        and of a share at most 100 %.
+        """
+        most = 100.0 * self.high
+        if self.unit == "%" and self.low == 0.0:
+            most = min(most, 100.0)
+        return 100.0 * self.low, most
+
+    @property
+    def role_key(self) -> str:
+        """The key whose value is a role of the task, where there is one."""
+        return "beside" if self.beside else self.name
+
+    @property
     def keys(self) -> tuple[str, ...]:
         """The keys that say what a dimension is about."""
         more = [*(["along"] if self.along else []), *(["beside"] if self.beside else [])]

@@ -76,8 +76,8 @@ class ParzenEstimators:
         self._left -= even
         found = self._even.ask(even)
         if even < count:
-            near = [*self._further(), *self._altered(), *self._effects.ask(AT_LIMITS)]
-            found += near[: count - even]
+            guided = [*self._further(), *self._altered(), *self._effects.ask(AT_LIMITS)]
+            found += guided[: count - even]
         with _experimental():
             asked = [self._study.ask(dict(self._known)) for _ in range(count - len(found))]
         for trial in asked:  # what comes of them is told with all else

@@ -23,6 +23,12 @@ def tags(text):
     return set(re.findall(r"<[^/][^>]*>", GITHUB.render(text)))
 
 
+def test_what_a_policy_tolerates_has_its_unit(make_run):
+    own = {"name": "tolerance[a] >= 2 cm", "gate": "tolerance[a] >= 2 cm", "hits": None}
+    run = make_run([violated()], [gate(**own, total=None, value=2.5, unit="cm", why="so far")])
+    assert "| p | FAIL | 2.5 cm; so far |" in markdown(run)
+
+
 def test_gates_policies_and_violations_are_there(make_run):
     run = make_run(
         [violated(), violated(seed=1), rollout(True, verdict("a"), unjudged={"b": "b"}, seed=2)],
