@@ -28,8 +28,10 @@ from pytest_safemanip.trace.geometry import matrix
 
 Goal = Callable[[], Sequence[Spot]]
 
-PULLS, PULLED = 2, (0.1, 0.18)
-"""How often a drawer is pulled out farther for the hand to have room in it, and how far, m."""
+PULLS, PULLED, PULLED_LEAST = 2, (0.1, 0.18), 0.03
+"""How often a drawer is pulled out farther for the hand to have room in it, how far, and how far at
+least, m: its end may be nearer, or beyond where it counts as open.
+"""
 GOOD, FEW, MOST_ASKED = 3, 60, 16
 """Ways to grasp something with which there is a way to put it down that are enough, how many poses
 are looked at for that way, and for how many ways to grasp at most."""
@@ -98,10 +100,15 @@ def drawer_around(arm: Arm, thing: Thing) -> Furniture | None:
 
 
 def _pull(arm: Arm, drawer: Furniture) -> Motion:
-    """Pull a drawer farther out."""
+    """Pull a drawer farther out, as far as it comes."""
     (joint,) = drawer.doors()
-    goal = drawer.openness(joint) + arm.choices.choose("drawer pulled", PULLED) / joint.travel
-    yield from move_joint(arm, drawer, joint, min(1.0, goal))
+    before = drawer.openness(joint)
+    farther = arm.choices.choose("drawer pulled", PULLED) / joint.travel
+    try:
+        yield from move_joint(arm, drawer, joint, before + farther)
+    except SkillFailed:
+        if (drawer.openness(joint) - before) * joint.travel < PULLED_LEAST:
+            raise
 
 
 def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = None) -> list[Reach]:

@@ -37,8 +37,9 @@ POURED = (0.0, -0.01, -0.02, -0.03, 0.01)
 """How far behind where a machine pours a cup may stand, m."""
 REACHABLE = 1.12
 """Height that the arm reaches best, m."""
-CLOSE = 0.13
-"""From the middle of one thing to that of another one that it belongs to, m."""
+CLOSE, APART = 0.13, 0.14
+"""From the middle of one thing to that of another one that it belongs to, m, and at most: RoboCasa
+wants 15 cm."""
 NEXT_TO = (0.12, 0.15, 0.18, 0.21, 0.24, 0.27)
 """Likewise on a counter."""
 
@@ -85,13 +86,14 @@ def into_thing(arm: Arm, thing: Thing, target: Thing) -> list[Spot]:
 
 
 def beside(spots: Sequence[Spot], other: Thing, within: float = CLOSE) -> list[Spot]:
-    """The spots as near to another thing as possible."""
-
-    def cost(spot: Spot) -> float:
+    """The spots that are near to another thing."""
+    found = []
+    for spot in spots:
         away = float(np.linalg.norm((spot.point - other.middle)[:2]))
-        return 0.3 * spot.cost + 10.0 * max(0.0, away - within)
-
-    return [replace(spot, cost=cost(spot)) for spot in spots]
+        if away < APART:
+            cost = 0.3 * spot.cost + 10.0 * max(0.0, away - within)
+            found.append(replace(spot, cost=cost))
+    return found
 
 
 def inside(arm: Arm, thing: Thing, fixture: Furniture, spaces: Sequence[int] = ()) -> list[Spot]:
