@@ -12,7 +12,7 @@ import numpy as np
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, CAREFUL
 from pytest_safemanip.expert.robot.hand import finger_points, palm_points
-from pytest_safemanip.expert.robot.kinematics import bodies, find, follow, solve, strain
+from pytest_safemanip.expert.robot.kinematics import bodies, find, follow, links, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
 from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.routes import route
@@ -224,19 +224,20 @@ def swing(arm: Arm, point: Array, hand: Array, load: Thing | None) -> Swing:
         load: what it holds.
     """
     frame = heading(arm)
-    base = np.append(arm.base @ frame[:2, :2], arm.torso)
-    points, hands = _between(arm, point, hand)
-    at, turned = points @ frame - base, frame.T @ hands
-    start = _joints(arm, at[0], turned[0])
-    joints, there = follow(start, at[None], turned[None])
-    middles, radii = bodies(joints[0])
+    points, hands, joints, arrives = _between(arm, point, hand)
+    middles, radii = bodies(joints)
     own = [palm_points(), finger_points(float(arm.step.gripper[0]))]
     if load is not None:
         own.append((load.corners - arm.position) @ arm.rotation)
     local = np.concatenate(own)
     moved = (local @ hands.transpose(0, 2, 1) + points[:, None]) @ frame
-    balls = np.concatenate((middles + base, moved), axis=1)
-    return Swing(balls, np.concatenate((radii, np.zeros(len(local)))), bool(there[0]))
+    balls = np.concatenate((middles + _shoulder(arm), moved), axis=1)
+    return Swing(balls, np.concatenate((radii, np.zeros(len(local)))), arrives)
+
+
+def _shoulder(arm: Arm) -> Array:
+    """Where the arm begins, from the base's heading (3,): on the floor, the torso down."""
+    return np.append(arm.base @ heading(arm)[:2, :2], arm.torso)
 
 
 def _joints(arm: Arm, point: Array, hand: Array) -> Array:
@@ -248,15 +249,29 @@ def _joints(arm: Arm, point: Array, hand: Array) -> Array:
     return values[None, first : first + 7]
 
 
-def _between(arm: Arm, point: Array, hand: Array) -> tuple[Array, Array]:
-    """Grip points (N, 3) and orientations (N, 3, 3) from where the hand is to another pose."""
+def _between(arm: Arm, point: Array, hand: Array) -> tuple[Array, Array, Array, bool]:
+    """Grip points (N, 3), orientations (N, 3, 3) and joint angles (N, 7) from where the hand is to
+    another pose, and whether it gets there: straight, or else as the joints turn evenly.
+    """
     turn = rotation_vector(hand @ arm.rotation.T)
     angle = float(np.linalg.norm(turn))
     axis = turn / max(angle, 1e-9)
-    shares = np.linspace(0.0, 1.0, SWINGS)
-    points = arm.position + shares[:, None] * (point - arm.position)
-    hands = [matrix(about(axis, share * angle)) @ arm.rotation for share in shares]
-    return points, np.array(hands)
+    shares = np.linspace(0.0, 1.0, SWINGS)[:, None]
+    points = arm.position + shares * (point - arm.position)
+    turns = [matrix(about(axis, float(share) * angle)) for share in shares[:, 0]]
+    hands = np.array(turns) @ arm.rotation
+    frame, shoulder = heading(arm), _shoulder(arm)
+    seen, turned = points @ frame - shoulder, frame.T @ hands
+    start = _joints(arm, seen[0], turned[0])
+    joints, there = follow(start, seen[None], turned[None])
+    if there[0]:
+        return points, hands, joints[0], True
+    goal, solved = solve(seen[-1:], turned[-1:])
+    if not solved[0]:
+        return points, hands, joints[0], False
+    even = start + shares * (goal - start)
+    origins, frames = links(even)
+    return (origins[:, 7] + shoulder) @ frame.T, frame @ frames[:, 7], even, True
 
 
 def swing_to(arm: Arm, point: Array, hand: Array, speed: float = 1.0) -> Motion:
@@ -271,7 +286,7 @@ def swing_to(arm: Arm, point: Array, hand: Array, speed: float = 1.0) -> Motion:
     Raises:
         SkillFailed: if it does not arrive.
     """
-    points, hands = _between(arm, point, hand)
+    points, hands, _, _ = _between(arm, point, hand)
     for between, turned in zip(points[1:-1], hands[1:-1], strict=True):
         yield from arm.move(
             between,
