@@ -191,6 +191,7 @@ def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
     before = thing.underside
     below = [other for other in other_things(arm, thing) if other.entity in carriers(arm, thing)]
     low = [other.bottom for other in below]
+    arm.stood = {**arm.stood, thing.entity: thing.pose}
     yield from arm.grip(True, 14)
     out = np.append(reach.leave[:2], max(0.03, float(reach.leave[2])))
     yield from arm.move(

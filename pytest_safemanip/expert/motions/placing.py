@@ -53,8 +53,10 @@ TIPPINGS = (25.0, 50.0, -25.0)
 """
 SLOPES = (70.0, 60.0, 80.0, 50.0)
 """How steeply a stick is dipped, degrees."""
-ASKEW, LYING = math.radians(2.0), math.radians(35.0)
+ASKEW, FLIPPED = math.radians(2.0), math.radians(170.0)
 """How askew something hangs that is set upright again, at least and at most, rad."""
+LEANT = math.cos(math.radians(35.0))
+"""What leaned no more than this, as a cosine, is set upright too."""
 ENTRIES = (
     *((0.0, up, 0.0) for up in (0.02, 0.006, 0.05, 0.1, 0.15, 0.2, 0.25)),
     *SLANTED,
@@ -128,7 +130,7 @@ Bringing = Generator[Array, None, Reach]
 
 def standing(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
     """As it stood before it was grasped, turned about the vertical."""
-    right = righted(thing)
+    right = righted(arm, thing)
     return [(about_z(turn) @ right, 0.1 * number) for number, turn in enumerate(TURNS)]
 
 
@@ -185,7 +187,7 @@ def handle_first(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
     back = math.atan2(
         float(way @ np.append(arm.left, 0.0)), -float(way @ np.append(arm.forward, 0.0))
     )
-    right = righted(thing)
+    right = righted(arm, thing)
     return [
         (about_z(math.degrees(back) + turn) @ right, 0.01 * abs(turn))
         for turn in (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)
@@ -208,7 +210,7 @@ def place(
         SkillFailed: if there is no way to any, or if it does not stay there.
     """
     thing = Thing(arm, role)
-    up = matrix(thing.pose[3:]).T @ up_axis(thing)
+    up = upwards(arm, thing)
     reach = yield from bring(arm, thing, spots, attitudes)
     deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
     yield from set_down(arm, thing, deep, speed, reach.pose.point + reach.entry)
@@ -356,17 +358,20 @@ def _over(spot: Spot, com: Array) -> bool:
     return bool((off < half - np.minimum(INSIDE, half / 2.0)).all())
 
 
-def righted(thing: Thing) -> Array:
+def righted(arm: Arm, thing: Thing) -> Array:
     """The turn (3, 3) that sets something upright that hangs askew."""
-    axis = up_axis(thing)
-    return upright(axis) if ASKEW < math.acos(min(1.0, float(axis[2]))) < LYING else np.eye(3)
+    axis = np.asarray(matrix(thing.pose[3:]) @ upwards(arm, thing), np.float64)
+    askew = math.acos(float(np.clip(axis[2], -1.0, 1.0)))
+    return upright(axis) if ASKEW < askew < FLIPPED else np.eye(3)
 
 
-def up_axis(thing: Thing) -> Array:
-    """The axis of a thing's box that points upwards most (3,)."""
-    axes = matrix(thing.pose[3:])
+def upwards(arm: Arm, thing: Thing) -> Array:
+    """What pointed upwards when a thing was taken hold of, or does now, in its own frame (3,)."""
+    axes = matrix(arm.stood.get(thing.entity, thing.pose)[3:])
     number = int(np.argmax(np.abs(axes[2])))
-    return np.asarray(axes[:, number] * math.copysign(1.0, axes[2, number]))
+    if abs(axes[2, number]) < LEANT:
+        return np.asarray(axes[2])
+    return np.asarray(np.eye(3)[number] * math.copysign(1.0, axes[2, number]))
 
 
 def set_down(

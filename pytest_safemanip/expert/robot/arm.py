@@ -82,6 +82,7 @@ class Arm(Base):
         truth: what a fault does wrong.
         foresee: says what would be touched on some paths from here.
         upcoming: calls of skills that follow the present one.
+        stood: how things stood before they were taken hold of (7,), by their entities.
     """
 
     def __init__(
@@ -94,6 +95,7 @@ class Arm(Base):
         self.rehearsal: Rehearsal | None = None
         self.permissions: Permissions | None = None
         self.upcoming: Sequence[Any] = ()
+        self.stood: Mapping[str, Array] = {}
 
     def save(self) -> dict[str, Any]:
         """All that it knows."""
