@@ -24,6 +24,8 @@ TUCKED_AHEAD, TUCKED_HEIGHT = (0.42, 0.36, 0.48, 0.54), (0.0, 0.1, 0.2, -0.1)
 """Base to a hand that is drawn in, m, and its height, from 1.2 m."""
 LOAD_LOW = 1.0
 """Least height of the underside of what is carried, m: over counters."""
+STEPS_ASIDE = (0.0, 0.04, -0.04, 0.08, -0.08)
+"""How far to the left the base steps before it draws back, m."""
 THERE = 0.02
 """Distance along either axis of the base that counts as there, m."""
 STEP, APART = 0.05, 0.03
@@ -66,10 +68,24 @@ def travel(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
                 yield from drive(arm, place, load)
             return
         if row < arm.ahead(arm.base):
-            yield from drive(arm, arm.floor_point(row, arm.aside(arm.base)), load)
+            beside = arm.aside(arm.base) + _beside(arm, row)
+            yield from drive(arm, arm.floor_point(arm.ahead(arm.base), beside), load)
+            yield from drive(arm, arm.floor_point(row, beside), load)
         along = min(arm.ahead(arm.base), max(row, arm.ahead(goal)))
         yield from drive(arm, arm.floor_point(along, aside), load)
     yield from drive(arm, goal, load)
+
+
+def _beside(arm: Arm, row: float) -> float:
+    """How far to the left the base steps before it draws back to a row, m ahead: beside what would
+    scrape along it.
+    """
+    back = np.arange(arm.ahead(arm.base) - STEP, row, -STEP).tolist()
+    for shift in STEPS_ASIDE:
+        side = arm.aside(arm.base) + shift
+        if all(passable(arm, side, side, ahead) for ahead in back):
+            return shift
+    return 0.0
 
 
 def _blocked(arm: Arm, row: float, goal: Array) -> bool:
