@@ -168,14 +168,20 @@ def deeper(arm: Arm, thing: Thing, pose: Pose) -> float:
     most = max(0.0, tips - thing.bottom - TIPS_OFF) / max(STEEP, -float(approach[2]))
     if -approach[2] < STEEP or most == 0.0:
         return 0.0
-    lowest = Leg(pose.point + most * approach, pose.hand, 0.005, PROBED)
-    answer = foresee(arm, [lowest], opening=0.0)
-    if answer.free:
+    shut, opened = (
+        foresee(arm, [Leg(pose.point + most * approach, pose.hand, 0.005, PROBED)], (), opening)
+        for opening in (0.0, pose.opening)
+    )
+    if shut.free:
         raise SkillFailed(f"there is nothing of {thing.entity} between the fingers")
-    if answer.touch is None or answer.touch.other != thing.entity:
+    if shut.touch is None or shut.touch.other != thing.entity:
         return 0.0
-    met = answer.hand[:3] - answer.touch.depth * approach
-    return min(most, max(0.0, SHALLOW + FINGERTIP - float((pose.point - met) @ approach)))
+    ends = [
+        float((pose.point - answer.hand[:3]) @ approach)
+        + (answer.touch.depth if answer.touch else 0.0)
+        for answer in (shut, opened)
+    ]
+    return max(0.0, min(SHALLOW + FINGERTIP - ends[0], -ends[1]))
 
 
 def come_in(arm: Arm, thing: Thing, reach: Reach) -> Motion:
