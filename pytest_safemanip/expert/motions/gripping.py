@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Sequence
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.handholds import Part, handholds, poses
+from pytest_safemanip.expert.motions.handholds import SHALLOW, TIPS_OFF, Part, handholds, poses
 from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
 from pytest_safemanip.expert.motions.reaching import (
@@ -20,10 +20,11 @@ from pytest_safemanip.expert.motions.reaching import (
     holding,
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
-from pytest_safemanip.expert.robot.hand import OPENING, finger_points, palm_points
+from pytest_safemanip.expert.robot.hand import FINGERTIP, OPENING, finger_points, palm_points
 from pytest_safemanip.expert.world.contacts import carriers
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Furniture, Thing, contents, other_things
+from pytest_safemanip.expert.world.ways import Leg, foresee
 from pytest_safemanip.trace.geometry import matrix
 
 Goal = Callable[[], Sequence[Spot]]
@@ -39,6 +40,9 @@ LIFTED = 0.02
 """Rise that shows that an object is held, m."""
 ASTRAY = 0.015
 """Farther before a grip point than this, the hand has met something, m."""
+PROBED, STEEP = 0.25, 0.5
+"""Speed at which it is looked for what a hand closes on, and how much it has to point down, as a
+cosine."""
 STOPS = ((0.03, 0.006, 0.6), (0.0, 0.004, 0.3))
 """On the straight way in: before the grip point, m, with tolerance, m, and speed."""
 
@@ -72,7 +76,7 @@ def grasp(
         raise NoWay(f"the hand has no room at {role}")
     reach = arm.choices.choose("way to grasp", ways)
     yield from go_before(arm, reach)
-    yield from come_in(arm, reach)
+    yield from come_in(arm, thing, reach)
     yield from lift(arm, thing, reach)
     if back:
         yield from holding(arm, draw_back(arm, reach, thing), thing)
@@ -159,16 +163,45 @@ def inside(arm: Arm, vessel: Thing) -> list[str]:
     return [thing.entity for thing in contents(arm, vessel)]
 
 
-def come_in(arm: Arm, reach: Reach) -> Motion:
+def deeper(arm: Arm, thing: Thing, pose: Pose) -> float:
+    """How much farther a hand has to go that is before its grip point, m: a thing is not everywhere
+    as high as its box.
+
+    Raises:
+        SkillFailed: if there is nothing to close on.
+    """
+    approach = pose.hand[:, 2]
+    tips = float((finger_points(pose.opening) @ pose.hand.T + pose.point)[:, 2].min())
+    most = max(0.0, tips - thing.bottom - TIPS_OFF) / max(STEEP, -float(approach[2]))
+    if -approach[2] < STEEP or most == 0.0:
+        return 0.0
+    shut, opened = (
+        foresee(arm, [Leg(pose.point + most * approach, pose.hand, 0.005, PROBED)], (), opening)
+        for opening in (0.0, pose.opening)
+    )
+    if shut.free:
+        raise SkillFailed(f"there is nothing of {thing.entity} between the fingers")
+    if shut.touch is None or shut.touch.other != thing.entity:
+        return 0.0
+    ends = [
+        float((pose.point - answer.hand[:3]) @ approach)
+        + (answer.touch.depth if answer.touch else 0.0)
+        for answer in (shut, opened)
+    ]
+    return max(0.0, min(SHALLOW + FINGERTIP - ends[0], -ends[1]))
+
+
+def come_in(arm: Arm, thing: Thing, reach: Reach) -> Motion:
     """Go straight to a grip point, as near as the hand gets.
 
     Raises:
-        SkillFailed: if it meets something.
+        SkillFailed: if it meets something, or if there is nothing to close on.
     """
     far = float(np.linalg.norm(reach.entry))
+    goal = reach.pose.point + deeper(arm, thing, reach.pose) * reach.pose.hand[:, 2]
     for before, tolerance, speed in STOPS:
         yield from arm.move(
-            reach.pose.point + before / far * reach.entry,
+            goal + before / far * reach.entry,
             reach.pose.hand,
             tolerance=tolerance,
             turn_tolerance=0.06,
@@ -177,7 +210,7 @@ def come_in(arm: Arm, reach: Reach) -> Motion:
             required=False,
             exact=True,
         )
-    short = float((reach.pose.point - arm.position) @ reach.entry) / -far
+    short = float((goal - arm.position) @ reach.entry) / -far
     if short > ASTRAY:
         raise SkillFailed(f"something is in the hand's way, {100 * short:.0f} cm before its goal")
 

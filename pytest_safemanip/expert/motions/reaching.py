@@ -56,8 +56,8 @@ ENOUGH = 0.03
 """Room that is as good as more, m."""
 CLEAR = 0.05
 """Room around a hand that can be turned, m."""
-BACKS, SLANTS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7), (0.0, 0.15, -0.15, 0.3, -0.3)
-"""How far the base stands back, m, and how much of that to the left."""
+BACKS, SLANTS = np.arange(0.0, 0.72, 0.05), (0.0, 0.15, -0.15, 0.3, -0.3)
+"""How far the base stands back, m, and how much of that to the left: no board is between two."""
 BEFORE_WRIST = (0.48, 0.40, 0.56, 0.33)
 """Base to wrist, m."""
 BESIDE_WRIST = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3, 0.45, -0.45, 0.6, -0.6)
