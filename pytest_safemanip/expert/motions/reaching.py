@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.motions.travelling import (
     drive,
     facing,
+    fold,
     lowering_back,
     swing_back,
     swing_to,
     travel,
     turn_base,
 )
-from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, fold_arm
+from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion
 from pytest_safemanip.expert.robot.hand import (
     FINGER_SIDE,
     FINGER_THICK,
@@ -565,7 +566,7 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
         else:
             arm.let_open()
         if float(np.linalg.norm(rotation_vector(pose.hand @ arm.rotation.T))) > TURNS_FAR:
-            yield from fold_arm(arm, required=False)
+            yield from fold(arm)
     off = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.come, load)
     yield from travel(arm, reach.base + off, load)
     yield from lift_torso(arm, reach.torso)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.expert.robot.arm import FOLDED, Arm, Motion, SkillFailed, fold_arm
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, CAREFUL
 from pytest_safemanip.expert.robot.hand import finger_points, palm_points
 from pytest_safemanip.expert.robot.kinematics import bodies, find, follow, links, solve, strain
@@ -402,3 +402,16 @@ def tuck(arm: Arm, load: Thing | None = None) -> Motion:
     off = swing_back(arm, spot, arm.rotation, arm.base, 0.0, np.zeros(2), load)
     yield from drive(arm, arm.base + off, load)
     yield from swing_to(arm, tucked(arm, load), arm.rotation, LOADED if load else 1.0)
+
+
+def fold(arm: Arm) -> Motion:
+    """Fold the arm, the base so far back that there is room for that.
+
+    Raises:
+        SkillFailed: if the base does not get there.
+    """
+    far, height, pitch = FOLDED
+    spot, hand = arm.before(far, height), arm.pointing(pitch)
+    off = swing_back(arm, spot, hand, arm.base, 0.0, np.zeros(2), None)
+    yield from drive(arm, arm.base + off)
+    yield from fold_arm(arm, required=False)

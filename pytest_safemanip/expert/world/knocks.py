@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import collections
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,8 @@ LOAD = 3.5
 """Force of what is held on what it has no reason to touch, N."""
 SHOVED = 0.03
 """How far what the skill is not about may be moved, m."""
+SWUNG = 0.05
+"""How far a door that the skill is not about may be moved, share of its travel."""
 SLID, TURNED, SINCE = 0.025, math.radians(16.0), 20
 """How far what the fingers hold may move in them and turn, m and rad, within so many control
 steps."""
@@ -43,14 +45,21 @@ class Watch:
 
     Args:
         arm: the arm, before the skill.
-        roles: what the skill is about.
+        roles: what the skill is about, that first which it does something with.
     """
 
-    def __init__(self, arm: Arm, roles: Iterable[str]) -> None:
+    def __init__(self, arm: Arm, roles: Sequence[str]) -> None:
         scene, allowed = arm.scene, arm.permissions
         self._scene, self._first, self._parts = scene, arm.step, scene.parts
         roles_of = scene.roles
         self._meant = {roles_of.get(role, role) for role in roles}
+        self._doors = [
+            number
+            for number, joint in enumerate(scene.joints)
+            if joint.gives_access
+            and joint.kind == "hinge"
+            and joint.entity not in {roles_of.get(role, role) for role in roles[:1]}
+        ]
         hand, parts = scene.grippers[0], scene.parts
         self._fingers = {finger for group in hand.fingers for finger in group}
         self._robot = self._flags(lambda n: parts[n].entity == ROBOT)
@@ -90,6 +99,10 @@ class Watch:
             moved = float(np.linalg.norm(way))
             if moved > SHOVED and body not in carried:
                 return f"{body} was moved by {100 * moved:.0f} cm"
+        for number in self._doors:
+            swung = float(step.joint[number, 0] - self._first.joint[number, 0])
+            if abs(swung) > SWUNG:
+                return f"{self._scene.joints[number].key} was moved by {abs(swung):.0%}"
         return ""
 
     def _with_loads(self, entities: set[str]) -> set[str]:
