@@ -27,13 +27,7 @@ from pytest_safemanip.expert.motions.reaching import (
 )
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
-from pytest_safemanip.expert.world.contacts import (
-    TOUCH_FORCE,
-    carried_by_something,
-    carriers,
-    palm_meets,
-    pressed_by,
-)
+from pytest_safemanip.expert.world.contacts import carried_by_something, carriers, palm_meets
 from pytest_safemanip.expert.world.room import Room, heading, walls
 from pytest_safemanip.expert.world.things import Thing, contents
 from pytest_safemanip.trace.geometry import about, matrix
@@ -223,10 +217,7 @@ def place(
     fall = thing.bottom - float(reach.pose.load[:, 2].min()) + reach.pose.over
     # What hangs on a vessel's rim is not in it yet.
     if fall > FALLS and not carriers(arm, thing) - {reach.pose.hollow}:
-        # Where a finger came down on its rim, it is the place that is wrong.
-        on_rim = reach.pose.hollow in pressed_by(arm, "finger", TOUCH_FORCE)
-        failed = SkillFailed if on_rim else IllHeld
-        raise failed(f"{thing.entity} would fall {100 * fall:.0f} cm")
+        raise IllHeld(f"{thing.entity} would fall {100 * fall:.0f} cm")
     if reach.pose.opening < 1.0:
         yield from arm.let_go(NARROWLY / 2.0)
     else:

@@ -72,10 +72,9 @@ def finger_points(opening: float) -> Array:
     """
     near = opening * OPENING / 2.0
     side = np.linspace(-FINGER_SIDE, FINGER_SIDE, 3)
-    # A vessel's wall may be thinner than a finger.
-    far = near + FINGER_THICK * np.linspace(0.0, 1.0, 4)
+    far = (near, near + FINGER_THICK)
     places = [(x, FINGERTIP - 0.002) for x in far]
-    places += [(far[-1] + 0.004, -PALM), (far[-1] + 0.002, -0.008)]
+    places += [(far[1] + 0.004, -PALM), (far[1] + 0.002, -0.008)]
     one = np.array([(x, y, z) for x, z in places for y in side])
     return np.concatenate((one, one * (-1.0, 1.0, 1.0)))
 
