@@ -182,7 +182,7 @@ class Ways:
         *SLANTED,
     )
     leaves: Steps = (
-        *((0.0, up, 0.0) for up in (0.04, 0.08, 0.12, 0.16, 0.2, 0.24, 0.28)),
+        *((0.0, up, 0.0) for up in (0.04, 0.06, 0.08, 0.12, 0.16, 0.2, 0.24, 0.28)),
         *SLANTED,
     )
     brings: bool = False
