@@ -183,7 +183,7 @@ class Ways:
         *SLANTED,
     )
     leaves: Steps = (
-        *((0.0, up, 0.0) for up in (0.04, 0.08, 0.12, 0.16, 0.2, 0.24, 0.28)),
+        *((0.0, up, 0.0) for up in (0.04, 0.06, 0.08, 0.12, 0.16, 0.2, 0.24, 0.28)),
         *SLANTED,
     )
     brings: bool = False
@@ -567,10 +567,15 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
             arm.let_open()
         if float(np.linalg.norm(rotation_vector(pose.hand @ arm.rotation.T))) > TURNS_FAR:
             yield from fold(arm)
-    off = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.come, load)
-    yield from travel(arm, reach.base + off, load)
+
+    def standing_off() -> Array:
+        off = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.come, load)
+        return reach.base + off
+
+    yield from travel(arm, standing_off, load)
     yield from lift_torso(arm, reach.torso)
-    yield from swing_to(arm, entry + np.append(off, 0.0), pose.hand, speed)
+    off = np.append(arm.base - reach.base, 0.0)
+    yield from swing_to(arm, entry + off, pose.hand, speed)
     yield from drive(arm, reach.base, load)
     yield from arm.move(
         entry, pose.hand, tolerance=0.01, turn_tolerance=0.08, speed=0.7 * speed, steps=60

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -46,22 +46,25 @@ EMPTY, LOADED, HANGS = 0.7, 0.6, 0.05
 centre of mass of what swings in the fingers, m."""
 
 
-def travel(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
+def travel(arm: Arm, find: Callable[[], Array], load: Thing | None = None) -> Motion:
     """Drive to a place: back until nothing is in the way, then along, then up to it.
 
     Args:
         arm: the arm.
-        goal: place of the base (2,).
+        find: gives the place of the base (2,), for the arm as it is then.
         load: what it holds.
 
     Raises:
         SkillFailed: if the base does not get there.
     """
+    goal = find()
     aside = arm.aside(goal)
     if abs(aside - arm.aside(arm.base)) > STEP / 2.0:
         row = _row(arm, aside, load)
         if row is None or row < arm.ahead(arm.base) - TUCKS:
             yield from tuck(arm, load)
+            goal = find()
+            aside = arm.aside(goal)
             row = _row(arm, aside, load)
         if row is None or _blocked(arm, row, goal):
             for place in route(arm, load, goal):
@@ -171,7 +174,7 @@ def turn_base(arm: Arm, degrees: float, load: Thing | None = None) -> Motion:
         SkillFailed: if it does not get there.
     """
     yield from tuck(arm, load)
-    yield from travel(arm, turning_place(arm, degrees, load), load)
+    yield from travel(arm, lambda: turning_place(arm, degrees, load), load)
     yield from arm.turn(degrees)
 
 
