@@ -18,6 +18,7 @@ from pytest_safemanip.expert.motions.reaching import (
     draw_back,
     go_before,
     holding,
+    turned_over,
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.hand import FINGERTIP, OPENING, finger_points, palm_points
@@ -74,7 +75,7 @@ def grasp(
         ways = _known_ways(arm, thing, part, goal)
     if not ways:
         raise NoWay(f"the hand has no room at {role}")
-    reach = arm.choices.choose("way to grasp", ways)
+    reach = turned_over(arm, arm.choices.choose("way to grasp", ways))
     yield from go_before(arm, reach)
     yield from come_in(arm, thing, reach)
     yield from lift(arm, thing, reach)

@@ -22,6 +22,7 @@ from pytest_safemanip.expert.motions.travelling import (
     facing,
     fold,
     lowering_back,
+    swing,
     swing_back,
     swing_to,
     travel,
@@ -542,6 +543,20 @@ def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
         if min(float(np.linalg.norm(slid)), float(np.linalg.norm(moved))) > SLIPS:
             raise IllHeld(f"{load.entity} slipped in the fingers")
         yield action
+
+
+def turned_over(arm: Arm, reach: Reach) -> Reach:
+    """A way to a grasp, or the same with the hand turned over, for its fingers are alike: where the
+    arm does not come to the end of a joint.
+    """
+    flipped = replace(reach, pose=replace(reach.pose, hand=reach.pose.hand * (-1.0, -1.0, 1.0)))
+    shift = np.append(arm.base - reach.base, -reach.torso)
+    ways = [
+        way
+        for way in (reach, flipped)
+        if swing(arm, way.pose.point + way.entry + shift, way.pose.hand, None).arrives
+    ]
+    return arm.choices.choose("hand turned over", ways or [reach])
 
 
 def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 1.0) -> Motion:
