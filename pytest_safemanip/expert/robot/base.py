@@ -131,7 +131,9 @@ class Base(Posture):
             SkillFailed: if the base does not arrive in time.
         """
         pace = self.choices.choose("pace", PACES)
-        speed, steps = max(speed * pace, BASE_DEAD_BAND), round(steps / pace)
+        # Only what a command has above the dead band moves the base.
+        speed = BASE_DEAD_BAND + pace * (speed - BASE_DEAD_BAND)
+        steps = round(steps / pace)
         rise = SWING / self.scene.control_period if gentle or speed <= CAREFUL else 1.0
         for step in range(steps):
             most = BASE_DEAD_BAND + (speed - BASE_DEAD_BAND) * min(1.0, (step + 1) / rise)
