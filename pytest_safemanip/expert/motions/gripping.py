@@ -24,9 +24,14 @@ from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.hand import FINGERTIP, OPENING, finger_points, palm_points
 from pytest_safemanip.expert.world.contacts import carriers
 from pytest_safemanip.expert.world.room import Room, walls
-from pytest_safemanip.expert.world.things import Furniture, Thing, contents, other_things
+from pytest_safemanip.expert.world.things import (
+    Furniture,
+    Thing,
+    contents,
+    other_things,
+    spaces_around,
+)
 from pytest_safemanip.expert.world.ways import Leg, foresee
-from pytest_safemanip.trace.geometry import matrix
 
 Goal = Callable[[], Sequence[Spot]]
 
@@ -93,14 +98,10 @@ def _known_ways(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list[R
 
 def drawer_around(arm: Arm, thing: Thing) -> Furniture | None:
     """The drawer that a thing lies in."""
-    boxes, poses = arm.scene.boxes, arm.step.box_pose
-    for number, box in enumerate(boxes):
-        pose = np.asarray(poses[number], np.float64)
-        own = (thing.centre - pose[:3]) @ matrix(pose[3:])
-        if box.kind == "interior" and (np.abs(own) < np.array(box.half) + LIFTED).all():
-            found = Furniture(arm, box.entity)
-            if [door.kind for door in found.doors()] == ["slide"]:
-                return found
+    for entity, _ in spaces_around(arm, thing, LIFTED):
+        found = Furniture(arm, entity)
+        if [door.kind for door in found.doors()] == ["slide"]:
+            return found
     return None
 
 

@@ -29,7 +29,7 @@ from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, Skill
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
 from pytest_safemanip.expert.world.contacts import carried_by_something, carriers, palm_meets
 from pytest_safemanip.expert.world.room import Room, heading, walls
-from pytest_safemanip.expert.world.things import Thing, contents
+from pytest_safemanip.expert.world.things import Space, Thing, contents
 from pytest_safemanip.trace.geometry import about, matrix
 
 OVER = 0.008
@@ -73,6 +73,8 @@ BELOW_RIM = 0.015
 """How far below a vessel's rim what lies in it reaches at least, m."""
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
+JUTS = 2.0
+"""What speaks against letting something go that is not wholly where it is to be."""
 PRECISELY = 0.004
 """How far beside its way down the hand may be, m."""
 FALLS = 0.05
@@ -97,6 +99,7 @@ class Spot:
         hollow: entity that it goes into; empty if none.
         area: middle (3,) of what it comes to stand on, and from there to the middles of two sides,
             as columns (3, 2); None if it is large.
+        space: that it is to be in as a whole, if it is.
     """
 
     point: Array
@@ -104,6 +107,7 @@ class Spot:
     kind: str = ""
     hollow: str = ""
     area: tuple[Array, Array] | None = None
+    space: Space | None = None
 
 
 @dataclass(frozen=True)
@@ -316,6 +320,7 @@ class Placing:
             for opening, higher in itertools.product(dict.fromkeys(openings), highers):
                 middle = spot.point - np.append(end[:2], lowest - OVER - higher)
                 cost = spot.cost + odd + others + 5.0 * higher + 0.2 * (opening < 1.0)
+                cost += JUTS * _juts(spot, (thing.corners - thing.middle) @ turn.T + middle)
                 family = number, higher, opening
                 yield Pose(
                     middle + grip,
@@ -356,6 +361,15 @@ def _over(spot: Spot, com: Array) -> bool:
     half = np.linalg.norm(spans, axis=0)
     off = np.abs((com - middle) @ (spans / half))
     return bool((off < half - np.minimum(INSIDE, half / 2.0)).all())
+
+
+def _juts(spot: Spot, corners: Array) -> bool:
+    """Whether something with corners (8, 3) juts out of where it is to be, not at its floor."""
+    if spot.space is None:
+        return False
+    pose, half = spot.space
+    own = (corners - pose[:3]) @ matrix(pose[3:])
+    return bool((own[:, 2] > half[2]).any() or (np.abs(own[:, :2]) > half[:2]).any())
 
 
 def righted(arm: Arm, thing: Thing) -> Array:

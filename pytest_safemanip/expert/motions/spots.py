@@ -16,7 +16,7 @@ from pytest_safemanip.expert.motions.placing import Spot
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.room import Room, heading
-from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.expert.world.things import Furniture, Thing, spaces_around
 from pytest_safemanip.trace.geometry import matrix
 
 GRID = (0.0, 0.08, -0.08, 0.16, -0.16, 0.24, -0.24)
@@ -54,6 +54,7 @@ def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]
         end: ``near`` or ``far`` for that half of it, ``end`` for one of its ends; empty for any.
     """
     (narrow, width), (long, length) = target.sides()
+    space = next((space for _, space in spaces_around(arm, target)), None)
     spans = np.stack((narrow * width, long * length), axis=1) / 2.0
     found = []
     for i in GRID:
@@ -67,7 +68,8 @@ def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]
                 cost = 3.0 * abs(sign * arm.ahead(way) - 0.25 * min(width, length))
             elif end:
                 cost = 3.0 * abs(abs(i) - 0.24) * length + 2.0 * abs(j) * width
-            found.append(Spot(spot, cost, f"on {i:.2f} {j:.2f}", area=(target.middle, spans)))
+            kind = f"on {i:.2f} {j:.2f}"
+            found.append(Spot(spot, cost, kind, area=(target.middle, spans), space=space))
     return found
 
 
@@ -96,7 +98,13 @@ def beside(spots: Sequence[Spot], other: Thing, within: float = CLOSE) -> list[S
     return found
 
 
-def inside(arm: Arm, thing: Thing, fixture: Furniture, spaces: Sequence[int] = ()) -> list[Spot]:
+def inside(
+    arm: Arm,
+    thing: Thing,
+    fixture: Furniture,
+    spaces: Sequence[int] = (),
+    onto: Sequence[Thing] = (),
+) -> list[Spot]:
     """In a fixture: on the shelf that the arm reaches best, near its front.
 
     Args:
@@ -104,6 +112,7 @@ def inside(arm: Arm, thing: Thing, fixture: Furniture, spaces: Sequence[int] = (
         thing: what is put there.
         fixture: the fixture.
         spaces: numbers of its interiors, the lowest is 0; empty for any.
+        onto: what is put down on it then.
     """
     found = []
     frame = heading(arm)
@@ -113,7 +122,7 @@ def inside(arm: Arm, thing: Thing, fixture: Furniture, spaces: Sequence[int] = (
             continue
         deep, wide, high = np.abs(frame.T @ matrix(pose[3:])) @ half
         floor, middle = float(pose[2] - high), pose[:3] @ frame
-        size = np.ptp(thing.corners @ frame, axis=0) / 2.0
+        size = np.max([np.ptp(t.corners @ frame, axis=0) / 2.0 for t in (thing, *onto)], axis=0)
         for depth in (*DEPTHS, float(deep - size[0])):
             ahead = middle[0] - deep + depth + size[0]
             if ahead > middle[0] + deep - 0.5 * size[0]:
@@ -123,7 +132,8 @@ def inside(arm: Arm, thing: Thing, fixture: Furniture, spaces: Sequence[int] = (
                     continue
                 point = arm.point(ahead, middle[1] + aside, floor)
                 cost = depth + 0.7 * abs(aside) + 0.5 * abs(floor - REACHABLE)
-                found.append(Spot(point, cost, f"in {number} {depth:.2f} {aside:.2f}"))
+                kind = f"in {number} {depth:.2f} {aside:.2f}"
+                found.append(Spot(point, cost, kind, space=(pose, half)))
     return found
 
 

@@ -41,7 +41,12 @@ def on(arm: Arm, role: str, target_role: str, *others: str) -> list[Spot]:
 
 def inside(arm: Arm, role: str, fixture_role: str, *others: str) -> list[Spot]:
     """In a fixture."""
-    found = spots.inside(arm, Thing(arm, role), Furniture(arm, fixture_role))
+    onto = [
+        Thing(arm, call.roles[0])
+        for call in arm.upcoming
+        if call.skill == "place on" and call.roles[1] == role
+    ]
+    found = spots.inside(arm, Thing(arm, role), Furniture(arm, fixture_role), onto=onto)
     return spots.beside(found, Thing(arm, others[0])) if others else found
 
 

@@ -16,6 +16,8 @@ from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import corners, matrix, to_world
 from pytest_safemanip.trace.kinematics import carried
 
+Space = tuple[Array, Array]
+"""Pose (7,) and half extents (3,) of an interior."""
 HEAPED = 0.01
 """Between two things that lie on one another, m, at most."""
 ROOM_HEIGHT = 3.0
@@ -136,6 +138,16 @@ def contents(arm: Arm, vessel: Thing) -> list[Thing]:
         if bottom < top + HEAPED:
             found.append(thing)
             top = max(top, bottom + thing.height)
+    return found
+
+
+def spaces_around(arm: Arm, thing: Thing, slack: float = 0.0) -> list[tuple[str, Space]]:
+    """The interiors that a thing's middle is in, or so near to, m, with what they belong to."""
+    found = []
+    for box, pose in zip(arm.scene.boxes, np.asarray(arm.step.box_pose, np.float64), strict=True):
+        own = (thing.centre - pose[:3]) @ matrix(pose[3:])
+        if box.kind == "interior" and (np.abs(own) < np.array(box.half) + slack).all():
+            found.append((box.entity, (pose, np.array(box.half))))
     return found
 
 
