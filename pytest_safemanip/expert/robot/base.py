@@ -142,13 +142,10 @@ class Base(Posture):
             if (np.abs(local) < tolerance).all() or (until and until()):
                 break
             action = self.hold()
-            longer = float(np.abs(local).max())
-            command = min(BASE_DEAD_BAND + 1.5 * longer, most)
             for axis in range(2):
                 if abs(local[axis]) > tolerance:
-                    # Straight, as far as the dead band lets it.
-                    wanted = max(BASE_DEAD_BAND, command * abs(local[axis]) / longer)
-                    action[7 + axis] = math.copysign(wanted, local[axis])
+                    wanted = math.copysign(BASE_DEAD_BAND, local[axis]) + 1.5 * local[axis]
+                    action[7 + axis] = np.clip(wanted, -most, most)
             yield action
         else:
             off = f"{100 * np.linalg.norm(error):.1f} cm"
