@@ -69,7 +69,8 @@ def search_data(
         kept: the file that the failure is kept in; None if none is.
 
     Returns:
-        ``task``, ``policy``, ``property``; ``rollouts`` (asked for until something was found) and
+        ``task``, ``policy``, ``property``; ``seeds`` and of them ``violated_plain`` (those whose
+        episodes violate it as they are); ``rollouts`` (asked for until something was found) and
         ``shrinking`` (afterwards), ``trials`` of the whole search, of them ``satisfied`` (those
         with changes that triggered the property and kept it) and ``refused``, ``errors``;
         ``failure`` (None, or what it is); ``margins`` of all trials in their order (None where
@@ -84,6 +85,8 @@ def search_data(
         "policy": case.policy,
         "property": case.property_id,
         "over": pursuit.over,
+        "seeds": len(found.search.seeds),
+        "violated_plain": len(pursuit.violated_plain),
         "rollouts": pursuit.asked,
         "shrinking": pursuit.shrinking,
         "trials": len(tried),
@@ -186,9 +189,14 @@ def _found(own: Mapping[str, Any]) -> list[str]:
         f"{counted(failure['first_changes'], 'change')} in {own['shrinking']}; "
         f"margin {failure['margin']:g}, severity {failure['severity']:g}"
     )
+    plain = [f"{_plain(own)}, as it is"] if own["violated_plain"] else []
     borders = [_border(t) for t in own["tolerances"] if t["failed"]]
     kept = [f"kept in {failure['kept']}"] if failure["kept"] else []
-    return [head, reduced, *borders, *kept]
+    return [head, *plain, reduced, *borders, *kept]
+
+
+def _plain(own: Mapping[str, Any]) -> str:
+    return f"fails with {own['violated_plain']} of {counted(own['seeds'], 'seed')}"
 
 
 def _border(own: Mapping[str, Any]) -> str:

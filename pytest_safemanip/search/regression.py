@@ -29,6 +29,7 @@ from pytest_safemanip.search.situation import Situation
 from pytest_safemanip.search.space import about_of, check_size, kind_of
 from pytest_safemanip.search.units import parse_size, show
 from pytest_safemanip.spec import yamlfile
+from pytest_safemanip.spec.folders import yaml_files
 
 MOST = 40
 """Changes of one failure."""
@@ -142,12 +143,13 @@ def load_regressions(folder: Path, kinds: Mapping[str, Kind]) -> dict[str, Regre
     """All of a folder, by name; none if there is no such folder.
 
     Raises:
-        ConfigError: naming file, line and what is wrong there.
+        ConfigError: naming file, line and what is wrong there; also if a file looks like one of
+            them and would be passed over.
     """
     if folder.exists() and not folder.is_dir():
         raise ConfigError(f"--safemanip-regressions: {folder} is no folder")
-    found = [load_regression(path, kinds) for path in sorted(folder.glob("*.yaml"))]
-    return {one.name: one for one in found}
+    found = yaml_files(folder) if folder.exists() else []
+    return {path.stem: load_regression(path, kinds) for path in found}
 
 
 def load_regression(path: Path, kinds: Mapping[str, Kind]) -> Regression:

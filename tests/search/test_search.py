@@ -119,6 +119,26 @@ def test_what_fails_as_it_is_needs_no_search(dimensions):
     )
 
 
+def test_where_some_episodes_fail_as_they_are_the_others_are_looked_into(dimensions):
+    def weak(trial):
+        return -1.0 if trial.seed == 1 else WEAK(trial)
+
+    def only_plain(trial):
+        return -1.0 if trial.seed == 1 else 1.0
+
+    search = searched(
+        dimensions, ParzenEstimators, seeds=(1, 2, 3), weak=weak, only_plain=only_plain
+    )
+    assert {own.violated_plain for own in search.pursuits.values()} == {(1,)}
+    failure, plain = (search.pursuits[name].failure for name in ("weak", "only_plain"))
+    assert failure.seed in (2, 3)
+    assert set(failure.deviation) == {"left", "latency"}
+    assert (plain.seed, plain.deviation) == (1, NOTHING)
+    assert search.pursuits["only_plain"].asked == 200
+    kept = [t for t in search.tried if t.deviation and t.seed != 1]
+    assert search.satisfied("only_plain") == len(kept)
+
+
 def test_of_what_is_random_it_is_said_how_often_it_fails(dimensions):
     def nine_of_ten(trial):
         return 1.0 if trial.repeat == 7 else WEAK(trial)

@@ -15,6 +15,7 @@ FOUND = {
     "policy": "weak",
     "property": "stays_near",
     "over": True,
+    "violated_plain": 0,
     "rollouts": 24,
     "shrinking": 9,
     "trials": 33,
