@@ -175,8 +175,8 @@ class Search:
                 self._go_on(again)
 
     def satisfied(self, property_id: str) -> int:
-        """How many trials with changes triggered a property and kept it, of the episodes that keep it
-        as they are.
+        """How many trials with changes triggered a property and kept it, where the episode as it is
+        keeps it.
         """
         violated = self.pursuits[property_id].violated_plain
         return sum(
@@ -243,8 +243,7 @@ class Search:
         bad = [
             trial
             for trial in trials
-            if trial.seed not in own.violated_plain
-            and self.tried[trial].violates(own.property_id)
+            if trial.seed not in own.violated_plain and self.tried[trial].violates(own.property_id)
         ]
         return min(bad, key=lambda t: self._dimensions.price(t.deviation), default=None)
 

@@ -22,7 +22,14 @@ LEFT = {"dimension": "left", "unit": "cm", "survived": 3.5, "failed": 4.0}
 
 
 def search(**otherwise):
-    found = {"policy": "p", "task": "T", "property": "a", "over": True, "reused": 0, "violated_plain": 0}
+    found = {
+        "policy": "p",
+        "task": "T",
+        "property": "a",
+        "over": True,
+        "reused": 0,
+        "violated_plain": 0,
+    }
     return {**found, "failure": FAILURE, "tolerances": [LEFT], "margins": [0.5, -1.0], **otherwise}
 
 

@@ -51,6 +51,13 @@ def test_without_a_folder_there_are_none(tmp_path):
     assert load_regressions(tmp_path / "nowhere", Kinds()) == {}
 
 
+@pytest.mark.parametrize("name", ["near.yml", ".near.yaml"])
+def test_what_would_be_passed_over_is_refused(tmp_path, name):
+    (tmp_path / name).write_text(WRITTEN)
+    with pytest.raises(ConfigError, match=f"{name}: "):
+        load_regressions(tmp_path, Kinds())
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -27,8 +27,8 @@ class SearchRecord(NamedTuple):
     """What a search for violations of a property by a policy in a task came to.
 
     ``over`` is whether it came to its end; ``fails`` says when the property is violated, and is
-    empty where no violation was found; ``violated_plain`` counts the seeds whose episodes violate it
-    without any change; ``recording`` is the file that shows that, if there is one;
+    empty where no violation was found; ``violated_plain`` counts the seeds whose episodes
+    violate it without any change; ``recording`` is the file that shows that, if there is one;
     ``told`` is all that the summary says.
     """
 

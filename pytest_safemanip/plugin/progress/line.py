@@ -25,8 +25,8 @@ class ProgressLine:
     """Text right of the cursor that is rewritten in place and leaves nothing behind.
 
     Where the output is no terminal, nothing is written of rollouts, of which pytest has its own
-    letters, and of what takes longer than that a line now and then. Of rollouts in other threads it is told by
-    them, and written by the one that waits: pytest's capturing is not for several.
+    letters, and of what takes longer than that a line now and then. Of rollouts in other threads
+    it is told by them, and written by the one that waits: pytest's capturing is not for several.
     """
 
     def __init__(self, config: pytest.Config, plan: Plan) -> None:

@@ -28,7 +28,8 @@ SafemanipReport.searches = (() => {
         words(own.property),
         element("span.faint", {}, " ", name(own.task), ", ", name(own.policy)),
       ),
-      element("p", {}, own.failure ? own.failure.sentence : `nothing found in ${counted(own.rollouts, "rollout")}`),
+      element("p", {}, own.failure ? own.failure.sentence : `nothing found in ${counted(own.trials, "rollout")}`),
+      own.violated_plain ? element("p", {}, `As it is, it fails with ${own.violated_plain} of ${counted(own.seeds, "seed")}.`) : null,
       own.failure ? element("p.faint", {}, reduced(own)) : null,
       margins(own.margins),
       element(
