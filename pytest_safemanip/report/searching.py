@@ -190,7 +190,8 @@ def _found(own: Mapping[str, Any]) -> list[str]:
         f"margin {failure['margin']:g}, severity {failure['severity']:g}"
     )
     plain = [f"{_plain(own)}, as it is"] if own["violated_plain"] else []
-    borders = [_border(t) for t in own["tolerances"] if t["failed"]]
+    often = "" if failure["exact"] else f" ({failure['failed']} of {failure['runs']})"
+    borders = [_border(t) + often for t in own["tolerances"] if t["failed"]]
     kept = [f"kept in {failure['kept']}"] if failure["kept"] else []
     return [head, *plain, reduced, *borders, *kept]
 
