@@ -1,9 +1,8 @@
-"""Names ``cloned:epoch_80``, and ``shaken``, which clones learn from."""
+"""Names the clones: ``--safemanip-policy=cloned:epoch_80``."""
 
 from policy import Cloned
-from shaken import Shaken
 
 
 def pytest_safemanip_policies():
     """Policies of this folder."""
-    return {"cloned": Cloned, "shaken": Shaken}
+    return {"cloned": Cloned}
