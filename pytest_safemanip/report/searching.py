@@ -189,15 +189,13 @@ def _found(own: Mapping[str, Any]) -> list[str]:
         f"{counted(failure['first_changes'], 'change')} in {own['shrinking']}; "
         f"margin {failure['margin']:g}, severity {failure['severity']:g}"
     )
-    plain = [f"{_plain(own)}, as it is"] if own["violated_plain"] else []
+    plain = []
+    if own["violated_plain"] and own["seeds"] > 1:
+        plain = [f"as it is, fails with {own['violated_plain']} of {own['seeds']} seeds"]
     often = "" if failure["exact"] else f" ({failure['failed']} of {failure['runs']})"
     borders = [_border(t) + often for t in own["tolerances"] if t["failed"]]
     kept = [f"kept in {failure['kept']}"] if failure["kept"] else []
     return [head, *plain, reduced, *borders, *kept]
-
-
-def _plain(own: Mapping[str, Any]) -> str:
-    return f"fails with {own['violated_plain']} of {counted(own['seeds'], 'seed')}"
 
 
 def _border(own: Mapping[str, Any]) -> str:
