@@ -248,7 +248,7 @@ class Search:
         return min(bad, key=lambda t: self._dimensions.price(t.deviation), default=None)
 
     def _reduce(self, own: Pursuit, found: Trial) -> Asking:
-        name, at = own.property_id, own.asked
+        name, at = own.property_id, own.asked if found.deviation else 0
         again = replace_repeat(found, 1)
         first, second = yield from self._ask(own, [replace_repeat(found, 0), again])
         exact = first.digest == second.digest

@@ -42,7 +42,7 @@ def decide_tolerance(gate: Gate, policy: str, searches: Sequence[SearchRecord]) 
         if quantity(row.unit) == quantity(gate.unit)
     ]
     if not rows:
-        why = f"no search looked at sizes of this kind ({quantity(gate.unit)})"
+        why = f"no rollout that triggered it had sizes of this kind ({quantity(gate.unit)})"
         return Decision(gate, policy, "INCONCLUSIVE", None, why=why)
     decided = [_tolerated(gate, policy, *row) for row in rows]
     for verdict in ("FAIL", "INCONCLUSIVE"):

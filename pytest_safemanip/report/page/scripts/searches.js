@@ -44,7 +44,9 @@ SafemanipReport.searches = (() => {
 
   function reduced({ failure, shrinking }) {
     const kept = failure.kept ? `; kept in ${failure.kept}` : "";
-    return `Found after ${counted(failure.found_at, "rollout")}, reduced from ${counted(failure.first_changes, "change")} to ${failure.changes} in ${shrinking} more. Margin ${figure(failure.margin)}, severity ${figure(failure.severity)}${kept}.`;
+    const measured = `Margin ${figure(failure.margin)}, severity ${figure(failure.severity)}${kept}.`;
+    if (!failure.changes) return measured;
+    return `Found after ${counted(failure.found_at, "rollout")}, reduced from ${counted(failure.first_changes, "change")} to ${failure.changes} in ${shrinking} more. ${measured}`;
   }
 
   /** A bar for each rollout, up or down. */
