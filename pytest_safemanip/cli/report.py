@@ -92,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
     if gone and (gates.gates or baseline):
         raise ConfigError(f"nothing is decided: {gone}; give the folders of all shards")
     release = ReleaseGate(gates, baseline)
-    ruling = release.rule(found) if found.records else release.rule_nothing()
+    ruling = release.rule(found) if found.records or found.searches else release.rule_nothing()
     given = ruling if gates.gates or baseline else None
     told = Fields("release", given.to_json()) if given else found.release
     if options.json:
@@ -164,4 +164,7 @@ def _known(found: Summary) -> dict[str, set[str]]:
         known["pack"] |= {record.pack_of(name) for name in record.asked}
         known["category"] |= {*record.unjudged.values()}
         known["category"] |= {verdict.category for verdict in record.properties.values()}
+    for search in found.searches:
+        for name in ("policy", "task", "property"):
+            known[name].add(getattr(search, name))
     return known

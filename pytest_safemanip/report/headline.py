@@ -41,10 +41,28 @@ def headline(found: Summary, release: Fields | None) -> Headline:
         ConfigError: if the decisions are malformed.
     """
     searched = sum(bool(own.fails) for own in found.searches)
-    told = [f"{counted(searched, 'search')} found a violation"] if searched else []
-    if not found.records:
-        told = told or ["no rollout was run"]
-        return Headline("FAIL" if searched and release is None else "OPEN", ", ".join(told))
+    parts, failed = _of_rollouts(found) if found.records else ([], False)
+    if searched:
+        parts.append(f"{counted(searched, 'search')} found a violation")
+    verdicts = [] if release is None else [r.name("verdict") for r in required_rows(release)]
+    refused = release is not None and bool(release.text("refused", empty=True))
+    if refused:
+        parts.insert(0, "not compared with the baseline")
+    if verdicts:
+        parts.insert(0, gates_line(verdicts))
+    bad = [verdict for verdict in verdicts if verdict not in GOOD]
+    if release is None:
+        failed = failed or bool(searched) or any(map(_is_violated, found.records))
+    else:
+        failed = failed or refused or any(verdict not in OPEN for verdict in bad)
+    is_open = bool(bad) or not (found.records or found.searches or verdicts)
+    nothing = "no search found a violation" if found.searches else "no rollout was run"
+    text = ", ".join(parts) or nothing
+    return Headline("FAIL" if failed else "OPEN" if is_open else "PASS", text)
+
+
+def _of_rollouts(found: Summary) -> tuple[list[str], bool]:
+    """What the rollouts of a run came to, in words, and whether some of it is missing."""
     complete = [own for own in found.records if own.complete and not own.unjudged]
     violated = sum(map(_is_violated, complete))
     incomplete = len(found.records) - len(complete)
@@ -54,20 +72,7 @@ def headline(found: Summary, release: Fields | None) -> Headline:
     parts = [f"{violated} of {among} violated"]
     parts += [f"{counted(incomplete, 'rollout')} incomplete"] if incomplete else []
     parts += [f"{missing} of {expected} cases not run"] if missing else []
-    parts += told
-    verdicts = [] if release is None else [r.name("verdict") for r in required_rows(release)]
-    refused = release is not None and bool(release.text("refused", empty=True))
-    if refused:
-        parts.insert(0, "not compared with the baseline")
-    if verdicts:
-        parts.insert(0, gates_line(verdicts))
-    bad = [verdict for verdict in verdicts if verdict not in GOOD]
-    failed = bool(incomplete or missing)
-    if release is None:
-        failed = failed or bool(violated or searched)
-    else:
-        failed = failed or refused or any(verdict not in OPEN for verdict in bad)
-    return Headline("FAIL" if failed else "OPEN" if bad else "PASS", ", ".join(parts))
+    return parts, bool(incomplete or missing)
 
 
 def _is_violated(record: RolloutRecord) -> bool:

@@ -15,7 +15,8 @@ MIN_WIDTH = 80
 
 def counted(number: int, noun: str) -> str:
     """A number of things, in words: "1 case", "2 cases"."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+    ending = "es" if noun.endswith("ch") else "s"
+    return f"{number} {noun}{'' if number == 1 else ending}"
 
 
 def one_line(text: str) -> str:

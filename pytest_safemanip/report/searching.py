@@ -39,9 +39,9 @@ def names_in(scene: Scene) -> Named:
     return named
 
 
-def sentence(property_id: str, told: str, failed: int, runs: int, exact: bool) -> str:
+def sentence(property_id: str, told: str, seed: int, failed: int, runs: int, exact: bool) -> str:
     """``fails release_stability when the mug stands 4 cm nearer the robot (9 of 10)``."""
-    when = f" when {told}" if told else " as it is, without any change"
+    when = f" when {told}" if told else f" as it is, without any change, with seed {seed}"
     often = "every time" if exact else f"{failed} of {runs}"
     return f"fails {property_id}{when} ({often})"
 
@@ -69,7 +69,8 @@ def search_data(
         kept: the file that the failure is kept in; None if none is.
 
     Returns:
-        ``task``, ``policy``, ``property``; ``rollouts`` (asked for until something was found) and
+        ``task``, ``policy``, ``property``; ``seeds`` and of them ``violated_plain`` (those whose
+        episodes violate it as they are); ``rollouts`` (asked for until something was found) and
         ``shrinking`` (afterwards), ``trials`` of the whole search, of them ``satisfied`` (those
         with changes that triggered the property and kept it) and ``refused``, ``errors``;
         ``failure`` (None, or what it is); ``margins`` of all trials in their order (None where
@@ -84,6 +85,8 @@ def search_data(
         "policy": case.policy,
         "property": case.property_id,
         "over": pursuit.over,
+        "seeds": len(found.search.seeds),
+        "violated_plain": len(pursuit.violated_plain),
         "rollouts": pursuit.asked,
         "shrinking": pursuit.shrinking,
         "trials": len(tried),
@@ -109,7 +112,7 @@ def _failure(
 ) -> dict[str, Any]:
     finding = failure.outcome.findings[case.property_id]
     told = said(failure.deviation, found.dimensions, scene)
-    often = failure.failed, failure.runs, failure.exact
+    often = failure.seed, failure.failed, failure.runs, failure.exact
     return {
         "sentence": sentence(case.property_id, told, *often),
         "seed": failure.seed,
@@ -173,22 +176,32 @@ def _effort(own: Mapping[str, Any]) -> str:
 def _found(own: Mapping[str, Any]) -> list[str]:
     """What is said about one property; the first line is the news."""
     failure = own["failure"]
+    plain = []
+    if own["violated_plain"] and own["seeds"] > 1:
+        plain = [f"as it is, fails with {own['violated_plain']} of {own['seeds']} seeds"]
     if failure is None:
         if not own["over"]:
-            return [f"nothing found in {counted(own['trials'], 'rollout')} so far"]
+            return [f"nothing found in {counted(own['trials'], 'rollout')} so far", *plain]
         if not own["satisfied"]:
             return [undecided(own)]
-        survived = counted(own["satisfied"], "rollout")
-        return [f"survived {survived} with changes; least margin {_least(own['margins'])}"]
+        return [f"{_survived(own)}; least margin {_least(own['margins'])}"]
     head = failure["sentence"].replace(f"fails {own['property']}", "fails", 1)
+    measured = f"margin {failure['margin']:g}, severity {failure['severity']:g}"
+    if not failure["changes"]:
+        others = [f"with the others {_survived(own)}"] if own["satisfied"] else []
+        return [head, *plain, *others, measured]
     reduced = (
         f"found after {failure['found_at']}, reduced from "
-        f"{counted(failure['first_changes'], 'change')} in {own['shrinking']}; "
-        f"margin {failure['margin']:g}, severity {failure['severity']:g}"
+        f"{counted(failure['first_changes'], 'change')} in {own['shrinking']}; {measured}"
     )
-    borders = [_border(t) for t in own["tolerances"] if t["failed"]]
+    often = "" if failure["exact"] else f" ({failure['failed']} of {failure['runs']})"
+    borders = [_border(t) + often for t in own["tolerances"] if t["failed"]]
     kept = [f"kept in {failure['kept']}"] if failure["kept"] else []
-    return [head, reduced, *borders, *kept]
+    return [head, *plain, reduced, *borders, *kept]
+
+
+def _survived(own: Mapping[str, Any]) -> str:
+    return f"survived {counted(own['satisfied'], 'rollout')} with changes that triggered it"
 
 
 def _border(own: Mapping[str, Any]) -> str:

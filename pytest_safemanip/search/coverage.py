@@ -100,10 +100,14 @@ def _tolerance(
     dimension: Dimension, pursuit: Pursuit, tried: Sequence[tuple[Trial, Outcome]]
 ) -> Tolerance | None:
     name, unit, failure = dimension.name, dimension.kind.unit, pursuit.failure
-    if failure is not None and not failure.deviation:
-        return Tolerance(name, unit, 0.0, 0.0)
     setting = failure.deviation.get(name) if failure is not None else None
-    satisfied = [trial for trial, outcome in tried if outcome.satisfies(pursuit.property_id)]
+    satisfied = [
+        trial
+        for trial, outcome in tried
+        if trial.seed not in pursuit.violated_plain and outcome.satisfies(pursuit.property_id)
+    ]
+    if failure is not None and not failure.deviation and not satisfied:
+        return Tolerance(name, unit, 0.0, 0.0)
     if failure is None or setting is None:
         sizes = [abs(own.amount) for trial in satisfied if (own := trial.deviation.get(name))]
         return Tolerance(name, unit, max(sizes), None) if sizes else None

@@ -17,8 +17,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -29,6 +31,7 @@ from pytest_safemanip.search.situation import Situation
 from pytest_safemanip.search.space import about_of, check_size, kind_of
 from pytest_safemanip.search.units import parse_size, show
 from pytest_safemanip.spec import yamlfile
+from pytest_safemanip.spec.folders import yaml_files
 
 MOST = 40
 """Changes of one failure."""
@@ -99,9 +102,29 @@ class Regression:
             situation = change.kind.apply(situation, change.about, change.setting)
         return situation
 
-    def save(self) -> None:
-        """Write its file."""
-        plain = {
+    def save_in(self, folder: Path, stem: str) -> Path:
+        """Write it into a folder; the file.
+
+        Args:
+            folder: the folder.
+            stem: of the file's name, which gets a number where another failure has it.
+        """
+        for number in count(1):
+            path = folder / f"{stem}-{number}.yaml" if number > 1 else folder / f"{stem}.yaml"
+            if not path.exists() or self._is_in(path):
+                break
+        replace(self, path=path).save()
+        return path
+
+    def _is_in(self, path: Path) -> bool:
+        """Whether a file keeps the same failure, however often it failed."""
+        known, own = yaml.safe_load(path.read_text(encoding="utf-8")), self._to_plain()
+        decides = {*_REQUIRED, "scenes"}
+        return isinstance(known, dict) and all(known.get(k) == own.get(k) for k in decides)
+
+    def _to_plain(self) -> dict[str, Any]:
+        """As in YAML."""
+        return {
             "task": self.task,
             "property": self.property_id,
             "seed": self.seed,
@@ -111,6 +134,10 @@ class Regression:
             "changes": [change.to_plain() for change in self.changes],
             **({"found": self.found} if self.found else {}),
         }
+
+    def save(self) -> None:
+        """Write its file."""
+        plain = self._to_plain()
         text = yaml.safe_dump(plain, sort_keys=False, default_flow_style=None, width=100)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         whole = self.path.with_suffix(f".{os.getpid()}")
@@ -142,12 +169,13 @@ def load_regressions(folder: Path, kinds: Mapping[str, Kind]) -> dict[str, Regre
     """All of a folder, by name; none if there is no such folder.
 
     Raises:
-        ConfigError: naming file, line and what is wrong there.
+        ConfigError: naming file, line and what is wrong there; also if a file looks like one of
+            them and would be passed over.
     """
     if folder.exists() and not folder.is_dir():
         raise ConfigError(f"--safemanip-regressions: {folder} is no folder")
-    found = [load_regression(path, kinds) for path in sorted(folder.glob("*.yaml"))]
-    return {one.name: one for one in found}
+    found = yaml_files(folder) if folder.exists() else []
+    return {path.stem: load_regression(path, kinds) for path in found}
 
 
 def load_regression(path: Path, kinds: Mapping[str, Kind]) -> Regression:

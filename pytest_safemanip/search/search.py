@@ -91,6 +91,8 @@ class Pursuit:
         shrinking: trials that it asked for afterwards.
         failure: what was found; None while nothing is.
         over: whether nothing more is asked for.
+        violated_plain: seeds of the episodes that violate it as they are, without any change: what
+            else makes the policy violate it is looked for in the others.
     """
 
     property_id: str
@@ -98,6 +100,7 @@ class Pursuit:
     shrinking: int = 0
     failure: Failure | None = None
     over: bool = False
+    violated_plain: tuple[int, ...] = ()
 
 
 @dataclass
@@ -120,6 +123,7 @@ class Search:
         make: makes what proposes trials, for each property.
 
     Attributes:
+        seeds: of the episodes.
         pursuits: what is known about each property.
         tried: all trials so far with their outcomes, in the order in which they were asked for.
     """
@@ -132,7 +136,7 @@ class Search:
         effort: Effort,
         make: MakeProposer,
     ) -> None:
-        self._dimensions, self._seeds, self._effort = dimensions, tuple(seeds), effort
+        self._dimensions, self.seeds, self._effort = dimensions, tuple(seeds), effort
         self._make = make
         self.pursuits = {name: Pursuit(name) for name in properties}
         self.tried: dict[Trial, Outcome] = {}
@@ -160,9 +164,9 @@ class Search:
         """Reduce what trials of this round show of properties whose own search found nothing."""
         news = [trial for trial, _ in self._news]
         for own in self.pursuits.values():
-            if not own.over or own.failure is not None:
+            if not own.over or (own.failure is not None and own.failure.deviation):
                 continue
-            found = self._first(own.property_id, news, None)
+            found = self._first(own, news)
             if found is not None:
                 own.over = False
                 asking = self._reduce(own, found)
@@ -171,9 +175,12 @@ class Search:
                 self._go_on(again)
 
     def satisfied(self, property_id: str) -> int:
-        """How many trials with changes triggered a property and kept it."""
+        """How many trials with changes triggered a property and kept it, where the episode as it is
+        keeps it.
+        """
+        violated = self.pursuits[property_id].violated_plain
         return sum(
-            bool(trial.deviation) and outcome.satisfies(property_id)
+            bool(trial.deviation) and trial.seed not in violated and outcome.satisfies(property_id)
             for trial, outcome in self.tried.items()
         )
 
@@ -189,48 +196,59 @@ class Search:
                 return
 
     def _pursue(self, own: Pursuit) -> Asking:
-        name = own.property_id
-        plain = [Trial(seed, NOTHING) for seed in self._seeds]
-        found = self._first(name, plain, (yield plain))
-        if found is None:
-            found = yield from self._look(own)
+        plain = [Trial(seed, NOTHING) for seed in self.seeds]
+        outcomes = yield plain
+        own.violated_plain = tuple(
+            trial.seed
+            for trial, outcome in zip(plain, outcomes, strict=True)
+            if outcome.violates(own.property_id)
+        )
+        found = yield from self._look(own)
+        if found is None and own.violated_plain:
+            found = Trial(own.violated_plain[0], NOTHING)
         if found is not None:
             yield from self._reduce(own, found)
 
     def _look(self, own: Pursuit) -> Generator[Round, list[Outcome], Trial | None]:
-        """Look for a trial that violates the property."""
+        """Look for a trial that violates the property, where the episode as it is does not."""
+        seeds = [seed for seed in self.seeds if seed not in own.violated_plain]
+        if not seeds:
+            return None
         proposer = self._make(self._dimensions, self._effort.seed)
         known = 0
         while own.asked < self._effort.rollouts:
             everything = list(self.tried.items())
             for trial, outcome in everything[known:]:
-                if trial.repeat == 0:
+                if trial.repeat == 0 and trial.seed in seeds:
                     found_there = outcome.findings.get(own.property_id)
                     loss = found_there.loss if found_there is not None else None
                     proposer.tell(trial.deviation, loss)
             known = len(everything)
             count = min(self._effort.batch, self._effort.rollouts - own.asked)
             asked = [
-                Trial(self._seeds[(own.asked + number) % len(self._seeds)], deviation)
+                Trial(seeds[(own.asked + number) % len(seeds)], deviation)
                 for number, deviation in enumerate(proposer.ask(count))
             ]
             own.asked += count
             yield asked
-            found = self._first(own.property_id, list(self.tried)[known:], None)
+            found = self._first(own, list(self.tried)[known:])
             if found is not None:
                 return found
         return None
 
-    def _first(
-        self, name: str, trials: Sequence[Trial], outcomes: Sequence[Outcome] | None
-    ) -> Trial | None:
-        """The first of some trials that violates a property; the cheapest, as they were all run."""
-        known = outcomes or [self.tried[trial] for trial in trials]
-        bad = [t for t, out in zip(trials, known, strict=True) if out.violates(name)]
+    def _first(self, own: Pursuit, trials: Sequence[Trial]) -> Trial | None:
+        """The first of some trials that violates a property which its episode as it is keeps; the
+        cheapest, as they were all run.
+        """
+        bad = [
+            trial
+            for trial in trials
+            if trial.seed not in own.violated_plain and self.tried[trial].violates(own.property_id)
+        ]
         return min(bad, key=lambda t: self._dimensions.price(t.deviation), default=None)
 
     def _reduce(self, own: Pursuit, found: Trial) -> Asking:
-        name, at = own.property_id, own.asked
+        name, at = own.property_id, own.asked if found.deviation else 0
         again = replace_repeat(found, 1)
         first, second = yield from self._ask(own, [replace_repeat(found, 0), again])
         exact = first.digest == second.digest

@@ -147,9 +147,12 @@ def about_of(section: yamlfile.Section, kind: Kind) -> dict[str, str]:
     """What a mapping says that a dimension is about.
 
     Raises:
-        ConfigError: if it says a direction that the kind does not have.
+        ConfigError: if it says a direction that the kind does not have, or another thing than the
+            one that the kind is about.
     """
     about = {key: section.string(key) for key in kind.keys}
+    if kind.of and about[kind.name] != kind.of:
+        raise section.error(kind.name, f"expected {kind.of!r}, found {about[kind.name]!r}")
     if kind.along and about["along"] not in kind.along:
         hint = did_you_mean(about["along"], kind.along)
         raise section.error("along", f"unknown direction {about['along']!r}; {hint}")

@@ -47,6 +47,17 @@ def test_a_recording_that_a_warning_ended_says_before_what(safemanip, recorded):
     assert f"stopped before step 5, since a violation was near: {near}" in head
 
 
+def test_what_was_otherwise_is_told_whatever_it_is(safemanip, recorded):
+    changes = [{"kind": "move", "role": "obj", "by": [0.0, 0.02]}, {"kind": "\x1b[31m"}, 7]
+    push = {"kind": "push", "target": "robot", "impulse": 6.0}
+    about = toy.episode(request={"changes": changes}, disturbances=(push,))
+    lines = safemanip("show", recorded(toy.recording(6, 1, about=about))).out.splitlines()
+    assert "  changed: move: by [0.0, 0.02], role obj" in lines
+    assert "  changed: '\\x1b[31m: '" in lines
+    assert "  changed: 7" in lines
+    assert "  disturbed: push: impulse 6.0, target robot" in lines
+
+
 def test_without_a_violation_the_exit_status_is_0(safemanip, recorded):
     assert safemanip("show", recorded()).status == 0
     found = safemanip("show", recorded(bumped()), "--property", "grasp_*,release_stability")

@@ -22,7 +22,14 @@ LEFT = {"dimension": "left", "unit": "cm", "survived": 3.5, "failed": 4.0}
 
 
 def search(**otherwise):
-    found = {"policy": "p", "task": "T", "property": "a", "over": True, "reused": 0}
+    found = {
+        "policy": "p",
+        "task": "T",
+        "property": "a",
+        "over": True,
+        "reused": 0,
+        "violated_plain": 0,
+    }
     return {**found, "failure": FAILURE, "tolerances": [LEFT], "margins": [0.5, -1.0], **otherwise}
 
 
@@ -65,6 +72,14 @@ def decided(bound, *rows, over=True):
     own = tuple(ToleranceRecord(*row) for row in rows)
     searches = [SearchRecord("p", "T", "a", over, "", own)]
     return decide_tolerance(parse_gate(f"tolerance[a] >= {bound}"), "p", searches)
+
+
+def test_what_fails_without_any_change_tolerates_none():
+    row = ToleranceRecord("left", "cm", 3.5, 4.0)
+    own = SearchRecord("p", "T", "a", True, "fails a when the mug is gone", (row,), 2)
+    found = decide_tolerance(parse_gate("tolerance[a] >= 1 cm"), "p", [own])
+    assert (found.verdict, found.value) == ("FAIL", 0.0)
+    assert found.why == "fails a in T as it is, without any change"
 
 
 @pytest.mark.parametrize(

@@ -42,6 +42,15 @@ class Terminal:
     def get_terminal_writer(self):
         return self
 
+    def get_verbosity(self):
+        return 0
+
+    def write_line(self, text):
+        sys.stdout.write(f"{text}\n")
+
+    def flush(self):
+        """Nothing is held back."""
+
 
 @pytest.fixture
 def plan(pytestconfig):
@@ -96,6 +105,26 @@ def test_nothing_is_written_where_there_is_no_terminal(plan, clock, capsys):
     line.show(plan.cases[0], 0, 0)
     line.done(plan.cases[-1])
     assert capsys.readouterr().out == ""
+
+
+def test_in_a_log_what_takes_long_is_told_once_a_minute(plan, clock, capsys):
+    line = ProgressLine(Terminal(isatty=False), plan)
+    for number in range(1, 14):
+        clock.now += 10.0
+        line.say(f" OpenDrawer, hold: {number} rollouts searched")
+        line.say("")
+    assert capsys.readouterr().out == (
+        "OpenDrawer, hold: 6 rollouts searched\nOpenDrawer, hold: 12 rollouts searched\n"
+    )
+
+
+def test_what_a_worker_says_stands_beside_the_rollouts(plan, tmp_path):
+    worker = workers.WorkerProgress(plan, tmp_path / "gw0.json")
+    shown = workers.WorkersProgress(Terminal(), tmp_path)
+    worker.say(" OpenDrawer, hold: 8 rollouts searched")
+    assert shown.text(0.0) == " OpenDrawer, hold: 8 rollouts searched"
+    worker.say("")
+    assert shown.text(0.0) == ""
 
 
 @pytest.mark.parametrize("used", [30, 70, 200])

@@ -172,7 +172,7 @@ def test_tolerance_decides_a_gate(searched: Suite) -> None:
             "  PASS          tolerance[[]stays_near] >= 7 mm, weak: 7 mm; survives 7 mm, fails*",
             "  INCONCLUSIVE  tolerance[[]stays_near] >= 0.75 cm, weak: 0.7 cm; *",
             "  FAIL          tolerance[[]stays_near] >= 9 mm, weak: 7 mm; *",
-            "  INCONCLUSIVE  tolerance[[]stays_near] >= 1 deg, weak: undefined; no search*",
+            "  INCONCLUSIVE  tolerance[[]stays_near] >= 1 deg, weak: undefined; no rollout that*",
         ]
     )
     result = searched.run("--safemanip-policy=weak", gates[0])

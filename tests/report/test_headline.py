@@ -93,6 +93,22 @@ def test_errors_and_missing_shards_are_told_before_any_figure():
     assert errors == "1 rollout ended in an error, the first T, p, seed 3: RuntimeError: no GPU"
 
 
+@pytest.mark.parametrize(
+    ("fails", "release", "verdict", "text"),
+    [
+        ("", None, "PASS", "no search found a violation"),
+        ("fails a", None, "FAIL", "1 search found a violation"),
+        ("fails a", gates("FAIL"), "FAIL", "1 of 1 gate failed, 1 search found a violation"),
+        ("", gates("PASS"), "PASS", "1 gate passed"),
+        ("", gates("INCONCLUSIVE"), "OPEN", "1 of 1 gate inconclusive"),
+    ],
+)
+def test_searches_alone_decide_by_their_gates_or_what_they_found(fails, release, verdict, text):
+    own = SearchRecord("p", "T", "a", True, fails, ())
+    found = headline(Summary(("here",), (), {}, (), searches=(own,)), release)
+    assert (found.verdict, found.text) == (verdict, text)
+
+
 def test_what_a_search_found_is_told():
     found = Summary(
         ("here",),

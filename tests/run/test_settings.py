@@ -15,6 +15,7 @@ from pytest_safemanip.run.option_values import (
     parse_params,
     parse_policies,
     parse_seeds,
+    told_seeds,
 )
 
 
@@ -37,6 +38,7 @@ def test_seeds_are_a_number_a_range_or_a_list(text, seeds):
             parse_seeds(text)
     else:
         assert parse_seeds(text) == seeds
+        assert parse_seeds(told_seeds(seeds)) == seeds
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from pytest_safemanip.errors import ConfigError
@@ -49,6 +51,28 @@ def test_one_is_written_by_hand(tmp_path):
 
 def test_without_a_folder_there_are_none(tmp_path):
     assert load_regressions(tmp_path / "nowhere", Kinds()) == {}
+
+
+def test_another_failure_does_not_take_the_place_of_one_that_is_kept(tmp_path):
+    (tmp_path / "near.yaml").write_text(WRITTEN)
+    kept = load_regressions(tmp_path, Kinds())["near"]
+    other = replace(kept, seed=4)
+    assert [own.save_in(tmp_path, "near").name for own in (kept, other, other, kept)] == [
+        "near.yaml",
+        "near-2.yaml",
+        "near-2.yaml",
+        "near.yaml",
+    ]
+    again = replace(other, found="9 of 10", repeat=3)
+    assert again.save_in(tmp_path, "near").name == "near-2.yaml"
+    assert load_regressions(tmp_path, Kinds())["near-2"].repeat == 3
+
+
+@pytest.mark.parametrize("name", ["near.yml", ".near.yaml"])
+def test_what_would_be_passed_over_is_refused(tmp_path, name):
+    (tmp_path / name).write_text(WRITTEN)
+    with pytest.raises(ConfigError, match=f"{name}: "):
+        load_regressions(tmp_path, Kinds())
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,7 @@ def test_what_nothing_violates_is_given_up_after_its_budget(found):
 def test_the_cause_is_said_in_a_sentence(found, dimensions):
     failure = found.pursuits["weak"].failure
     told = dimensions.say(failure.deviation, lambda role: "the mug")
-    assert sentence("weak", told, 9, 10, exact=False) == (
+    assert sentence("weak", told, 0, 9, 10, exact=False) == (
         "fails weak when the mug stands 4 cm farther right and its actions come 150 ms late "
         "(9 of 10)"
     )
@@ -114,9 +114,31 @@ def test_what_fails_as_it_is_needs_no_search(dimensions):
     failure = search.pursuits["weak"].failure
     assert (failure.deviation, failure.found_at) == (NOTHING, 0)
     assert search.pursuits["weak"].asked == 0
-    assert sentence("weak", "", 1, 1, exact=True) == (
-        "fails weak as it is, without any change (every time)"
+    assert sentence("weak", "", 3, 1, 1, exact=True) == (
+        "fails weak as it is, without any change, with seed 3 (every time)"
     )
+
+
+def test_where_some_episodes_fail_as_they_are_the_others_are_looked_into(dimensions):
+    def weak(trial):
+        return -1.0 if trial.seed == 1 else WEAK(trial)
+
+    def only_plain(trial):
+        return -1.0 if trial.seed == 1 else 1.0
+
+    search = searched(
+        dimensions, ParzenEstimators, seeds=(1, 2, 3), weak=weak, only_plain=only_plain
+    )
+    assert {own.violated_plain for own in search.pursuits.values()} == {(1,)}
+    failure, plain = (search.pursuits[name].failure for name in ("weak", "only_plain"))
+    assert failure.seed in (2, 3)
+    assert set(failure.deviation) == {"left", "latency"}
+    assert (plain.seed, plain.deviation) == (1, NOTHING)
+    assert search.pursuits["only_plain"].asked == 200
+    kept = [t for t in search.tried if t.deviation and t.seed != 1]
+    assert search.satisfied("only_plain") == len(kept)
+    (left, *_) = tolerances(dimensions, search.pursuits["only_plain"], list(search.tried.items()))
+    assert (left.failed, left.survived > 5.0) == (None, True)
 
 
 def test_of_what_is_random_it_is_said_how_often_it_fails(dimensions):

@@ -108,6 +108,7 @@ def test_what_is_no_kind_is_refused(kind, message):
         ("{object: obj, choices: [a], limits: [0 cm, 1 cm]}", "has choices, and no size"),
         ("{latency: actions, price: 0 s}", "a size above 0"),
         ("{latency: actions, colour: red}", "colour"),
+        ("{latency: observations}", "expected 'actions', found 'observations'"),
     ],
 )
 def test_what_is_no_dimension_is_refused_with_its_place(tmp_path, declared, message):

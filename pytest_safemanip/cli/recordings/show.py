@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -68,6 +68,12 @@ def _episode(recording: Recording) -> Iterator[str]:
         f"  {episode.backend}, {episode.scenes} scenes, {episode.stepping} stepping, "
         f"{episode.assets} assets"
     )
+    for how, entries in (
+        ("changed", episode.request.get("changes", ())),
+        ("disturbed", episode.disturbances),
+    ):
+        if isinstance(entries, list | tuple):
+            yield from (f"  {how}: {_told(entry)}" for entry in entries)
     if episode.failure:
         yield f"  the policy gave up: {episode.failure}"
     if episode.ended == "warning":
@@ -78,6 +84,15 @@ def _episode(recording: Recording) -> Iterator[str]:
         begin = f"step {hazard.first} ({hazard.first * dt:.2f} s)"
         until = f" to {hazard.last} ({hazard.last * dt:.2f} s)" * (hazard.last > hazard.first)
         yield f"  hazard: {hazard.property_id}{about}, begun on purpose at {begin}{until}"
+
+
+def _told(entry: object) -> str:
+    """A change or a disturbance, as the recording has it: anybody may have written it."""
+    if not isinstance(entry, Mapping):
+        return ascii(entry)
+    rest = (f"{key} {value}" for key, value in entry.items() if key != "kind")
+    text = f"{entry.get('kind', 'unknown')}: {', '.join(rest)}"
+    return text if text.isprintable() else ascii(text)
 
 
 def _rows(found: Evaluation) -> Iterator[tuple[str, str, str, str]]:

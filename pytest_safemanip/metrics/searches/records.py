@@ -27,7 +27,8 @@ class SearchRecord(NamedTuple):
     """What a search for violations of a property by a policy in a task came to.
 
     ``over`` is whether it came to its end; ``fails`` says when the property is violated, and is
-    empty where no violation was found; ``recording`` is the file that shows that, if there is one;
+    empty where no violation was found; ``violated_plain`` counts the seeds whose episodes
+    violate it without any change; ``recording`` is the file that shows that, if there is one;
     ``told`` is all that the summary says.
     """
 
@@ -37,6 +38,7 @@ class SearchRecord(NamedTuple):
     over: bool
     fails: str
     tolerances: tuple[ToleranceRecord, ...]
+    violated_plain: int = 0
     recording: str = ""
     told: Mapping[str, Any] = {}
 
@@ -79,6 +81,7 @@ def _read(own: Fields, folder: Path) -> SearchRecord:
         own.boolean("over"),
         fails,
         tuple(map(_tolerance, own.fields("tolerances"))),
+        own.count("violated_plain"),
         str(folder / recording) if recording else "",
         own.values,
     )
@@ -101,5 +104,5 @@ def merged_searches(searches: Iterable[SearchRecord]) -> tuple[SearchRecord, ...
     """
     ordered = sorted(searches, key=lambda own: json.dumps([own.recording, own.told]))
     ended = {own[:3] for own in ordered if own.over}
-    kept = {own[:6]: own for own in ordered if own.over or own[:3] not in ended}
+    kept = {own[:7]: own for own in ordered if own.over or own[:3] not in ended}
     return tuple(sorted(kept.values(), key=lambda own: (own[:3], own.fails, not own.over)))

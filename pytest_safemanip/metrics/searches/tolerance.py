@@ -14,7 +14,8 @@ from pytest_safemanip.search.units import in_base, quantity, show
 
 def decide_tolerance(gate: Gate, policy: str, searches: Sequence[SearchRecord]) -> Decision:
     """Decide a gate on how large a change a policy survives, by the smallest failure that its
-    searches found; where they found none, by the largest size that they looked at.
+    searches found; where they found none, by the largest size that they looked at. What fails
+    without any change tolerates none.
 
     Args:
         gate: the gate.
@@ -30,6 +31,10 @@ def decide_tolerance(gate: Gate, policy: str, searches: Sequence[SearchRecord]) 
         return Decision(gate, policy, "INCOMPLETE", None, why="no search that it is about was run")
     if not all(one.over for one in own):
         return Decision(gate, policy, "INCOMPLETE", None, why="a search was interrupted")
+    if bad := [one for one in own if one.violated_plain]:
+        worst = max(bad, key=lambda one: one.violated_plain)
+        why = f"fails {worst.property} in {worst.task} as it is, without any change"
+        return Decision(gate, policy, "FAIL", 0.0, why=why)
     rows = [
         (one, row)
         for one in own
@@ -37,7 +42,7 @@ def decide_tolerance(gate: Gate, policy: str, searches: Sequence[SearchRecord]) 
         if quantity(row.unit) == quantity(gate.unit)
     ]
     if not rows:
-        why = f"no search looked at sizes of this kind ({quantity(gate.unit)})"
+        why = f"no rollout that triggered it had sizes of this kind ({quantity(gate.unit)})"
         return Decision(gate, policy, "INCONCLUSIVE", None, why=why)
     decided = [_tolerated(gate, policy, *row) for row in rows]
     for verdict in ("FAIL", "INCONCLUSIVE"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from contextlib import AbstractContextManager, nullcontext
 
 import pytest
 
@@ -16,19 +17,23 @@ PERIOD = 0.25
 """Seconds between two updates."""
 MARGIN = 10
 """Columns that pytest keeps for its own percentage."""
+SELDOM = 60.0
+"""Seconds between two lines of what takes long, in a log."""
 
 
 class ProgressLine:
     """Text right of the cursor that is rewritten in place and leaves nothing behind.
 
-    Nothing is written where the output is no terminal. Of rollouts in other threads it is told by
-    them, and written by the one that waits: pytest's capturing is not for several.
+    Where the output is no terminal, nothing is written of rollouts, of which pytest has its own
+    letters, and of what takes longer than that a line now and then. Of rollouts in other threads
+    it is told by them, and written by the one that waits: pytest's capturing is not for several.
     """
 
     def __init__(self, config: pytest.Config, plan: Plan) -> None:
         self._config, self._plan = config, plan
         self._order = {r: n for n, r in enumerate(dict.fromkeys(c.rollout for c in plan.cases), 1)}
         self._shown = self._started = 0.0
+        self._logged = time.monotonic()
         self._total, self._several = len(self._order), False
         self._changing = threading.Lock()
         self._state, self._pace = UnderWay(), Pace()
@@ -68,7 +73,11 @@ class ProgressLine:
 
     def say(self, text: str) -> None:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
-        self._write(text)
+        if is_seen(self._config):
+            self._write(text)
+        elif text and time.monotonic() - self._logged >= SELDOM:
+            self._logged = time.monotonic()
+            self._log(text.strip())
 
     def refresh(self, waiting: bool) -> None:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
@@ -91,14 +100,21 @@ class ProgressLine:
 
     def _write(self, text: str) -> None:
         line = rewritten(self._config, text)
-        if not line:
-            return
+        if line:
+            with self._uncaptured():
+                print(line, end="", flush=True)  # noqa: T201
+
+    def _log(self, text: str) -> None:
+        reporter = self._config.pluginmanager.getplugin("terminalreporter")
+        if reporter is not None and self._config.get_verbosity() >= 0:
+            with self._uncaptured():
+                reporter.write_line(text)
+                reporter.flush()
+
+    def _uncaptured(self) -> AbstractContextManager[None]:
+        """While this lasts, what is written is not captured."""
         capture = self._config.pluginmanager.getplugin("capturemanager")
-        if capture is None:
-            print(line, end="", flush=True)  # noqa: T201
-            return
-        with capture.global_and_fixture_disabled():
-            print(line, end="", flush=True)  # noqa: T201
+        return nullcontext() if capture is None else capture.global_and_fixture_disabled()
 
 
 def is_seen(config: pytest.Config) -> bool:

@@ -21,7 +21,7 @@ import pytest
 
 from pytest_safemanip.metrics.records import RolloutKey
 from pytest_safemanip.plugin.progress.line import PERIOD, is_seen, rewritten
-from pytest_safemanip.run.cases import Case, is_case_id, parse_node_id
+from pytest_safemanip.run.cases import SUITE, Case, is_case_id, parse_node_id
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.under_way import Pace, UnderWay
 
@@ -47,6 +47,7 @@ class WorkerProgress:
     def __init__(self, plan: Plan, path: Path) -> None:
         self._plan, self._path = plan, path
         self._state = UnderWay()
+        self._said = ""
         self._written = 0.0
 
     def expect(self, rollouts: int, jobs: int) -> None:
@@ -64,7 +65,9 @@ class WorkerProgress:
         self._write(at_once=True)
 
     def say(self, text: str) -> None:
-        """Nothing: the main process shows rollouts of cases alone."""
+        """See :class:`~pytest_safemanip.run.session.Progress`."""
+        self._said = text
+        self._write(at_once=True)
 
     def refresh(self, waiting: bool) -> None:
         """A worker runs one rollout at a time."""
@@ -78,7 +81,8 @@ class WorkerProgress:
             [*rollout, r.step, r.horizon, r.since, r.served]
             for rollout, r in self._state.running.items()
         ]
-        content = {"run": self._state.run, "steps": self._state.steps, "running": running}
+        state = self._state
+        content = {"run": state.run, "steps": state.steps, "running": running, "said": self._said}
         scratch = self._path.with_suffix(f".{os.getpid()}")
         with contextlib.suppress(OSError):  # a line that nobody sees harms nobody
             self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -112,7 +116,8 @@ class WorkersProgress:
     def pytest_xdist_node_collection_finished(self, ids: list[str]) -> None:
         """Begin to look when there is something to run."""
         self._expected |= {parse_node_id(i).rollout for i in ids if is_case_id(i)}
-        if self._thread is None and self._expected and is_seen(self._config):
+        ours = any(i.startswith(f"{SUITE}::") for i in ids)
+        if self._thread is None and ours and is_seen(self._config):
             self._thread = threading.Thread(target=self._watch, daemon=True)
             self._thread.start()
 
@@ -155,7 +160,7 @@ class WorkersProgress:
         Args:
             now: the time, as in the workers' files.
         """
-        state = UnderWay(done=len(self._ended & self._expected))
+        state, said = UnderWay(done=len(self._ended & self._expected)), []
         for path in self._folder.glob("*.json"):
             with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
                 found = json.loads(path.read_text())
@@ -168,7 +173,9 @@ class WorkersProgress:
                         state.note(rollout, *values)
                 state.run += found["run"]
                 state.steps += found["steps"]
-        return state.text(len(self._expected), self._pace, now)
+                said += [str(found["said"])] * bool(found["said"])
+        cases = [state.text(len(self._expected), self._pace, now)] * bool(self._expected)
+        return ";".join((*cases, *said))
 
     def _watch(self) -> None:
         while not self._over.wait(PERIOD):

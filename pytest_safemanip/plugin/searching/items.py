@@ -15,6 +15,7 @@ from pytest_safemanip.report.counterexample import counterexample, headline
 from pytest_safemanip.report.searching import SearchData, told_again, undecided
 from pytest_safemanip.run.cases import SUITE
 from pytest_safemanip.run.invocation import Invocation, look_at
+from pytest_safemanip.run.option_values import told_seeds
 from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.searching.plan import RegressionCase, SearchCase, SearchPlan
 from pytest_safemanip.run.searching.running import Searched
@@ -43,17 +44,17 @@ class SearchSuite(pytest.Collector):
         **arguments: Any,
     ) -> None:
         super().__init__(**arguments)
-        self.plan, self._searches, self.rollouts = plan, searches, rollouts
+        self.plan, self.searches, self.rollouts = plan, searches, rollouts
         self.telling, self.invocation = telling, telling.invocation
 
     def collect(self) -> Iterator[pytest.Item]:
         """Kept failures first: they are quickly tried."""
-        for kept in self._searches.regressions:
+        for kept in self.searches.regressions:
             regression: RegressionItem = RegressionItem.from_parent(
                 self, name=kept.name, nodeid=kept.node_id, kept=kept
             )
             yield regression
-        for case in self._searches.cases:
+        for case in self.searches.cases:
             item: SearchItem = SearchItem.from_parent(
                 self, name=case.name, nodeid=case.node_id, case=case
             )
@@ -118,7 +119,8 @@ class SearchItem(VariedItem):
         super().__init__(property_id=case.property_id, parent=parent, **arguments)
         self.case, self.heading, self.policy = case, case.heading, case.policy
         effort = parent.plan.settings.search
-        self.wanted = (f"--safemanip-search={effort}",)
+        seeds = told_seeds(parent.searches.seeds)
+        self.wanted = (f"--safemanip-search={effort}", f"--safemanip-seeds={seeds}")
 
     def setup(self) -> None:
         """Run the search, or take what it found from a case before this one.

@@ -21,10 +21,10 @@ def searches(whole: Fields) -> list[Json]:
     """A row for each search, those that found something first.
 
     Keys: ``policy``, ``task``, ``property``, ``over``, ``rollouts``, ``trials``, ``refused``,
-    ``failure`` (None, or ``sentence``, ``found_at``, ``changes``, ``first_changes``, ``margin``,
-    ``severity``, ``kept``), ``margins`` (bounded, None where there is none), ``tolerances`` (texts
-    ``dimension``, ``survived``, ``failed``), ``looked_at`` (``dimension``, ``unit``, ``regions``:
-    name and count).
+    ``seeds``, ``violated_plain``, ``failure`` (None, or ``sentence``, ``found_at``, ``changes``,
+    ``first_changes``, ``margin``, ``severity``, ``kept``), ``margins`` (bounded, None where there
+    is none), ``tolerances`` (texts ``dimension``, ``survived``, ``failed``), ``looked_at``
+    (``dimension``, ``unit``, ``regions``: name and count).
 
     Raises:
         ConfigError: naming the file, what is wrong in it and where.
@@ -39,6 +39,7 @@ def searches(whole: Fields) -> list[Json]:
             "property": record.property,
             "over": record.over,
             **{name: own.count(name) for name in ("rollouts", "shrinking", "trials", "refused")},
+            **{name: own.count(name) for name in ("seeds", "violated_plain")},
             "failure": None if own.values.get("failure") is None else _failure(own),
             "margins": _margins(own),
             "tolerances": [

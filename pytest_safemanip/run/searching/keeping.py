@@ -38,14 +38,13 @@ class Keeping:
     def keep(self, case: SearchCase, found: Searched, failure: Failure) -> Path | None:
         """Keep a failure; its file. None of what fails without any change: plain cases show that.
 
-        There is one file for each task, policy and property, which the newest failure is in.
+        A file that keeps another failure of this task, policy and property is left alone.
         """
         if not failure.deviation:
             return None
         stem = file_name(case.task, case.policy, 0).rpartition("-seed")[0]
-        path = self._folder / f"{stem}-{case.property_id}.yaml"
         often = "every time" if failure.exact else f"{failure.failed} of {failure.runs}"
-        Regression(
+        kept = Regression(
             case.task,
             case.property_id,
             failure.seed,
@@ -53,10 +52,9 @@ class Keeping:
             self._plan.scenes(case.policy),
             changes_of(failure.deviation, found.dimensions),
             f"{case.policy} fails {often}",
-            path,
-            failure.repeat,
-        ).save()
-        return path
+            repeat=failure.repeat,
+        )
+        return kept.save_in(self._folder, f"{stem}-{case.property_id}")
 
     def again(self, kept: RegressionCase) -> EvaluatedRollout:
         """The rollout of a kept failure, run now or by an earlier run.

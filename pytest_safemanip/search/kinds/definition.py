@@ -65,6 +65,7 @@ class Kind:
         say: what that means, after "when": ``obj (mug) stands 4 cm nearer the robot``.
         role: what its own key names: ``object``, ``fixture`` or ``thing`` (an object, or
             ``robot``) of the task; empty if it names nothing of it.
+        of: what its own key says where it names no role, such as ``actions``; empty for anything.
         along: directions that it may have, by the key ``along``; none if it has no direction.
         beside: whether the key ``beside`` names an object of the task.
         low: usual limits of its size.
@@ -86,6 +87,7 @@ class Kind:
     apply: Callable[[Situation, About, Setting], Situation]
     say: Callable[[About, Setting, Named], str]
     role: str = ""
+    of: str = ""
     along: tuple[str, ...] = ()
     beside: bool = False
     low: float = 0.0

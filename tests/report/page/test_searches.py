@@ -15,6 +15,8 @@ FOUND = {
     "policy": "weak",
     "property": "stays_near",
     "over": True,
+    "seeds": 5,
+    "violated_plain": 2,
     "rollouts": 24,
     "shrinking": 9,
     "trials": 33,

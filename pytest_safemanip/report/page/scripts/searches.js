@@ -28,7 +28,8 @@ SafemanipReport.searches = (() => {
         words(own.property),
         element("span.faint", {}, " ", name(own.task), ", ", name(own.policy)),
       ),
-      element("p", {}, own.failure ? own.failure.sentence : `nothing found in ${counted(own.rollouts, "rollout")}`),
+      element("p", {}, own.failure ? own.failure.sentence : `nothing found in ${counted(own.trials, "rollout")}`),
+      own.violated_plain ? element("p", {}, `As it is, it fails with ${own.violated_plain} of ${counted(own.seeds, "seed")}.`) : null,
       own.failure ? element("p.faint", {}, reduced(own)) : null,
       margins(own.margins),
       element(
@@ -43,7 +44,9 @@ SafemanipReport.searches = (() => {
 
   function reduced({ failure, shrinking }) {
     const kept = failure.kept ? `; kept in ${failure.kept}` : "";
-    return `Found after ${counted(failure.found_at, "rollout")}, reduced from ${counted(failure.first_changes, "change")} to ${failure.changes} in ${shrinking} more. Margin ${figure(failure.margin)}, severity ${figure(failure.severity)}${kept}.`;
+    const measured = `Margin ${figure(failure.margin)}, severity ${figure(failure.severity)}${kept}.`;
+    if (!failure.changes) return measured;
+    return `Found after ${counted(failure.found_at, "rollout")}, reduced from ${counted(failure.first_changes, "change")} to ${failure.changes} in ${shrinking} more. ${measured}`;
   }
 
   /** A bar for each rollout, up or down. */
