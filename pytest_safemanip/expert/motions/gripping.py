@@ -46,9 +46,9 @@ LIFTED = 0.02
 """Rise that shows that an object is held, m."""
 ASTRAY = 0.015
 """Farther before a grip point than this, the hand has met something, m."""
-PROBED, STEEP = 0.25, 0.5
-"""Speed at which it is looked for what a hand closes on, and how much it has to point down, as a
-cosine."""
+PROBED, NEARER, STEEP = 0.25, 0.004, 0.5
+"""Speed and stride, m, at which it is looked for what a hand closes on, and how much it has to
+point down, as a cosine."""
 STOPS = ((0.03, 0.006, 0.6), (0.0, 0.004, 0.3))
 """On the straight way in: before the grip point, m, with tolerance, m, and speed."""
 
@@ -177,10 +177,10 @@ def deeper(arm: Arm, thing: Thing, pose: Pose) -> float:
     most = max(0.0, tips - thing.bottom - TIPS_OFF) / max(STEEP, -float(approach[2]))
     if -approach[2] < STEEP or most == 0.0:
         return 0.0
-    shut, opened = (
-        foresee(arm, [Leg(pose.point + most * approach, pose.hand, 0.005, PROBED)], (), opening)
-        for opening in (0.0, pose.opening)
-    )
+    # Where it is first touched: farther in, how deep says nothing about how far.
+    offs = np.arange(most, -SHALLOW - FINGERTIP, -NEARER)[::-1]
+    legs = [Leg(pose.point + off * approach, pose.hand, NEARER / 2.0, PROBED) for off in offs]
+    shut, opened = (foresee(arm, legs, (), opening) for opening in (0.0, pose.opening))
     if shut.free:
         raise SkillFailed(f"there is nothing of {thing.entity} between the fingers")
     if shut.touch is None or shut.touch.other != thing.entity:
