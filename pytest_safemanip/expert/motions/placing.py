@@ -218,9 +218,11 @@ def place(
     reach = yield from bring(arm, thing, spots, attitudes)
     deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
     yield from set_down(arm, thing, deep, speed, reach.pose.point + reach.entry)
+    hollow, below = reach.pose.hollow, carriers(arm, thing)
     fall = thing.bottom - float(reach.pose.load[:, 2].min()) + reach.pose.over
-    # What hangs on a vessel's rim is not in it yet.
-    if fall > FALLS and not carriers(arm, thing) - {reach.pose.hollow}:
+    # What hangs on a vessel's rim is not in it yet, but what is below it falls into it.
+    into = bool(hollow) and not below and thing.bottom < Thing(arm, hollow).highest
+    if fall > FALLS and not into and not below - {hollow}:
         raise IllHeld(f"{thing.entity} would fall {100 * fall:.0f} cm")
     if reach.pose.opening < 1.0:
         yield from arm.let_go(NARROWLY / 2.0)
