@@ -42,8 +42,9 @@ LAGS, STRIDE = 10, 0.0125
 its top speed, m: a quarter of what it is told, for it yields to its load."""
 HIGHER = (0.0, 0.015, 0.03, 0.045)
 """How much higher something may be let go, m: where the palm would meet a rim."""
-DIPPED, END = (0.08, 0.1), 0.01
-"""Likewise a stick, m, and how long its end is."""
+LOWERED_TO, ONTO, DIPPED, END = (0.055,), (0.075,), (0.08, 0.1), 0.01
+"""Likewise what the hand then lowers into a vessel, what falls onto what lies in that, and a stick,
+m, and how long its end is."""
 TURNS = (0.0, 20.0, -20.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 """How far a load may be turned about the vertical from how it is held, degrees."""
 TIPS = (75.0, 60.0, 50.0, 40.0)
@@ -79,6 +80,8 @@ PRECISELY = 0.004
 """How far beside its way down the hand may be, m."""
 FALLS = 0.05
 """How far something may fall that is let go, m."""
+ALONG = 0.01
+"""How far a vessel may rise when the hand leaves it, m."""
 INSIDE = 0.025
 """How far from the edge of what it stands on a centre of mass stays, m."""
 OFF = 0.35
@@ -218,19 +221,23 @@ def place(
     reach = yield from bring(arm, thing, spots, attitudes)
     deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
     yield from set_down(arm, thing, deep, speed, reach.pose.point + reach.entry)
-    hollow, below = reach.pose.hollow, carriers(arm, thing)
-    fall = thing.bottom - float(reach.pose.load[:, 2].min()) + reach.pose.over
-    # What hangs on a vessel's rim is not in it yet, but what is below it falls into it.
-    into = bool(hollow) and not below and thing.bottom < Thing(arm, hollow).highest
-    if fall > FALLS and not into and not below - {hollow}:
+    vessel = Thing(arm, reach.pose.hollow) if reach.pose.hollow else None
+    floors = [float(reach.pose.load[:, 2].min()) - reach.pose.over]
+    if vessel is not None:
+        floors += [it.highest for it in contents(arm, vessel) if it.entity != thing.entity]
+    fall, stood = thing.bottom - max(floors), vessel.bottom if vessel else 0.0
+    # What hangs on a vessel's rim is not in it yet.
+    if fall > FALLS and not carriers(arm, thing) - {reach.pose.hollow}:
         raise IllHeld(f"{thing.entity} would fall {100 * fall:.0f} cm")
     if reach.pose.opening < 1.0:
         yield from arm.let_go(NARROWLY / 2.0)
     else:
         yield from arm.grip(False)
     yield from withdraw(arm, reach)
-    if reach.pose.hollow:
-        check_inside(thing, Thing(arm, reach.pose.hollow))
+    if vessel is not None:
+        check_inside(thing, vessel)
+        if vessel.bottom - stood > ALONG:
+            raise SkillFailed(f"{vessel.entity} came along")
     elif attitudes not in (laid, dipped):
         check(thing, reach, up)
 
@@ -272,7 +279,7 @@ class Placing:
     def __init__(
         self, arm: Arm, thing: Thing, spots: Iterable[Spot], attitudes: Attitudes = standing
     ) -> None:
-        self._thing, self._turns = thing, attitudes(arm, thing)
+        self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
         self._tipped = tipped(arm, thing) if attitudes is standing and not self._along else []
         self._frame = heading(arm)
@@ -318,7 +325,7 @@ class Placing:
             # What is dipped goes in with its end, and need not come down to the floor.
             end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
             openings = (1.0, min(1.0, held.opening + NARROWLY)) if spot.hollow else (1.0,)
-            highers = HIGHER + (DIPPED if self._dipped else ())
+            highers = HIGHER + (DIPPED if self._dipped else self._into(spot.hollow))
             for opening, higher in itertools.product(dict.fromkeys(openings), highers):
                 middle = spot.point - np.append(end[:2], lowest - OVER - higher)
                 cost = spot.cost + odd + others + 5.0 * higher + 0.2 * (opening < 1.0)
@@ -337,6 +344,12 @@ class Placing:
                     spot.hollow,
                     held.opening,
                 )
+
+    def _into(self, hollow: str) -> tuple[float, ...]:
+        """How much higher still what goes into a vessel may be let go, m."""
+        if not hollow:
+            return ()
+        return LOWERED_TO + (ONTO if contents(self._arm, Thing(self._arm, hollow)) else ())
 
     def _on_others(self, room: Room, middle: Array, load: Array, com: Array) -> float:
         """What speaks against letting go of something above what already lies there: the more if it

@@ -73,7 +73,8 @@ def finger_points(opening: float) -> Array:
     near = opening * OPENING / 2.0
     side = np.linspace(-FINGER_SIDE, FINGER_SIDE, 3)
     far = (near, near + FINGER_THICK)
-    places = [(x, FINGERTIP - 0.002) for x in far]
+    # At its tip, a vessel's wall would fit between the corners.
+    places = [(x, FINGERTIP - 0.002) for x in (*far, near + FINGER_THICK / 2.0)]
     places += [(far[1] + 0.004, -PALM), (far[1] + 0.002, -0.008)]
     one = np.array([(x, y, z) for x, z in places for y in side])
     return np.concatenate((one, one * (-1.0, 1.0, 1.0)))
