@@ -46,6 +46,9 @@ FOLLOWS, STILL = 8, 0.05
 there, 1/s."""
 EXACT_GAIN = 0.5
 """Share of the error that an exact motion asks for: some postures swing at more."""
+STUCK_GAIN, STUCK = 0.1, 0.015
+"""Share of the error by which more is asked for in each control step of an exact motion that has
+come to rest before its goal, for joints stick, and the most of that, m."""
 GENTLY = 0.4
 """Share of the top speed, of base and hand, at which what hangs in the fingers, or lies on what is
 moved, hardly moves itself."""
@@ -136,16 +139,18 @@ class Arm(Base):
         """
         keep = self.rotation if rotation is None else rotation
         pace = self.choices.choose("pace", PACES)
+        stuck = np.zeros(3)
         for _ in range(round(steps / pace)):
             error = (target() if callable(target) else target) - self.position
             turn = rotation_vector(keep @ self.rotation.T)
             near = np.linalg.norm(error) < tolerance and np.linalg.norm(turn) < turn_tolerance
-            if exact:
-                near &= np.linalg.norm(self.step.eef_twist[:3]) < CALM
-            if until() if until else near:
+            calm = np.linalg.norm(self.step.eef_twist[:3]) < CALM
+            if until() if until else near and (calm or not exact):
                 return
+            if exact and calm:
+                stuck = limited(stuck + STUCK_GAIN * error, STUCK)
             gain = EXACT_GAIN if exact else 1.0
-            yield self._arm_action(gain * error, gain * turn, speed * pace)
+            yield self._arm_action(gain * error + stuck, gain * turn, speed * pace)
         if required:
             off = f"{100 * np.linalg.norm(error):.1f} cm"
             if np.linalg.norm(turn) >= turn_tolerance:
