@@ -220,7 +220,9 @@ def place(
     up = upwards(arm, thing)
     reach = yield from bring(arm, thing, spots, attitudes)
     deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
-    yield from set_down(arm, thing, deep, speed, reach.pose.point + reach.entry)
+    # What is heavy has turned in the fingers on the way.
+    hand = righted(arm, thing) @ arm.rotation if attitudes is standing else None
+    yield from set_down(arm, thing, deep, speed, reach.pose.point + reach.entry, hand)
     vessel = Thing(arm, reach.pose.hollow) if reach.pose.hollow else None
     floors = [float(reach.pose.load[:, 2].min()) - reach.pose.over]
     if vessel is not None:
@@ -409,6 +411,7 @@ def set_down(
     depth: float = DEEP,
     speed: float = SPEED,
     above: Array | None = None,
+    hand: Array | None = None,
 ) -> Motion:
     """Lower a held thing until it stands on something, or the palm does.
 
@@ -418,11 +421,13 @@ def set_down(
         depth: how far at most, m.
         speed: share of the hand's top speed.
         above: where the hand is first (3,); None for where it is.
+        hand: its orientation (3, 3); None for the present one.
     """
     yield from arm.move(
         arm.position if above is None else above,
+        hand,
         tolerance=PRECISELY,
-        turn_tolerance=0.3,
+        turn_tolerance=0.3 if hand is None else ASKEW,
         steps=25,
         required=False,
         exact=True,
