@@ -583,13 +583,15 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
         if float(np.linalg.norm(rotation_vector(pose.hand @ arm.rotation.T))) > TURNS_FAR:
             yield from fold(arm)
 
+    off = np.zeros(3)
+
     def standing_off() -> Array:
-        off = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.come, load)
-        return reach.base + off
+        off[:2] = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.come, load)
+        return np.asarray(reach.base + off[:2])
 
     yield from travel(arm, standing_off, load)
     yield from lift_torso(arm, reach.torso)
-    off = np.append(arm.base - reach.base, 0.0)
+    # The base may be beside its place, the hand not: it passes close to what stands there.
     yield from swing_to(arm, entry + off, pose.hand, speed)
     yield from drive(arm, reach.base, load)
     yield from arm.move(
@@ -613,5 +615,6 @@ def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 
     out = reach.go if length >= least else least * (reach.go / length if length else -arm.forward)
     if reach.torso:
         out = lowering_back(arm, reach.torso, out, load)
-    yield from drive(arm, reach.base + out, load)
+    # From where it is: the hand has come in exactly, the base has not.
+    yield from drive(arm, arm.base + out, load)
     yield from lift_torso(arm, -reach.torso)

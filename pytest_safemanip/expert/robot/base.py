@@ -142,10 +142,12 @@ class Base(Posture):
             if (np.abs(local) < tolerance).all() or (until and until()):
                 break
             action = self.hold()
+            # Straight, as both axes have their dead band.
+            longer = float(np.abs(local).max())
+            above = min(1.5 * longer, most - BASE_DEAD_BAND) * local / longer
             for axis in range(2):
                 if abs(local[axis]) > tolerance:
-                    wanted = math.copysign(BASE_DEAD_BAND, local[axis]) + 1.5 * local[axis]
-                    action[7 + axis] = np.clip(wanted, -most, most)
+                    action[7 + axis] = math.copysign(BASE_DEAD_BAND, local[axis]) + above[axis]
             yield action
         else:
             off = f"{100 * np.linalg.norm(error):.1f} cm"
