@@ -20,6 +20,7 @@ from pytest_safemanip.expert.motions.reaching import (
     holding,
     turned_over,
 )
+from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.hand import FINGERTIP, OPENING, finger_points, palm_points
 from pytest_safemanip.expert.world.contacts import carriers
@@ -83,6 +84,7 @@ def grasp(
     reach = turned_over(arm, arm.choices.choose("way to grasp", ways))
     yield from go_before(arm, reach)
     yield from come_in(arm, thing, reach)
+    check_bent(arm)
     yield from lift(arm, thing, reach)
     if back:
         yield from holding(arm, draw_back(arm, reach, thing), thing)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.motions.travelling import (
+    check_bent,
     drive,
     facing,
     fold,
@@ -38,7 +39,7 @@ from pytest_safemanip.expert.robot.hand import (
     finger_points,
     palm_points,
 )
-from pytest_safemanip.expert.robot.kinematics import SPHERES, bodies, solve, strain
+from pytest_safemanip.expert.robot.kinematics import SPHERES, bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.robot.torso import lift_torso
 from pytest_safemanip.expert.world.room import Room, heading
@@ -72,8 +73,9 @@ HEADINGS = (0.0, 180.0, 90.0, -90.0)
 """To which the base may be turned to reach something, degrees from where it faces."""
 WRIST = 0.21
 """From the grip point back to the wrist, m."""
-TIRED = 0.9
-"""Share of its range to which a joint goes."""
+TIRED, STRETCHED = 0.9, 0.70
+"""Share of its range to which a joint goes, and from the arm's shoulder to its wrist at most, m:
+straight, it gets 2 cm farther, and the base may stand so far off."""
 CHUNKS, VAIN, PATIENCE = (12, 48), 150, 240
 """How many poses are looked at at a time, at first and at most, in vain, and in all."""
 PALM_POINTS, FINGER_ENDS = palm_points(), finger_points(0.0)
@@ -448,6 +450,7 @@ class Reaching:
                 there &= self._off_load([ways[k][0] for k in which[left]], spheres, radii)
             tired[left] = np.maximum(tired[left], strain(joints))
             there &= (least[left] >= LINKS_FREE) & (tired[left] < TIRED)
+            there &= reach_of(at - WRIST * hands[which[left], :, 2]) < STRETCHED
             left = left[there]
         found = []
         for row in left.tolist():
@@ -597,6 +600,7 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
     yield from arm.move(
         entry, pose.hand, tolerance=0.01, turn_tolerance=0.08, speed=0.7 * speed, steps=60
     )
+    check_bent(arm)
 
 
 def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 0.0) -> Motion:

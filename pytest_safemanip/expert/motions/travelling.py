@@ -12,7 +12,16 @@ import numpy as np
 from pytest_safemanip.expert.robot.arm import FOLDED, Arm, Motion, SkillFailed, fold_arm
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, CAREFUL
 from pytest_safemanip.expert.robot.hand import finger_points, palm_points
-from pytest_safemanip.expert.robot.kinematics import bodies, find, follow, links, solve, strain
+from pytest_safemanip.expert.robot.kinematics import (
+    ELBOW,
+    HIGH,
+    bodies,
+    find,
+    follow,
+    links,
+    solve,
+    strain,
+)
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
 from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.routes import route
@@ -266,6 +275,18 @@ def _joints(arm: Arm, point: Array, hand: Array) -> Array:
     if first is None:
         return solve(point[None], hand[None])[0]
     return values[None, first : first + 7]
+
+
+def check_bent(arm: Arm) -> None:
+    """See whether the elbow is bent the way that draws the hand back.
+
+    Raises:
+        SkillFailed: if it is not.
+    """
+    frame = heading(arm)
+    point, hand = arm.position @ frame - _shoulder(arm), frame.T @ arm.rotation
+    if _joints(arm, point, hand)[0, ELBOW] > HIGH[ELBOW]:
+        raise SkillFailed("the arm is straight, and would not bend again")
 
 
 def _between(arm: Arm, point: Array, hand: Array) -> tuple[Array, Array, Array, bool]:

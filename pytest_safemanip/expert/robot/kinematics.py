@@ -30,10 +30,13 @@ CHAIN = (
 GRIP, HAND_TURN = 0.2035, -1.5 * QUARTER
 """From the last link to the grip point, m, and the hand's turn about the approach, rad."""
 LOW = np.array((-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973))
-HIGH = np.array((2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973))
+HIGH = np.array((2.8973, 1.7628, 2.8973, -0.467, 2.8973, 3.7525, 2.8973))
 HOME = np.array((0.0, -1.0, 0.0, -2.27, 0.0, 1.516, 0.675))
 """Limits of the joints and where the controller pulls them as far as the hand leaves it free, rad.
+The elbow turns farther, to -0.07, but at -0.467 the arm is straight, for its links are offset: from
+beyond that, what draws the hand back turns it on to its end.
 """
+ELBOW = 3
 SPHERES = (
     (1, (0.0, -0.046, -0.085), 0.084),
     (1, (0.0, -0.065, 0.002), 0.085),
