@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.motions.holds import Hold, holds, motion
+from pytest_safemanip.expert.motions.travelling import step_aside
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND
 from pytest_safemanip.expert.robot.hand import WRIST
@@ -145,6 +146,7 @@ def take_hold(
     Raises:
         SkillFailed: if no way there is free.
     """
+    yield from step_aside(arm)
     first = fixture.openness(joint)
     state = arm.step.joint.tobytes(), arm.step.eef_pose.tobytes(), arm.step.base_pose.tobytes()
     takes = arm.latest(

@@ -35,6 +35,8 @@ LOAD_LOW = 1.0
 """Least height of the underside of what is carried, m: over counters."""
 STEPS_ASIDE = (0.0, 0.04, -0.04, 0.08, -0.08)
 """How far to the left the base steps before it draws back, m."""
+SCRAPES = 0.3
+"""How far it draws back at least, m, for that to be looked at."""
 THERE = 0.02
 """Distance along either axis of the base that counts as there, m."""
 STEP, APART = 0.05, 0.03
@@ -86,6 +88,16 @@ def travel(arm: Arm, find: Callable[[], Array], load: Thing | None = None) -> Mo
         along = min(arm.ahead(arm.base), max(row, arm.ahead(goal)))
         yield from drive(arm, arm.floor_point(along, aside), load)
     yield from drive(arm, goal, load)
+
+
+def step_aside(arm: Arm) -> Motion:
+    """Step beside what the base would scrape along if it drew back.
+
+    Raises:
+        SkillFailed: if the base does not get there.
+    """
+    beside = arm.aside(arm.base) + _beside(arm, arm.ahead(arm.base) - SCRAPES)
+    yield from drive(arm, arm.floor_point(arm.ahead(arm.base), beside))
 
 
 def _beside(arm: Arm, row: float) -> float:
