@@ -151,7 +151,7 @@ class Arm(Base):
                 stuck = limited(stuck + STUCK_GAIN * error, STUCK)
             gain = EXACT_GAIN if exact else 1.0
             yield self._arm_action(gain * error + stuck, gain * turn, speed * pace)
-        if required:
+        if required and (until or not near):
             off = f"{100 * np.linalg.norm(error):.1f} cm"
             if np.linalg.norm(turn) >= turn_tolerance:
                 off += f" and {math.degrees(np.linalg.norm(turn)):.0f} degrees"
