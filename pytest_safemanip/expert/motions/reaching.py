@@ -73,9 +73,10 @@ HEADINGS = (0.0, 180.0, 90.0, -90.0)
 """To which the base may be turned to reach something, degrees from where it faces."""
 WRIST = 0.21
 """From the grip point back to the wrist, m."""
-TIRED, STRETCHED = 0.9, 0.70
-"""Share of its range to which a joint goes, and from the arm's shoulder to its wrist at most, m:
-straight, it gets 2 cm farther, and the base may stand so far off."""
+TIRED, STRETCHED, REACHED = 0.9, 0.69, 40.0
+"""Share of its range to which a joint goes; from the arm's shoulder to its wrist, m, as good as
+less, and what speaks against each m more: straight, it gets 3 cm farther, and the base may stand 2
+cm off."""
 CHUNKS, VAIN, PATIENCE = (12, 48), 150, 240
 """How many poses are looked at at a time, at first and at most, in vain, and in all."""
 PALM_POINTS, FINGER_ENDS = palm_points(), finger_points(0.0)
@@ -432,7 +433,8 @@ class Reaching:
         hands = np.array([frame.T @ pose.hand for pose, _ in ways])
         stops = np.array([(way.entry @ frame, way.leave @ frame, np.zeros(3)) for _, way in ways])
         offs = np.array([(way.come, way.go, np.zeros(2)) for _, way in ways]) @ frame[:2, :2]
-        least, tired = np.full(len(rows), np.inf), np.zeros(len(rows))
+        least = np.full(len(rows), np.inf)
+        tired, stretched = np.zeros(len(rows)), np.zeros(len(rows))
         left = np.arange(len(rows))
         for stop in range(3):
             if not len(left):
@@ -450,7 +452,8 @@ class Reaching:
                 there &= self._off_load([ways[k][0] for k in which[left]], spheres, radii)
             tired[left] = np.maximum(tired[left], strain(joints))
             there &= (least[left] >= LINKS_FREE) & (tired[left] < TIRED)
-            there &= reach_of(at - WRIST * hands[which[left], :, 2]) < STRETCHED
+            reaches = reach_of(at - WRIST * hands[which[left], :, 2])
+            stretched[left] = np.maximum(stretched[left], reaches - STRETCHED)
             left = left[there]
         found = []
         for row in left.tolist():
@@ -458,7 +461,7 @@ class Reaching:
             ahead, aside, torso = base[row].tolist()
             cost = pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
             cost += 1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH
-            cost += 0.8 * abs(aside - self._wrist(pose)[1]) + torso
+            cost += 0.8 * abs(aside - self._wrist(pose)[1]) + torso + REACHED * stretched[row]
             place = frame[:2, :2] @ (ahead, aside)
             found.append(Reach(pose, place, torso, way.entry, way.leave, way.come, way.go, cost))
         return found
