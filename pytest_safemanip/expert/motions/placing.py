@@ -226,7 +226,7 @@ def place(
     vessel = Thing(arm, reach.pose.hollow) if reach.pose.hollow else None
     floors = [float(reach.pose.load[:, 2].min()) - reach.pose.over]
     if vessel is not None:
-        floors += [it.highest for it in contents(arm, vessel) if it.entity != thing.entity]
+        floors += [it.highest for it in contents(arm, vessel) if _below(it, thing)]
     fall, stood = thing.bottom - max(floors), vessel.bottom if vessel else 0.0
     # What hangs on a vessel's rim is not in it yet.
     if fall > FALLS and not carriers(arm, thing) - {reach.pose.hollow}:
@@ -242,6 +242,13 @@ def place(
             raise SkillFailed(f"{vessel.entity} came along")
     elif attitudes not in (laid, dipped):
         check(thing, reach, up)
+
+
+def _below(other: Thing, thing: Thing) -> bool:
+    """Whether something falls onto another thing that lies in the same vessel."""
+    away = float(np.linalg.norm((other.centre - thing.centre)[:2]))
+    apart = (other.sides()[1][1] + thing.sides()[1][1]) / 2.0
+    return other.entity != thing.entity and away < apart
 
 
 def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing) -> Bringing:
