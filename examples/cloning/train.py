@@ -2,6 +2,8 @@
 
     python train.py expert/recordings --epochs 2,10,40,160
 
+It learns from the expert as it is and from the expert that is shaken; see ``shaken.py``.
+
 A checkpoint is one file of arrays with the weights of all tasks' networks.
 """
 
@@ -29,7 +31,7 @@ def samples(path: Path) -> tuple[str, Floats, Floats]:
     recording = files.load(path)
     steps, seen, done = list(recording.steps), [], []
     episode = recording.episode
-    shaken = shakes(episode.seed, len(steps)).any(axis=1)
+    shaken = shakes(episode.seed, len(steps)).any(axis=1) & (episode.policy == "shaken")
     features = Features(recording.scene, steps[0][0])
     for index, (_, action, acting) in enumerate(steps[1:]):
         if not acting or not recording.success:
