@@ -186,9 +186,9 @@ def parse_seeds(text: str, option: str = "--safemanip-seeds") -> tuple[int, ...]
 
 def told_seeds(seeds: tuple[int, ...]) -> str:
     """Seeds as the option takes them: the inverse of :func:`parse_seeds`."""
-    if seeds == tuple(range(seeds[0], seeds[-1] + 1)) and len(seeds) > 1:
+    if seeds == tuple(range(seeds[0], seeds[-1] + 1)):
         return f"{seeds[0]}:{seeds[-1] + 1}"
-    return ",".join(map(str, seeds)) if len(seeds) > 1 else f"{seeds[0]}:{seeds[0] + 1}"
+    return ",".join(map(str, seeds))
 
 
 def parse_params(items: Sequence[str], option: str = "--safemanip-params") -> dict[str, float]:

@@ -104,7 +104,7 @@ def _tolerance(
     satisfied = [
         trial
         for trial, outcome in tried
-        if trial.seed not in pursuit.violated_plain and outcome.satisfies(pursuit.property_id)
+        if pursuit.looks_into(trial) and outcome.satisfies(pursuit.property_id)
     ]
     if failure is not None and not failure.deviation and not satisfied:
         return Tolerance(name, unit, 0.0, 0.0)

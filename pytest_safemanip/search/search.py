@@ -102,6 +102,10 @@ class Pursuit:
     over: bool = False
     violated_plain: tuple[int, ...] = ()
 
+    def looks_into(self, trial: Trial) -> bool:
+        """Whether the episode of a trial keeps the property as it is."""
+        return trial.seed not in self.violated_plain
+
 
 @dataclass
 class _Asked:
@@ -178,9 +182,9 @@ class Search:
         """How many trials with changes triggered a property and kept it, where the episode as it is
         keeps it.
         """
-        violated = self.pursuits[property_id].violated_plain
+        own = self.pursuits[property_id]
         return sum(
-            bool(trial.deviation) and trial.seed not in violated and outcome.satisfies(property_id)
+            bool(trial.deviation) and own.looks_into(trial) and outcome.satisfies(property_id)
             for trial, outcome in self.tried.items()
         )
 
@@ -219,7 +223,7 @@ class Search:
         while own.asked < self._effort.rollouts:
             everything = list(self.tried.items())
             for trial, outcome in everything[known:]:
-                if trial.repeat == 0 and trial.seed in seeds:
+                if trial.repeat == 0 and own.looks_into(trial):
                     found_there = outcome.findings.get(own.property_id)
                     loss = found_there.loss if found_there is not None else None
                     proposer.tell(trial.deviation, loss)
@@ -243,7 +247,7 @@ class Search:
         bad = [
             trial
             for trial in trials
-            if trial.seed not in own.violated_plain and self.tried[trial].violates(own.property_id)
+            if own.looks_into(trial) and self.tried[trial].violates(own.property_id)
         ]
         return min(bad, key=lambda t: self._dimensions.price(t.deviation), default=None)
 

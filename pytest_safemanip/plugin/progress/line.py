@@ -17,7 +17,7 @@ PERIOD = 0.25
 """Seconds between two updates."""
 MARGIN = 10
 """Columns that pytest keeps for its own percentage."""
-SELDOM = 60.0
+LOG_PERIOD = 60.0
 """Seconds between two lines of what takes long, in a log."""
 
 
@@ -75,7 +75,7 @@ class ProgressLine:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
         if is_seen(self._config):
             self._write(text)
-        elif text and time.monotonic() - self._logged >= SELDOM:
+        elif text and time.monotonic() - self._logged >= LOG_PERIOD:
             self._logged = time.monotonic()
             self._log(text.strip())
 

@@ -173,9 +173,11 @@ class WorkersProgress:
                         state.note(rollout, *values)
                 state.run += found["run"]
                 state.steps += found["steps"]
-                said += [str(found["said"])] * bool(found["said"])
-        cases = [state.text(len(self._expected), self._pace, now)] * bool(self._expected)
-        return ";".join((*cases, *said))
+                if found["said"]:
+                    said.append(str(found["said"]))
+        if self._expected:
+            said.insert(0, state.text(len(self._expected), self._pace, now))
+        return ";".join(said)
 
     def _watch(self) -> None:
         while not self._over.wait(PERIOD):
