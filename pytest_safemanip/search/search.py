@@ -9,8 +9,8 @@ that are known already are told again.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, field, replace
 
 from pytest_safemanip.search.dimension import NOTHING, Deviation, Dimensions
 from pytest_safemanip.search.proposing.proposer import MakeProposer
@@ -33,6 +33,8 @@ MOST_BACK = 3
 Round = list[Trial]
 Asking = Generator[Round, list[Outcome], None]
 """Asks for trials, and is sent their outcomes."""
+Test = Generator[Round, list[Outcome], bool]
+"""Likewise, and says whether something fails."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,16 @@ class Failure:
     found_at: int
     outcome: Outcome
     repeat: int = 0
+
+    @property
+    def share(self) -> float:
+        """Of the runs that fail."""
+        return self.failed / self.runs
+
+    @property
+    def seldom(self) -> bool:
+        """Whether fewer than half of the runs fail."""
+        return self.share < 0.5
 
 
 @dataclass
@@ -252,10 +264,22 @@ class Search:
         return min(bad, key=lambda t: self._dimensions.price(t.deviation), default=None)
 
     def _reduce(self, own: Pursuit, found: Trial) -> Asking:
-        name, at = own.property_id, own.asked if found.deviation else 0
         again = replace_repeat(found, 1)
         first, second = yield from self._ask(own, [replace_repeat(found, 0), again])
-        exact = first.digest == second.digest
+        fails = self._fails if first.digest == second.digest else self._mostly_fails
+        yield from self._confirm(own, found, (yield from self._shrink(own, found, fails)))
+        seldom = own.failure
+        if seldom is not None and seldom.seldom:
+            # No attempt failed often enough. What the run that failed takes may be less, and even
+            # nothing that is random.
+            yield from self._confirm(own, found, (yield from self._shrink(own, found, self._fails)))
+            if own.failure is not None and own.failure.share <= seldom.share:
+                own.failure = seldom
+
+    def _shrink(
+        self, own: Pursuit, found: Trial, fails: Callable[[Pursuit, Trial], Test]
+    ) -> Generator[Round, list[Outcome], list[Deviation]]:
+        """What fails, the smallest first."""
         shrinker = Shrinker(self._dimensions, self._effort.shrinking)
         reducing = shrinker.reduce(found.deviation)
         answer: bool | None = None
@@ -263,9 +287,13 @@ class Search:
             try:
                 asked = next(reducing) if answer is None else reducing.send(answer)
             except StopIteration:
-                break
-            answer = yield from self._fails(own, Trial(found.seed, asked), exact)
-        for back, deviation in enumerate(dict.fromkeys(reversed(shrinker.kept))):
+                return list(dict.fromkeys(reversed(shrinker.kept)))
+            answer = yield from fails(own, replace(found, deviation=asked))
+
+    def _confirm(self, own: Pursuit, found: Trial, kept: Sequence[Deviation]) -> Asking:
+        """Say how reliably the smallest fails, or what is larger where that is seldom."""
+        name = own.property_id
+        for back, deviation in enumerate(kept):
             runs = [Trial(found.seed, deviation, n) for n in range(self._effort.repeats)]
             outcomes = yield from self._ask(own, runs[:ALIKE])
             same = len({out.digest for out in outcomes}) == 1 and not outcomes[0].refused
@@ -280,26 +308,25 @@ class Search:
                 failed=min(len(bad), 1) if same else len(bad),
                 runs=1 if same else len(runs),
                 exact=same,
-                found_at=at,
+                found_at=own.asked if found.deviation else 0,
                 outcome=first_bad,
                 repeat=outcomes.index(first_bad),
             )
-            if 2 * len(bad) >= len(outcomes) or back == MOST_BACK:
+            if not own.failure.seldom or back == MOST_BACK:
                 return
 
-    def _fails(
-        self, own: Pursuit, trial: Trial, exact: bool
-    ) -> Generator[Round, list[Outcome], bool]:
-        """Whether a deviation fails: of what is random, in two runs of three."""
-        if exact:
-            (outcome,) = yield from self._ask(own, [trial])
-            return outcome.violates(own.property_id)
+    def _fails(self, own: Pursuit, trial: Trial) -> Test:
+        """Whether a trial fails."""
+        (outcome,) = yield from self._ask(own, [trial])
+        return outcome.violates(own.property_id)
+
+    def _mostly_fails(self, own: Pursuit, trial: Trial) -> Test:
+        """Whether what is random fails in two runs of three."""
         outcomes = yield from self._ask(own, [replace_repeat(trial, n) for n in range(2)])
         bad = [outcome.violates(own.property_id) for outcome in outcomes]
         if bad[0] == bad[1]:
             return bad[0]
-        (third,) = yield from self._ask(own, [replace_repeat(trial, 2)])
-        return third.violates(own.property_id)
+        return (yield from self._fails(own, replace_repeat(trial, 2)))
 
     def _ask(self, own: Pursuit, trials: Round) -> Generator[Round, list[Outcome], list[Outcome]]:
         own.shrinking += sum(trial not in self.tried for trial in trials)
