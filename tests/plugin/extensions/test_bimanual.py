@@ -18,7 +18,7 @@ from tests.propositions.stage import BINDING, true_at
 
 CONFTEST = f"""
 import sys
-sys.path.insert(0, {str(Path(__file__).parents[2])!r})
+sys.path.insert(0, {str(Path(__file__).parents[3])!r})
 
 from tests.bimanual import SIMULATOR, HandsOver
 from tests.toy import World, simulator

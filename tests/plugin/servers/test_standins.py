@@ -9,7 +9,7 @@ import pytest
 
 from pytest_safemanip.cli.main import main
 from tests.plugin.conftest import Suite
-from tests.plugin.test_served import INI, Serve, serve, with_models
+from tests.plugin.servers.test_served import INI, Serve, serve, with_models
 
 __all__ = ["serve"]
 

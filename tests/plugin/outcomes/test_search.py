@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from tests.plugin.conftest import MODES, Suite
-from tests.plugin.test_interrupt import started, wait_for
+from tests.plugin.processes.test_interrupt import started, wait_for
 from tests.plugin.toyfolder import set_up
 
 WEAK = """

@@ -18,7 +18,7 @@ import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, {str(Path(__file__).parents[2])!r})
+sys.path.insert(0, {str(Path(__file__).parents[3])!r})
 
 from pytest_safemanip.sim.backend import DerivedTask, Simulator
 from tests.toy import SPEC, World

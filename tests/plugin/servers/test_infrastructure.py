@@ -7,7 +7,7 @@ import textwrap
 import pytest
 
 from tests.plugin.conftest import Suite
-from tests.plugin.test_served import INI, Serve, calls, free_port, serve, with_models
+from tests.plugin.servers.test_served import INI, Serve, calls, free_port, serve, with_models
 
 __all__ = ["serve"]
 

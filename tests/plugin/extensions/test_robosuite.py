@@ -11,7 +11,7 @@ from tests.plugin.conftest import Suite
 
 CONFTEST = f"""
 import sys
-sys.path.insert(0, {str(Path(__file__).parents[2])!r})
+sys.path.insert(0, {str(Path(__file__).parents[3])!r})
 
 from tests.robosuite.scripts import Lifts
 

@@ -21,7 +21,7 @@ def test_the_same_is_recorded_and_found(
 ) -> None:
     set_up(one_suite)
     # The toy simulator is of these tests, which no worker finds by itself.
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[3]))
     low = "--safemanip-params=straying.distance=0.05"
     chosen = ("--safemanip-policy=random", "--safemanip-seeds=3", f"--safemanip-stop={stop}", low)
     alone = one_suite.run(*chosen, "--safemanip-out=alone").parseoutcomes()
