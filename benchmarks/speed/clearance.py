@@ -29,7 +29,7 @@ from pytest_safemanip.sim.robocasa import environment, loading
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
 from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
 from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper
-from tests.sim.following import Kitchen, drawn, way
+from tests.sim.stepping.following import Kitchen, drawn, way
 
 TASK, POSTURES, TOUCH = "PickPlaceCounterToCabinet", 20, 5.0
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION

@@ -14,7 +14,7 @@ from pytest_safemanip.trace import files
 from pytest_safemanip.video.process import Drawer
 from tests.plugin.conftest import MODES, Suite
 from tests.plugin.toyfolder import set_up
-from tests.sim.test_observing import require
+from tests.sim.rendering.test_observing import require
 
 FAULT = ("PickPlaceCounterToCabinet", "scripted:half_inside")
 FINE = ("OpenDrawer", "scripted")

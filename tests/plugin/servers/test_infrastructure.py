@@ -152,7 +152,7 @@ def test_a_simulator_that_crashes_is_no_violation(alone: Suite) -> None:
 
             def crashing(options):
                 about = Provenance("toy", "primitive")
-                factory = "tests.sim.children:simulator"
+                factory = "tests.sim.process.children:simulator"
                 return ProcessBackend(factory, {}, toy.SPEC, about, options.logs)
 
             def pytest_safemanip_backends():

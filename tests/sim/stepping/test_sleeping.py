@@ -20,8 +20,8 @@ from pytest_safemanip.sim.robocasa import parts
 from pytest_safemanip.sim.robocasa.description import open_reader
 from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper
 from pytest_safemanip.trace.steps import Contacts
-from tests.sim.test_contacts import ENTITIES, SUBSTEPS, WORLD, World
-from tests.sim.test_stepping import random_actions
+from tests.sim.reading.test_contacts import ENTITIES, SUBSTEPS, WORLD, World
+from tests.sim.stepping.test_stepping import random_actions
 
 Make = Callable[..., Any]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
 from pytest_safemanip.sim.robocasa.stepping.fast import FastStepper, LawStepper
-from tests.sim.test_stepping import random_actions
+from tests.sim.stepping.test_stepping import random_actions
 
 Make = Callable[..., Any]
 ROBOT = ("robot0_", "mobilebase0_", "gripper0_")

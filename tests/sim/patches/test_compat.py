@@ -34,7 +34,7 @@ print(Path(robocasa.__file__).is_relative_to(checkout), "OpenDrawer" in REGISTER
 
 
 def run(code: str, *arguments: str) -> str:
-    path = f"import sys; sys.path.insert(0, {str(Path(__file__).parents[2])!r})\n"
+    path = f"import sys; sys.path.insert(0, {str(Path(__file__).parents[3])!r})\n"
     return subprocess.run(
         [sys.executable, "-c", path + code, *arguments],
         check=True,

@@ -23,7 +23,7 @@ from pytest_safemanip.sim.backend import Options, Provenance, Request
 from pytest_safemanip.sim.process import ProcessBackend
 from pytest_safemanip.sim.robocasa.factory import create
 from pytest_safemanip.sim.robocasa.loading import how_to_install
-from tests.sim import children
+from tests.sim.process import children
 from tests.toy import SPEC
 
 STILL = np.zeros(12)
@@ -246,11 +246,11 @@ def test_the_simulator_ends_when_the_test_run_is_killed(tmp_path: Path, seed: in
         "from tests.toy import SPEC;"
         "where = Path(sys.argv[2]);"
         "made = Provenance('toy', '');"
-        "b = ProcessBackend('tests.sim.children:simulator', {}, SPEC, made, where);"
+        "b = ProcessBackend('tests.sim.process.children:simulator', {}, SPEC, made, where);"
         "b.reset(Request('Task', int(sys.argv[3]), 'compact'));"
         "print(b.pid, flush=True); b.step(np.zeros(12)); time.sleep(600)"
     )
-    root = str(Path(__file__).parents[2])
+    root = str(Path(__file__).parents[3])
     parent = subprocess.Popen(
         [sys.executable, "-c", code, root, str(tmp_path), str(seed)], stdout=subprocess.PIPE
     )

@@ -22,11 +22,11 @@ from pytest_safemanip.sim.robocasa.factory import create
 from pytest_safemanip.sim.robocasa.observation import CAMERAS, LEFT, RIGHT, STATE, WRIST
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.trace import Step
-from tests.sim import stock
-from tests.sim.test_reproducible import assert_identical, run
+from tests.sim.rendering import stock
+from tests.sim.stepping.test_reproducible import assert_identical, run
 
 TASK = "PickPlaceCounterToCabinet"
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 Groups = Callable[[str], dict[str, list[str]]]
 Seen = Mapping[str, NDArray[Any]]

@@ -44,7 +44,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[subprocess.Completed
     (site / "sitecustomize.py").write_text(WITHOUT_GRAPHICS)
     hidden = ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL", "PYOPENGL_PLATFORM")
     environment = {name: value for name, value in os.environ.items() if name not in hidden}
-    environment["PYTHONPATH"] = os.pathsep.join((str(site), str(Path(__file__).parents[2])))
+    environment["PYTHONPATH"] = os.pathsep.join((str(site), str(Path(__file__).parents[3])))
     process = subprocess.run(
         [sys.executable, "-W", "error", "-c", RUN, str(logs)],
         cwd=folder,

@@ -19,7 +19,7 @@ from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.sim.backend import Backend, Provenance, Request
 from pytest_safemanip.sim.process import ProcessBackend
 from pytest_safemanip.sim.rehearsal import Rehearsal, Rehearses, Trials
-from tests.sim import children
+from tests.sim.process import children
 from tests.toy import SPEC
 
 MOVES = st.integers(0, 2).map(lambda number: np.array([float(number)]))

@@ -14,7 +14,7 @@ from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.sim import clearance
 from pytest_safemanip.sim.backend import Backend, Request
 from pytest_safemanip.sim.clearance import STAYS, Clearance, Path, Touch
-from tests.sim.following import Kitchen, drawn, way
+from tests.sim.stepping.following import Kitchen, drawn, way
 
 TASK = "PickPlaceCounterToCabinet"
 FINGERTIP = 0.01

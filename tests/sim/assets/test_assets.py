@@ -379,7 +379,7 @@ def test_two_processes_at_once(package: Path, cache: Path) -> None:
     )
     command = [sys.executable, "-c", code, str(package), str(cache)]
     running = [
-        subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[2])
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[3])
         for _ in range(3)
     ]
     roots = {process.communicate(timeout=60)[0].strip() for process in running}

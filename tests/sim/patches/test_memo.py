@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from pytest_safemanip.sim.robocasa.patches import environments
 from pytest_safemanip.sim.robocasa.patches.memo import ContactCheck
 from pytest_safemanip.sim.robocasa.stepping.exact import Stepper
-from tests.sim.test_stepping import assert_identical, random_actions
+from tests.sim.stepping.test_stepping import assert_identical, random_actions
 
 Make = Callable[..., Any]
 

@@ -31,7 +31,7 @@ from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.task import OBJECTS_FILE, Task
 from pytest_safemanip.spec.tasks import KITCHENS, load_tasks
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 TASKS = load_tasks([ROOT / "tasks"])
 PROPERTIES = load_properties([ROOT / "properties"])
 ATTRIBUTES = load_attributes(ROOT / "tasks" / OBJECTS_FILE)

@@ -11,7 +11,7 @@ from pytest_safemanip.sim.robocasa import loading
 from pytest_safemanip.sim.robocasa.patches import compat, table
 from pytest_safemanip.sim.robocasa.patches.table import PATCHES, Patch
 
-PAGE = Path(__file__).parents[2] / "docs" / "architecture.md"
+PAGE = Path(__file__).parents[3] / "docs" / "architecture.md"
 
 
 @pytest.mark.parametrize("patch", PATCHES, ids=lambda patch: patch.name)
