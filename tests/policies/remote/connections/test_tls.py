@@ -17,7 +17,7 @@ from pytest_safemanip.policies.remote.presets import PRESETS
 from tests.policies.remote import servers
 from tests.policies.remote.conftest import EPISODE, PATIENT
 
-GOLDEN = Path(__file__).with_name("golden") / "tls"
+GOLDEN = Path(__file__).parents[1] / "golden" / "tls"
 
 
 def tls(certificate):

@@ -20,7 +20,7 @@ from pytest_safemanip.errors import (
 from tests.policies.remote import servers
 from tests.policies.remote.conftest import EPISODE, PATIENT, QUICK, unpickle
 
-GOLDEN = Path(__file__).with_name("golden")
+GOLDEN = Path(__file__).parents[1] / "golden"
 TOKEN = "".join(["a", "key"])
 GIVEN = [0.25] * 6 + [-1.0] + [0.25] * 4 + [-1.0]
 

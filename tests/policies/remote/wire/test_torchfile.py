@@ -23,7 +23,7 @@ from pytest_safemanip.decoding.pickled import load_pickle
 from tests.policies.remote.conftest import little_memory, unpickle
 from tests.policies.remote.servers import SIZES
 
-GOLDEN = Path(__file__).with_name("golden")
+GOLDEN = Path(__file__).parents[1] / "golden"
 
 
 def golden(name):
