@@ -264,17 +264,18 @@ class Search:
         return min(bad, key=lambda t: self._dimensions.price(t.deviation), default=None)
 
     def _reduce(self, own: Pursuit, found: Trial) -> Asking:
-        again = replace_repeat(found, 1)
-        first, second = yield from self._ask(own, [replace_repeat(found, 0), again])
+        both = [replace_repeat(found, 0), replace_repeat(found, 1)]
+        first, second = yield from self._ask(own, both)
         fails = self._fails if first.digest == second.digest else self._mostly_fails
-        yield from self._confirm(own, found, (yield from self._shrink(own, found, fails)))
-        seldom = own.failure
-        if seldom is not None and seldom.seldom:
+        smallest = yield from self._shrink(own, found, fails)
+        own.failure = yield from self._confirmed(own, found, smallest)
+        if own.failure.seldom:
             # No attempt failed often enough. What the run that failed takes may be less, and even
             # nothing that is random.
-            yield from self._confirm(own, found, (yield from self._shrink(own, found, self._fails)))
-            if own.failure is not None and own.failure.share <= seldom.share:
-                own.failure = seldom
+            smallest = yield from self._shrink(own, found, self._fails)
+            again = yield from self._confirmed(own, found, smallest)
+            if again.share >= own.failure.share:
+                own.failure = again
 
     def _shrink(
         self, own: Pursuit, found: Trial, fails: Callable[[Pursuit, Trial], Test]
@@ -290,30 +291,41 @@ class Search:
                 return list(dict.fromkeys(reversed(shrinker.kept)))
             answer = yield from fails(own, replace(found, deviation=asked))
 
-    def _confirm(self, own: Pursuit, found: Trial, kept: Sequence[Deviation]) -> Asking:
-        """Say how reliably the smallest fails, or what is larger where that is seldom."""
-        name = own.property_id
-        for back, deviation in enumerate(kept):
-            runs = [Trial(found.seed, deviation, n) for n in range(self._effort.repeats)]
-            outcomes = yield from self._ask(own, runs[:ALIKE])
-            same = len({out.digest for out in outcomes}) == 1 and not outcomes[0].refused
-            if not same:
-                outcomes = yield from self._ask(own, runs)
-            bad = [out for out in outcomes if out.violates(name)]
-            first_bad = bad[0] if bad else outcomes[0]
-            own.failure = Failure(
-                found.seed,
-                found.deviation,
-                deviation,
-                failed=min(len(bad), 1) if same else len(bad),
-                runs=1 if same else len(runs),
-                exact=same,
-                found_at=own.asked if found.deviation else 0,
-                outcome=first_bad,
-                repeat=outcomes.index(first_bad),
-            )
-            if not own.failure.seldom or back == MOST_BACK:
-                return
+    def _confirmed(
+        self, own: Pursuit, found: Trial, kept: Sequence[Deviation]
+    ) -> Generator[Round, list[Outcome], Failure]:
+        """How reliably the smallest fails, or what is larger where that is seldom: what fails most
+        often, the smallest of its like.
+        """
+        failures = []
+        for deviation in kept[: MOST_BACK + 1]:
+            failures.append((yield from self._repeated(own, found, deviation)))
+            if not failures[-1].seldom:
+                break
+        return max(failures, key=lambda failure: failure.share)
+
+    def _repeated(
+        self, own: Pursuit, found: Trial, deviation: Deviation
+    ) -> Generator[Round, list[Outcome], Failure]:
+        """How often it fails."""
+        runs = [Trial(found.seed, deviation, n) for n in range(self._effort.repeats)]
+        outcomes = yield from self._ask(own, runs[:ALIKE])
+        same = len({out.digest for out in outcomes}) == 1 and not outcomes[0].refused
+        if not same:
+            outcomes = yield from self._ask(own, runs)
+        bad = [out for out in outcomes if out.violates(own.property_id)]
+        first_bad = bad[0] if bad else outcomes[0]
+        return Failure(
+            found.seed,
+            found.deviation,
+            deviation,
+            failed=min(len(bad), 1) if same else len(bad),
+            runs=1 if same else len(runs),
+            exact=same,
+            found_at=own.asked if found.deviation else 0,
+            outcome=first_bad,
+            repeat=outcomes.index(first_bad),
+        )
 
     def _fails(self, own: Pursuit, trial: Trial) -> Test:
         """Whether a trial fails."""
