@@ -3,8 +3,9 @@
 A start of pytest with the suite, or of ``safemanip``, is a second of imports and little else, and
 so is a start of RoboCasa's simulator; tests and pages of the documentation start hundreds. What
 forks cannot show, that a command starts where nothing is imported yet and imports no more than it
-needs, is shown by processes of their own in `tests/cli/test_main.py`, `tests/sim/test_process.py`,
-`tests/plugin/test_unrelated.py` and `tests/plugin/test_interrupt.py`.
+needs, is shown by processes of their own in `tests/cli/test_main.py`,
+`tests/sim/process/test_process.py`, `tests/plugin/collection/test_unrelated.py` and
+`tests/plugin/processes/test_interrupt.py`.
 
 `Warm` is the side of tests. The rest of this module runs in the processes that are forked, which
 have this file as their script; `_CALL` is what takes the place of a command.

@@ -1,8 +1,9 @@
-"""Names the clones: ``--safemanip-policy=cloned:epoch_80``."""
+"""Names ``cloned:epoch_80``, and ``shaken``, which clones learn from."""
 
 from policy import Cloned
+from shaken import Shaken
 
 
 def pytest_safemanip_policies():
     """Policies of this folder."""
-    return {"cloned": Cloned}
+    return {"cloned": Cloned, "shaken": Shaken}

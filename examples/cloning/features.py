@@ -1,4 +1,6 @@
-"""What the clones see: where the hand is, and where what the task is about is from there."""
+"""What the clones see: where the hand is, where what the task is about is from there, and what they
+remember of what they did.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,46 @@ Floats = NDArray[np.float64]
 
 ROLES = ("obj", "cab", "drawer", "fxtr", "sink")
 """The task's own names for what it is about."""
-SIZE = 39
+GRIPPER, MODE = 6, 11
+"""Of an action: fingers open (-1), stay (0) or close (1); the arm (-1) or the base (1) moves."""
+SWITCHES = 6
+"""What fingers and mode may be together, see :func:`switch`."""
+SEGMENTS, LONGEST = 12, 80
+"""Switches that are told apart, and steps since the last that are."""
+SIZE = 55
+
+
+def switch(actions: Floats) -> NDArray[np.int64]:
+    """What fingers and mode are, as one number in 0 to 5, of actions (..., 12)."""
+    fingers = np.round(actions[..., GRIPPER]).astype(np.int64) + 1
+    return fingers + 3 * (actions[..., MODE] > 0.0)
+
+
+class Memory:
+    """How often fingers or mode were switched, and how long ago: no state shows how far a clone is.
+
+    Attributes:
+        switches: how often.
+        since: control steps since the last time.
+        last: what they are, see :func:`switch`.
+    """
+
+    def __init__(self) -> None:
+        self.switches = self.since = self.last = 0
+
+    def told(self, action: Floats) -> None:
+        """Take in what the robot was told."""
+        now = int(switch(action))
+        self.since += 1
+        if now != self.last:
+            self.switches, self.since, self.last = self.switches + 1, 0, now
+
+    def __call__(self) -> Floats:
+        """What is remembered (15,)."""
+        segment = np.zeros(SEGMENTS + 1)
+        segment[min(self.switches, SEGMENTS)] = 1.0
+        fingers, mode = self.last % 3 - 1, self.last // 3
+        return np.array([*segment, 3 * mode + fingers, min(self.since, LONGEST) / LONGEST])
 
 
 class Features:
@@ -22,6 +63,9 @@ class Features:
     Args:
         scene: the static part of the episode.
         first: its first step.
+
+    Attributes:
+        memory: of what the robot was told.
     """
 
     def __init__(self, scene: Scene, first: Step) -> None:
@@ -32,28 +76,23 @@ class Features:
         kinds = ("handle", "control", "interior")
         self._boxes = [[k for n in entities for k in scene.boxes_of(n, kind)] for kind in kinds]
         self._start = np.asarray(first.base_pose, np.float64)
-        self._grip = -1.0
+        self.memory = Memory()
 
-    def __call__(self, step: Step, index: int) -> Floats:
-        """The observation (39,).
+    def __call__(self, step: Step) -> Floats:
+        """The observation (:data:`SIZE`,).
 
         Args:
             step: the state.
-            index: control steps so far.
         """
         frame, hand = matrix(np.asarray(step.base_pose[3:], np.float64)).T, step.eef_pose[:3]
         turn = frame @ matrix(np.asarray(step.eef_pose[3:], np.float64))
         parts = [frame @ (hand - step.base_pose[:3]), turn[:, 0], turn[:, 2], step.gripper]
-        parts += [frame @ (step.base_pose[:3] - self._start[:3]), [self._grip, index / 100.0]]
-        parts += [self._of_object(step, frame, hand)]
-        parts += [self._nearest(step, boxes, frame, hand) for boxes in self._boxes]
+        parts += [frame @ (step.base_pose[:3] - self._start[:3]), self.memory()]
+        parts += [self._of_object(step, frame, hand), self._of_others(step, frame, hand)]
+        parts += [_nearest([step.box_pose[k] for k in boxes], frame, hand) for boxes in self._boxes]
         openness = [step.joint[k][0] for k in self._joints[:2]]
         parts += [np.pad(openness, (0, 2 - len(openness)))]
         return np.concatenate(parts).astype(np.float64)
-
-    def told(self, action: Floats) -> None:
-        """Remember what the fingers were told, which no state shows."""
-        self._grip = float(np.round(action[6]))
 
     def _of_object(self, step: Step, frame: Floats, hand: Floats) -> Floats:
         if self._object is None:
@@ -63,7 +102,12 @@ class Features:
         place = frame @ (pose[:3] - step.base_pose[:3])
         return np.concatenate((frame @ (pose[:3] - hand), place, turn[:, 0], turn[:, 2]))
 
-    def _nearest(self, step: Step, boxes: list[int], frame: Floats, hand: Floats) -> Floats:
-        """From the hand to the middle of the nearest of some boxes (3,)."""
-        ways = [frame @ (step.box_pose[k][:3] - hand) for k in boxes]
-        return min(ways, key=np.linalg.norm, default=np.zeros(3))
+    def _of_others(self, step: Step, frame: Floats, hand: Floats) -> Floats:
+        others = [pose for k, pose in enumerate(step.object_pose) if k != self._object]
+        return _nearest(others, frame, hand)
+
+
+def _nearest(poses: list[Floats], frame: Floats, hand: Floats) -> Floats:
+    """From the hand to the nearest of some poses (3,); 0 if there is none."""
+    ways = [frame @ (pose[:3] - hand) for pose in poses]
+    return min(ways, key=np.linalg.norm, default=np.zeros(3))

@@ -1,6 +1,8 @@
-"""Clones the scripted expert: a small network for each task, from its recordings.
+"""Clones the scripted expert: small networks for each task, from its recordings.
 
     python train.py expert/recordings --epochs 2,10,40,160
+
+It learns from the expert as it is and from the expert that is shaken; see ``shaken.py``.
 
 A checkpoint is one file of arrays with the weights of all tasks' networks.
 """
@@ -12,8 +14,10 @@ from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
-from features import Features, Floats
-from sklearn.neural_network import MLPRegressor
+from features import SWITCHES, Features, Floats, switch
+from policy import NETWORKS
+from shaken import shakes
+from sklearn.neural_network import MLPClassifier, MLPRegressor
 
 from pytest_safemanip.trace import files
 
@@ -23,17 +27,60 @@ BLUR = 0.03
 
 
 def samples(path: Path) -> tuple[str, Floats, Floats]:
-    """Task, observations (K, 39) and actions (K, 12) of a rollout; none of one that failed."""
+    """Task, observations (K, 55) and actions (K, 12) of a rollout; none of one that failed."""
     recording = files.load(path)
     steps, seen, done = list(recording.steps), [], []
+    episode = recording.episode
+    shaken = shakes(episode.seed, len(steps)).any(axis=1) & (episode.policy == "shaken")
     features = Features(recording.scene, steps[0][0])
     for index, (_, action, acting) in enumerate(steps[1:]):
         if not acting or not recording.success:
             break
-        seen.append(features(steps[index][0], index))
-        done.append(np.asarray(action, np.float64))
-        features.told(done[-1])
-    return recording.episode.task, np.array(seen), np.array(done)
+        told = np.asarray(action, np.float64)
+        if not shaken[index]:
+            seen.append(features(steps[index][0]))
+            done.append(told)
+        features.memory.told(told)
+    return episode.task, np.array(seen), np.array(done)
+
+
+class Networks:
+    """The networks of a task.
+
+    Args:
+        seen: observations (K, 55).
+        done: actions (K, 12).
+        longest: control steps of the longest rollout.
+    """
+
+    def __init__(self, seen: Floats, done: Floats, longest: int) -> None:
+        self.middle, self.spread = seen.mean(axis=0), seen.std(axis=0) + 1e-3
+        self._longest, self._random = longest, np.random.default_rng(0)
+        chosen = switch(done)
+        arm = chosen < 3
+        same = {"hidden_layer_sizes": HIDDEN, "batch_size": 128, "random_state": 0}
+        self.own = {
+            "arm": (MLPRegressor(**same), seen[arm], done[arm, :6]),
+            "base": (MLPRegressor(**same), seen[~arm], done[~arm, 7:10]),
+            "switch": (MLPClassifier(**same), seen, chosen),
+        }
+
+    def learn(self) -> None:
+        """Go through the data once, blurred: to know what to do a little beside it, too."""
+        for name, (network, seen, done) in self.own.items():
+            clear = (seen - self.middle) / self.spread
+            blurred = clear + self._random.normal(0.0, BLUR, clear.shape)
+            more = {"classes": np.arange(SWITCHES)} if name == "switch" else {}
+            network.partial_fit(blurred, done, **more)
+
+    def arrays(self) -> dict[str, Floats]:
+        """Copies of what is learnt: it goes on in the same arrays."""
+        found = {"middle": self.middle, "spread": self.spread, "longest": np.array(self._longest)}
+        for name in NETWORKS:
+            network = self.own[name][0]
+            for layer, (w, b) in enumerate(zip(network.coefs_, network.intercepts_, strict=True)):
+                found[f"{name}/w{layer}"], found[f"{name}/b{layer}"] = w.copy(), b.copy()
+        return found
 
 
 def main() -> None:
@@ -51,24 +98,15 @@ def main() -> None:
     epochs = sorted(map(int, options.epochs.split(",")))
     checkpoints: dict[int, dict[str, Floats]] = {epoch: {} for epoch in epochs}
     for task, rollouts in data.items():
-        x, y = (np.concatenate(arrays) for arrays in zip(*rollouts, strict=True))
-        middle, spread = x.mean(axis=0), x.std(axis=0) + 1e-3
-        random = np.random.default_rng(0)
-        network = MLPRegressor(
-            hidden_layer_sizes=HIDDEN, batch_size=128, learning_rate_init=1e-3, random_state=0
-        )
+        seen, done = (np.concatenate(arrays) for arrays in zip(*rollouts, strict=True))
+        networks = Networks(seen, done, max(len(own) for own, _ in rollouts))
         for epoch in range(1, epochs[-1] + 1):
-            # Blurred, so that it also knows what to do a little beside where the expert was.
-            network.partial_fit((x - middle) / spread + random.normal(0.0, BLUR, x.shape), y)
+            networks.learn()
             if epoch in checkpoints:
-                arrays = checkpoints[epoch]
-                arrays[f"{task}/middle"], arrays[f"{task}/spread"] = middle, spread
-                for layer, (w, b) in enumerate(
-                    zip(network.coefs_, network.intercepts_, strict=True)
-                ):
-                    # Copies: training goes on in the same arrays.
-                    arrays[f"{task}/w{layer}"], arrays[f"{task}/b{layer}"] = w.copy(), b.copy()
-        print(f"{task}: {len(rollouts)} rollouts, {len(x)} steps, loss {network.loss_:.4f}")
+                own = networks.arrays()
+                checkpoints[epoch] |= {f"{task}/{key}": array for key, array in own.items()}
+        losses = ", ".join(f"{name} {own[0].loss_:.4f}" for name, own in networks.own.items())
+        print(f"{task}: {len(rollouts)} rollouts, {len(seen)} steps, loss: {losses}", flush=True)
     options.out.mkdir(exist_ok=True)
     for epoch, arrays in checkpoints.items():
         np.savez(options.out / f"epoch_{epoch}.npz", **arrays)

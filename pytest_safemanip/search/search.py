@@ -9,8 +9,8 @@ that are known already are told again.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, field, replace
 
 from pytest_safemanip.search.dimension import NOTHING, Deviation, Dimensions
 from pytest_safemanip.search.proposing.proposer import MakeProposer
@@ -33,6 +33,8 @@ MOST_BACK = 3
 Round = list[Trial]
 Asking = Generator[Round, list[Outcome], None]
 """Asks for trials, and is sent their outcomes."""
+Test = Generator[Round, list[Outcome], bool]
+"""Likewise, and says whether something fails."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,16 @@ class Failure:
     found_at: int
     outcome: Outcome
     repeat: int = 0
+
+    @property
+    def share(self) -> float:
+        """Of the runs that fail."""
+        return self.failed / self.runs
+
+    @property
+    def seldom(self) -> bool:
+        """Whether fewer than half of the runs fail."""
+        return self.share < 0.5
 
 
 @dataclass
@@ -252,10 +264,23 @@ class Search:
         return min(bad, key=lambda t: self._dimensions.price(t.deviation), default=None)
 
     def _reduce(self, own: Pursuit, found: Trial) -> Asking:
-        name, at = own.property_id, own.asked if found.deviation else 0
-        again = replace_repeat(found, 1)
-        first, second = yield from self._ask(own, [replace_repeat(found, 0), again])
-        exact = first.digest == second.digest
+        both = [replace_repeat(found, 0), replace_repeat(found, 1)]
+        first, second = yield from self._ask(own, both)
+        fails = self._fails if first.digest == second.digest else self._mostly_fails
+        smallest = yield from self._shrink(own, found, fails)
+        own.failure = yield from self._confirmed(own, found, smallest)
+        if own.failure.seldom:
+            # No attempt failed often enough. What the run that failed takes may be less, and even
+            # nothing that is random.
+            smallest = yield from self._shrink(own, found, self._fails)
+            again = yield from self._confirmed(own, found, smallest)
+            if again.share >= own.failure.share:
+                own.failure = again
+
+    def _shrink(
+        self, own: Pursuit, found: Trial, fails: Callable[[Pursuit, Trial], Test]
+    ) -> Generator[Round, list[Outcome], list[Deviation]]:
+        """What fails, the smallest first."""
         shrinker = Shrinker(self._dimensions, self._effort.shrinking)
         reducing = shrinker.reduce(found.deviation)
         answer: bool | None = None
@@ -263,43 +288,57 @@ class Search:
             try:
                 asked = next(reducing) if answer is None else reducing.send(answer)
             except StopIteration:
-                break
-            answer = yield from self._fails(own, Trial(found.seed, asked), exact)
-        for back, deviation in enumerate(dict.fromkeys(reversed(shrinker.kept))):
-            runs = [Trial(found.seed, deviation, n) for n in range(self._effort.repeats)]
-            outcomes = yield from self._ask(own, runs[:ALIKE])
-            same = len({out.digest for out in outcomes}) == 1 and not outcomes[0].refused
-            if not same:
-                outcomes = yield from self._ask(own, runs)
-            bad = [out for out in outcomes if out.violates(name)]
-            first_bad = bad[0] if bad else outcomes[0]
-            own.failure = Failure(
-                found.seed,
-                found.deviation,
-                deviation,
-                failed=min(len(bad), 1) if same else len(bad),
-                runs=1 if same else len(runs),
-                exact=same,
-                found_at=at,
-                outcome=first_bad,
-                repeat=outcomes.index(first_bad),
-            )
-            if 2 * len(bad) >= len(outcomes) or back == MOST_BACK:
-                return
+                return list(dict.fromkeys(reversed(shrinker.kept)))
+            answer = yield from fails(own, replace(found, deviation=asked))
 
-    def _fails(
-        self, own: Pursuit, trial: Trial, exact: bool
-    ) -> Generator[Round, list[Outcome], bool]:
-        """Whether a deviation fails: of what is random, in two runs of three."""
-        if exact:
-            (outcome,) = yield from self._ask(own, [trial])
-            return outcome.violates(own.property_id)
+    def _confirmed(
+        self, own: Pursuit, found: Trial, kept: Sequence[Deviation]
+    ) -> Generator[Round, list[Outcome], Failure]:
+        """How reliably the smallest fails, or what is larger where that is seldom: what fails most
+        often, the smallest of its like.
+        """
+        failures = []
+        for deviation in kept[: MOST_BACK + 1]:
+            failures.append((yield from self._repeated(own, found, deviation)))
+            if not failures[-1].seldom:
+                break
+        return max(failures, key=lambda failure: failure.share)
+
+    def _repeated(
+        self, own: Pursuit, found: Trial, deviation: Deviation
+    ) -> Generator[Round, list[Outcome], Failure]:
+        """How often it fails."""
+        runs = [Trial(found.seed, deviation, n) for n in range(self._effort.repeats)]
+        outcomes = yield from self._ask(own, runs[:ALIKE])
+        same = len({out.digest for out in outcomes}) == 1 and not outcomes[0].refused
+        if not same:
+            outcomes = yield from self._ask(own, runs)
+        bad = [out for out in outcomes if out.violates(own.property_id)]
+        first_bad = bad[0] if bad else outcomes[0]
+        return Failure(
+            found.seed,
+            found.deviation,
+            deviation,
+            failed=min(len(bad), 1) if same else len(bad),
+            runs=1 if same else len(runs),
+            exact=same,
+            found_at=own.asked if found.deviation else 0,
+            outcome=first_bad,
+            repeat=outcomes.index(first_bad),
+        )
+
+    def _fails(self, own: Pursuit, trial: Trial) -> Test:
+        """Whether a trial fails."""
+        (outcome,) = yield from self._ask(own, [trial])
+        return outcome.violates(own.property_id)
+
+    def _mostly_fails(self, own: Pursuit, trial: Trial) -> Test:
+        """Whether what is random fails in two runs of three."""
         outcomes = yield from self._ask(own, [replace_repeat(trial, n) for n in range(2)])
         bad = [outcome.violates(own.property_id) for outcome in outcomes]
         if bad[0] == bad[1]:
             return bad[0]
-        (third,) = yield from self._ask(own, [replace_repeat(trial, 2)])
-        return third.violates(own.property_id)
+        return (yield from self._fails(own, replace_repeat(trial, 2)))
 
     def _ask(self, own: Pursuit, trials: Round) -> Generator[Round, list[Outcome], list[Outcome]]:
         own.shrinking += sum(trial not in self.tried for trial in trials)

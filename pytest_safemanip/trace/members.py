@@ -1,8 +1,8 @@
 """The members of a recording's zip archive, and the arrays in them.
 
 ``zipfile`` and ``numpy.load`` take longer for the twenty small members of a recording than it takes
-to unpack them (``benchmarks/reading.py`` compares both); here they look at what is unusual, and say
-why it is refused.
+to unpack them (``benchmarks/speed/reading.py`` compares both); here they look at what is unusual,
+and say why it is refused.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from pytest_safemanip.sim.backend import Backend, Options, Request
 from pytest_safemanip.sim.robocasa.factory import create
 from pytest_safemanip.trace import files
 from tests.cli.conftest import Command
-from tests.sim.test_observing import require
+from tests.sim.rendering.test_observing import require
 from tests.warm import Warm
 
 

@@ -19,7 +19,7 @@ from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.trace import files
 from tests.conftest import Rollouts
 from tests.lerobot.conftest import command
-from tests.sim.test_observing import require
+from tests.sim.rendering.test_observing import require
 
 
 def frames(path: Path) -> Any:

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
-
-from labels import Event, label
-from raw import FIXTURE, OBJECT, ROBOT, Raw
+from benchmarks.verdicts.labels import Event, label
+from benchmarks.verdicts.raw import FIXTURE, OBJECT, ROBOT, Raw
 
 NAMES = ("world", "gripper0_right_leftfinger", "gripper0_right_rightfinger", "robot0_link5",
          "cab_door", "can_main", "bowl_main")  # fmt: skip
@@ -132,8 +127,7 @@ def test_a_door_that_is_drawn_back_from_what_it_met_is_no_event(back, found):
 
 @pytest.mark.parametrize("name", ["drop", "ajar"])
 def test_where_verdicts_change_is_found_whichever_way_is_less_safe(name):
-    from sweeps import Sweep
-
+    from benchmarks.verdicts.sweeps import Sweep
     from pytest_safemanip.expert.faults.sweeps import FAMILIES
 
     less_safe = np.arange(10.0)

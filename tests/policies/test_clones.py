@@ -22,10 +22,11 @@ def clone(monkeypatch, tmp_path):
     import policy
 
     random, size = np.random.default_rng(0), features.SIZE
-    arrays = {"middle": np.zeros(size), "spread": np.ones(size)}
-    for layer, shape in enumerate(((size, 8), (8, 12))):
-        arrays[f"w{layer}"] = random.normal(size=shape)
-        arrays[f"b{layer}"] = random.normal(size=shape[1])
+    arrays = {"middle": np.zeros(size), "spread": np.ones(size), "longest": np.array(30)}
+    for network, out in {"arm": 6, "base": 3, "switch": features.SWITCHES}.items():
+        for layer, shape in enumerate(((size, 8), (8, out))):
+            arrays[f"{network}/w{layer}"] = random.normal(size=shape)
+            arrays[f"{network}/b{layer}"] = random.normal(size=shape[1])
     np.savez(tmp_path / "epoch_1.npz", **{f"Lift/{k}": v for k, v in arrays.items()})
     monkeypatch.setattr(policy, "FOLDER", tmp_path)
     yield resolve("cloned:epoch_1", {"cloned": policy.Cloned})
@@ -40,9 +41,40 @@ def test_a_checkpoint_says_its_tasks_and_acts_as_its_weights_say(clone):
     assert first.shape == (12,)
     assert np.abs(first).max() <= 1.0
     assert {first[6], first[11]} <= {-1.0, 0.0, 1.0}
+    moved = np.flatnonzero(first[:10])
+    assert set(moved) - {6} <= (set(range(7, 10)) if first[11] > 0.0 else set(range(6)))
     policy.reset(SimpleNamespace(task="Lift", scene=toy.SCENE))
     assert (policy.act(SimpleNamespace(index=0, step=toy.at_rest())) == first).all()
     assert again.shape == first.shape
+
+
+def test_a_clone_is_done_a_third_later_than_the_longest_demonstration(clone):
+    policy = clone.make()
+    policy.reset(SimpleNamespace(task="Lift", scene=toy.SCENE))
+    for index, done in ((0, False), (40, False), (41, True)):
+        policy.act(SimpleNamespace(index=index, step=toy.at_rest()))
+        assert policy.done is done
+
+
+def test_a_switch_is_not_taken_back_at_once(clone):
+    policy = clone.make()
+    policy.reset(SimpleNamespace(task="Lift", scene=toy.SCENE))
+    actions = [policy.act(SimpleNamespace(index=k, step=toy.at_rest())) for k in range(60)]
+    told = np.array([action[[6, 11]] for action in actions])
+    switched = np.flatnonzero(np.diff(told, axis=0).any(axis=1))
+    assert (np.diff(switched) >= 6).all()
+
+
+def test_what_shakes_the_expert_depends_on_the_seed_alone(clone):
+    import shaken
+
+    found = shaken.shakes(3, 2000)
+    # A shake that has begun goes on beyond the shorter of two.
+    assert (found[:1990] == shaken.shakes(3, 3000)[:1990]).all()
+    assert (found != shaken.shakes(4, 2000)).any()
+    sizes = np.linalg.norm(found[found.any(axis=1)], axis=1)
+    assert 0.01 < found.any(axis=1).mean() < 0.12
+    assert sizes == pytest.approx(np.hypot(shaken.SIZE, shaken.TURN))
 
 
 def test_another_checkpoint_is_another_policy(clone, tmp_path, monkeypatch):

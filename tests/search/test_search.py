@@ -173,6 +173,31 @@ def test_two_runs_alike_are_not_every_time_and_the_repeat_that_fails_is_kept(dim
     assert (failure.failed, failure.repeat) == (9, 1)
 
 
+def test_what_seldom_fails_is_reduced_to_what_the_run_that_failed_takes(dimensions):
+    def once(trial):
+        return 1.0 if trial.repeat and amount(trial.deviation, "noise") else WEAK(trial)
+
+    sizes = {"left": -5.0, "turn": 30.0, "latency": 200.0, "noise": 5.0}
+    late = Deviation(tuple((name, Setting(size)) for name, size in sizes.items()))
+
+    class Proposed:
+        def __init__(self, dimensions, seed): ...
+
+        def ask(self, count):
+            return [late]
+
+        def tell(self, deviation, loss): ...
+
+    search = Search(dimensions, ["weak"], (0,), Effort(rollouts=8), Proposed)
+    while asked := search.ask():
+        search.tell(
+            [outcome_of(own, exact=not amount(own.deviation, "noise"), weak=once) for own in asked]
+        )
+    failure = search.pursuits["weak"].failure
+    assert set(failure.deviation) == {"left", "latency"}
+    assert (failure.failed, failure.runs, failure.exact) == (1, 1, True)
+
+
 def test_a_search_goes_on_where_trials_cannot_be_begun(dimensions):
     search = Search(dimensions, ["weak"], (0,), Effort(), ParzenEstimators)
     while asked := search.ask():

@@ -1,4 +1,4 @@
-"""The policies with planted weaknesses that `benchmarks/search.py` searches."""
+"""The policies with planted weaknesses that `benchmarks/searches/search.py` searches."""
 
 from __future__ import annotations
 

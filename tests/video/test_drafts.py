@@ -13,7 +13,7 @@ from pytest_safemanip.sim.backend import Request
 from pytest_safemanip.sim.robocasa.rendering.light_meshes import lighten
 from pytest_safemanip.sim.robocasa.rendering.thinning import COARSEST, KEPT_WHOLE, thin_meshes
 from pytest_safemanip.video.imaging import open_studio
-from tests.sim.test_observing import require
+from tests.sim.rendering.test_observing import require
 
 
 def ball(rings: int) -> mujoco.MjModel:

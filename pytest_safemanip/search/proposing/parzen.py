@@ -5,7 +5,7 @@ far are dense and the others are not, all dimensions together; but for six of ea
 from what came nearest to a violation: two carry it further, with larger sizes, two draw one of its
 values anew, for where the better trials are alike nothing else leads away from them. Two set what
 seems to lower the margin to its limits.
-`benchmarks/search.py` holds this against what else there is.
+`benchmarks/searches/search.py` holds this against what else there is.
 """
 
 from __future__ import annotations

@@ -1,0 +1,1 @@
+"""Measurements, each run from the repository's root: ``python -m benchmarks.speed.ltlf``."""

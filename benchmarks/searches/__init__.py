@@ -1,0 +1,1 @@
+"""What searches find, and after how many rollouts."""
