@@ -84,7 +84,7 @@ class Failure:
 
     @property
     def share(self) -> float:
-        """Of the runs that fail."""
+        """How many of the runs fail, 0 to 1."""
         return self.failed / self.runs
 
     @property
