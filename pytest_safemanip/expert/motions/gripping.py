@@ -22,6 +22,7 @@ from pytest_safemanip.expert.motions.reaching import (
 )
 from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
+from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.hand import FINGERTIP, OPENING, finger_points, palm_points
 from pytest_safemanip.expert.world.contacts import carriers
 from pytest_safemanip.expert.world.room import Room, walls
@@ -94,7 +95,10 @@ def _known_ways(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list[R
     state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
     what = f"ways to grasp {thing.entity} {part}"
     return arm.latest(
-        what, state, lambda: any_heading(arm, lambda: ways_to_grasp(arm, thing, part, goal))
+        what,
+        state,
+        lambda: any_heading(arm, lambda: ways_to_grasp(arm, thing, part, goal)),
+        LASTING,
     )
 
 

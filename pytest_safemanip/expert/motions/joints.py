@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.motions.holds import Hold, holds, motion
 from pytest_safemanip.expert.motions.travelling import step_aside
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
-from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND
+from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, LASTING
 from pytest_safemanip.expert.robot.hand import WRIST
 from pytest_safemanip.expert.robot.kinematics import bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
@@ -158,6 +158,7 @@ def take_hold(
             [hold.moved(joint, goal - first, float(hold.pinched)) for hold in found],
             _by_base(arm, joint) * (goal - first) * joint.travel * np.asarray(joint.axis),
         ),
+        LASTING,
     )
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
     hold, legs = takes.free(number, joint)

@@ -26,6 +26,7 @@ from pytest_safemanip.expert.motions.reaching import (
     holding,
 )
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
+from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
 from pytest_safemanip.expert.world.contacts import carried_by_something, carriers, palm_meets
 from pytest_safemanip.expert.world.room import Room, heading, walls
@@ -262,6 +263,7 @@ def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing)
         f"ways to bring {thing.entity}",
         state,
         lambda: any_heading(arm, lambda: Placing(arm, thing, spots(), attitudes).ways(held(arm))),
+        LASTING,
     )
     if not ways:
         raise NoWay(f"there is no way to where {thing.entity} is to go")

@@ -90,6 +90,8 @@ GRAZED = -0.001
 """How far inside of open fingers something may be, m."""
 FOREARM = next(k for k, (link, *_) in enumerate(SPHERES) if link == 5)
 """First of the arm's balls that may come near what is in the hand."""
+FEW = 6
+"""A way on which every so manieth point has no room is none."""
 STRIDE = 0.02
 """Between places on a straight way that are looked at, m."""
 ROUGH = 0.006
@@ -378,38 +380,34 @@ class Reaching:
         the room on that way, m; None if there is none.
         """
         best: tuple[Array, Array, float] | None = None
+        points = self._hand_points(pose, loaded) @ self._frame
         for back, up, near in steps:
             offset = np.array((0.0, 0.0, up)) - back * pose.hand[:, 2]
             offset[:2] -= near * self._arm.forward
             least = BELOW_EDGE if near else TIGHT
-            if not self._straight(pose, offset, loaded, least) or not (
+            off = offset @ self._frame
+            if not self._straight(points, off, least) or not (
                 loaded or self._ways.brings or _past(pose, offset)
             ):
                 continue
             for slant in SLANTS:
-                away = self._hand_room(pose, offset, slant, loaded)
-                shut = np.flatnonzero(away < CLEAR)
-                first = int(shut[-1]) + 1 if len(shut) else 0
-                if first == len(away):
-                    continue
-                room = min(float(away[: max(first, 1)].min()), ON_WAY)
-                if room > TIGHT and (best is None or room > best[2] + 0.002):
-                    out = BACKS[first] * np.array((-1.0, slant))
-                    best = offset, self._frame[:2, :2] @ out, room
-                if room >= ON_WAY:
+                drawn = self._drawn_back(points + off, slant)
+                if drawn and (best is None or drawn[1] > best[2] + 0.002):
+                    best = offset, self._frame[:2, :2] @ drawn[0], drawn[1]
+                if drawn and drawn[1] >= ON_WAY:
                     return best
         return best
 
-    def _straight(self, pose: Pose, offset: Array, loaded: bool, least: float) -> bool:
-        """Whether there is so much room on the straight way to a goal, m."""
+    def _straight(self, points: Array, offset: Array, least: float) -> bool:
+        """Whether points (P, 3) of a hand have so much room on the straight way to a goal, m."""
         length = float(np.linalg.norm(offset))
         far = np.minimum(np.arange(STRIDE, length + STRIDE, STRIDE), length)
-        steps = (far / length)[:, None] * (offset @ self._frame)
-        points = self._hand_points(pose, loaded) @ self._frame + steps[:, None]
-        if self._room.away(points).min() <= least:
-            return False
+        steps = ((far / length)[:, None] * offset)[:, None]
+        for some in (points[::FEW], points):
+            if self._room.away(some + steps).min() <= least:
+                return False
         # Between the points at which distances are noted is room for a thin board.
-        return bool(self._room.exactly(points.reshape(-1, 3)).min() > TIGHT - ROUGH)
+        return bool(self._room.exactly((points + steps).reshape(-1, 3)).min() > TIGHT - ROUGH)
 
     def _hand_points(self, pose: Pose, loaded: bool) -> Array:
         opening = min(pose.opening, pose.holding) if loaded else pose.opening
@@ -417,11 +415,19 @@ class Reaching:
         points = hand + pose.point
         return np.concatenate((points, pose.load)) if loaded else points
 
-    def _hand_room(self, pose: Pose, offset: Array, slant: float, loaded: bool) -> Array:
-        """Room around a hand so far off a pose, for each distance that it is drawn back, m."""
-        points = (self._hand_points(pose, loaded) + offset) @ self._frame
-        backs = np.array([(-back, slant * back, 0.0) for back in BACKS])
-        return np.asarray(self._room.away(points + backs[:, None]).min(axis=1))
+    def _drawn_back(self, points: Array, slant: float) -> tuple[Array, float] | None:
+        """How far the base draws back from where a hand has such points (P, 3) for the hand to be
+        clear of everything (2,), and the room on that way, m; None if there is none.
+        """
+        backs = BACKS[:, None] * np.array((-1.0, slant, 0.0))
+        for some in (points[::FEW], points):
+            away = self._room.away(some + backs[:, None]).min(axis=1)
+            shut = np.flatnonzero(away < CLEAR)
+            first = int(shut[-1]) + 1 if len(shut) else 0
+            room = min(float(away[: max(first, 1)].min()), ON_WAY)
+            if first == len(away) or room <= TIGHT:
+                return None
+        return backs[first, :2], room
 
     def _postures(self, ways: Sequence[tuple[Pose, Way]]) -> list[Reach]:
         """The places of the base from which the arm gets to poses that its hand has room at."""

@@ -61,8 +61,9 @@ class IllHeld(SkillFailed):
     """It failed for how something is held: another grasp is likelier to help than another way."""
 
 
-STATES = 4
-"""In which what has been found out is remembered: a search comes back to them."""
+STATES, LASTING = 4, 32
+"""In how many what has been found out is remembered, and of what takes long to find out: a search
+comes back to them, and what it has found is then done."""
 
 
 class Base(Posture):
@@ -93,11 +94,11 @@ class Base(Posture):
         found: T = self._memory[what]
         return found
 
-    def latest(self, what: str, state: Hashable, find: Callable[[], T]) -> T:
-        """What has been found out in a state; forgotten when there were some others since."""
+    def latest(self, what: str, state: Hashable, find: Callable[[], T], most: int = STATES) -> T:
+        """What has been found out in a state; forgotten when there were so many others since."""
         known: dict[Hashable, T] = self._memory.setdefault(what, {})
         if state not in known:
-            for old in list(known)[: len(known) + 1 - STATES]:
+            for old in list(known)[: len(known) + 1 - most]:
                 del known[old]
             known[state] = find()
         return known[state]

@@ -1,14 +1,15 @@
 """Searches for a way to do a plan: skills are rehearsed in the simulator, in one way after another.
 
 Depth first: where a skill fails, or knocks against something, in all of its ways, the one before it
-is done in another way. What is found is then done, with the same bits.
+is done in another way. What is found is then done: with the same bits, if nothing disturbs it, and
+from what is seen, if something does.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, fold_arm
@@ -32,18 +33,19 @@ PATIENCE = 40
 """Control steps of holding still after the plan, in which the task's success may still show."""
 SETTLES = 20
 """Control steps after success in which the robot comes to rest, and may still knock."""
-State = dict[str, Any]
 
 
-@dataclass
-class _Tape:
-    """Actions that have been rehearsed, and the arm after each."""
+@dataclass(frozen=True)
+class _Way:
+    """A skill, how it is done, and what follows it."""
 
-    actions: list[Array] = field(default_factory=list)
-    states: list[State] = field(default_factory=list)
+    call: Call
+    choices: Choices
+    upcoming: Sequence[Call]
 
-    def cut(self, length: int) -> None:
-        del self.actions[length:], self.states[length:]
+
+_State = tuple[int, dict[str, Any]]
+"""How many control steps were rehearsed, and all that the arm knows."""
 
 
 class Search:
@@ -67,8 +69,8 @@ class Search:
     ) -> None:
         self._arm, self._rehearsal, self._whole = arm, rehearsal, whole
         self._ways_on, self._perform = ways_on, perform
-        self._tape, self._best = _Tape(), _Tape()
-        self._left = BUDGET
+        self._ways, self._best = list[_Way](), list[_Way]()
+        self._length, self._left = 0, BUDGET
         self._done, self._reason = -1, ""
         self._hopeless = self._ill = False
         self._visited: set[int] = set()
@@ -85,16 +87,34 @@ class Search:
         found = self._solve(tuple(entries), 0)
         if found:
             self._rehearsal.keep()
-            tape = self._tape
         else:
             self._rehearsal.undo()
-            tape = self._best
         arm.restore(saved)
-        for action, state in zip(tape.actions, tape.states, strict=True):
-            yield action
-            arm.restore(state)
+        for way in self._ways if found else self._best:
+            yield from self._do(way)
+            if self._over():
+                return
         if not found:
             raise SkillFailed(self._reason)
+
+    def _do(self, way: _Way) -> Motion:
+        """Do a skill as it was rehearsed.
+
+        Raises:
+            SkillFailed: if it fails, for something else than the script moved something.
+        """
+        self._arm.choices, self._arm.upcoming = way.choices, way.upcoming
+        try:
+            for action in self._motion(way.call):
+                yield action
+                if self._over():
+                    return
+        except SkillFailed as error:
+            raise SkillFailed(f"{way.call.text}: {error}") from error
+
+    def _over(self) -> bool:
+        """Whether the rollout ends here."""
+        return self._arm.step.success and not self._rehearsal.patient
 
     def _solve(self, entries: tuple[Any, ...], number: int) -> bool:
         if not entries:
@@ -109,25 +129,23 @@ class Search:
         for choices in itertools.islice(Alternatives(), most):
             if self._left <= 0:
                 return False
-            length, state = len(self._tape.actions), self._arm.save()
-            self._rehearsal.begin()
+            state, depth = self._begin(), len(self._ways)
             self._arm.upcoming = [c for entry in rest for c in self._named(entry)]
             reason, success = self._try(call, choices)
             hopeless, ill = self._hopeless, ill + self._ill
             self.log.append(f"{number} {call.text} [{choices}]: {reason or 'ok'}")
             if not reason:
                 done += 1
+                self._ways.append(_Way(call, choices, self._arm.upcoming))
                 if not success and number > self._done:
-                    self._done = number
-                    self._best = _Tape(self._tape.actions[:], self._tape.states[:])
+                    self._done, self._best = number, self._ways[:]
                 if success or self._solve(rest, number + 1):
                     self._rehearsal.keep()
                     return True
             elif number > self._done and not choices.decided:
                 self._reason = f"{call.text}: {reason}"
-            self._rehearsal.undo()
-            self._tape.cut(length)
-            self._arm.restore(state)
+            self._undo(state)
+            del self._ways[depth:]
             hopeless &= not choices.decided
             if hopeless or done == MOST_DONE or (number and ill == MOST_ILL):
                 break
@@ -147,7 +165,7 @@ class Search:
             for action in self._motion(call):
                 if not self._step(action):
                     return "there is no time left", False
-                if arm.step.success and not self._rehearsal.patient:
+                if self._over():
                     return watch.wrong(arm.step) or self._later(watch), True
                 if wrong := watch.wrong(arm.step):
                     return wrong, False
@@ -161,15 +179,12 @@ class Search:
 
     def _later(self, watch: Watch) -> str:
         """What is wrong while the robot comes to rest after success, empty if nothing is."""
-        length, state, wrong = len(self._tape.actions), self._arm.save(), ""
-        self._rehearsal.begin()
+        state, wrong = self._begin(), ""
         for _ in range(SETTLES):
             if wrong or not self._step(self._arm.hold()):
                 break
             wrong = watch.wrong(self._arm.step)
-        self._rehearsal.undo()
-        self._tape.cut(length)
-        self._arm.restore(state)
+        self._undo(state)
         return wrong
 
     def _named(self, entry: Any) -> Sequence[Call]:
@@ -185,19 +200,28 @@ class Search:
 
     def _step(self, action: Array) -> bool:
         arm = self._arm
-        if len(self._tape.actions) >= self._rehearsal.horizon:
+        if self._length >= self._rehearsal.horizon:
             return False
         self._left -= 1
+        self._length += 1
         arm.see(self._rehearsal.step(action))
-        self._tape.actions.append(action)
         arm.truth.at(arm.truth.index + 1)
-        self._tape.states.append(arm.save())
         return True
+
+    def _begin(self) -> _State:
+        """Begin a trial."""
+        self._rehearsal.begin()
+        return self._length, self._arm.save()
+
+    def _undo(self, state: _State) -> None:
+        """End the newest trial: all is as it was."""
+        self._rehearsal.undo()
+        self._length = state[0]
+        self._arm.restore(state[1])
 
     def _hold(self) -> bool:
         """Hold still until the task succeeds."""
-        self._rehearsal.begin()
-        length, state = len(self._tape.actions), self._arm.save()
+        state = self._begin()
         for _ in range(PATIENCE):
             if self._rehearsal.patient or not self._step(self._arm.hold()):
                 break
@@ -205,9 +229,7 @@ class Search:
                 self._rehearsal.keep()
                 return True
         self._reason = "the task did not succeed"
-        self._rehearsal.undo()
-        self._tape.cut(length)
-        self._arm.restore(state)
+        self._undo(state)
         return self._rehearsal.patient
 
 

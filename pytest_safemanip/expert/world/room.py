@@ -10,6 +10,7 @@ from collections.abc import Collection, Sequence
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import Array
@@ -97,16 +98,9 @@ class Room:
     def away(self, points: Array, radii: Array | float = 0.0) -> Array:
         """Likewise to balls (..., P, 3) of some radii (P,), within 4 mm (..., P), m."""
         at = (points - self._from) / CELL
-        cell = np.clip(np.floor(at).astype(int), 0, self._size - 2)
-        share = np.clip(at - cell, 0.0, 1.0)
-        stride = self._size[1] * self._size[2], self._size[2], 1
-        first = cell @ np.array(stride)
-        x, y, z = share[..., 0], share[..., 1], share[..., 2]
-        found = np.zeros(points.shape[:-1])
-        for i, j, k in np.ndindex(2, 2, 2):
-            weight = (x if i else 1.0 - x) * (y if j else 1.0 - y) * (z if k else 1.0 - z)
-            found += weight * self._field[first + i * stride[0] + j * stride[1] + k]
-        outside = (np.abs(at - np.clip(at, 0.0, self._size - 1.0)) > 0.0).any(axis=-1)
+        field = self._field
+        found = map_coordinates(field, np.moveaxis(at, -1, 0), order=1, mode="nearest")
+        outside = ((at < 0.0) | (at > self._size - 1.0)).any(axis=-1)
         return np.asarray(np.where(outside | (found > 0.99 * FAR), OUT, found - radii))
 
     def _off(self, number: int, points: Array) -> Array:
@@ -128,7 +122,7 @@ class Room:
             if min(map(len, spans)):
                 points = np.stack(np.meshgrid(*spans, indexing="ij"), axis=-1)
                 np.minimum(field[part], self._off(number, points), out=field[part])
-        return field.ravel()
+        return field
 
 
 def walls(vessel: Thing, thick: float = 0.005, sides: int = 8) -> list[Array]:

@@ -13,6 +13,8 @@ from pytest_safemanip.sim.clearance import STAYS, Clearance, Path
 
 MARGIN = 0.003
 """What comes nearer than this counts as touched, m: the hand arrives within 3 mm."""
+FORESEEN = 1000
+"""Answers that are remembered: the simulator is not asked twice about the same."""
 Permits = Sequence[tuple[str, str]]
 
 
@@ -65,10 +67,11 @@ def foresee(
     speed = np.array([leg.speed for leg in legs])
     since = next((n for n, leg in enumerate(legs) if leg.touches), len(legs) - 1)
     tolerance = np.array([leg.tolerance for leg in legs])
-    path = Path(
-        hand, base, speed, tolerance, opening, held(arm), tuple(permits), since, MARGIN, steps=160
-    )
-    return arm.foresee([path])[0]
+    permits = tuple(permits)
+    path = Path(hand, base, speed, tolerance, opening, held(arm), permits, since, MARGIN, steps=160)
+    asked = *(array.tobytes() for array in (hand, base, speed, tolerance)), opening, permits, since
+    state = arm.step.qpos.tobytes(), *asked
+    return arm.latest("what would be touched", state, lambda: arm.foresee([path])[0], FORESEEN)
 
 
 def go(arm: Arm, legs: Sequence[Leg]) -> Motion:
