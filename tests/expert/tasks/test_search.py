@@ -65,6 +65,12 @@ def advance(arm):
         yield from go(arm, 1.0, 0.0)
 
 
+def arrive(arm):
+    """Go ahead as far as it is, seen from where the hand is."""
+    while arm.position[0] < GOAL:
+        yield from go(arm, 1.0, 0.0)
+
+
 def refuse(arm):
     yield from go(arm, 0.0, 0.0)
     raise SkillFailed("the mug is too wide")
@@ -83,6 +89,7 @@ def lose(arm):
 SKILLS = {
     "shift": shift,
     "advance": advance,
+    "arrive": arrive,
     "refuse": refuse,
     "despair": despair,
     "lose": lose,
@@ -93,8 +100,11 @@ def entry(skill):
     return read(skill) if isinstance(skill, str) else [[read(s) for s in way] for way in skill]
 
 
-def play(*skills, horizon=100, patient=False):
-    """What became of a plan: places of the hand, why it ended, the search."""
+def play(*skills, horizon=100, patient=False, pushed=()):
+    """What became of a plan: places of the hand, why it ended, the search.
+
+    ``pushed`` are control steps in which the hand goes back instead.
+    """
     world = World()
     arm = Arm(toy.SCENE, world.seen())
     rehearsal = Rehearsal(world, np.full(12, -1.0), np.full(12, 1.0), horizon, patient)
@@ -103,7 +113,8 @@ def play(*skills, horizon=100, patient=False):
     try:
         for action in search.plan([entry(skill) for skill in skills]):
             world.rehearsed = world.rehearsed or world.simulated
-            step = world.step(action)
+            back = np.array((-1.0, *np.zeros(11)))
+            step = world.step(back if len(places) in pushed else action)
             arm.see(step)
             places.append(tuple(step.eef_pose[:2].tolist()))
     except SkillFailed as error:
@@ -126,6 +137,12 @@ def test_what_was_found_is_done_without_simulating_it_again():
     assert len(places) == 8
     assert world.simulated == world.rehearsed
     assert world.step(np.zeros(12)).success
+
+
+def test_what_was_found_is_done_from_what_is_seen_when_something_disturbs_it():
+    places, reason, *_ = play("shift", "arrive", pushed=(4, 5))
+    assert not reason
+    assert [x for x, _ in places] == [0, 0, 1, 2, 1, 0, 1, 2, 3, 4, 5, 6]
 
 
 def test_without_a_way_the_plan_is_done_as_far_as_there_was_one_and_says_why_not_farther():
