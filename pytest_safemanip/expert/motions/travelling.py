@@ -39,8 +39,9 @@ SCRAPES = 0.3
 """How far it draws back at least, m, for that to be looked at."""
 THERE = 0.02
 """Distance along either axis of the base that counts as there, m."""
-STEP, APART = 0.05, 0.03
-"""Between places that are looked at, m, and room around the robot on its way, m."""
+STEP, APART, FAR_APART = 0.05, 0.03, 0.08
+"""Between places that are looked at, m, and room around the robot on its way: at least, and, where
+the hand swings from a place that the base may be beside, better."""
 TURNS_ABOUT, WHEELS, SWUNG = 0.20, 0.43, 0.11
 """How far behind its origin the base has its middle, about which it turns, from there to the
 corners of its wheels, and how far they come beyond its front and back, and room, m."""
@@ -400,14 +401,16 @@ def _back(
     frame = heading(arm)
     length = float(np.linalg.norm(out))
     ahead = out / length if length else -arm.forward
-    best = length, -math.inf
+    found = list[tuple[float, float]]()
     for back in np.arange(length, MOST_BACK, STEP).tolist():
         off = np.append(back * ahead, 0.0) @ frame
-        away = float(room.away(balls + off, radii).min())
-        if away > APART:
-            return np.asarray(back * ahead)
-        best = max(best, (back, away), key=lambda found: found[1])
-    return np.asarray(best[0] * ahead)
+        found.append((back, float(room.away(balls + off, radii).min())))
+        if found[-1][1] > FAR_APART:
+            break
+    near = [back for back, away in found if away > APART]
+    best = max(found, key=lambda place: place[1], default=(length, 0.0))
+    chosen = best[0] if best[1] > FAR_APART or not near else near[0]
+    return np.asarray(chosen * ahead)
 
 
 def tucked(arm: Arm, load: Thing | None) -> Array:
