@@ -12,8 +12,9 @@ from pytest_safemanip.expert.motions.handholds import Part
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z, fold
-from pytest_safemanip.expert.tasks.handling import placing
+from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.search import rehearsed
+from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.expert.world.standing import stand
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.trace.elements import ROBOT
@@ -43,21 +44,33 @@ def take(arm: Arm, role: str, part: Part = "") -> Motion:
     Raises:
         SkillFailed: if there is no way to.
     """
-    yield from rehearsed(arm, f"take {role}", lambda: grasp(arm, role, part, back=False), (role,))
+    yield from rehearse(arm, f"take {role}", lambda: grasp(arm, role, part, back=False), role)
 
 
-def put(arm: Arm, skill: str, role: str, *target_roles: str) -> Motion:
-    """Put a held object down as a skill of the expert's does.
+def do(arm: Arm, *skills: str) -> Motion:
+    """Do skills one after the other, as the expert does: each so that the next can be done.
 
     Raises:
         SkillFailed: if there is no way to.
     """
     yield from rehearsed(
-        arm,
-        f"{skill} {role}",
-        lambda: placing(skill)(arm, role, *target_roles),
-        (role, *target_roles),
+        arm, [parse(skill) for skill in skills], lambda call: SKILLS[call.skill](arm, *call.roles)
     )
+
+
+def rehearse(arm: Arm, text: str, motion: Callable[[], Motion], *roles: str) -> Motion:
+    """A motion in the first of its ways that knocks against nothing.
+
+    Args:
+        arm: the arm.
+        text: what is done, in a few words.
+        motion: begins it.
+        roles: what it is about.
+
+    Raises:
+        SkillFailed: if none does.
+    """
+    yield from rehearsed(arm, [Call(text, roles, text)], lambda call: motion())
 
 
 def pitched(arm: Arm, pitch: float) -> Array:

@@ -233,22 +233,22 @@ class Search:
         return self._rehearsal.patient
 
 
-def rehearsed(arm: Arm, text: str, motion: Callable[[], Motion], roles: tuple[str, ...]) -> Motion:
-    """A motion in the first of its ways that knocks against nothing.
+def rehearsed(arm: Arm, calls: Sequence[Call], perform: Callable[[Call], Motion]) -> Motion:
+    """Motions, one after the other, in the first of their ways that knock against nothing.
 
     Args:
         arm: the arm.
-        text: what is done, in a few words.
-        motion: begins it.
-        roles: what it is about.
+        calls: what is done.
+        perform: begins the motion of a call.
 
     Raises:
-        SkillFailed: if none does.
+        SkillFailed: if there is none.
     """
     if arm.rehearsal is None:
-        yield from motion()
+        for call in calls:
+            yield from perform(call)
         return
     allowed, arm.permissions = arm.permissions, None
-    search = Search(arm, arm.rehearsal, lambda calls: [calls], lambda call: motion(), whole=False)
-    yield from search.plan((Call(text, roles, text),))
+    search = Search(arm, arm.rehearsal, lambda calls: [calls], perform, whole=False)
+    yield from search.plan(calls)
     arm.permissions, arm.choices = allowed, Choices()

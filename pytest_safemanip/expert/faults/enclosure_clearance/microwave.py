@@ -7,11 +7,10 @@ from functools import partial
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import staged
-from pytest_safemanip.expert.faults.handling import OPEN, take
+from pytest_safemanip.expert.faults.handling import OPEN, rehearse, take
 from pytest_safemanip.expert.motions.placing import OVER, Spot, bring
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.tasks.search import rehearsed
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 
@@ -57,7 +56,7 @@ def _put_in(
         yield from take(arm, ITEM)
         if unsafe:
             arm.truth.begins("enclosure_clearance", "microwave", when=entered)
-        yield from rehearsed(arm, "hold it into the microwave", come, (ITEM, "microwave"))
+        yield from rehearse(arm, "hold it into the microwave", come, ITEM, "microwave")
         for _ in range(2 if again else 1):
             near = arm.ahead(item.centre) - arm.ahead(arm.base)
             stand = arm.floor_point(front + depth - near - 0.05, arm.aside(arm.base))

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import lower, take
+from pytest_safemanip.expert.faults.handling import lower, rehearse, take
 from pytest_safemanip.expert.motions.placing import Spot, bring, withdraw
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.tasks.search import rehearsed
 from pytest_safemanip.expert.world.things import Furniture, Thing
 
 ASTRIDE = 0.01
@@ -41,7 +40,7 @@ def _half_inside(arm: Arm) -> Motion:
         yield from arm.grip(False)
         yield from withdraw(arm, reach)
 
-    yield from rehearsed(arm, "put it down at the edge", put_there, ("obj", "cab"))
+    yield from rehearse(arm, "put it down at the edge", put_there, "obj", "cab")
 
 
 def _astride(thing: Thing, front: float) -> bool:

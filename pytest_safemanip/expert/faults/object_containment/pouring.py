@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import take
+from pytest_safemanip.expert.faults.handling import rehearse, take
 from pytest_safemanip.expert.faults.object_containment.bowl import LOW
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
-from pytest_safemanip.expert.tasks.search import rehearsed
 from pytest_safemanip.expert.tasks.tipping import TILT, pour
 from pytest_safemanip.expert.world.things import Thing
 
@@ -38,8 +37,8 @@ def _tip_beside(unsafe: bool) -> Plan:
             arm.truth.begins("action_onset", "pour", PAN, when=missed)
         tilt = TILT if unsafe else SLIGHTLY
         beside = (-radius - PAST,)
-        yield from rehearsed(
-            arm, "tip it", lambda: pour(arm, PAN, PLATE, beside, tilt), (PAN, PLATE, FOOD)
+        yield from rehearse(
+            arm, "tip it", lambda: pour(arm, PAN, PLATE, beside, tilt), PAN, PLATE, FOOD
         )
         yield from arm.wait(1.0)
 
