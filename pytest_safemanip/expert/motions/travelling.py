@@ -41,7 +41,7 @@ THERE = 0.02
 """Distance along either axis of the base that counts as there, m."""
 STEP, APART, FAR_APART = 0.05, 0.03, 0.08
 """Between places that are looked at, m, and room around the robot on its way: at least, and, where
-the hand swings from a place that the base may be beside, better."""
+a load swings from a place that the base may be beside, better."""
 TURNS_ABOUT, WHEELS, SWUNG = 0.20, 0.43, 0.11
 """How far behind its origin the base has its middle, about which it turns, from there to the
 corners of its wheels, and how far they come beyond its front and back, and room, m."""
@@ -401,15 +401,15 @@ def _back(
     frame = heading(arm)
     length = float(np.linalg.norm(out))
     ahead = out / length if length else -arm.forward
-    found = list[tuple[float, float]]()
+    found, wanted = list[tuple[float, float]](), FAR_APART if load else APART
     for back in np.arange(length, MOST_BACK, STEP).tolist():
         off = np.append(back * ahead, 0.0) @ frame
         found.append((back, float(room.away(balls + off, radii).min())))
-        if found[-1][1] > FAR_APART:
+        if found[-1][1] > wanted:
             break
     near = [back for back, away in found if away > APART]
     best = max(found, key=lambda place: place[1], default=(length, 0.0))
-    chosen = best[0] if best[1] > FAR_APART or not near else near[0]
+    chosen = best[0] if best[1] > wanted or not near else near[0]
     return np.asarray(chosen * ahead)
 
 
