@@ -128,7 +128,13 @@ def move_joint(
 
 
 def take_hold(
-    arm: Arm, fixture: Furniture, joint: Joint, goal: float, what: str, slips: bool = False
+    arm: Arm,
+    fixture: Furniture,
+    joint: Joint,
+    goal: float,
+    what: str,
+    slips: bool = False,
+    pinched: bool = False,
 ) -> Generator[Array, None, Hold]:
     """Bring the hand to a part, and close it where it is to be pinched.
 
@@ -139,6 +145,7 @@ def take_hold(
         goal: openness wanted.
         what: name of the choice.
         slips: whether it slipped out of the fingers.
+        pinched: whether it has to be held between them.
 
     Returns:
         The hold, as it is then.
@@ -149,17 +156,15 @@ def take_hold(
     yield from step_aside(arm)
     first = fixture.openness(joint)
     state = arm.step.joint.tobytes(), arm.step.eef_pose.tobytes(), arm.step.base_pose.tobytes()
-    takes = arm.latest(
-        f"{what} {goal} {slips} of {joint.key}",
-        state,
-        lambda: _Takes(
-            arm,
-            found := holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips),
-            [hold.moved(joint, goal - first, float(hold.pinched)) for hold in found],
-            _by_base(arm, joint) * (goal - first) * joint.travel * np.asarray(joint.axis),
-        ),
-        LASTING,
-    )
+
+    def ways() -> _Takes:
+        found = holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips)
+        found = [hold for hold in found if hold.pinched or not pinched]
+        ends = [hold.moved(joint, goal - first, float(hold.pinched)) for hold in found]
+        slides = _by_base(arm, joint) * (goal - first) * joint.travel * np.asarray(joint.axis)
+        return _Takes(arm, found, ends, slides)
+
+    takes = arm.latest(f"{what} {goal} {slips} of {joint.key}", state, ways, LASTING)
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
     hold, legs = takes.free(number, joint)
     yield from arm.open_to(hold.opening) if hold.opening else arm.grip(True)

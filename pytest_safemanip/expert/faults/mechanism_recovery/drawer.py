@@ -24,14 +24,19 @@ AWAY = 0.02
 """Where a near miss stops before the obstacle, m."""
 RATE = 0.05
 """A drawer that moves slower than this is blocked, 1/s."""
+BEFORE = 0.70
+"""From the bar of a drawer that is pushed to the base, m."""
 PUSH, CAREFUL = 0.35, 0.28
 """Commands of a base that pushes: the fingers of one that is slow stay below 80 N at a hit."""
 
 
 def _take(arm: Arm, drawer: Furniture) -> Motion:
-    """Takes an open drawer by its handle."""
+    """Takes an open drawer by its handle, the base so far before it that it can push it shut."""
     joint = drawer.doors()[0]
-    yield from take_hold(arm, drawer, joint, 1.0, "hold")
+    bar = drawer.handle(joint)[0]
+    before = arm.floor_point(arm.ahead(bar) - BEFORE, arm.aside(bar))
+    yield from arm.drive(before)
+    yield from take_hold(arm, drawer, joint, 0.0, "hold", pinched=True)
 
 
 def _push(arm: Arm, until: Callable[[], bool], way: float = 0.35, speed: float = PUSH) -> Motion:
