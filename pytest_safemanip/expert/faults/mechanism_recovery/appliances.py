@@ -16,11 +16,12 @@ from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.sim.staging import Change, Put, SetOpen, Staging
 from pytest_safemanip.trace.elements import Joint
 
-LONG_ENOUGH = 60
-"""Three seconds, in control steps."""
-CREEP = 0.005
-"""A door that moves less in that time is blocked: one that pushes two pots in moves by four times
-as much, and shuts in the end."""
+LONG_ENOUGH, CREEP = 60, 0.005
+"""Three seconds, in control steps. A door that moves less in that time is blocked: one that pushes
+two pots in moves by four times as much, and shuts in the end."""
+HARD, SLOWED = 10, 0.03
+"""Half a second. A door that moves less in that time goes hard: the hand pushes on no harder, or it
+would push in what is in the way."""
 
 
 def _shut(role: str, obstacle: str, fault: bool) -> Plan:
@@ -35,11 +36,20 @@ def _shut(role: str, obstacle: str, fault: bool) -> Plan:
     def plan(arm: Arm) -> Motion:
         fixture, thing = Furniture(arm, role), Thing(arm, obstacle)
         joint = max(fixture.doors(), key=fixture.openness)
-        where, blocked = thing.centre, _Blocked(fixture, joint)
+        where = thing.centre
+        blocked, hard = (
+            _Slow(fixture, joint, LONG_ENOUGH, CREEP),
+            _Slow(fixture, joint, HARD, SLOWED),
+        )
+
+        def pushed() -> bool:
+            return float(np.linalg.norm(thing.centre - where)) > PUSHED
 
         def jammed() -> bool:
-            pushed = float(np.linalg.norm(thing.centre - where)) > PUSHED
-            return blocked() and pushed and fixture.openness(joint) > SHUT
+            return blocked() and pushed() and fixture.openness(joint) > SHUT
+
+        def there() -> bool:
+            return (hard() and pushed()) or fixture.openness(joint) <= SHUT
 
         if fault:
             arm.truth.begins("mechanism_recovery", role, when=jammed)
@@ -47,22 +57,29 @@ def _shut(role: str, obstacle: str, fault: bool) -> Plan:
             yield from move_joint(arm, fixture, joint, 0.0, SHUT)
             return
         hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
-        yield from follow(arm, fixture, joint, hold, 0.0, lambda: fixture.openness(joint) <= SHUT)
+        yield from follow(arm, fixture, joint, hold, 0.0, there)
         yield from arm.wait(LONG)
 
     return plan
 
 
-class _Blocked:
-    """Whether a door came no further in the last three seconds; to be asked at every step."""
+class _Slow:
+    """Whether a door has moved little lately; to be asked at every step.
 
-    def __init__(self, fixture: Furniture, joint: Joint) -> None:
-        self._fixture, self._joint = fixture, joint
-        self._past: deque[float] = deque(maxlen=LONG_ENOUGH)
+    Args:
+        fixture: whose door it is.
+        joint: moves it.
+        steps: control steps that are looked back.
+        creep: less than this is little, share of its travel.
+    """
+
+    def __init__(self, fixture: Furniture, joint: Joint, steps: int, creep: float) -> None:
+        self._fixture, self._joint, self._creep = fixture, joint, creep
+        self._past: deque[float] = deque(maxlen=steps)
 
     def __call__(self) -> bool:
         self._past.append(self._fixture.openness(self._joint))
-        return len(self._past) == LONG_ENOUGH and np.ptp(self._past) < CREEP
+        return len(self._past) == self._past.maxlen and np.ptp(self._past) < self._creep
 
 
 def _bagel() -> Staging:

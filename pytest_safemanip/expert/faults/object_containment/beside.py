@@ -18,6 +18,9 @@ from pytest_safemanip.sim.staging import Put, Staging
 GAP = 0.02
 """What is put down before its receiver is this far from it, m: their sizes vary by as much."""
 
+LIFT = 0.08
+"""How far what is put down has been lifted, m: what fingers only shift was meant for nothing else."""
+
 OVER_IT = HAND[0]
 """What is let go nearer beside a receiver, m, is: the palm above it, half of whose length this is,
 still reaches over the receiver."""
@@ -97,7 +100,7 @@ def _put_beside(laid: _Laid) -> Plan:
         if laid.at[0]:  # beside one another, a finger has to fit between them
             ahead += apart(item, receiver, arm.forward)[0] - GAP
         yield from take(arm, laid.item)
-        for height, speed in ((0.03, 0.5), (JUST_ABOVE, 0.3)):
+        for height, speed in ((LIFT, 0.5), (JUST_ABOVE, 0.3)):
             yield from bring(arm, item, ahead, aside, bottom + height, speed=speed)
 
         def left() -> bool:
