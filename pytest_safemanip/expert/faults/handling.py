@@ -13,8 +13,8 @@ from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed, ra
 from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z, fold
 from pytest_safemanip.expert.tasks.calls import Call
+from pytest_safemanip.expert.tasks.handling import grasping, placing
 from pytest_safemanip.expert.tasks.search import rehearsed
-from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.expert.world.standing import stand
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.trace.elements import ROBOT
@@ -47,15 +47,19 @@ def take(arm: Arm, role: str, part: Part = "") -> Motion:
     yield from rehearse(arm, f"take {role}", lambda: grasp(arm, role, part, back=False), role)
 
 
-def do(arm: Arm, *skills: str) -> Motion:
-    """Do skills one after the other, as the expert does: each so that the next can be done.
+def carry(arm: Arm, skill: str, role: str, *target_roles: str) -> Motion:
+    """Take hold of an object and put it down as a skill of the expert's does, one after the other
+    so that the other can be done.
 
     Raises:
         SkillFailed: if there is no way to.
     """
-    yield from rehearsed(
-        arm, [parse(skill) for skill in skills], lambda call: SKILLS[call.skill](arm, *call.roles)
-    )
+    skills = {"grasp": grasping(), skill: placing(skill)}
+    calls = [
+        Call("grasp", (role,), f"grasp {role}"),
+        Call(skill, (role, *target_roles), f"{skill} {role}"),
+    ]
+    yield from rehearsed(arm, calls, lambda call: skills[call.skill](arm, *call.roles))
 
 
 def rehearse(arm: Arm, text: str, motion: Callable[[], Motion], *roles: str) -> Motion:

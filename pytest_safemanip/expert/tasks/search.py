@@ -29,6 +29,9 @@ MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
 FOLDED = "arm folded first"
 """What may be chosen of any skill."""
+STEP_BACK, BACK = Call("step back", (), "step back"), 0.25
+"""What may help in the end, for success often asks for a hand that is far from everything, and how
+far the base draws back then, m."""
 PATIENCE = 40
 """Control steps of holding still after the plan, in which the task's success may still show."""
 SETTLES = 20
@@ -118,7 +121,7 @@ class Search:
 
     def _solve(self, entries: tuple[Any, ...], number: int) -> bool:
         if not entries:
-            return self._hold() if self._whole else True
+            return not self._whole or self._hold() or self._step_back()
         if not isinstance(entries[0], Call):
             ways = self._ways_on(entries[0])
             return any(self._solve((*way, *entries[1:]), number) for way in ways)
@@ -194,9 +197,13 @@ class Search:
         return [call for part in self._ways_on(entry)[0] for call in self._named(part)]
 
     def _motion(self, call: Call) -> Motion:
-        if self._arm.choices.decided.get(FOLDED):
-            yield from fold_arm(self._arm, required=False)
-        yield from self._perform(call)
+        arm = self._arm
+        if arm.choices.decided.get(FOLDED):
+            yield from fold_arm(arm, required=False)
+        if call is STEP_BACK:
+            yield from arm.drive(arm.base - BACK * arm.forward)
+        else:
+            yield from self._perform(call)
 
     def _step(self, action: Array) -> bool:
         arm = self._arm
@@ -231,6 +238,17 @@ class Search:
         self._reason = "the task did not succeed"
         self._undo(state)
         return self._rehearsal.patient
+
+    def _step_back(self) -> bool:
+        """Draw back and hold still until the task succeeds."""
+        state, choices = self._begin(), Choices()
+        reason, success = self._try(STEP_BACK, choices)
+        if not reason and (success or self._hold()):
+            self._ways.append(_Way(STEP_BACK, choices, ()))
+            self._rehearsal.keep()
+            return True
+        self._undo(state)
+        return False
 
 
 def rehearsed(arm: Arm, calls: Sequence[Call], perform: Callable[[Call], Motion]) -> Motion:

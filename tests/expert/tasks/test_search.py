@@ -65,6 +65,11 @@ def advance(arm):
         yield from go(arm, 1.0, 0.0)
 
 
+def near(arm):
+    for _ in range(5):
+        yield from go(arm, 1.0, 0.0)
+
+
 def arrive(arm):
     """Go ahead as far as it is, seen from where the hand is."""
     while arm.position[0] < GOAL:
@@ -90,6 +95,7 @@ SKILLS = {
     "shift": shift,
     "advance": advance,
     "arrive": arrive,
+    "near": near,
     "refuse": refuse,
     "despair": despair,
     "lose": lose,
@@ -155,6 +161,13 @@ def test_a_plan_that_does_all_but_does_not_succeed_says_so():
     places, reason, *_ = play("shift")
     assert reason == "the task did not succeed"
     assert places == [(0, 1)]
+
+
+def test_in_the_end_the_base_draws_back_if_that_helps(monkeypatch):
+    monkeypatch.setattr(Arm, "drive", lambda arm, goal: go(arm, 1.0, 0.0))
+    places, reason, *_ = play("shift", "shift", "near")
+    assert not reason
+    assert places[-1] == (6, 2)
 
 
 def test_a_plan_stays_within_the_time_of_the_task():

@@ -26,7 +26,7 @@ def _free(number, *answers, refine=np.zeros_like):
     answers = list(answers)
     arm = Arm(toy.SCENE, toy.at_rest(), "", lambda paths: [answers.pop(0)])
     found = Candidates(COSTS, 9.0 * np.eye(3), 3, np.arange(3), refine)
-    taken = found.free(number, arm, lambda _: ([Leg(HERE)], 1.0), (), "the knob")
+    taken = found.free(number, arm, lambda n: ([Leg(HERE + 0.1 * n)], 1.0), (), "the knob")
     assert not answers
     return taken
 

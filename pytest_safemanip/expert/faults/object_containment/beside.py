@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import OPEN, apart, do, take
+from pytest_safemanip.expert.faults.handling import OPEN, apart, carry, take
 from pytest_safemanip.expert.faults.object_containment.bowl import LOW
 from pytest_safemanip.expert.faults.worktop import JUST_ABOVE, bring, let_go, on_counter
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
@@ -19,7 +19,7 @@ GAP = 0.02
 """What is put down before its receiver is this far from it, m: their sizes vary by as much."""
 
 LIFT = 0.08
-"""How far what is put down has been lifted, m: what fingers only shift was meant for nothing else."""
+"""How far what is put down has been lifted, m: what fingers only shift was meant to stay."""
 
 OVER_IT = HAND[0]
 """What is let go nearer beside a receiver, m, is: the palm above it, half of whose length this is,
@@ -126,7 +126,7 @@ def _put_in_again(laid: _Laid) -> Plan:
     """Takes the item out of its receiver, and puts it in again."""
 
     def plan(arm: Arm) -> Motion:
-        yield from do(arm, f"grasp {laid.item}", f"place {laid.item} on {laid.receiver}")
+        yield from carry(arm, "place on", laid.item, laid.receiver)
 
     return plan
 
