@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.motions.holds import Hold, holds, motion, solids_then
-from pytest_safemanip.expert.motions.travelling import step_aside
+from pytest_safemanip.expert.motions.travelling import joints_now, step_aside
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, LASTING
 from pytest_safemanip.expert.robot.hand import WRIST
@@ -333,10 +333,10 @@ class _Takes:
         """
         which, place, _ = np.unravel_index(numbers, self._shape)
         stands = np.concatenate((self._at[which, place], np.zeros((len(which), 1))), axis=1)
-        found = np.zeros(len(numbers))
+        found, joints = np.zeros(len(numbers)), np.repeat(joints_now(self._arm), len(numbers), axis=0)
         for before in (BEFORE, 0.0):
             points = self._points[which] - before * self._intos[which] - stands
-            joints, there = solve(points, self._hands[which])
+            joints, there = solve(points, self._hands[which], joints)
             tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
             found[~there] = np.inf
             found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
