@@ -19,8 +19,7 @@ from pytest_safemanip.expert.motions.travelling import joints_now, step_aside
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, LASTING
 from pytest_safemanip.expert.robot.hand import WRIST
-from pytest_safemanip.expert.robot.kinematics import bodies, reach_of, solve, strain
-from pytest_safemanip.expert.robot.kinematics import follow as follow_way
+from pytest_safemanip.expert.robot.kinematics import STRIDE, bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.candidates import OPTIONS, Candidates
 from pytest_safemanip.expert.world.room import Room, heading
@@ -53,9 +52,9 @@ BLOCKED = 2.0
 FAR_OFF, DRIVES = 10.0, 2.0
 """Costs of each m by which the arm is too short for where it has to go to with the part, wherever
 the base stands, and of each m that the base has to drive meanwhile."""
-GOES_ALONG, UNREACHED = 5, 3.0
-"""Places that are looked at of a hand that goes along with what slides, and the cost of a hold with
-which the arm comes to the end of a joint on that way."""
+SHARES, UNREACHED = (1.0 / 3.0, 2.0 / 3.0, 1.0), 1.0
+"""Of the way on which the hand goes along: where it is looked at, and the cost of a hold with which
+the arm comes to the end of a joint there."""
 TIRED = 0.85
 """Share of its range up to which a joint goes easily."""
 MEETS, ROUGHLY = 60.0, 0.01
@@ -118,7 +117,8 @@ def move_joint(
             fixture,
             joint,
             hold,
-            next_,
+            # What is pushed does not come to rest in between.
+            next_ if hold.pinched else goal,
             partial(passed, next_),
         )
         hold = hold.moved(joint, fixture.openness(joint) - before, 0.0)
@@ -167,7 +167,7 @@ def take_hold(
     )
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
     hold, legs = takes.free(number, joint)
-    yield from arm.open_to(hold.opening) if hold.opening else arm.grip(True)
+    yield from arm.open_to(hold.opening)
     *coming, last = legs
     yield from go(arm, coming)
 
@@ -204,7 +204,11 @@ class _Takes:
     ) -> None:
         self._arm, self._holds, self._joint = arm, found, joint
         self._first, self._by = first, goal - first
-        ends = [hold.moved(joint, self._by, float(hold.pinched)) for hold in found]
+        along = [
+            [hold.moved(joint, share * self._by, float(hold.pinched)) for hold in found]
+            for share in SHARES
+        ]
+        ends = along[-1]
         slides = _by_base(arm, joint) * self._by * joint.travel * np.asarray(joint.axis)
         points = np.array([h.point for h in found]).reshape(-1, 3) @ arm.frame
         hands = arm.frame.T @ np.array([h.hand for h in found]).reshape(-1, 3, 3)
@@ -232,13 +236,18 @@ class _Takes:
         cost[(points[:, :1] - stand > LONGEST) | (stand > front)] = np.inf
         self._slides = slides @ arm.frame * (1.0, 1.0, 0.0)
         self._at = np.stack((stand, aside), axis=2)
+        # So far the base comes when the part is out of its way.
+        self._farthest = np.maximum(stand, self._limits(aside, joint.key)[0])
         self._last = self._at + self._slides[:2]
-        if self._slides.any():
-            # The base goes along, as far as it comes when the part is out of its way.
-            farthest = np.maximum(stand, self._limits(aside, joint.key)[0])
-            self._last[:, :, 0] = np.minimum(self._last[:, :, 0], farthest)
-        self._ends = np.array([h.point for h in ends]).reshape(-1, 3) @ arm.frame
-        cost += self._to_follow(arm.frame.T @ np.array([h.hand for h in ends]).reshape(-1, 3, 3))
+        self._last[:, :, 0] = np.minimum(self._last[:, :, 0], self._farthest)
+        self._along = [
+            (
+                np.array([h.point for h in then]).reshape(-1, 3) @ arm.frame,
+                arm.frame.T @ np.array([h.hand for h in then]).reshape(-1, 3, 3),
+            )
+            for then in along
+        ]
+        cost += self._to_follow(*self._along[-1])
         routes = np.arange(ROUND[-1] + 1)
         drawn = np.minimum(stand, here[0])[..., None] - np.array(BACKS)
         self._back = np.maximum(drawn, backing[..., None])
@@ -286,13 +295,14 @@ class _Takes:
         level += WRIST * np.linalg.norm(approach[:, :2], axis=1)[:, None]
         return np.asarray(np.clip(level, NEAREST, REACHES))
 
-    def _to_follow(self, hands: Array) -> Array:
+    def _to_follow(self, points: Array, hands: Array) -> Array:
         """Costs (N, S) of where the hand goes to with the part, from where the base is then.
 
         Args:
-            hands: orientations there (N, 3, 3), seen from the base's heading.
+            points: grip points there (N, 3), seen from the base's heading.
+            hands: orientations there (N, 3, 3), likewise.
         """
-        wrists = self._ends - WRIST * hands[:, :, 2]
+        wrists = points - WRIST * hands[:, :, 2]
         front = self._limits(wrists[:, 1:2])[0][:, 0]
         ahead, left, up = wrists.T - np.array(((0.0,), (0.0,), (self._arm.torso,)))
         least = np.stack((np.maximum(0.0, ahead - front), 0.0 * left, up), axis=1)
@@ -332,29 +342,41 @@ class _Takes:
         something.
         """
         which, place, _ = np.unravel_index(numbers, self._shape)
-        stands = np.concatenate((self._at[which, place], np.zeros((len(which), 1))), axis=1)
-        found, joints = np.zeros(len(numbers)), np.repeat(joints_now(self._arm), len(numbers), axis=0)
+        torso = np.full((len(which), 1), self._arm.torso)
+        stands = np.concatenate((self._at[which, place], torso), axis=1)
+        found, joints = (
+            np.zeros(len(numbers)),
+            np.repeat(joints_now(self._arm), len(numbers), axis=0),
+        )
         for before in (BEFORE, 0.0):
             points = self._points[which] - before * self._intos[which] - stands
             joints, there = solve(points, self._hands[which], joints)
             tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
             found[~there] = np.inf
             found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
-        if self._slides.any():
-            # The last is where the hand is drawn back to then.
-            shares = np.minimum(np.arange(GOES_ALONG) / (GOES_ALONG - 2), 1.0)[None, :, None]
-            way = (self._ends[which] - self._points[which])[:, None] * shares
-            way[:, -1] += LETS_GO * self._backs[which]
-            bases = stands[:, None] + self._slides * shares
-            bases[..., 0] = np.minimum(bases[..., 0], self._last[which, place, None, 0])
-            hands = np.repeat(self._hands[which][:, None], GOES_ALONG, axis=1)
-            joints_then, there = follow_way(joints, self._points[which, None] + way - bases, hands)
-            for number in range(1, GOES_ALONG):
-                found += MEETS * self._deep(
-                    joints_then[:, number], bases[:, number], float(shares[0, number, 0])
-                )
-            found += UNREACHED * ~there
+        for share, (grips, hands) in zip(SHARES, self._along, strict=True):
+            points, turned = grips[which], hands[which]
+            bases = stands + share * self._slides
+            bases[:, :2] += self._eased(points - WRIST * turned[:, :, 2] - bases)
+            bases[:, 0] = np.minimum(bases[:, 0], self._farthest[which, place])
+            joints, there = solve(points - bases, turned, joints, STRIDE)
+            found += MEETS * self._deep(joints, bases, share)
+        found += UNREACHED * ~there
+        points = points + LETS_GO * self._backs[which]
+        joints, _ = solve(points - bases, turned, joints, STRIDE)
+        found += MEETS * self._deep(joints, bases, share)
         return found
+
+    @staticmethod
+    def _eased(wrists: Array) -> Array:
+        """How far the base drives for the arm not to be stretched (K, 2), m.
+
+        Args:
+            wrists: seen from it (K, 3), m.
+        """
+        far = np.maximum(np.linalg.norm(wrists[:, :2], axis=1), 1e-9)
+        level = np.sqrt(np.maximum(0.0, FARTHEST**2 - reach_of(wrists * (0.0, 0.0, 1.0)) ** 2))
+        return np.asarray(wrists[:, :2] * np.maximum(0.0, 1.0 - level / far)[:, None])
 
     def _deep(self, joints: Array, stands: Array, share: float = 0.0) -> Array:
         """How deep the links are in something after a share of the way, m."""
