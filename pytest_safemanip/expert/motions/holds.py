@@ -25,6 +25,7 @@ from pytest_safemanip.expert.robot.hand import (
     palm_points,
 )
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
+from pytest_safemanip.expert.world.contacts import loads
 from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.standing import handles, solids
 from pytest_safemanip.expert.world.things import Piece, other_things, pieces
@@ -106,6 +107,11 @@ class Hold:
         along = approach - float(approach @ self.normal) * self.normal
         length = float(np.linalg.norm(along))
         return along / length if length > SIDEWAYS else approach
+
+    @property
+    def back(self) -> Array:
+        """The direction in which the hand draws back (3,): off a face that it points at."""
+        return -self.into if float(self.hand[:, 2] @ self.normal) > 0.0 else -self.hand[:, 2]
 
     @property
     def clear(self) -> Array:
@@ -190,7 +196,7 @@ def _crowded(arm: Arm, joint: Joint, found: Sequence[Hold], times: Array, rows: 
     deepest = np.zeros(len(found))
     for openness in times.tolist():
         later = [hold.moved(joint, openness - times[0], float(hold.pinched)) for hold in found]
-        deepest = np.maximum(deepest, _deep(arm, joint, openness, later, rows))
+        deepest = np.maximum(deepest, _deep(arm, joint, float(times[0]), openness, later, rows))
     costs = CROWDED * deepest + MEETS * (deepest > ROUGHLY)
     return [
         replace(hold, cost=hold.cost + float(more)) for hold, more in zip(found, costs, strict=True)
@@ -374,20 +380,21 @@ def _twisted(arm: Arm, hand: Array) -> float:
     return (yaw / 60.0) ** 2 + (roll / 150.0) ** 2
 
 
-def _deep(arm: Arm, joint: Joint, openness: float, later: Sequence[Hold], rows: int) -> Array:
+def _deep(
+    arm: Arm, joint: Joint, first: float, openness: float, later: Sequence[Hold], rows: int
+) -> Array:
     """How deep hands are in something when a part is as open as that (H,), m.
 
     Args:
         arm: the arm.
         joint: moves the part.
+        first: openness now.
         openness: of the part then.
         later: the holds then (H).
         rows: of points along the palm.
     """
     if not later:
         return np.zeros(0)
-    moved = [corners(p.pose, p.half)[None] for p in pieces(arm, joint, openness)]
-    things = [thing.corners[None] for thing in other_things(arm)]
     palm, frame = palm_points(rows), heading(arm)
     points = np.array(
         [
@@ -396,11 +403,31 @@ def _deep(arm: Arm, joint: Joint, openness: float, later: Sequence[Hold], rows: 
         ]
     )
     flat = (points @ frame).reshape(-1, 3)
-    still = solids(arm, but=joint.key), handles(arm, joint.key)
-    boxes = np.concatenate((*still, *moved, *things))
+    boxes = solids_then(arm, joint, first, openness)
     room = Room(boxes, frame, flat.min(axis=0), flat.max(axis=0))
     away = room.exactly(flat).reshape(len(later), -1).min(axis=1)
     return np.asarray(np.maximum(0.0, -away))
+
+
+def solids_then(arm: Arm, joint: Joint, first: float, openness: float) -> Array:
+    """Corners (N, 8, 3) of all that is solid when a part is as open as that, with what lies on it.
+
+    Args:
+        arm: the arm.
+        joint: moves the part.
+        first: openness now.
+        openness: of the part then.
+    """
+    moved = [corners(p.pose, p.half)[None] for p in pieces(arm, joint, openness)]
+    along, things = loads(arm, joint), list[Array]()
+    for thing in other_things(arm):
+        at = thing.corners
+        if thing.entity in along:
+            poses = np.concatenate((at, np.tile((1.0, 0.0, 0.0, 0.0), (len(at), 1))), axis=1)
+            at = carried(joint, poses, np.full(len(at), openness - first))[:, :3]
+        things.append(at[None])
+    still = solids(arm, but=joint.key), handles(arm, joint.key)
+    return np.concatenate((*still, *moved, *things))
 
 
 def _farthest(joint: Joint, part: Sequence[Piece]) -> float:

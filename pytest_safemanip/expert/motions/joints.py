@@ -14,17 +14,17 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.holds import Hold, holds, motion
-from pytest_safemanip.expert.motions.travelling import step_aside
+from pytest_safemanip.expert.motions.holds import Hold, holds, motion, solids_then
+from pytest_safemanip.expert.motions.travelling import joints_now, step_aside
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, LASTING
 from pytest_safemanip.expert.robot.hand import WRIST
-from pytest_safemanip.expert.robot.kinematics import bodies, reach_of, solve, strain
+from pytest_safemanip.expert.robot.kinematics import STRIDE, bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.candidates import OPTIONS, Candidates
 from pytest_safemanip.expert.world.room import Room, heading
-from pytest_safemanip.expert.world.standing import nearest, rearmost, solids
-from pytest_safemanip.expert.world.things import Furniture, other_things
+from pytest_safemanip.expert.world.standing import nearest, rearmost
+from pytest_safemanip.expert.world.things import Furniture
 from pytest_safemanip.expert.world.ways import Leg, go
 from pytest_safemanip.trace.elements import ROBOT, Joint
 
@@ -52,6 +52,9 @@ BLOCKED = 2.0
 FAR_OFF, DRIVES = 10.0, 2.0
 """Costs of each m by which the arm is too short for where it has to go to with the part, wherever
 the base stands, and of each m that the base has to drive meanwhile."""
+SHARES, UNREACHED = (1.0 / 3.0, 2.0 / 3.0, 1.0), 1.0
+"""Of the way on which the hand goes along: where it is looked at, and the cost of a hold with which
+the arm comes to the end of a joint there."""
 TIRED = 0.85
 """Share of its range up to which a joint goes easily."""
 MEETS, ROUGHLY = 60.0, 0.01
@@ -114,7 +117,8 @@ def move_joint(
             fixture,
             joint,
             hold,
-            next_,
+            # What is pushed does not come to rest in between.
+            next_ if hold.pinched else goal,
             partial(passed, next_),
         )
         hold = hold.moved(joint, fixture.openness(joint) - before, 0.0)
@@ -160,14 +164,12 @@ def take_hold(
     def ways() -> _Takes:
         found = holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips)
         found = [hold for hold in found if hold.pinched or not pinched]
-        ends = [hold.moved(joint, goal - first, float(hold.pinched)) for hold in found]
-        slides = _by_base(arm, joint) * (goal - first) * joint.travel * np.asarray(joint.axis)
-        return _Takes(arm, found, ends, slides)
+        return _Takes(arm, found, joint, first, goal)
 
     takes = arm.latest(f"{what} {goal} {slips} of {joint.key}", state, ways, LASTING)
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
     hold, legs = takes.free(number, joint)
-    yield from arm.open_to(hold.opening) if hold.opening else arm.grip(True)
+    yield from arm.open_to(hold.opening)
     *coming, last = legs
     yield from go(arm, coming)
 
@@ -189,17 +191,33 @@ class _Takes:
     Args:
         arm: the arm.
         found: the holds, the likeliest first.
-        ends: the same where the part is to be moved to.
-        slides: the way that it takes the base along (3,), m; zeros if it does not.
+        joint: moves the part.
+        first: openness now.
+        goal: openness wanted.
     """
 
     def __init__(
-        self, arm: Arm, found: Sequence[Hold], ends: Sequence[Hold], slides: Array
+        self,
+        arm: Arm,
+        found: Sequence[Hold],
+        joint: Joint,
+        first: float,
+        goal: float,
     ) -> None:
-        self._arm, self._holds = arm, found
+        self._arm, self._holds, self._joint = arm, found, joint
+        self._first, self._by = first, goal - first
+        along = [
+            [hold.moved(joint, share * self._by, float(hold.pinched)) for hold in found]
+            for share in SHARES
+        ]
+        ends = along[-1]
+        slides = _by_base(arm, joint) * self._by * joint.travel * np.asarray(joint.axis)
         points = np.array([h.point for h in found]).reshape(-1, 3) @ arm.frame
         hands = arm.frame.T @ np.array([h.hand for h in found]).reshape(-1, 3, 3)
-        self._intos = np.array([h.into for h in found]).reshape(-1, 3) @ arm.frame
+        self._intos, self._backs = (
+            np.array(ways).reshape(-1, 3) @ arm.frame
+            for ways in ([h.into for h in found], [h.back for h in ends])
+        )
         bearing = np.arctan2(hands[:, 1, 2], hands[:, 0, 2])
         bearing *= np.linalg.norm(hands[:, :2, 2], axis=1) > 0.3
         shift = np.tile(SHIFTS, len(REACHES))
@@ -218,8 +236,20 @@ class _Takes:
         cost = np.array([h.cost for h in found])[:, None] + np.append(effort, STAYS)
         cost += 2.0 * np.abs(ahead - stand)
         cost[(points[:, :1] - stand > LONGEST) | (stand > front)] = np.inf
-        cost += self._to_follow(stand, aside, ends)
+        self._slides = slides @ arm.frame * (1.0, 1.0, 0.0)
         self._at = np.stack((stand, aside), axis=2)
+        # So far the base comes when the part is out of its way.
+        self._farthest = np.maximum(stand, self._limits(aside, joint.key)[0])
+        self._last = self._at + self._slides[:2]
+        self._last[:, :, 0] = np.minimum(self._last[:, :, 0], self._farthest)
+        self._along = [
+            (
+                np.array([h.point for h in then]).reshape(-1, 3) @ arm.frame,
+                arm.frame.T @ np.array([h.hand for h in then]).reshape(-1, 3, 3),
+            )
+            for then in along
+        ]
+        cost += self._to_follow(*self._along[-1])
         routes = np.arange(ROUND[-1] + 1)
         drawn = np.minimum(stand, here[0])[..., None] - np.array(BACKS)
         self._back = np.maximum(drawn, backing[..., None])
@@ -240,7 +270,6 @@ class _Takes:
             axis=3,
         )
         self._points, self._hands, self._shape = points, hands, shape
-        self._slides = slides @ arm.frame * (1.0, 1.0, 0.0)
         total = cost[:, :, None] + 0.25 * routes + BLOCKED * blocked
         cells = np.round(self._at / GRID).astype(int).reshape(-1, 2)
         place = np.unique(cells, axis=0, return_inverse=True)[1].reshape(*cost.shape, 1)
@@ -268,13 +297,18 @@ class _Takes:
         level += WRIST * np.linalg.norm(approach[:, :2], axis=1)[:, None]
         return np.asarray(np.clip(level, NEAREST, REACHES))
 
-    def _to_follow(self, stand: Array, aside: Array, ends: Sequence[Hold]) -> Array:
-        """Costs (N, S) of where the hand goes to with the part, from some places of the base."""
-        arm = self._arm
-        wrists = np.array([h.point - WRIST * h.hand[:, 2] for h in ends]).reshape(-1, 3) @ arm.frame
+    def _to_follow(self, points: Array, hands: Array) -> Array:
+        """Costs (N, S) of where the hand goes to with the part, from where the base is then.
+
+        Args:
+            points: grip points there (N, 3), seen from the base's heading.
+            hands: orientations there (N, 3, 3), likewise.
+        """
+        wrists = points - WRIST * hands[:, :, 2]
         front = self._limits(wrists[:, 1:2])[0][:, 0]
-        ahead, left, up = wrists.T - np.array(((0.0,), (0.0,), (arm.torso,)))
+        ahead, left, up = wrists.T - np.array(((0.0,), (0.0,), (self._arm.torso,)))
         least = np.stack((np.maximum(0.0, ahead - front), 0.0 * left, up), axis=1)
+        stand, aside = np.moveaxis(self._last, 2, 0)
         up = np.broadcast_to(up[:, None], stand.shape)
         off = np.stack((ahead[:, None] - stand, left[:, None] - aside, up), axis=2)
         short, drives = (np.maximum(0.0, reach_of(way) - FARTHEST) for way in (least, off))
@@ -310,41 +344,64 @@ class _Takes:
         something.
         """
         which, place, _ = np.unravel_index(numbers, self._shape)
-        stands = np.concatenate((self._at[which, place], np.zeros((len(which), 1))), axis=1)
-        found = np.zeros(len(numbers))
-        for before in (0.0, BEFORE):
+        torso = np.full((len(which), 1), self._arm.torso)
+        stands = np.concatenate((self._at[which, place], torso), axis=1)
+        found, joints = (
+            np.zeros(len(numbers)),
+            np.repeat(joints_now(self._arm), len(numbers), axis=0),
+        )
+        for before in (BEFORE, 0.0):
             points = self._points[which] - before * self._intos[which] - stands
-            joints, there = solve(points, self._hands[which])
+            joints, there = solve(points, self._hands[which], joints)
             tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
             found[~there] = np.inf
             found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
-            if not before and self._slides.any():
-                # The base goes along with what slides far, and the arm keeps its posture.
-                found[there] += MEETS * self._deep(joints[there], stands[there] + self._slides)
+        for share, (grips, hands) in zip(SHARES, self._along, strict=True):
+            points, turned = grips[which], hands[which]
+            bases = stands + share * self._slides
+            bases[:, :2] += self._eased(points - WRIST * turned[:, :, 2] - bases)
+            bases[:, 0] = np.minimum(bases[:, 0], self._farthest[which, place])
+            joints, there = solve(points - bases, turned, joints, STRIDE)
+            found += MEETS * self._deep(joints, bases, share)
+        found += UNREACHED * ~there
+        points = points + LETS_GO * self._backs[which]
+        joints, _ = solve(points - bases, turned, joints, STRIDE)
+        found += MEETS * self._deep(joints, bases, share)
         return found
 
-    def _deep(self, joints: Array, stands: Array) -> Array:
-        """How deep the links are in something, m."""
+    @staticmethod
+    def _eased(wrists: Array) -> Array:
+        """How far the base drives for the arm not to be stretched (K, 2), m.
+
+        Args:
+            wrists: seen from it (K, 3), m.
+        """
+        far = np.maximum(np.linalg.norm(wrists[:, :2], axis=1), 1e-9)
+        level = np.sqrt(np.maximum(0.0, FARTHEST**2 - reach_of(wrists * (0.0, 0.0, 1.0)) ** 2))
+        return np.asarray(wrists[:, :2] * np.maximum(0.0, 1.0 - level / far)[:, None])
+
+    def _deep(self, joints: Array, stands: Array, share: float = 0.0) -> Array:
+        """How deep the links are in something after a share of the way, m."""
         if not len(joints):
             return np.zeros(0)
         arm, (middles, radii) = self._arm, bodies(joints)
         seen = (middles + stands[:, None]).reshape(-1, 3)
-        boxes = [thing.corners for thing in other_things(arm)]
-        boxes = np.concatenate((solids(arm), *(box[None] for box in boxes)))
+        openness = self._first + share * self._by
+        boxes = solids_then(arm, self._joint, self._first, openness)
         room = Room(boxes, heading(arm), seen.min(axis=0), seen.max(axis=0))
         away = room.exactly(seen).reshape(len(joints), -1) - radii
         return np.asarray(np.maximum(0.0, -away.min(axis=1) - ROUGHLY))
 
-    def _limits(self, aside: Array) -> tuple[Array, Array, Array, Array]:
+    def _limits(self, aside: Array, but: str = "") -> tuple[Array, Array, Array, Array]:
         """How far ahead, and how far back, the base may stand at some places sideways, and on the
-        way there from where it is, m.
+        way there from where it is, m; what a joint moves left out.
         """
         arm = self._arm
         here = round(arm.aside(arm.base) / GRID)
         cells = np.round(aside / GRID).astype(int)
         first, last = min(here, int(cells.min())), max(here, int(cells.max()))
         places, start = [n * GRID for n in range(first, last + 1)], here - first
-        front = np.array([nearest(arm, at, at) for at in places])
+        front = np.array([nearest(arm, at, at, but=but) for at in places])
         rear = np.array([rearmost(arm, at, at) for at in places])
         passing, backing = (
             np.append(least(side[start::-1])[::-1], least(side[start:])[1:])
@@ -539,7 +596,7 @@ def let_go(arm: Arm, hold: Hold) -> Motion:
     if hold.pinched:
         yield from arm.open_to(hold.opening)
     # What is pinched turned the hand, or turned between its fingers.
-    into = arm.rotation[:, 2] if hold.pinched else hold.into
-    for away in (hold.clear, -LETS_GO * into):
+    back = -arm.rotation[:, 2] if hold.pinched else hold.back
+    for away in (hold.clear, LETS_GO * back):
         if away.any():
             yield from arm.move(arm.position + away, tolerance=0.02, steps=40, required=False)

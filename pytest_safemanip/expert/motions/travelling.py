@@ -281,8 +281,10 @@ def _shoulder(arm: Arm) -> Array:
     return np.append(arm.base @ heading(arm)[:2, :2], arm.torso)
 
 
-def _joints(arm: Arm, point: Array, hand: Array) -> Array:
-    """The arm's joint angles (1, 7), its grip point and hand being there, from the base."""
+def joints_now(arm: Arm) -> Array:
+    """The arm's joint angles (1, 7)."""
+    frame = heading(arm)
+    point, hand = arm.position @ frame - _shoulder(arm), frame.T @ arm.rotation
     values = np.asarray(arm.step.qpos, np.float64)
     first = arm.memory("where the arm's joints are", lambda: find(values, point, hand))
     if first is None:
@@ -296,9 +298,7 @@ def check_bent(arm: Arm) -> None:
     Raises:
         SkillFailed: if it is not.
     """
-    frame = heading(arm)
-    point, hand = arm.position @ frame - _shoulder(arm), frame.T @ arm.rotation
-    if _joints(arm, point, hand)[0, ELBOW] > HIGH[ELBOW]:
+    if joints_now(arm)[0, ELBOW] > HIGH[ELBOW]:
         raise SkillFailed("the arm is straight, and would not bend again")
 
 
@@ -315,7 +315,7 @@ def _between(arm: Arm, point: Array, hand: Array) -> tuple[Array, Array, Array, 
     hands = np.array(turns) @ arm.rotation
     frame, shoulder = heading(arm), _shoulder(arm)
     seen, turned = points @ frame - shoulder, frame.T @ hands
-    start = _joints(arm, seen[0], turned[0])
+    start = joints_now(arm)
     joints, there = follow(start, seen[None], turned[None])
     if there[0]:
         return points, hands, joints[0], True

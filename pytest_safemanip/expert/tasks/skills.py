@@ -25,7 +25,6 @@ from pytest_safemanip.expert.motions.operating import (
     turn_timer,
     wait_for_release,
 )
-from pytest_safemanip.expert.places.dishwasher import close_by_edge
 from pytest_safemanip.expert.places.toaster_oven import close_rack, open_rack
 from pytest_safemanip.expert.robot.arm import Motion
 from pytest_safemanip.expert.tasks.calls import Call, read
@@ -50,7 +49,6 @@ Skill = Callable[..., Motion]
 SKILLS: Mapping[str, Skill] = MappingProxyType(
     {
         "close": close_all,
-        "close by edge": close_by_edge,
         "close rack of": close_rack,
         "cover with": cover,
         "drive to": drive_to,

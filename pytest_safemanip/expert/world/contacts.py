@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.world.things import Thing
-from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.elements import ROBOT, Joint, Part
 
 TOUCH_FORCE = 0.5
 """Force that shows that a load stands on something, N."""
@@ -24,14 +26,27 @@ def carried_by_something(arm: Arm, thing: Thing) -> bool:
 
 def carriers(arm: Arm, thing: Thing) -> set[str]:
     """The entities that press on an object from below, but for the robot."""
-    contacts, parts, found = arm.step.contacts, arm.scene.parts, set[str]()
+    below = {low.entity for up, low in _stacked(arm) if up.entity == thing.entity}
+    return below - {ROBOT}
+
+
+def loads(arm: Arm, joint: Joint) -> set[str]:
+    """The objects that lie on what a joint moves, or on what does."""
+    stacked = list(_stacked(arm))
+    found, more = set[str](), {up.entity for up, low in stacked if low.joint == joint.key}
+    while more:
+        found |= more
+        more = {up.entity for up, low in stacked if low.entity in found} - found
+    return found & set(arm.scene.object_index)
+
+
+def _stacked(arm: Arm) -> Iterator[tuple[Part, Part]]:
+    """Parts that press on each other, the upper one first."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
     for row in np.flatnonzero(contacts.force >= TOUCH_FORCE).tolist():
-        pair = parts[contacts.a[row]].entity, parts[contacts.b[row]].entity
-        if thing.entity in pair and ROBOT not in pair:
-            lift = float(contacts.normal[row, 2]) * (1.0 if pair[1] == thing.entity else -1.0)
-            if lift > LIFTS:
-                found |= set(pair) - {thing.entity}
-    return found
+        pair, lift = (parts[contacts.a[row]], parts[contacts.b[row]]), contacts.normal[row, 2]
+        if abs(lift) > LIFTS:
+            yield pair[::-1] if lift > 0.0 else pair
 
 
 def touched(arm: Arm, thing: Thing) -> bool:

@@ -110,7 +110,7 @@ def stand(arm: Arm, ahead: float, aside: float, speed: float = 0.7) -> Motion:
     yield from arm.drive(arm.floor_point(nearer, aside), speed=speed, steps=steps)
 
 
-def nearest(arm: Arm, right: float, left: float, past: float | None = None) -> float:
+def nearest(arm: Arm, right: float, left: float, past: float | None = None, but: str = "") -> float:
     """How far ahead the base may be anywhere between two places sideways, m.
 
     Args:
@@ -118,8 +118,9 @@ def nearest(arm: Arm, right: float, left: float, past: float | None = None) -> f
         right: the one place, along its left direction, m.
         left: the other one.
         past: what ends nearer than this is behind it, m ahead; None for where the base is now.
+        but: a joint, as ``entity/joint``; what it moves is left out.
     """
-    along, across, height = _extents(arm)
+    along, across, height = _extents(arm, but)
     ahead = along[:, 1] > (arm.ahead(arm.base) if past is None else past)
     limit = math.inf
     for bottom, top, front, half in BODY_FRONT:
@@ -158,11 +159,11 @@ def _crosses(across: Array, right: float, left: float) -> NDArray[np.bool_]:
     return crossing
 
 
-def _extents(arm: Arm) -> tuple[Array, Array, Array]:
+def _extents(arm: Arm, but: str = "") -> tuple[Array, Array, Array]:
     """Of every piece of furniture and its handles, from where to where it is along the base's
     forward and left directions and in height, m (N, 2) each.
     """
-    points = np.concatenate((solids(arm), handles(arm)))
+    points = np.concatenate((solids(arm, but=but), handles(arm, but)))
     seen = points[..., :2] @ arm.forward, points[..., :2] @ arm.left, points[..., 2]
     along, across, height = (np.stack((x.min(axis=1), x.max(axis=1)), axis=1) for x in seen)
     return along, across, height
