@@ -546,9 +546,10 @@ def _drive(arm: Arm, way: Array, speed: float) -> Array | None:
         return None
     ahead, aside = ahead / length, aside / length
     here = arm.ahead(arm.base), arm.aside(arm.base)
-    ends = sorted((here[1], here[1] + LOOKAHEAD * aside))
+    beside = here[1] + LOOKAHEAD * aside
+    ends = min(here[1], beside), max(here[1], beside)
     if nearest(arm, *ends) < here[0]:
-        aside, ends = 0.0, [here[1], here[1]]
+        aside, ends = 0.0, (here[1], here[1])
     front = nearest(arm, *ends)
     if front < here[0]:
         ahead = -1.0
