@@ -249,8 +249,10 @@ class _Takes:
         ]
         cost += self._to_follow(*self._along[-1])
         routes = np.arange(ROUND[-1] + 1)
-        drawn = np.minimum(stand, here[0])[..., None] - np.array(BACKS)
-        self._back = np.maximum(drawn, backing[..., None])
+        near = np.minimum(stand, here[0])[..., None]
+        drawn, most = near - np.array(BACKS), backing[..., None]
+        # What it is beside is not behind it when it has drawn back.
+        self._back = np.where(most > near, drawn, np.maximum(drawn, most))
         straight = np.repeat(np.maximum(stand, here[0])[..., None], ROUND[0], axis=2)
         blocked = passing[..., None] < np.append(straight, self._back, axis=2)
         pushed = np.array([not h.pinched for h in found])
@@ -486,7 +488,8 @@ def follow(
                 return
             mark = now
         most = fastest if by_base or eases is None else fastest / 2.0
-        wanted = float(np.clip((goal - now) * way * long / brake, SLOWEST, most))
+        left = max(0.0, (goal - now) * way * long)
+        wanted = float(np.clip(math.sqrt(2.0 * left * fastest / brake), SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
         most = min(most, FRICTION * _gripping(arm) / STIFFNESS) if pulls else most
         gain = LEAD_GAIN if rate < wanted else YIELD_GAIN
