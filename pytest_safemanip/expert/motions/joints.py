@@ -353,6 +353,10 @@ class _Takes:
         for before in (BEFORE, 0.0):
             points = self._points[which] - before * self._intos[which] - stands
             joints, there = solve(points, self._hands[which], joints)
+            # It may come there in other ways than straight.
+            far = ~there
+            joints[far], there[far] = solve(points[far], self._hands[which][far])
+            found += UNREACHED * far
             tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
             found[~there] = np.inf
             found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
