@@ -98,7 +98,7 @@ def move_joint(
     slips, first = False, fixture.openness(joint)
     # Another hold is likelier to help than other stages, and is asked for first.
     arm.choices.choose(f"hold 1 of {joint.name}", range(OPTIONS))
-    swings = joint.kind == "hinge" and float(np.linalg.norm(joint.half)) > TWISTED
+    swings = _swings(joint)
     wide = swings and (first - goal) * abs(joint.travel) > WIDE
     stages = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else STAGES)
     for number in range(1, HOLDS + stages):
@@ -360,6 +360,9 @@ class _Takes:
             tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
             found[~there] = np.inf
             found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
+        if not _swings(self._joint) and self._joint.kind == "hinge":
+            # The hand turns on the spot, as far as it goes.
+            return found
         for share, (grips, hands) in zip(SHARES, self._along, strict=True):
             points, turned = grips[which], hands[which]
             bases = stands + share * self._slides
@@ -517,6 +520,11 @@ def follow(
         else:
             driven = None
         yield arm.towards(ahead.point, ahead.hand) if driven is None else driven
+
+
+def _swings(joint: Joint) -> bool:
+    """Whether a part swings about a hinge, as doors do and knobs do not."""
+    return joint.kind == "hinge" and float(np.linalg.norm(joint.half)) > TWISTED
 
 
 def _by_base(arm: Arm, joint: Joint) -> bool:
