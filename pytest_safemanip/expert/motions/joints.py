@@ -98,7 +98,7 @@ def move_joint(
     slips, first = False, fixture.openness(joint)
     # Another hold is likelier to help than other stages, and is asked for first.
     arm.choices.choose(f"hold 1 of {joint.name}", range(OPTIONS))
-    swings = joint.kind == "hinge" and float(np.linalg.norm(joint.half)) > TWISTED
+    swings = _swings(joint)
     wide = swings and (first - goal) * abs(joint.travel) > WIDE
     stages = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else STAGES)
     for number in range(1, HOLDS + stages):
@@ -251,8 +251,10 @@ class _Takes:
         ]
         cost += self._to_follow(*self._along[-1])
         routes = np.arange(ROUND[-1] + 1)
-        drawn = np.minimum(stand, here[0])[..., None] - np.array(BACKS)
-        self._back = np.maximum(drawn, backing[..., None])
+        near = np.minimum(stand, here[0])[..., None]
+        drawn, most = near - np.array(BACKS), backing[..., None]
+        # What it is beside is not behind it when it has drawn back.
+        self._back = np.where(most > near, drawn, np.maximum(drawn, most))
         straight = np.repeat(np.maximum(stand, here[0])[..., None], ROUND[0], axis=2)
         blocked = passing[..., None] < np.append(straight, self._back, axis=2)
         pushed = np.array([not h.pinched for h in found])
@@ -353,9 +355,16 @@ class _Takes:
         for before in (BEFORE, 0.0):
             points = self._points[which] - before * self._intos[which] - stands
             joints, there = solve(points, self._hands[which], joints)
+            # It may come there in other ways than straight.
+            far = ~there
+            joints[far], there[far] = solve(points[far], self._hands[which][far])
+            found += UNREACHED * far
             tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
             found[~there] = np.inf
             found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
+        if not _swings(self._joint) and self._joint.kind == "hinge":
+            # The hand turns on the spot, as far as it goes.
+            return found
         for share, (grips, hands) in zip(SHARES, self._along, strict=True):
             points, turned = grips[which], hands[which]
             bases = stands + share * self._slides
@@ -488,7 +497,8 @@ def follow(
                 return
             mark = now
         most = fastest if by_base or eases is None else fastest / 2.0
-        wanted = float(np.clip((goal - now) * way * long / brake, SLOWEST, most))
+        left = max(0.0, (goal - now) * way * long)
+        wanted = float(np.clip(math.sqrt(2.0 * left * fastest / brake), SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
         most = min(most, FRICTION * _gripping(arm) / STIFFNESS) if pulls else most
         gain = LEAD_GAIN if rate < wanted else YIELD_GAIN
@@ -512,6 +522,11 @@ def follow(
         else:
             driven = None
         yield arm.towards(ahead.point, ahead.hand) if driven is None else driven
+
+
+def _swings(joint: Joint) -> bool:
+    """Whether a part swings about a hinge, as doors do and knobs do not."""
+    return joint.kind == "hinge" and float(np.linalg.norm(joint.half)) > TWISTED
 
 
 def _by_base(arm: Arm, joint: Joint) -> bool:

@@ -110,7 +110,9 @@ def stand(arm: Arm, ahead: float, aside: float, speed: float = 0.7) -> Motion:
     yield from arm.drive(arm.floor_point(nearer, aside), speed=speed, steps=steps)
 
 
-def nearest(arm: Arm, right: float, left: float, past: float | None = None, but: str = "") -> float:
+def nearest(
+    arm: Arm, right: float, left: float, past: float | None = None, *, but: str = ""
+) -> float:
     """How far ahead the base may be anywhere between two places sideways, m.
 
     Args:
