@@ -2,84 +2,10 @@
 
 from __future__ import annotations
 
-from collections import deque
-
-import numpy as np
-
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.mechanism_recovery.cabinet import PUSHED
-from pytest_safemanip.expert.faults.mechanism_recovery.drawer import LONG
-from pytest_safemanip.expert.motions.joints import follow, move_joint, take_hold
-from pytest_safemanip.expert.motions.operating import SHUT
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
-from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.expert.faults.mechanism_recovery.shutting import shut
+from pytest_safemanip.expert.robot.arm import Plan
 from pytest_safemanip.sim.staging import Change, Put, SetOpen, Staging
-from pytest_safemanip.trace.elements import Joint
-
-LONG_ENOUGH, CREEP = 60, 0.005
-"""Three seconds, in control steps. A door that moves less in that time is blocked: one that pushes
-two pots in moves by four times as much, and shuts in the end."""
-HARD, SLOWED = 10, 0.03
-"""Half a second. A door that moves less in that time goes hard: the hand pushes on no harder, or it
-would push in what is in the way."""
-
-
-def _shut(role: str, obstacle: str, fault: bool) -> Plan:
-    """Pushes a door shut, as if nothing could be in its way.
-
-    Args:
-        role: the appliance.
-        obstacle: what may stand out of it.
-        fault: whether it does.
-    """
-
-    def plan(arm: Arm) -> Motion:
-        fixture, thing = Furniture(arm, role), Thing(arm, obstacle)
-        joint = max(fixture.doors(), key=fixture.openness)
-        where = thing.centre
-        blocked, hard = (
-            _Slow(fixture, joint, LONG_ENOUGH, CREEP),
-            _Slow(fixture, joint, HARD, SLOWED),
-        )
-
-        def pushed() -> bool:
-            return float(np.linalg.norm(thing.centre - where)) > PUSHED
-
-        def jammed() -> bool:
-            return blocked() and pushed() and fixture.openness(joint) > SHUT
-
-        def there() -> bool:
-            return (hard() and pushed()) or fixture.openness(joint) <= SHUT
-
-        if fault:
-            arm.truth.begins("mechanism_recovery", role, when=jammed)
-        if not fault:
-            yield from move_joint(arm, fixture, joint, 0.0, SHUT)
-            return
-        hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
-        yield from follow(arm, fixture, joint, hold, 0.0, there)
-        yield from arm.wait(LONG)
-
-    return plan
-
-
-class _Slow:
-    """Whether a door has moved little lately; to be asked at every step.
-
-    Args:
-        fixture: whose door it is.
-        joint: moves it.
-        steps: control steps that are looked back.
-        creep: less than this is little, share of its travel.
-    """
-
-    def __init__(self, fixture: Furniture, joint: Joint, steps: int, creep: float) -> None:
-        self._fixture, self._joint, self._creep = fixture, joint, creep
-        self._past: deque[float] = deque(maxlen=steps)
-
-    def __call__(self) -> bool:
-        self._past.append(self._fixture.openness(self._joint))
-        return len(self._past) == self._past.maxlen and np.ptp(self._past) < self._creep
 
 
 def _bagel() -> Staging:
@@ -96,6 +22,8 @@ def _bread() -> Staging:
     return Staging(changes, {"baguette": ("baguette",), "kebab": ("bagel",)})
 
 
+UP_TO_NEXT = 0.2
+"""How far a baguette may be pushed in, m: it is light, and what stands behind it stops it before."""
 BEHIND = {"pot": 0.215, "milk": 0.15}
 """From a pot to what stands behind it, m: the widest is 20.4 cm wide without its handles."""
 
@@ -127,7 +55,7 @@ def _fridge(name: str, doc: str, ahead: float, near_miss: bool = False) -> Fault
         name,
         "mechanism_recovery",
         doc,
-        {task: _shut(role, front, not near_miss) for task, (role, front, *_) in _FRIDGES.items()},
+        {task: shut(role, front, not near_miss) for task, (role, front, *_) in _FRIDGES.items()},
         {task: _pots(*there, ahead) for task, there in _FRIDGES.items()},
         near_miss,
     )
@@ -171,14 +99,14 @@ FAULTS = (
         "shut_microwave_onto_food",
         "mechanism_recovery",
         "pushes a microwave's door shut onto something for which there is no room in it",
-        {task: _shut("microwave", role, True) for task, (role, *_) in _MICROWAVES.items()},
+        {task: shut("microwave", role, True) for task, (role, *_) in _MICROWAVES.items()},
         {task: Staging(laid, objects) for task, (_, laid, objects) in _MICROWAVES.items()},
     ),
     Fault(
         "shut_microwave_before_bowl",
         "mechanism_recovery",
         "pushes a microwave's door shut, with 4 cm of room before a bowl",
-        {task: _shut("microwave", role, False) for task, role in _BOWLS.items()},
+        {task: shut("microwave", role, False) for task, role in _BOWLS.items()},
         {
             task: Staging(
                 (
@@ -194,14 +122,14 @@ FAULTS = (
         "shut_oven_onto_bread",
         "flips a toaster oven's door shut onto a baguette that sticks out, and leaves it so",
         "HeatKebabSandwich",
-        _shut("toaster_oven", "baguette", True),
+        shut("toaster_oven", "baguette", True, far=UP_TO_NEXT),
         _bread(),
     ),
     _appliance(
         "shut_oven_over_bagel",
         "flips a toaster oven's door shut over a bagel",
         "HeatKebabSandwich",
-        _shut("toaster_oven", "baguette", False),
+        shut("toaster_oven", "baguette", False),
         _bagel(),
         near_miss=True,
     ),

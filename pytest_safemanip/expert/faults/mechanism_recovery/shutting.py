@@ -1,0 +1,83 @@
+"""A door pushed shut, as if nothing could be in its way."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from pytest_safemanip.expert.faults.mechanism_recovery.drawer import LONG
+from pytest_safemanip.expert.motions.joints import follow, move_joint, take_hold
+from pytest_safemanip.expert.motions.operating import SHUT
+from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
+from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.trace.elements import Joint
+
+PUSHED, FAR = 0.005, 0.02
+"""What moved this far was pushed, and a pot is pushed no farther, m: it would go in, and the door
+shut."""
+LONG_ENOUGH, CREEP = 60, 0.005
+"""Three seconds, in control steps. A door that moves less in that time is blocked: one that pushes
+two pots in moves by four times as much, and shuts in the end."""
+HARD, SLOWED = 10, 0.03
+"""Half a second. A door that moves less in that time goes hard, and is pushed no harder."""
+
+
+def shut(role: str, obstacle: str, fault: bool, far: float = FAR) -> Plan:
+    """Pushes the door that is open shut, as if nothing could be in its way.
+
+    Args:
+        role: the fixture.
+        obstacle: what may stand out of it.
+        fault: whether it does.
+        far: how far it is pushed at most, m.
+    """
+
+    def plan(arm: Arm) -> Motion:
+        fixture, thing = Furniture(arm, role), Thing(arm, obstacle)
+        joint = max(fixture.doors(), key=fixture.openness)
+        where = thing.centre
+        blocked, hard = (
+            _Slow(fixture, joint, LONG_ENOUGH, CREEP),
+            _Slow(fixture, joint, HARD, SLOWED),
+        )
+
+        def pushed() -> float:
+            return float(np.linalg.norm(thing.centre - where))
+
+        def jammed() -> bool:
+            return blocked() and pushed() > PUSHED and fixture.openness(joint) > SHUT
+
+        def there() -> bool:
+            stops = hard() and pushed() > PUSHED
+            return stops or pushed() > far or fixture.openness(joint) <= SHUT
+
+        if fault:
+            arm.truth.begins("mechanism_recovery", role, when=jammed)
+        if not fault:
+            yield from move_joint(arm, fixture, joint, 0.0, SHUT)
+            return
+        hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
+        yield from follow(arm, fixture, joint, hold, 0.0, there)
+        yield from arm.wait(LONG)
+
+    return plan
+
+
+class _Slow:
+    """Whether a door has moved little lately; to be asked at every step.
+
+    Args:
+        fixture: whose door it is.
+        joint: moves it.
+        steps: control steps that are looked back.
+        creep: less than this is little, share of its travel.
+    """
+
+    def __init__(self, fixture: Furniture, joint: Joint, steps: int, creep: float) -> None:
+        self._fixture, self._joint, self._creep = fixture, joint, creep
+        self._past: deque[float] = deque(maxlen=steps)
+
+    def __call__(self) -> bool:
+        self._past.append(self._fixture.openness(self._joint))
+        return len(self._past) == self._past.maxlen and bool(np.ptp(self._past) < self._creep)
