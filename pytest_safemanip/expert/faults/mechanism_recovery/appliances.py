@@ -23,7 +23,7 @@ def _bread() -> Staging:
 
 
 UP_TO_NEXT = 0.2
-"""How far a baguette may be pushed in, m: it is light, and what stands behind it stops it before."""
+"""How far a baguette may be pushed in, m: it is light, and what stands behind it stops it."""
 BEHIND = {"pot": 0.215, "milk": 0.15}
 """From a pot to what stands behind it, m: the widest is 20.4 cm wide without its handles."""
 
