@@ -6,20 +6,11 @@ from collections.abc import Callable, Hashable, Sequence
 
 import numpy as np
 
+from pytest_safemanip.expert.motions.approaching import draw_back, go_before, holding, turned_over
 from pytest_safemanip.expert.motions.handholds import SHALLOW, TIPS_OFF, Part, handholds, poses
 from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
-from pytest_safemanip.expert.motions.reaching import (
-    Pose,
-    Reach,
-    Reaching,
-    Ways,
-    any_heading,
-    draw_back,
-    go_before,
-    holding,
-    turned_over,
-)
+from pytest_safemanip.expert.motions.reaching import Pose, Reach, Reaching, Ways, any_heading
 from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING

@@ -7,25 +7,32 @@ where the arm would be stretched. Where the hand lost it, or came to its end, it
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.holds import Hold, holds, motion, solids_then
-from pytest_safemanip.expert.motions.travelling import joints_now, step_aside
-from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
+from pytest_safemanip.expert.motions.holds import Hold, holds, motion
+from pytest_safemanip.expert.motions.taking import (
+    FARTHEST,
+    LETS_GO,
+    NEAREST,
+    TWISTED,
+    Takes,
+    by_base,
+    swings,
+)
+from pytest_safemanip.expert.motions.travelling import step_aside
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.base import BASE_DEAD_BAND, LASTING
 from pytest_safemanip.expert.robot.hand import WRIST
-from pytest_safemanip.expert.robot.kinematics import STRIDE, bodies, reach_of, solve, strain
+from pytest_safemanip.expert.robot.kinematics import reach_of
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.candidates import OPTIONS, Candidates
-from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.candidates import OPTIONS
 from pytest_safemanip.expert.world.standing import nearest, rearmost
 from pytest_safemanip.expert.world.things import Furniture
-from pytest_safemanip.expert.world.ways import Leg, go
+from pytest_safemanip.expert.world.ways import go
 from pytest_safemanip.trace.elements import ROBOT, Joint
 
 STAGES, WIDE_STAGES, WIDE = (1, 2, 3), (2, 1, 3), 1.2
@@ -35,35 +42,41 @@ HOLDS = 4
 """How often a part is taken hold of at most."""
 STUCK = 0.02
 """A hold that takes it less far along, share of its travel, is the last one."""
-REACHES, STRETCHES = (0.64, 0.54, 0.74), (0.60, 0.54, 0.64)
-"""Base to hand, and from the arm's shoulder to its wrist at most then, m."""
-SHIFTS = (0.0, 0.13, -0.13, 0.3, -0.3, 0.45, -0.45)
-"""How much farther to the left than in line with the hand the base stands, m."""
-LONGEST, STAYS = 0.86, 0.6
-"""Base to hand at most, m, and the cost of staying where it is."""
-BEFORE, NEAR = 0.12, 0.03
-"""From where a hand comes straight in, and slowly, m."""
-STRAIGHT, OVER, *ROUND = range(4)
-"""Routes there: straight, from above, and with the base drawn back before it drives aside."""
-ABOVE, BACKS = 0.16, (0.30, 0.65)
-"""How far above, and how far back, m."""
-BLOCKED = 2.0
-"""Cost of driving straight where something stands."""
-FAR_OFF, DRIVES = 10.0, 2.0
-"""Costs of each m by which the arm is too short for where it has to go to with the part, wherever
-the base stands, and of each m that the base has to drive meanwhile."""
-SHARES, UNREACHED = (1.0 / 3.0, 2.0 / 3.0, 1.0), 1.0
-"""Of the way on which the hand goes along: where it is looked at, and the cost of a hold with which
-the arm comes to the end of a joint there."""
-TIRED = 0.85
-"""Share of its range up to which a joint goes easily."""
-MEETS, ROUGHLY = 60.0, 0.01
-"""Cost of each m by which the balls around a link are in something, and by how much they are larger
-than it, m."""
-GRID = 0.02
-"""Between places sideways at which it is looked how far ahead the base may stand, m."""
-LETS_GO = 0.10
-"""How far the hand draws back from what it held, m."""
+SLOWEST, FASTEST, PULLED, BRAKE = 0.02, 0.15, 0.08, 1.0
+"""Speeds of what is moved, m/s, of a door that is pulled by its handle, which creeps out of the
+fingers the more the harder they pull, and in how many seconds it comes to rest, s."""
+LEAST_LEAD, MOST_LEAD, LEAD_GAIN, YIELD_GAIN = 0.004, 0.05, 0.01, 0.03
+"""How far ahead of the part the hand aims to press on it, m, and how much farther, or less far, in
+each control step for each m/s that the part is too slow, or too fast."""
+STIFFNESS, LAGS = 500.0, 0.19
+"""Of the hand, N/m, and by how much it lags behind where it aims, s."""
+FRICTION = 0.6
+"""Share of the fingers' force by which a hand pulls, for what they pinch not to slip."""
+PATIENCE = 30
+"""Control steps in which a part that is pushed with all force has to have moved."""
+CREEPS, CREPT = 60, 0.006
+"""Control steps in which any part has to have moved so far, m."""
+WITHIN = 0.03
+"""How far inside of that the base brings it, m."""
+STEPS = 500
+"""Control steps of one hold at most."""
+OFF = 0.04
+"""A hand that is farther from where it holds has lost it, m."""
+BY_HAND = 0.05
+"""The last stretch, which the base would not end gently, m."""
+BETWEEN = 4
+"""Control steps between two in which the hand goes on while the base drives."""
+BASE_SPEED = 0.37
+"""Of the base at a full command, m/s."""
+SETTLES, RESTS = 40, 0.02
+"""Control steps in which a part comes to rest, and how much of its travel it then moves in 1 s."""
+LOOKAHEAD = 0.06
+"""How far ahead of it is looked for what stands there, m."""
+TURNS = (0.75, 1.0, 0.0)
+"""Shares of a door's turn that a hand turns with it; the bar turns between the pads."""
+TWIST, TWISTING = 0.08, 0.03
+"""A hand that turns with what it holds does so as fast as a point TWISTED off the hinge at this
+speed, m/s, and is so far ahead at most, m."""
 
 
 def move_joint(
@@ -98,8 +111,7 @@ def move_joint(
     slips, first = False, fixture.openness(joint)
     # Another hold is likelier to help than other stages, and is asked for first.
     arm.choices.choose(f"hold 1 of {joint.name}", range(OPTIONS))
-    swings = _swings(joint)
-    wide = swings and (first - goal) * abs(joint.travel) > WIDE
+    wide = swings(joint) and (first - goal) * abs(joint.travel) > WIDE
     stages = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else STAGES)
     for number in range(1, HOLDS + stages):
         if there():
@@ -161,10 +173,10 @@ def take_hold(
     first = fixture.openness(joint)
     state = arm.step.joint.tobytes(), arm.step.eef_pose.tobytes(), arm.step.base_pose.tobytes()
 
-    def ways() -> _Takes:
+    def ways() -> Takes:
         found = holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips)
         found = [hold for hold in found if hold.pinched or not pinched]
-        return _Takes(arm, found, joint, first, goal)
+        return Takes(arm, found, joint, first, goal)
 
     takes = arm.latest(f"{what} {goal} {slips} of {joint.key}", state, ways, LASTING)
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
@@ -183,283 +195,6 @@ def take_hold(
         return now()
     yield from arm.grip(True)
     return replace(hold, contact=arm.position, point=arm.position)
-
-
-class _Takes:
-    """Ways to take hold of a part: each a hold, a place of the base, and a route.
-
-    Args:
-        arm: the arm.
-        found: the holds, the likeliest first.
-        joint: moves the part.
-        first: openness now.
-        goal: openness wanted.
-    """
-
-    def __init__(
-        self,
-        arm: Arm,
-        found: Sequence[Hold],
-        joint: Joint,
-        first: float,
-        goal: float,
-    ) -> None:
-        self._arm, self._holds, self._joint = arm, found, joint
-        self._first, self._by = first, goal - first
-        along = [
-            [hold.moved(joint, share * self._by, float(hold.pinched)) for hold in found]
-            for share in SHARES
-        ]
-        ends = along[-1]
-        slides = _by_base(arm, joint) * self._by * joint.travel * np.asarray(joint.axis)
-        points = np.array([h.point for h in found]).reshape(-1, 3) @ arm.frame
-        hands = arm.frame.T @ np.array([h.hand for h in found]).reshape(-1, 3, 3)
-        self._intos, self._backs = (
-            np.array(ways).reshape(-1, 3) @ arm.frame
-            for ways in ([h.into for h in found], [h.back for h in ends])
-        )
-        bearing = np.arctan2(hands[:, 1, 2], hands[:, 0, 2])
-        bearing *= np.linalg.norm(hands[:, :2, 2], axis=1) > 0.3
-        shift = np.tile(SHIFTS, len(REACHES))
-        far = np.repeat(self._reaches(points, hands), len(SHIFTS), axis=1)
-        effort = 0.3 * np.repeat(range(len(REACHES)), len(SHIFTS)) + 1.5 * np.abs(shift)
-        aside = points[:, 1:2] - far * np.sin(bearing)[:, None] + shift
-        nearer = far - np.sqrt(np.maximum(far**2 - shift**2, NEAREST**2))
-        ahead = points[:, :1] - far * np.cos(bearing)[:, None] + nearer
-        here = arm.ahead(arm.base), arm.aside(arm.base)
-        ahead, aside = (
-            np.append(places, np.full((len(found), 1), stays), axis=1)
-            for places, stays in zip((ahead, aside), here, strict=True)
-        )
-        front, rear, passing, backing = self._limits(aside)
-        stand = np.maximum(np.minimum(ahead, front), rear)
-        cost = np.array([h.cost for h in found])[:, None] + np.append(effort, STAYS)
-        cost += 2.0 * np.abs(ahead - stand)
-        cost[(points[:, :1] - stand > LONGEST) | (stand > front)] = np.inf
-        self._slides = slides @ arm.frame * (1.0, 1.0, 0.0)
-        self._at = np.stack((stand, aside), axis=2)
-        # So far the base comes when the part is out of its way.
-        self._farthest = np.maximum(stand, self._limits(aside, joint.key)[0])
-        self._last = self._at + self._slides[:2]
-        self._last[:, :, 0] = np.minimum(self._last[:, :, 0], self._farthest)
-        self._along = [
-            (
-                np.array([h.point for h in then]).reshape(-1, 3) @ arm.frame,
-                arm.frame.T @ np.array([h.hand for h in then]).reshape(-1, 3, 3),
-            )
-            for then in along
-        ]
-        cost += self._to_follow(*self._along[-1])
-        routes = np.arange(ROUND[-1] + 1)
-        near = np.minimum(stand, here[0])[..., None]
-        drawn, most = near - np.array(BACKS), backing[..., None]
-        # What it is beside is not behind it when it has drawn back.
-        self._back = np.where(most > near, drawn, np.maximum(drawn, most))
-        straight = np.repeat(np.maximum(stand, here[0])[..., None], ROUND[0], axis=2)
-        blocked = passing[..., None] < np.append(straight, self._back, axis=2)
-        pushed = np.array([not h.pinched for h in found])
-        own = np.concatenate(
-            (points / 0.08, hands[:, :, 2] / 0.5, hands[:, :, 0] / 0.7, pushed[:, None] * 1.5),
-            axis=1,
-        )
-        shape = *cost.shape, len(routes)
-        features = np.concatenate(
-            (
-                np.broadcast_to(own[:, None, None], (*shape, own.shape[1])),
-                np.broadcast_to(self._at[:, :, None] / 0.12, (*shape, 2)),
-                np.broadcast_to(1.5 * routes[:, None], (*shape, 1)),
-            ),
-            axis=3,
-        )
-        self._points, self._hands, self._shape = points, hands, shape
-        total = cost[:, :, None] + 0.25 * routes + BLOCKED * blocked
-        cells = np.round(self._at / GRID).astype(int).reshape(-1, 2)
-        place = np.unique(cells, axis=0, return_inverse=True)[1].reshape(*cost.shape, 1)
-        drives = place * len(routes) + np.maximum(routes, OVER)
-        table = features.reshape(total.size, own.shape[1] + 3)
-        self._all = Candidates(total.ravel(), table, own.shape[1], drives.ravel(), self._hard)
-
-    def free(self, number: int, joint: Joint) -> tuple[Hold, Sequence[Leg]]:
-        """The number-th of those whose way is free, and that way.
-
-        Raises:
-            SkillFailed: if there are no so many.
-        """
-        names = sorted({part.name for part in self._arm.scene.parts if part.joint == joint.key})
-        permits = [("finger", f"{joint.entity}/{name}") for name in names]
-        goal = f"the {names[0] if names else 'part'} of {joint.entity}"
-        chosen = self._all.free(number, self._arm, self._way, permits, goal)
-        return self._holds[self._index(chosen)[0]], self._way(chosen)[0]
-
-    def _reaches(self, points: Array, hands: Array) -> Array:
-        """How far from holds the base is to stand (N, R), m: nearer if they are high or low."""
-        approach = hands[:, :, 2]
-        up = reach_of((points - WRIST * approach - (0.0, 0.0, self._arm.torso)) * (0.0, 0.0, 1.0))
-        level = np.sqrt(np.maximum(0.0, np.square(STRETCHES) - up[:, None] ** 2))
-        level += WRIST * np.linalg.norm(approach[:, :2], axis=1)[:, None]
-        return np.asarray(np.clip(level, NEAREST, REACHES))
-
-    def _to_follow(self, points: Array, hands: Array) -> Array:
-        """Costs (N, S) of where the hand goes to with the part, from where the base is then.
-
-        Args:
-            points: grip points there (N, 3), seen from the base's heading.
-            hands: orientations there (N, 3, 3), likewise.
-        """
-        wrists = points - WRIST * hands[:, :, 2]
-        front = self._limits(wrists[:, 1:2])[0][:, 0]
-        ahead, left, up = wrists.T - np.array(((0.0,), (0.0,), (self._arm.torso,)))
-        least = np.stack((np.maximum(0.0, ahead - front), 0.0 * left, up), axis=1)
-        stand, aside = np.moveaxis(self._last, 2, 0)
-        up = np.broadcast_to(up[:, None], stand.shape)
-        off = np.stack((ahead[:, None] - stand, left[:, None] - aside, up), axis=2)
-        short, drives = (np.maximum(0.0, reach_of(way) - FARTHEST) for way in (least, off))
-        return np.asarray(FAR_OFF * short[:, None] + DRIVES * drives)
-
-    def _index(self, number: int) -> tuple[int, int, int]:
-        hold, stand, route = np.unravel_index(number, self._shape)
-        return int(hold), int(stand), int(route)
-
-    def _way(self, number: int) -> tuple[Sequence[Leg], float]:
-        which, place, route = self._index(number)
-        arm, hold, (ahead, aside) = self._arm, self._holds[which], self._at[which, place].tolist()
-        hand, near = hold.hand, hold.point + hold.clear
-        before = near - BEFORE * hold.into
-        stand, near_by = Leg(arm.floor_point(ahead, aside)), 0.006 if hold.pinched else 0.012
-        legs = [
-            Leg(before, hand, 0.02),
-            Leg(near - NEAR * hold.into, hand, near_by, 0.6, 80, exact=True),
-            *([Leg(near, hand, near_by, 0.3, 50, exact=True)] if hold.clear.any() else []),
-            Leg(hold.point, hand, 0.008, 0.3, 50, touches=True),
-        ]
-        if route == STRAIGHT:
-            return [stand, *legs], hold.opening
-        if route == OVER:
-            return [stand, Leg(raised(before, ABOVE), hand, 0.03), *legs], hold.opening
-        back = float(self._back[which, place, route - ROUND[0]])
-        drawn = [Leg(arm.floor_point(back, side)) for side in (arm.aside(arm.base), aside)]
-        posed = Leg(before - arm.onward(ahead - back), hand, 0.03)
-        return [*drawn, posed, stand, *legs], hold.opening
-
-    def _hard(self, numbers: NDArray[np.intp]) -> Array:
-        """How hard the postures of some are for the arm, and how deep its links would be in
-        something.
-        """
-        which, place, _ = np.unravel_index(numbers, self._shape)
-        torso = np.full((len(which), 1), self._arm.torso)
-        stands = np.concatenate((self._at[which, place], torso), axis=1)
-        found, joints = (
-            np.zeros(len(numbers)),
-            np.repeat(joints_now(self._arm), len(numbers), axis=0),
-        )
-        for before in (BEFORE, 0.0):
-            points = self._points[which] - before * self._intos[which] - stands
-            joints, there = solve(points, self._hands[which], joints)
-            # It may come there in other ways than straight.
-            far = ~there
-            joints[far], there[far] = solve(points[far], self._hands[which][far])
-            found += UNREACHED * far
-            tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
-            found[~there] = np.inf
-            found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
-        if not _swings(self._joint) and self._joint.kind == "hinge":
-            # The hand turns on the spot, as far as it goes.
-            return found
-        for share, (grips, hands) in zip(SHARES, self._along, strict=True):
-            points, turned = grips[which], hands[which]
-            bases = stands + share * self._slides
-            bases[:, :2] += self._eased(points - WRIST * turned[:, :, 2] - bases)
-            bases[:, 0] = np.minimum(bases[:, 0], self._farthest[which, place])
-            joints, there = solve(points - bases, turned, joints, STRIDE)
-            found += MEETS * self._deep(joints, bases, share)
-        found += UNREACHED * ~there
-        points = points + LETS_GO * self._backs[which]
-        joints, _ = solve(points - bases, turned, joints, STRIDE)
-        found += MEETS * self._deep(joints, bases, share)
-        return found
-
-    @staticmethod
-    def _eased(wrists: Array) -> Array:
-        """How far the base drives for the arm not to be stretched (K, 2), m.
-
-        Args:
-            wrists: seen from it (K, 3), m.
-        """
-        far = np.maximum(np.linalg.norm(wrists[:, :2], axis=1), 1e-9)
-        level = np.sqrt(np.maximum(0.0, FARTHEST**2 - reach_of(wrists * (0.0, 0.0, 1.0)) ** 2))
-        return np.asarray(wrists[:, :2] * np.maximum(0.0, 1.0 - level / far)[:, None])
-
-    def _deep(self, joints: Array, stands: Array, share: float = 0.0) -> Array:
-        """How deep the links are in something after a share of the way, m."""
-        if not len(joints):
-            return np.zeros(0)
-        arm, (middles, radii) = self._arm, bodies(joints)
-        seen = (middles + stands[:, None]).reshape(-1, 3)
-        openness = self._first + share * self._by
-        boxes = solids_then(arm, self._joint, self._first, openness)
-        room = Room(boxes, heading(arm), seen.min(axis=0), seen.max(axis=0))
-        away = room.exactly(seen).reshape(len(joints), -1) - radii
-        return np.asarray(np.maximum(0.0, -away.min(axis=1) - ROUGHLY))
-
-    def _limits(self, aside: Array, but: str = "") -> tuple[Array, Array, Array, Array]:
-        """How far ahead, and how far back, the base may stand at some places sideways, and on the
-        way there from where it is, m; what a joint moves left out.
-        """
-        arm = self._arm
-        here = round(arm.aside(arm.base) / GRID)
-        cells = np.round(aside / GRID).astype(int)
-        first, last = min(here, int(cells.min())), max(here, int(cells.max()))
-        places, start = [n * GRID for n in range(first, last + 1)], here - first
-        front = np.array([nearest(arm, at, at, but=but) for at in places])
-        rear = np.array([rearmost(arm, at, at) for at in places])
-        passing, backing = (
-            np.append(least(side[start::-1])[::-1], least(side[start:])[1:])
-            for side, least in ((front, np.minimum.accumulate), (rear, np.maximum.accumulate))
-        )
-        index = cells - first
-        return front[index], rear[index], passing[index], backing[index]
-
-
-SLOWEST, FASTEST, PULLED, BRAKE = 0.02, 0.15, 0.08, 1.0
-"""Speeds of what is moved, m/s, of a door that is pulled by its handle, which creeps out of the
-fingers the more the harder they pull, and in how many seconds it comes to rest, s."""
-LEAST_LEAD, MOST_LEAD, LEAD_GAIN, YIELD_GAIN = 0.004, 0.05, 0.01, 0.03
-"""How far ahead of the part the hand aims to press on it, m, and how much farther, or less far, in
-each control step for each m/s that the part is too slow, or too fast."""
-STIFFNESS, LAGS = 500.0, 0.19
-"""Of the hand, N/m, and by how much it lags behind where it aims, s."""
-FRICTION = 0.6
-"""Share of the fingers' force by which a hand pulls, for what they pinch not to slip."""
-PATIENCE = 30
-"""Control steps in which a part that is pushed with all force has to have moved."""
-CREEPS, CREPT = 60, 0.006
-"""Control steps in which any part has to have moved so far, m."""
-NEAREST, FARTHEST = 0.36, 0.65
-"""How far the hand may be from the base at least, and the wrist from the arm's shoulder at most, m.
-"""
-WITHIN = 0.03
-"""How far inside of that the base brings it, m."""
-STEPS = 500
-"""Control steps of one hold at most."""
-OFF = 0.04
-"""A hand that is farther from where it holds has lost it, m."""
-BY_HAND = 0.05
-"""The last stretch, which the base would not end gently, m."""
-FAR = 0.15
-"""The base goes along with what slides farther, m."""
-BETWEEN = 4
-"""Control steps between two in which the hand goes on while the base drives."""
-BASE_SPEED = 0.37
-"""Of the base at a full command, m/s."""
-SETTLES, RESTS = 40, 0.02
-"""Control steps in which a part comes to rest, and how much of its travel it then moves in 1 s."""
-LOOKAHEAD = 0.06
-"""How far ahead of it is looked for what stands there, m."""
-TURNS = (0.75, 1.0, 0.0)
-"""Shares of a door's turn that a hand turns with it; the bar turns between the pads."""
-TWISTED, TWIST, TWISTING = 0.05, 0.08, 0.03
-"""What is held nearer than this to the hinge turns with the hand, m, as fast as a point so far from
-it at this speed, m/s, and that is so far ahead at most, m."""
 
 
 def follow(
@@ -481,7 +216,7 @@ def follow(
     if hold.pinched and not twists:
         share = arm.choices.choose(f"{joint.name} turned along", TURNS)
     brake = BRAKE / 2.0 if twists else BRAKE
-    by_base = _by_base(arm, joint)
+    along = by_base(arm, joint)
     pulls = hold.pinched and not twists
     fastest = TWIST if twists else PULLED if pulls and joint.kind == "hinge" else FASTEST
     press, last, still, mark = LEAST_LEAD, first, 0, first
@@ -496,7 +231,7 @@ def follow(
             if (now - mark) * way * long < CREPT:
                 return
             mark = now
-        most = fastest if by_base or eases is None else fastest / 2.0
+        most = fastest if along or eases is None else fastest / 2.0
         left = max(0.0, (goal - now) * way * long)
         wanted = float(np.clip(math.sqrt(2.0 * left * fastest / brake), SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
@@ -515,24 +250,13 @@ def follow(
         if not twists:
             eases = _eases(arm, ahead, WITHIN if eases is not None else 0.0)
         # The hand moves on in between.
-        if by_base and (goal - now) * way * long > BY_HAND:
+        if along and (goal - now) * way * long > BY_HAND:
             driven = _drive(arm, ahead.point - arm.position, wanted)
         elif eases is not None and number % BETWEEN:
             driven = _drive(arm, eases, 2.0 * wanted)
         else:
             driven = None
         yield arm.towards(ahead.point, ahead.hand) if driven is None else driven
-
-
-def _swings(joint: Joint) -> bool:
-    """Whether a part swings about a hinge, as doors do and knobs do not."""
-    return joint.kind == "hinge" and float(np.linalg.norm(joint.half)) > TWISTED
-
-
-def _by_base(arm: Arm, joint: Joint) -> bool:
-    """Whether the base goes along with a part: with one that slides far towards it."""
-    straight = joint.kind == "slide" and abs(arm.ahead(np.asarray(joint.axis))) > 0.9
-    return straight and abs(joint.travel) > FAR
 
 
 def _eases(arm: Arm, hold: Hold, within: float) -> Array | None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pytest_safemanip.expert.motions.approaching import draw_back, go_before, holding
 from pytest_safemanip.expert.motions.handholds import handle_way, outline
 from pytest_safemanip.expert.motions.reaching import (
     MOST,
@@ -21,9 +22,6 @@ from pytest_safemanip.expert.motions.reaching import (
     Reaching,
     Ways,
     any_heading,
-    draw_back,
-    go_before,
-    holding,
 )
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import LASTING

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytest_safemanip.expert.motions.approaching import draw_back
 from pytest_safemanip.expert.motions.placing import Spot, bring
-from pytest_safemanip.expert.motions.reaching import draw_back
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Furniture, Thing
 

@@ -1,0 +1,128 @@
+"""Coming: base and hand are brought to where a way to a goal begins, and drawn back from it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pytest_safemanip.expert.motions.reaching import Reach
+from pytest_safemanip.expert.motions.travelling import (
+    check_bent,
+    drive,
+    fold,
+    lowering_back,
+    swing,
+    swing_back,
+    swing_to,
+    travel,
+    turn_base,
+)
+from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion
+from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
+from pytest_safemanip.expert.robot.torso import lift_torso
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.geometry import to_local, to_world
+
+TURNS_FAR = 1.8
+"""An empty hand that is to be turned by more is first brought before the base, rad: a joint might
+come to its limit.
+"""
+SLIPS = 0.03
+"""How far what is between the fingers moves that is about to be lost, m: it may turn there."""
+
+
+def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
+    """A motion that is given up when what is held slips in the fingers, or out of them.
+
+    Raises:
+        IllHeld: if it does.
+    """
+    if load is None:
+        yield from motion
+        return
+    held = to_local(load.pose, arm.position)
+    hangs = (load.centre - arm.position) @ arm.rotation
+    for action in motion:
+        # What turns in the fingers turns about them, or, a ball, about its own centre.
+        slid = to_world(load.pose, held) - arm.position
+        moved = (load.centre - arm.position) @ arm.rotation - hangs
+        if min(float(np.linalg.norm(slid)), float(np.linalg.norm(moved))) > SLIPS:
+            raise IllHeld(f"{load.entity} slipped in the fingers")
+        yield action
+
+
+def turned_over(arm: Arm, reach: Reach) -> Reach:
+    """A way to a grasp, or the same with the hand turned over, for its fingers are alike: where the
+    arm does not come to the end of a joint.
+    """
+    flipped = replace(reach, pose=replace(reach.pose, hand=reach.pose.hand * (-1.0, -1.0, 1.0)))
+    shift = np.append(arm.base - reach.base, -reach.torso)
+    ways = [
+        way
+        for way in (reach, flipped)
+        if swing(arm, way.pose.point + way.entry + shift, way.pose.hand, None).arrives
+    ]
+    return arm.choices.choose("hand turned over", ways or [reach])
+
+
+def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 1.0) -> Motion:
+    """Bring base and hand to where the hand goes straight to its goal.
+
+    Args:
+        arm: the arm.
+        reach: the way.
+        load: what it holds.
+        speed: share of the usual ones.
+
+    Raises:
+        SkillFailed: if base or hand does not get there.
+    """
+    pose = reach.pose
+    entry = pose.point + reach.entry
+    if reach.turn:
+        yield from turn_base(arm, reach.turn, load)
+    if load is None:
+        if pose.opening < 1.0:
+            yield from arm.open_to(pose.opening)
+        else:
+            arm.let_open()
+        if float(np.linalg.norm(rotation_vector(pose.hand @ arm.rotation.T))) > TURNS_FAR:
+            yield from fold(arm)
+
+    off = np.zeros(3)
+
+    def standing_off() -> Array:
+        off[:2] = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.come, load)
+        return np.asarray(reach.base + off[:2])
+
+    yield from travel(arm, standing_off, load)
+    yield from lift_torso(arm, reach.torso)
+    # The base may be beside its place, the hand not: it passes close to what stands there.
+    yield from swing_to(arm, entry + off, pose.hand, speed)
+    yield from drive(arm, reach.base, load)
+    yield from arm.move(
+        entry, pose.hand, tolerance=0.01, turn_tolerance=0.08, speed=0.7 * speed, steps=60
+    )
+    check_bent(arm)
+
+
+def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 0.0) -> Motion:
+    """Drive back from a goal that the hand has risen from, and lower the torso.
+
+    Args:
+        arm: the arm.
+        reach: the way.
+        load: what it holds.
+        least: how far it drives back at least, m.
+
+    Raises:
+        SkillFailed: if the base does not get there.
+    """
+    length = float(np.linalg.norm(reach.go))
+    out = reach.go if length >= least else least * (reach.go / length if length else -arm.forward)
+    if reach.torso:
+        out = lowering_back(arm, reach.torso, out, load)
+    # From where it is: the hand has come in exactly, the base has not.
+    yield from drive(arm, arm.base + out, load)
+    yield from lift_torso(arm, -reach.torso)
