@@ -8,7 +8,7 @@ import pytest
 import pytest_safemanip
 from pytest_safemanip.expert.digest import PACKAGE, ROOT
 
-ROOMS = ("truth", "robot", "world", "motions", "places", "tasks", "faults")
+ROOMS = ("truth", "robot", "world", "motions", "tasks", "faults")
 """Each imports those before it only; what else is in the folder imports any."""
 CORE = (
     "errors",

@@ -19,7 +19,7 @@ from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.world.knocks import Watch
 from pytest_safemanip.sim.rehearsal import Rehearsal
 
-BUDGET = 8_000
+BUDGET = 12_000
 """Control steps that are rehearsed for one plan at most."""
 MOST_TRIES, MOST_AGAIN = 24, 6
 """Ways to do a skill that are tried, and of one that has been done before, in another state."""
