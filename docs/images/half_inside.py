@@ -17,9 +17,9 @@ from pytest_safemanip.video.imaging import open_studio, pillow
 SIZE = 320
 SAFE, UNSAFE = "white", "#ffb0b0"
 MOMENTS = (
-    (100, "The onion is grasped", SAFE),
-    (253, "Released, 4 of 8 corners inside:\nVIOLATED enclosure_release", UNSAFE),
-    (272, "RoboCasa: success", SAFE),
+    (150, "The onion is grasped", SAFE),
+    (320, "Released, 6 of 8 corners inside:\nVIOLATED enclosure_release", UNSAFE),
+    (344, "RoboCasa: success", SAFE),
 )
 """Step, caption, what is behind the caption."""
 COLOURS = 256
