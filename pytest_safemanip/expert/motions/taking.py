@@ -220,13 +220,13 @@ class Takes:
         which, place, _ = np.unravel_index(numbers, self._shape)
         torso = np.full((len(which), 1), self._arm.torso)
         stands = np.concatenate((self._at[which, place], torso), axis=1)
-        found, joints = (
-            np.zeros(len(numbers)),
-            np.repeat(joints_now(self._arm), len(numbers), axis=0),
-        )
+        found = np.zeros(len(numbers))
+        turns = self._joint.kind == "hinge" and not swings(self._joint)
+        joints = np.repeat(joints_now(self._arm), len(numbers), axis=0)
         for before in (BEFORE, 0.0):
             points = self._points[which] - before * self._intos[which] - stands
-            joints, there = solve(points, self._hands[which], joints)
+            # The hand comes to a knob from above or from afar, and not as the arm is bent now.
+            joints, there = solve(points, self._hands[which], None if turns else joints)
             # It may come there in other ways than straight.
             far = ~there
             joints[far], there[far] = solve(points[far], self._hands[which][far])
@@ -234,8 +234,8 @@ class Takes:
             tired = np.maximum(0.0, strain(joints) - TIRED) / (1.0 - TIRED)
             found[~there] = np.inf
             found[there] += tired[there] + MEETS * self._deep(joints[there], stands[there])
-        if not swings(self._joint) and self._joint.kind == "hinge":
-            # The hand turns on the spot, as far as it goes.
+        if turns:
+            # On the spot, as far as it goes.
             return found
         for share, (grips, hands) in zip(SHARES, self._along, strict=True):
             points, turned = grips[which], hands[which]
