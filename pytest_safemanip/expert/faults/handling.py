@@ -47,9 +47,9 @@ def take(arm: Arm, role: str, part: Part = "") -> Motion:
     yield from rehearse(arm, f"take {role}", lambda: grasp(arm, role, part, back=False), role)
 
 
-def carry(arm: Arm, skill: str, role: str, *target_roles: str) -> Motion:
-    """Take hold of an object and put it down as a skill of the expert's does, one after the other
-    so that the other can be done.
+def pick_and_place(arm: Arm, skill: str, role: str, *target_roles: str) -> Motion:
+    """Take hold of an object, and put it down as a skill of the expert's does: grasped in a way in
+    which it can be placed.
 
     Raises:
         SkillFailed: if there is no way to.

@@ -178,7 +178,8 @@ def take_hold(
         found = [hold for hold in found if hold.pinched or not pinched]
         return Takes(arm, found, joint, first, goal)
 
-    takes = arm.latest(f"{what} {goal} {slips} of {joint.key}", state, ways, LASTING)
+    asked = f"{what} {goal} {slips} {pinched} of {joint.key}"
+    takes = arm.latest(asked, state, ways, LASTING)
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
     hold, legs = takes.free(number, joint)
     yield from arm.open_to(hold.opening)

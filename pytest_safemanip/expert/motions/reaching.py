@@ -27,6 +27,7 @@ from pytest_safemanip.expert.robot.hand import (
     FINGERTIP,
     OPENING,
     PALM,
+    WRIST,
     finger_points,
     palm_points,
 )
@@ -59,8 +60,6 @@ LONGEST = 0.85
 """From the base to what the arm reaches, m: what is still nearer is behind it."""
 HEADINGS = (0.0, 180.0, 90.0, -90.0)
 """To which the base may be turned to reach something, degrees from where it faces."""
-WRIST = 0.21
-"""From the grip point back to the wrist, m."""
 TIRED, STRETCHED, REACHED = 0.9, 0.69, 40.0
 """Share of its range to which a joint goes; from the arm's shoulder to its wrist, m, as good as
 less, and what speaks against each m more: straight, it gets 3 cm farther, and the base may stand 2

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,21 +27,6 @@ REACHES = ((0.0, 35.0, 45.0), (0.52, 0.63, 0.57))
 HAND = (0.102, 0.032, 0.066)
 """Half the Panda hand's length, along the fingers' travel, half its thickness, and from its palm to
 its flange, m."""
-
-
-@dataclass(frozen=True)
-class Grasp:
-    """Where and how the hand closes.
-
-    Attributes:
-        point: grip point (3,).
-        hand: orientation (3, 3).
-        opening: of the fingers on the way there, share of the full opening.
-    """
-
-    point: Array
-    hand: Array
-    opening: float
 
 
 def reach_at(pitch: float) -> float:

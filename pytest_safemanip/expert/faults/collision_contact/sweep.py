@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import carry
+from pytest_safemanip.expert.faults.handling import pick_and_place
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Thing, counter
 
@@ -39,7 +39,7 @@ def _sweep(arm: Arm) -> Motion:
         arm.position - 0.2 * hand[:, 2], hand, tolerance=0.05, steps=60, required=False
     )
     yield from arm.grip(False)
-    yield from carry(arm, "place in", "obj", "cab")
+    yield from pick_and_place(arm, "place in", "obj", "cab")
 
 
 FAULTS = (

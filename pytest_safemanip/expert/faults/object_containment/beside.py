@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import OPEN, apart, carry, take
+from pytest_safemanip.expert.faults.handling import OPEN, apart, pick_and_place, take
 from pytest_safemanip.expert.faults.object_containment.bowl import LOW
 from pytest_safemanip.expert.faults.worktop import JUST_ABOVE, bring, let_go, on_counter
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
@@ -126,7 +126,7 @@ def _put_in_again(laid: _Laid) -> Plan:
     """Takes the item out of its receiver, and puts it in again."""
 
     def plan(arm: Arm) -> Motion:
-        yield from carry(arm, "place on", laid.item, laid.receiver)
+        yield from pick_and_place(arm, "place on", laid.item, laid.receiver)
 
     return plan
 
