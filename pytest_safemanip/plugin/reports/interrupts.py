@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from types import FrameType
+from types import FrameType, TracebackType
 
 import pytest
 
@@ -43,6 +43,7 @@ class Interrupts:
         if excinfo.type is KeyboardInterrupt:
             self._rollouts.leave()
             self._simulation.kill()
+            _forget_what_has_no_line(excinfo.tb)
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
         __tracebackhide__ = True  # pytest names the line that was interrupted
@@ -55,3 +56,15 @@ class Interrupts:
 
     def _stop(self) -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _forget_what_has_no_line(entry: TracebackType) -> None:
+    """Leave out the later entries of a traceback that were interrupted where CPython knows of no
+    line (PEP 626), at the end of a ``with`` block for instance: pytest does not print those.
+    """
+    while (later := entry.tb_next) is not None:
+        line: int | None = later.tb_lineno
+        if line is None:
+            entry.tb_next = later.tb_next
+        else:
+            entry = later

@@ -39,6 +39,23 @@ def pytest_sessionfinish():
     pathlib.Path("ending").touch()
     time.sleep(10)
 """
+
+LINELESS = """
+import sys, types
+class Interrupted:
+    fingerprint = "1"
+    def reset(self, episode): ...
+    def act(self, observation):
+        with open(__file__):
+            pass
+        frame = sys._getframe()
+        offset = next(begin for begin, _, line in frame.f_code.co_lines() if line is None)
+        entry = types.TracebackType(None, frame, offset, -1)
+        raise KeyboardInterrupt().with_traceback(entry)
+
+def pytest_safemanip_policies():
+    return {"interrupted": Interrupted}
+"""
 JOBS = "--safemanip-jobs=2"
 
 
@@ -108,6 +125,16 @@ def test_an_interrupted_run_writes_the_reports_that_were_asked_for(one_suite: Su
         "0 of 2 complete rollouts violated, 2 rollouts incomplete"
         in (one_suite.out / "summary.md").read_text()
     )
+
+
+def test_ctrl_c_where_python_knows_no_line_ends_as_elsewhere(one_suite: Suite) -> None:
+    set_up(one_suite)
+    with (one_suite.pytester.path / "conftest.py").open("a") as conftest:
+        conftest.write(LINELESS)
+    result = one_suite.run_apart("--safemanip-policy=interrupted")
+    assert result.ret == pytest.ExitCode.INTERRUPTED
+    result.stdout.fnmatch_lines(["*KeyboardInterrupt*", "*conftest.py*"])
+    result.stdout.no_fnmatch_line("*INTERNALERROR*")
 
 
 @contextlib.contextmanager
