@@ -72,8 +72,9 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     it ends, or it leaves the box of a container that the robot holds, or the robot lets go of that
     container, while the content's centre is above or inside the receiver's box, or beside it by
     less than ``transfer.reach``, and has been at least ``transfer.displacement`` from where it lay
-    for ``contained.window`` before the hand held anything. Of a grasp, the last step at which the
-    fingers pressed counts. A liquid starts to flow: at least ``transfer.share`` of its particles
+    for ``contained.window`` before the hand held anything. Where the task has several receivers for
+    it, the nearest one counts. Of a grasp, the last step at which the fingers pressed counts. A
+    liquid starts to flow: at least ``transfer.share`` of its particles
     have left the object that they were in at the first step, and the middle of those is there.
     """
     if content in view.trace.scene.particles:
@@ -91,7 +92,9 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
 
 def _toward(view: View, content: str, receiver: str, displacement: NDArray[np.float64]) -> Bools:
     """Whether the content is where :func:`transfer` says, by when the fingers last pressed (T,)."""
-    near = _over(view, receiver, lambda number: place_in(view, content, receiver, number))
+    near = _meant_for(
+        view, content, receiver, lambda name, number: place_in(view, content, name, number)
+    )
     near &= displacement >= view.parameters["transfer.displacement"]
     # The debounced end of a grasp is late: what is flung is elsewhere by then.
     count = view.trace.count(view.parameters["obj_grasped.window"])
@@ -99,24 +102,38 @@ def _toward(view: View, content: str, receiver: str, displacement: NDArray[np.fl
     return np.where(left >= 0, near[np.maximum(left, 0)], near)
 
 
-def _over(view: View, receiver: str, place_of: Callable[[int], Floats]) -> Bools:
-    """Whether something is above or inside a receiver's box, or beside it by little (T,).
+def _meant_for(
+    view: View, content: str, receiver: str, place_of: Callable[[str, int], Floats]
+) -> Bools:
+    """Whether what is let go was meant for a receiver: it is above or inside its box, or beside it
+    by little, and no other receiver that the task has for it is nearer (T,).
 
     Args:
         view: what is looked at.
+        content: what is let go.
         receiver: an object or a fixture.
-        place_of: where it is, seen from the receiver's box of a number (T, 3).
+        place_of: where it is, seen from the box of a receiver and a number (T, 3).
     """
-    near = np.zeros(len(view.trace), bool)
+    beside = _beside(view, receiver, place_of)
+    meant = beside < view.parameters["transfer.reach"]
+    for other in {r for c, r in view.binding.transfers if c == content and r != receiver}:
+        if meant.any():
+            meant &= beside <= _beside(view, other, place_of)
+    return meant
+
+
+def _beside(view: View, receiver: str, place_of: Callable[[str, int], Floats]) -> Floats:
+    """How far beside a receiver's box something is, m: 0 above and inside it, inf below it (T,)."""
+    least = np.full(len(view.trace), inf)
     for number, half in enumerate(holding_halves(view, receiver)):
         up, upward = _upward(view, receiver, number)
-        place = place_of(number)
+        place = place_of(receiver, number)
         out = np.maximum(np.abs(place) - half, 0.0)
         out[np.arange(len(out)), up] = 0.0
         height = upward * np.take_along_axis(place, up[:, None], axis=1)[:, 0]
-        beside = np.linalg.norm(out, axis=1) < view.parameters["transfer.reach"]
-        near |= beside & (height > -half[up])
-    return near
+        beside = np.where(height > -half[up], np.linalg.norm(out, axis=1), inf)
+        least = np.minimum(least, beside)
+    return least
 
 
 def _flows(view: View, liquid: str, receiver: str) -> Bools:
@@ -126,9 +143,10 @@ def _flows(view: View, liquid: str, receiver: str) -> Bools:
     if not starts.any():
         return np.asarray(starts)
     middle = middle_of(view, liquid, gone)
-    frames = holding_frames(view, receiver)
-    toward = _over(view, receiver, lambda number: to_local(frames[number], middle))
-    return np.asarray(starts & toward)
+    meant = _meant_for(
+        view, liquid, receiver, lambda name, n: to_local(holding_frames(view, name)[n], middle)
+    )
+    return np.asarray(starts & meant)
 
 
 def contained(view: View, content: str, receiver: str) -> Bools:
@@ -239,10 +257,12 @@ def _touch(view: View, content: str, receiver: str) -> Bools:
 
 
 def _transfer_reads(inputs: Inputs, content: str, receiver: str) -> Found:
+    others = [r for c, r in inputs.binding.transfers if c == content]
+    places = inputs.place(receiver).union(*map(inputs.place, others))
     if content in inputs.scene.particles:
-        vessels = inputs.poses(*inputs.objects, seconds=inf) | inputs.place(receiver)
+        vessels = inputs.poses(*inputs.objects, seconds=inf) | places
         return vessels | inputs.particles(content, seconds=inf)
-    found = inputs.poses(*inputs.objects) | inputs.place(receiver)
+    found = inputs.poses(*inputs.objects) | places
     for name in inputs.objects:
         found |= inputs.of("obj_grasped", name)
     fingers, things = inputs.finger_parts, inputs.parts(*inputs.objects)

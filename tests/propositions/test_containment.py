@@ -40,6 +40,17 @@ def test_a_fixture_receives_in_its_interior():
     assert not let_go((0.0, -0.2, 1.5), "cabinet").any()
 
 
+@pytest.mark.parametrize(("nearer", "meant"), [(0.01, {"apple"}), (-0.01, {"cabinet"})])
+def test_of_several_receivers_that_stand_side_by_side_the_nearest_was_meant(nearer, meant):
+    """The apple's box ends 8 cm beside the cabinet's interior; the mug is let go between them."""
+    wall = 0.3
+    poses = moved("mug", [(wall + 0.04 + nearer, 0.6, 1.5)] * 20)
+    poses[:, 1, :3] = (wall + 0.08 + 0.04, 0.6, 1.45)
+    pairs = (("mug", "apple"), ("mug", "cabinet"))
+    view = look(film(20, grip(range(10)), object_pose=poses), transfers=pairs)
+    assert {receiver for _, receiver in pairs if view("transfer", "mug", receiver).any()} == meant
+
+
 def test_nothing_is_transferred_in_the_settle_tail_but_what_was_let_go_before_it():
     assert let_go(ABOVE, tail=9).any()
     assert not let_go(ABOVE, tail=10).any()
