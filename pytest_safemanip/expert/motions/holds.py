@@ -63,6 +63,8 @@ pinching what is to be closed, of one finger alone, of pushing what is small eno
 CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.002
 """Costs for each m by which the hand would be in something some time, and of that at all, if it is
 more than what boxes around pieces are too large, m."""
+PALM_OFF = 0.008
+"""Room that a palm is to have: it goes ahead of what turns, and sags, m."""
 APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.5
 """Of places that are alike only one is looked at, m; costs of each m off the middle of what slides,
 and of a face that is narrower than a finger."""
@@ -405,8 +407,9 @@ def _deep(
     flat = (points @ frame).reshape(-1, 3)
     boxes = solids_then(arm, joint, first, openness)
     room = Room(boxes, frame, flat.min(axis=0), flat.max(axis=0))
-    away = room.exactly(flat).reshape(len(later), -1).min(axis=1)
-    return np.asarray(np.maximum(0.0, -away))
+    away = room.exactly(flat).reshape(len(later), -1)
+    away[:, : len(palm)] -= PALM_OFF
+    return np.asarray(np.maximum(0.0, -away.min(axis=1)))
 
 
 def solids_then(arm: Arm, joint: Joint, first: float, openness: float) -> Array:

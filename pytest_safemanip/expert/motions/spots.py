@@ -139,11 +139,7 @@ def inside(
 def on_counter(
     arm: Arm, thing: Thing, fixture: Furniture, other: Thing | None = None
 ) -> list[Spot]:
-    """On a counter: near where the robot is, or near another thing.
-
-    Raises:
-        SkillFailed: if there is none.
-    """
+    """On a counter: near where the robot is, or near another thing."""
     _, high = fixture.extent()
     top = float(high[2]) if other is None else other.bottom
     centres = _around(arm, fixture, other)
@@ -156,8 +152,6 @@ def on_counter(
         if (room.exactly(below @ heading(arm)) < 0.0).all():
             kind = f"at {point[0]:.2f} {point[1]:.2f}"
             found.append(Spot(np.append(point, top), cost, kind))
-    if not found:
-        raise SkillFailed(f"there is no room on {fixture.entity}")
     return found
 
 
