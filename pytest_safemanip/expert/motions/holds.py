@@ -64,7 +64,7 @@ CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.002
 """Costs for each m by which the hand would be in something some time, and of that at all, if it is
 more than what boxes around pieces are too large, m."""
 PALM_OFF = 0.008
-"""Room that a palm is to have: it goes ahead of what turns, and sags, m."""
+"""Room that a palm is to have that turns with what it holds: it is ahead of that, and sags, m."""
 APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.5
 """Of places that are alike only one is looked at, m; costs of each m off the middle of what slides,
 and of a face that is narrower than a finger."""
@@ -158,9 +158,10 @@ def holds(
     ]
     found = [hold for hold in found if _stays(hold.moved(joint, goal - first, 0.0))]
     found = [found[number] for number in _likeliest(found, MOST)]
-    rough = _crowded(arm, joint, found, np.linspace(first, goal, 3), 7)
+    off = PALM_OFF if _farthest(joint, part) < SMALL else 0.0
+    rough = _crowded(arm, joint, found, np.linspace(first, goal, 3), 7, off)
     found = [found[number] for number in _likeliest(rough, LIKELY)]
-    found = _crowded(arm, joint, found, np.linspace(first, goal, 7), 13)
+    found = _crowded(arm, joint, found, np.linspace(first, goal, 7), 13, off)
     return sorted(found, key=lambda hold: hold.cost)
 
 
@@ -185,7 +186,9 @@ def _stays(hold: Hold) -> bool:
     return not hold.finger or hold.finger * float(hold.hand[:, 0] @ hold.normal) > ALONG
 
 
-def _crowded(arm: Arm, joint: Joint, found: Sequence[Hold], times: Array, rows: int) -> list[Hold]:
+def _crowded(
+    arm: Arm, joint: Joint, found: Sequence[Hold], times: Array, rows: int, off: float
+) -> list[Hold]:
     """Holds, with the cost of what the hand would be in.
 
     Args:
@@ -194,11 +197,14 @@ def _crowded(arm: Arm, joint: Joint, found: Sequence[Hold], times: Array, rows: 
         found: the holds now.
         times: openness at which they are looked at, the first one that is now.
         rows: of points along the palm.
+        off: room that the palm is to have, m.
     """
     deepest = np.zeros(len(found))
     for openness in times.tolist():
         later = [hold.moved(joint, openness - times[0], float(hold.pinched)) for hold in found]
-        deepest = np.maximum(deepest, _deep(arm, joint, float(times[0]), openness, later, rows))
+        deepest = np.maximum(
+            deepest, _deep(arm, joint, float(times[0]), openness, later, rows, off)
+        )
     costs = CROWDED * deepest + MEETS * (deepest > ROUGHLY)
     return [
         replace(hold, cost=hold.cost + float(more)) for hold, more in zip(found, costs, strict=True)
@@ -383,7 +389,13 @@ def _twisted(arm: Arm, hand: Array) -> float:
 
 
 def _deep(
-    arm: Arm, joint: Joint, first: float, openness: float, later: Sequence[Hold], rows: int
+    arm: Arm,
+    joint: Joint,
+    first: float,
+    openness: float,
+    later: Sequence[Hold],
+    rows: int,
+    off: float,
 ) -> Array:
     """How deep hands are in something when a part is as open as that (H,), m.
 
@@ -394,6 +406,7 @@ def _deep(
         openness: of the part then.
         later: the holds then (H).
         rows: of points along the palm.
+        off: room that the palm is to have, m.
     """
     if not later:
         return np.zeros(0)
@@ -408,7 +421,7 @@ def _deep(
     boxes = solids_then(arm, joint, first, openness)
     room = Room(boxes, frame, flat.min(axis=0), flat.max(axis=0))
     away = room.exactly(flat).reshape(len(later), -1)
-    away[:, : len(palm)] -= PALM_OFF
+    away[:, : len(palm)] -= off
     return np.asarray(np.maximum(0.0, -away.min(axis=1)))
 
 
