@@ -221,7 +221,9 @@ def place(
     deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
     # What is heavy has turned in the fingers on the way.
     hand = righted(arm, thing) @ arm.rotation if attitudes is standing else None
-    yield from set_down(arm, thing, deep, speed, reach.pose.point + reach.entry, hand)
+    # What comes in from the side is lowered where it is to stand.
+    above = reach.pose.point + reach.entry * (not reach.entry[:2].any())
+    yield from set_down(arm, thing, deep, speed, above, hand)
     vessel = Thing(arm, reach.pose.hollow) if reach.pose.hollow else None
     floors = [float(reach.pose.load[:, 2].min()) - reach.pose.over]
     if vessel is not None:
@@ -450,10 +452,10 @@ def set_down(
 
 
 def withdraw(arm: Arm, reach: Reach) -> Motion:
-    """Draw an empty hand off what it let go, and back."""
-    yield from arm.move(
-        arm.position + reach.leave, tolerance=0.02, speed=0.5, steps=50, required=False
-    )
+    """Draw an empty hand off what it let go, and back, as high as if it had not been lowered."""
+    lowered = max(0.0, float((reach.pose.point - arm.position)[2]))
+    out = raised(reach.leave, lowered)
+    yield from arm.move(arm.position + out, tolerance=0.02, speed=0.5, steps=50, required=False)
     yield from draw_back(arm, reach, least=OFF)
 
 
