@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -182,6 +182,14 @@ def lug(thing: Thing) -> Handhold:
     return Handhold(middle, axes, False, (far, -far), "lug")
 
 
+def lugged(thing: Thing) -> Array:
+    """Points (P, 3) on a vessel that is round but for its lugs."""
+    axes, lugs = body(thing).axes.copy(), lug(thing)
+    axes[:, 1] *= np.linalg.norm(axes[:, 0]) / np.linalg.norm(axes[:, 1])
+    whole = replace(body(thing), axes=axes, around=True)
+    return np.concatenate((whole.rounded(), lugs.surface()))
+
+
 def bow(thing: Thing) -> Handhold:
     """The bow over a kettle, along its longer side."""
     (narrow, _), (long, length) = thing.sides()
@@ -256,7 +264,7 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
         hold: the part.
         floor: height of what the fingertips stay above, m.
     """
-    load = hollowed(thing) if hold.name == "rim" else outline(thing)
+    load = {"rim": hollowed, "lug": lugged}.get(hold.name, outline)(thing)
     whole = body(thing)
     own = whole.rounded() if hold.name in ("body", "end") else load
     along = hold.axes[:, 1] / np.linalg.norm(hold.axes[:, 1])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pytest_safemanip.expert.motions.approaching import draw_back, go_before, holding
-from pytest_safemanip.expert.motions.handholds import handle_way, outline
+from pytest_safemanip.expert.motions.handholds import UP, handle_way, outline
 from pytest_safemanip.expert.motions.reaching import (
     MOST,
     PATIENCE,
@@ -140,13 +140,17 @@ def standing(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
     return [(about_z(turn) @ right, 0.1 * number) for number, turn in enumerate(TURNS)]
 
 
-def tipped(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
-    """Tipped towards the robot or away from it, as what falls into a vessel may be."""
-    left = np.append(arm.left, 0.0)
+def tipped(arm: Arm, hand: Array) -> list[tuple[Array, float]]:
+    """Tipped towards the robot or away from it, as what falls into a vessel may be, or until the
+    hand (3, 3) points straight down, which takes the least room.
+    """
+    left, (line, _, approach) = np.append(arm.left, 0.0), hand.T
+    steep = math.atan2(float(np.cross(approach, -UP) @ line), float(approach @ -UP))
+    tips = [(left, math.radians(tip), TURNS[:3]) for tip in TIPPINGS]
     return [
-        (about_z(turn) @ np.asarray(matrix(about(left, math.radians(tip)))), 0.5 + 0.1 * number)
-        for number, tip in enumerate(TIPPINGS)
-        for turn in TURNS[:3]
+        (about_z(turn) @ np.asarray(matrix(about(axis, tip))), 0.4 + 0.1 * number)
+        for number, (axis, tip, turns) in enumerate([(line, steep, TURNS), *tips])
+        for turn in turns
     ]
 
 
@@ -219,9 +223,12 @@ def place(
     up = upwards(arm, thing)
     reach = yield from bring(arm, thing, spots, attitudes)
     deep = float(reach.entry[2]) + INTO if reach.pose.hollow else DEEP
-    # What is heavy has turned in the fingers on the way.
-    hand = righted(arm, thing) @ arm.rotation if attitudes is standing else None
-    yield from set_down(arm, thing, deep, speed, reach.pose.point + reach.entry, hand)
+    # What is heavy has turned in the fingers on the way, if it is not to be tipped.
+    stands = attitudes is standing and reach.pose.family[0] in range(len(TURNS))
+    hand = righted(arm, thing) @ arm.rotation if stands else None
+    # What comes in from the side is lowered where it is to stand.
+    above = reach.pose.point + reach.entry * (not reach.entry[:2].any())
+    yield from set_down(arm, thing, deep, speed, above, hand)
     vessel = Thing(arm, reach.pose.hollow) if reach.pose.hollow else None
     floors = [float(reach.pose.load[:, 2].min()) - reach.pose.over]
     if vessel is not None:
@@ -290,7 +297,7 @@ class Placing:
     ) -> None:
         self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
-        self._tipped = tipped(arm, thing) if attitudes is standing and not self._along else []
+        self._tips = attitudes is standing and not self._along
         self._frame = heading(arm)
         self._groups: list[tuple[list[Spot], Room, Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
@@ -322,8 +329,8 @@ class Placing:
         """How the hand may be with the thing on a spot."""
         thing = self._thing
         shape = np.concatenate([outline(one) for one in (thing, *self._along)]) - thing.middle
-        turns = [*self._turns, *self._tipped] if spot.hollow else self._turns
-        for number, (turn, odd) in enumerate(turns):
+        tips = tipped(self._arm, held.hand) if spot.hollow and self._tips else []
+        for number, (turn, odd) in enumerate([*self._turns, *tips]):
             load = shape @ turn.T
             grip = turn @ (held.point - thing.middle)
             com = turn @ (thing.com - thing.middle)
@@ -450,10 +457,10 @@ def set_down(
 
 
 def withdraw(arm: Arm, reach: Reach) -> Motion:
-    """Draw an empty hand off what it let go, and back."""
-    yield from arm.move(
-        arm.position + reach.leave, tolerance=0.02, speed=0.5, steps=50, required=False
-    )
+    """Draw an empty hand off what it let go, and back, as high as if it had not been lowered."""
+    lowered = max(0.0, float((reach.pose.point - arm.position)[2]))
+    out = raised(reach.leave, lowered)
+    yield from arm.move(arm.position + out, tolerance=0.02, speed=0.5, steps=50, required=False)
     yield from draw_back(arm, reach, least=OFF)
 
 

@@ -33,6 +33,9 @@ OFF_BURNER = (0.0, 0.02, -0.02, 0.04, -0.04)
 """How far beside the middle of a burner, ahead and aside, something may stand, m."""
 BESIDE = (0.0, 0.04, -0.04, 0.08, -0.08)
 """How far beside a point, ahead and to the left, m."""
+SHIFTED, UNDER_WATER = (0.0, -0.03, 0.03, -0.06, 0.06, -0.09, 0.09), 0.4
+"""How far beside where water falls a vessel may stand, ahead and aside, m, and how far at most, as
+a share of its width."""
 POURED = (0.0, -0.01, -0.02, -0.03, 0.01)
 """How far behind where a machine pours a cup may stand, m."""
 REACHABLE = 1.12
@@ -171,16 +174,16 @@ def _around(arm: Arm, fixture: Furniture, other: Thing | None) -> list[tuple[Arr
     ]
 
 
-def around(arm: Arm, point: Array) -> list[Spot]:
-    """At a point (3,), or a little beside it."""
+def around(arm: Arm, point: Array, beside: Sequence[float] = BESIDE) -> list[Spot]:
+    """At a point (3,), or so far beside it, ahead and to the left, m."""
     return [
         Spot(
             point + arm.onward(i) + j * np.append(arm.left, 0.0),
             2.0 * math.hypot(i, j),
             f"around {i:.2f} {j:.2f}",
         )
-        for i in BESIDE
-        for j in BESIDE
+        for i in beside
+        for j in beside
     ]
 
 
@@ -224,14 +227,14 @@ def on_tray(arm: Arm, thing: Thing, machine: Furniture) -> list[Spot]:
 
 
 def under_tap(arm: Arm, thing: Thing, sink: Furniture) -> list[Spot]:
-    """Where the water of a tap falls, or a little before it."""
-    pose, half = sink.water()
-    return [
-        Spot(
-            pose[:3] - arm.onward(before) + aside * np.append(arm.left, 0.0) - (0.0, 0.0, half[2]),
-            before + abs(aside),
-            f"water {before:.2f} {aside:.2f}",
-        )
-        for before in (0.06, 0.04, 0.08, 0.02, 0.0)
-        for aside in (0.0, 0.03, -0.03)
-    ]
+    """Where the water of a tap falls into something that its basin has room for."""
+    water, _ = sink.water()
+    basin, half = sink.interior(water[:3])
+    wide = thing.sides()[0][1]
+    room = np.maximum(half - wide / 2.0, FROM_EDGE)
+    found = []
+    for spot in around(arm, np.append(water[:2], basin[2] - half[2]), SHIFTED):
+        off = np.abs((spot.point - basin[:3]) @ matrix(basin[3:]))
+        if spot.cost < 2.0 * UNDER_WATER * wide and (off < room)[:2].all():
+            found.append(spot)
+    return found
