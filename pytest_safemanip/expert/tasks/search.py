@@ -29,9 +29,9 @@ MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
 FOLDED = "arm folded first"
 """What may be chosen of any skill."""
-STEP_BACK, BACK = Call("step back", (), "step back"), 0.25
+STEP_BACK, BACK = Call("step back", (), "step back"), 0.45
 """What may help in the end, for success often asks for a hand that is far from everything, and how
-far the base draws back then, m."""
+far the base draws back then, m: RoboCasa asks for 25 cm, and the hand may come from beyond."""
 PATIENCE = 40
 """Control steps of holding still after the plan, in which the task's success may still show."""
 SETTLES = 20

@@ -85,3 +85,12 @@ def test_fingers_reach_beside_it_and_the_palm_stays_off(half):
         near = (pose.load - pose.point) @ pose.hand
         under = (np.abs(near[:, 0]) < 0.1) & (np.abs(near[:, 1]) < 0.03)
         assert near[under, 2].min() > -PALM
+
+
+def test_a_hand_comes_steeply_down_on_a_lug_beside_a_round_wall():
+    arm, own = thing((0.12, 0.16, 0.045))
+    (hold,) = handholds(own, "lug")
+    found = list(poses(arm, own, hold, own.bottom))
+    assert min(pose.hand[2, 2] for pose in found) < -0.8
+    beyond = found[0].load[np.abs(found[0].load[:, 1]) > 0.125]
+    assert np.abs(beyond[:, 0]).max() < 0.02

@@ -5,10 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.motions.spots import inside, into_thing, on_counter, on_thing
+from pytest_safemanip.expert.motions.spots import (
+    inside,
+    into_thing,
+    on_counter,
+    on_thing,
+    under_tap,
+)
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.tasks.handling import on
 from pytest_safemanip.expert.world.things import Furniture, Thing
+from pytest_safemanip.trace.elements import Box
 from tests import toy
 
 APPLE = {"apple": "apple"}
@@ -79,3 +86,16 @@ def test_in_a_fixture_things_stand_on_its_floor_within_its_walls(arm):
     for spot in spots:
         assert spot.point[2] == pytest.approx(pose[2] - half[2])
         assert (np.abs(spot.point - pose[:3])[:2] < half[:2]).all()
+
+
+def test_water_that_falls_beside_a_basins_wall_is_met_on_the_basins_floor_where_there_is_room():
+    boxes = (*SCENE.boxes, Box("cabinet", "water", "water", (0.01, 0.01, 0.5)))
+    poses = toy.at_rest().box_pose[0], (0.27, 0.6, 1.5, *toy.UPRIGHT)
+    arm = Arm(dataclasses.replace(SCENE, boxes=boxes), toy.at_rest(box_pose=poses))
+    basin, half = Furniture(arm, "cab").interiors()[0]
+    spots = under_tap(arm, Thing(arm, "obj"), Furniture(arm, "cab"))
+    assert spots
+    for spot in spots:
+        assert spot.point[2] == pytest.approx(basin[2] - half[2])
+        assert abs(spot.point[0] - basin[0]) < half[0] - 0.05
+        assert np.linalg.norm(spot.point[:2] - poses[1][:2]) < 0.05
