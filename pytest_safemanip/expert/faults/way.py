@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from pytest_safemanip.expert.faults.handling import rehearse
 from pytest_safemanip.expert.faults.hollow import Hollow
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.robot.rotations import Array
@@ -14,8 +15,8 @@ Spot = tuple[float, float, float]
 
 AJAR = 0.85
 """A door that is less open than this is in a hand's way, and shuts on it when it is brushed."""
-
-
+BESIDE = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)
+"""How far to the left of its usual place the base may stand, m."""
 ROUND_COUNTER = ((-3.3, None), (-3.3, 2.0), (-3.3, 0.28))
 """From a dining counter to the side of it that the fridge is on."""
 
@@ -50,9 +51,14 @@ class Way:
 
 
 def _approach(arm: Arm, way: Way) -> Motion:
-    """Go to where the hand can come in."""
+    """Go to where the hand can come in: the base beside its usual place if a door is in its way, or
+    in that of the arm.
+    """
     hollow = Hollow(arm, way.role, way.hollow)
-    yield from go_round(arm, hollow, way.stands)
+    beside = arm.choices.choose("base beside", BESIDE)
+    last = way.stands[-1][1]
+    stands = [(x, y + beside if y is not None and y == last else y) for x, y in way.stands]
+    yield from go_round(arm, hollow, stands)
     hand = arm.hand(way.pitch, way.roll)
     for spot in way.before:
         yield from arm.move(_place(arm, hollow, spot), hand, tolerance=0.04, turn_tolerance=0.3)
@@ -73,7 +79,7 @@ def reach(way: Way, fault: bool) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         hollow = Hollow(arm, way.role, way.hollow)
-        yield from _approach(arm, way)
+        yield from rehearse(arm, f"come before {way.role}", lambda: _approach(arm, way), way.role)
         if fault:
             arm.truth.begins(
                 "enclosure_access",
