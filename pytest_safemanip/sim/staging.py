@@ -21,6 +21,10 @@ MOST_PARTICLES = 200
 LIQUID_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
+REACHABLE = 1.1
+"""Height that arms reach best, m."""
+
+
 @dataclass(frozen=True)
 class Put:
     """Moves an object before the episode begins.
@@ -33,7 +37,9 @@ class Put:
             left and up directions (3,), m.
         turn: rotation that it gets, from how its task would stand it: degrees about the base's
             left direction, then about the vertical (2,).
-        interior: which interior of the fixture, by name; empty for the lowest.
+        interior: which interior of the fixture, by name; empty for the lowest. Of those that a
+            pattern such as ``fridge_shelf*`` matches, it is the one whose floor is nearest to 1.1
+            m: kitchens differ in how many shelves a fridge has.
         across: whether it is first turned about the vertical until its longer side lies across the
             base's forward direction: a seed's own heading lets a pot's handles point anywhere.
     """

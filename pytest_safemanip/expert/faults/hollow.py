@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from fnmatch import fnmatchcase
+
 import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.sim.staging import REACHABLE
 from pytest_safemanip.trace.geometry import corners, to_local
 
 PALM = 0.06
@@ -19,18 +22,20 @@ class Hollow:
     Args:
         arm: gives the newest step.
         role: the task's name for the fixture.
-        name: of the interior, as the scene names it; empty if there is only one.
+        name: of the interior, as the scene names it; empty if there is only one. A pattern means
+            what it means in :class:`~pytest_safemanip.sim.staging.Put`.
 
     Raises:
-        SkillFailed: if it has no such interior.
+        SkillFailed: if it has no such interior, or several.
     """
 
     def __init__(self, arm: Arm, role: str, name: str = "") -> None:
-        owner, scene = arm.scene.roles[role], arm.scene
-        found = [k for k in scene.boxes_of(owner, "interior") if scene.boxes[k].name.endswith(name)]
-        if len(found) != 1:
+        inside = arm.scene.boxes_of(arm.scene.roles[role], "interior")
+        found = [k for k in inside if fnmatchcase(arm.scene.boxes[k].name, f"*{name}")]
+        if not found or (len(found) > 1 and "*" not in name):
             raise SkillFailed(f"{role} has {len(found)} interiors {name!r}")
-        self._arm, self._index = arm, found[0]
+        floors = {k: arm.step.box_pose[k][2] - arm.scene.boxes[k].half[2] for k in found}
+        self._arm, self._index = arm, min(found, key=lambda k: abs(floors[k] - REACHABLE))
 
     def _extent(self, along: Array) -> tuple[float, float]:
         points = corners(self._pose, self._half) @ along

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,17 @@ from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.robocasa.liquids import fill
 from pytest_safemanip.sim.robocasa.patches.environments import quick_settling
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
-from pytest_safemanip.sim.staging import Add, Change, Fill, Move, Posture, Push, Put, SetOpen
+from pytest_safemanip.sim.staging import (
+    REACHABLE,
+    Add,
+    Change,
+    Fill,
+    Move,
+    Posture,
+    Push,
+    Put,
+    SetOpen,
+)
 from pytest_safemanip.trace.geometry import about, corners, matrix, multiply, rotate, to_world
 from pytest_safemanip.trace.steps import Step
 
@@ -250,12 +261,16 @@ class _Stage:
             raise TaskError(f"{fixture} has no interior to put something in")
         if name:
             names = [self._scene.boxes[k].name for k in inside]
-            inside = [k for k in inside if self._scene.boxes[k].name == name]
+            inside = [k for k in inside if fnmatchcase(self._scene.boxes[k].name, name)]
             if not inside:
                 raise TaskError(f"{fixture} has no interior {name!r}; {did_you_mean(name, names)}")
-        lowest = min(inside, key=lambda k: self._step.box_pose[k][2])
-        pose = np.asarray(self._step.box_pose[lowest], np.float64)
-        points = corners(pose, self._scene.boxes[lowest].half)
+        floors = [self._box_floor(number) for number in inside]
+        return min(floors, key=lambda f: abs(f[2] - REACHABLE) if "*" in name else f[2])
+
+    def _box_floor(self, number: int) -> Floats:
+        """The middle of the floor of a box (3,)."""
+        pose = np.asarray(self._step.box_pose[number], np.float64)
+        points = corners(pose, self._scene.boxes[number].half)
         middle: Floats = np.append(pose[:2], points[:, 2].min())
         return middle
 

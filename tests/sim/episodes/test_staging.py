@@ -166,6 +166,9 @@ def test_it_stands_on_the_shelf_that_was_named(backend: Backend) -> None:
     assert len(levels) > 1
     assert sorted(floors, key=lambda level: floors[level]) == sorted(levels)
     assert len({round(floor, 2) for floor in floors.values()}) == len(levels)
+    start = begun(backend, SetOpen("cab", 1.0), Put("obj", "in", "cab", interior="level*"))
+    reachable = min(floors.values(), key=lambda floor: abs(floor - 1.1))
+    assert float(box(start, "obj")[:, 2].min()) == pytest.approx(reachable, abs=0.005)
 
 
 def test_the_same_changes_give_the_same_episode(backend: Backend) -> None:

@@ -16,7 +16,7 @@ PUSHED_TO = 0.79
 """Openness at which a door that is pushed is left: any further, it is in the base's way."""
 _FREEZER = Way(
     "fridge",
-    "freezer_shelf3",
+    "freezer_shelf*",
     # Round the open door, and not into that of the fridge either.
     stands=((-0.95, None), (-0.95, -0.31), (-0.42, -0.31)),
     before=((-0.13, -0.05, 0.13),),
@@ -27,7 +27,7 @@ _FREEZER = Way(
 )
 _FRIDGE = Way(
     "fridge",
-    "fridge_shelf3",
+    "fridge_shelf*",
     # From the left: its door opens to the right.
     stands=((-0.95, None), (-0.95, 0.32), (-0.42, 0.32)),
     before=((-0.13, 0.06, 0.15),),
@@ -61,8 +61,7 @@ def _push_and_reach(way: Way) -> Plan:
 _FREEZER_DOOR, _FRIDGE_DOOR = "freezer_door_joint", "fridge_door_joint"
 
 _CLOSE = {
-    **dict.fromkeys(("GarnishPancake", "MakeIceLemonade"), _FRIDGE),
-    "PackIdenticalLunches": replace(_FRIDGE, hollow="fridge_shelf2"),
+    **dict.fromkeys(("GarnishPancake", "MakeIceLemonade", "PackIdenticalLunches"), _FRIDGE),
     "WaffleReheat": replace(MICROWAVE, door="microjoint"),
 }
 """Tasks that begin so close to a fridge or a microwave that its door cannot stand half open."""

@@ -169,7 +169,7 @@ def _in_cabinet(role: str, thing: str, *others: str) -> tuple[Shelf, Staging]:
 
 BESIDE_DOOR = 0.08
 """Left of a fridge's middle, m: the base is off the open door there."""
-_SHELF = "fridge_shelf3"
+_SHELF = "fridge_shelf*"
 _FAR_FRIDGE = (
     Shelf("fridge", _SHELF, "bowl", stands=(*ROUND_COUNTER, (-0.95, BESIDE_DOOR))),
     Staging(

@@ -31,7 +31,7 @@ the edge of what was below it, m."""
 HELD = 0.15
 """From the grip point to the centre of what is held, at most, m."""
 
-SHELF = "fridge_shelf3"
+SHELF = "fridge_shelf*"
 """At the height of the shoulder."""
 
 Take = Callable[[Arm, str], Motion]
