@@ -35,14 +35,14 @@ def stir(arm: Arm, pot_role: str, role: str) -> Motion:
     reach = yield from bring(arm, tool, lambda: into_thing(arm, tool, pot), dipped)
     hand = arm.rotation
     radius = arm.choices.choose("how far out", ROUND) * pot.sides()[0][1] / 2.0
-    # Where pot and hand are then: what turns the stick in the fingers does not draw the hand along.
-    to_hand, height = arm.position - end(tool), pot.bottom + OVER_FLOOR
+    # Where the hand is then: what turns the stick in the fingers does not draw the hand after it.
+    to_hand = arm.position - end(tool)
     way = end(tool) - pot.middle
     start = math.atan2(way[1], way[0])
 
     def at(angle: float) -> Array:
         out = radius * np.array((math.cos(angle), math.sin(angle)))
-        goal = np.append(pot.middle[:2] + out, height)
+        goal = np.append(pot.middle[:2] + out, pot.bottom + OVER_FLOOR)
         return np.asarray(goal + to_hand)
 
     yield from arm.move(at(start), hand, tolerance=0.006, speed=0.2, steps=120, required=False)
