@@ -31,7 +31,7 @@ from pytest_safemanip.policies.registry import PolicySpec, resolve
 from pytest_safemanip.rollouts import loop
 from pytest_safemanip.rollouts.store import file_name
 from pytest_safemanip.run.definitions import Definitions, load_definitions
-from pytest_safemanip.sim.backend import Request
+from pytest_safemanip.sim.backend import Options, Request
 from pytest_safemanip.sim.robocasa import factory, loading
 from pytest_safemanip.sim.robocasa.assets import prepare_assets
 from pytest_safemanip.trace import files
@@ -113,7 +113,8 @@ class Runner:
 
     def __init__(self, out: Path, definitions: Definitions) -> None:
         assets = prepare_assets(loading.package_assets(), "auto")
-        self._backend = Examined(factory.local(str(assets.root), assets.kind, {}, {}, ""))
+        backend = factory.local(str(assets.root), assets.kind, {}, {}, "")
+        self._backend = Examined(backend, factory.create(Options("auto", out / "logs")))
         self._out, self._definitions = out, definitions
         out.mkdir(parents=True, exist_ok=True)
 

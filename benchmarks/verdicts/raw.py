@@ -225,10 +225,13 @@ class Examined:
 
     Args:
         backend: a ``RoboCasaBackend``.
+        twin: another one, in a process of its own, that goes along: in it scripts look ahead and
+            rehearse, so that nothing of that is taken down.
     """
 
-    def __init__(self, backend: Any) -> None:
-        self._backend = backend
+    def __init__(self, backend: Any, twin: Any) -> None:
+        self._backend, self._twin, self._trials = backend, twin, 0
+        self.clearance = twin.clearance
         self._capture: Capture | None = None
         self.spec, self.provenance, self.observe = backend.spec, backend.provenance, backend.observe
         sample = ContactSampler.sample
@@ -243,8 +246,9 @@ class Examined:
 
     def reset(self, request: Any) -> Any:
         """Begin another rollout."""
-        self._capture = None
+        self._capture, self._trials = None, 0
         start = self._backend.reset(request)
+        self._twin.reset(request)
         simulation = self._backend._env.sim
         capture = Capture(simulation.model._model)
         capture.step(simulation.data._data)
@@ -253,10 +257,28 @@ class Examined:
 
     def step(self, action: Any) -> Any:
         """Run one control period."""
+        tried = self._twin.step(action)
+        if self._trials:
+            return tried
         step = self._backend.step(action)
         if self._capture is not None:
             self._capture.step(self._backend._env.sim.data._data)
         return step
+
+    def begin_trial(self) -> None:
+        """See :class:`~pytest_safemanip.sim.rehearsal.Rehearses`; likewise the next two."""
+        self._twin.begin_trial()
+        self._trials += 1
+
+    def undo_trial(self) -> None:
+        """Take back what was tried."""
+        self._twin.undo_trial()
+        self._trials -= 1
+
+    def keep_trial(self) -> None:
+        """Keep what was tried."""
+        self._twin.keep_trial()
+        self._trials -= 1
 
     def taken(self) -> Raw:
         """What happened since the reset."""
@@ -266,6 +288,7 @@ class Examined:
     def close(self) -> None:
         """See the backend's own."""
         self._backend.close()
+        self._twin.close()
 
 
 def _kind(root: str, free: bool) -> int:
