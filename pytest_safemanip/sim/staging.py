@@ -21,8 +21,8 @@ MOST_PARTICLES = 200
 LIQUID_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
-REACHABLE = 1.1
-"""Height that arms reach best, m."""
+SHOULDER = 1.25
+"""Height of what arms that stand on a base reach into best, about, m."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Put:
         turn: rotation that it gets, from how its task would stand it: degrees about the base's
             left direction, then about the vertical (2,).
         interior: which interior of the fixture, by name; empty for the lowest. Of those that a
-            pattern such as ``fridge_shelf*`` matches, it is the one whose floor is nearest to 1.1
+            pattern such as ``fridge_shelf*`` matches, it is the one whose floor is nearest to 1.25
             m: kitchens differ in how many shelves a fridge has.
         across: whether it is first turned about the vertical until its longer side lies across the
             base's forward direction: a seed's own heading lets a pot's handles point anywhere.

@@ -9,7 +9,7 @@ import numpy as np
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing
-from pytest_safemanip.sim.staging import REACHABLE
+from pytest_safemanip.sim.staging import SHOULDER
 from pytest_safemanip.trace.geometry import corners, to_local
 
 PALM = 0.06
@@ -35,7 +35,7 @@ class Hollow:
         if not found or (len(found) > 1 and "*" not in name):
             raise SkillFailed(f"{role} has {len(found)} interiors {name!r}")
         floors = {k: arm.step.box_pose[k][2] - arm.scene.boxes[k].half[2] for k in found}
-        self._arm, self._index = arm, min(found, key=lambda k: abs(floors[k] - REACHABLE))
+        self._arm, self._index = arm, min(found, key=lambda k: abs(floors[k] - SHOULDER))
 
     def _extent(self, along: Array) -> tuple[float, float]:
         points = corners(self._pose, self._half) @ along

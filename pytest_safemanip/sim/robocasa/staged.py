@@ -15,7 +15,7 @@ from pytest_safemanip.sim.robocasa.liquids import fill
 from pytest_safemanip.sim.robocasa.patches.environments import quick_settling
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
 from pytest_safemanip.sim.staging import (
-    REACHABLE,
+    SHOULDER,
     Add,
     Change,
     Fill,
@@ -265,7 +265,7 @@ class _Stage:
             if not inside:
                 raise TaskError(f"{fixture} has no interior {name!r}; {did_you_mean(name, names)}")
         floors = [self._box_floor(number) for number in inside]
-        return min(floors, key=lambda f: abs(f[2] - REACHABLE) if "*" in name else f[2])
+        return min(floors, key=lambda f: abs(f[2] - SHOULDER) if "*" in name else f[2])
 
     def _box_floor(self, number: int) -> Floats:
         """The middle of the floor of a box (3,)."""
