@@ -63,14 +63,6 @@ class Rollouts:
                 os.link(path, target)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with what runs rollouts: one worker then has little to wait for from another, and what
-    is left for both in the end is short.
-    """
-    long = {item.path for item in items if "rollouts" in getattr(item, "fixturenames", ())}
-    items.sort(key=lambda item: item.path not in long)
-
-
 @pytest.fixture(scope="session")
 def rollouts(
     tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 Call = tuple[str, ...]
 Span = tuple[str | float, str | float]
@@ -27,14 +28,14 @@ class Near:
         rollout: where.
         span: when.
         but_for: parameters that would make it true.
-        permitted: likewise, supports of the object.
+        binding: likewise, of what the task says.
     """
 
     call: Call
     rollout: str
     span: Span
     but_for: Mapping[str, float] = field(default_factory=dict)
-    permitted: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    binding: Mapping[str, Any] = field(default_factory=dict)
 
 
 TURNS = [
@@ -129,7 +130,7 @@ NEAR = [
         ("settled", "can"),
         "can put over edge",
         ("end", 5.8),
-        permitted={"can": frozenset({"counter", "floor"})},
+        binding={"supports": {"can": frozenset({"counter", "floor"})}},
     ),
     Near(
         ("mech_hit", "cabinet"),
@@ -176,7 +177,13 @@ NEAR = [
         ("in", "leaves"),
         {"enclosure_cleared.window": 0.05},
     ),
-    Near(("transfer", "cherry", "bowl"), "poured into pan", (0.0, 6.0), {"transfer.reach": 0.2}),
+    Near(
+        ("transfer", "cherry", "bowl"),
+        "poured into pan",
+        (0.0, 6.0),
+        {"transfer.reach": 0.2},
+        {"transfers": (("cherry", "bowl"),)},  # the pan, which is nearer, is no receiver
+    ),
     Near(
         ("contained", "cherry", "pan"), "poured into pan", ("pours", 4.45), {"contained.drift": 0.1}
     ),

@@ -36,8 +36,7 @@ def test_a_proposition_stays_false_where_one_thing_is_missing(play, row):
     rollout = play(row.rollout)
     steps = rollout.steps(*row.span)
     assert not rollout.view(*row.call)[steps].any()
-    changed = {"supports": row.permitted} if row.permitted else {}
-    assert rollout.seen(row.but_for, **changed)(*row.call)[steps].any()
+    assert rollout.seen(row.but_for, **row.binding)(*row.call)[steps].any()
 
 
 @pytest.mark.parametrize(("skill", "entity", "name", "safe"), HOLDS)
