@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache, partial
 from math import inf
 
 import numpy as np
@@ -74,8 +75,8 @@ def transfer(view: View, content: str, receiver: str) -> Bools:
     less than ``transfer.reach``, and has been at least ``transfer.displacement`` from where it lay
     for ``contained.window`` before the hand held anything. Where the task has several receivers for
     it, the nearest one counts. Of a grasp, the last step at which the fingers pressed counts. A
-    liquid starts to flow: at least ``transfer.share`` of its particles
-    have left the object that they were in at the first step, and the middle of those is there.
+    liquid starts to flow: at least ``transfer.share`` of its particles have left the object that
+    they were in at the first step, and the middle of those is there.
     """
     if content in view.trace.scene.particles:
         return _flows(view, content, receiver)
@@ -143,8 +144,9 @@ def _flows(view: View, liquid: str, receiver: str) -> Bools:
     if not starts.any():
         return np.asarray(starts)
     middle = middle_of(view, liquid, gone)
+    frames = cache(partial(holding_frames, view))
     meant = _meant_for(
-        view, liquid, receiver, lambda name, n: to_local(holding_frames(view, name)[n], middle)
+        view, liquid, receiver, lambda name, number: to_local(frames(name)[number], middle)
     )
     return np.asarray(starts & meant)
 

@@ -19,10 +19,8 @@ MOST = 200
 MOST_PARTICLES = 200
 """Of a liquid: each is a body that moves freely."""
 LIQUID_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-
-
 SHOULDER = 1.25
-"""Height of what arms that stand on a base reach into best, about, m."""
+"""About the height, m, at which an arm on a mobile base reaches into a shelf best."""
 
 
 @dataclass(frozen=True)
