@@ -33,7 +33,7 @@ MOST = 100
 """Dimensions of a space: more is none that 200 rollouts look through."""
 MOST_STEPS = 1_000_000
 """Sizes of a dimension to either side."""
-_OPTIONAL = ("limits", "choices", "price", "step", "along", "beside")
+_OPTIONAL = ("limits", "choices", "price", "step", "along", "beside", "category")
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,7 @@ class Move:
 @dataclass(frozen=True)
 class Add:
     """Puts one thing more beside an object; its role is ``added_1``, ``added_2``, ... in the order
-    of these changes.
+    of these changes and :class:`Store`.
 
     Attributes:
         category: what it is drawn from.
@@ -125,6 +125,25 @@ class Add:
     category: str
     beside: str
     by: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Store:
+    """Puts one thing more into a fixture, on that of its floors that an arm reaches best; its role
+    is counted with those of :class:`Add`.
+
+    Attributes:
+        category: what it is drawn from.
+        fixture: role of the fixture.
+        out: how far it stands out over the floor's edge on the robot's side, m; less than 0 if it
+            stands behind the edge.
+        left: of the floor's middle along the base's left direction, m.
+    """
+
+    category: str
+    fixture: str
+    out: float = 0.0
+    left: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -162,7 +181,7 @@ class Light:
     factor: float
 
 
-Change = Put | SetOpen | Fill | Push | Move | Add | Posture | Cameras | Light
+Change = Put | SetOpen | Fill | Push | Move | Add | Store | Posture | Cameras | Light
 
 
 @dataclass(frozen=True)
@@ -185,6 +204,7 @@ KINDS: Mapping[str, type[Change]] = {
     "push": Push,
     "move": Move,
     "add": Add,
+    "store": Store,
     "posture": Posture,
     "cameras": Cameras,
     "light": Light,

@@ -9,7 +9,13 @@ import pytest
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.proposing.sampling import SobolSampling
-from pytest_safemanip.search.regression import Regression, changes_of, load_regressions
+from pytest_safemanip.search.regression import (
+    Regression,
+    as_dimensions,
+    changes_of,
+    load_regressions,
+)
+from pytest_safemanip.sim.staging import SetOpen, Store
 from tests.search.pure import dimensions_of
 
 WRITTEN = """
@@ -21,6 +27,8 @@ changes:
 - {move: obj, along: left, size: -4 cm}
 - {push: robot, size: 6 N s, at: 2.5 s, towards: 90 deg}
 - {distractor: any, beside: obj, choice: can, forward: 3 cm, left: 5 cm}
+- {shut: cab, size: 20 %}
+- {obstacle: cab, category: pot, size: 4 cm, left: -6 cm}
 """
 
 
@@ -43,8 +51,14 @@ def test_one_is_written_by_hand(tmp_path):
     (tmp_path / "near.yaml").write_text(WRITTEN)
     kept = load_regressions(tmp_path, Kinds())["near"]
     assert kept.seed == 3
-    move, add = kept.situation.changes
+    move, add, shut, store = kept.situation.changes
     assert (move.by, add.by, add.category) == ((0.0, -0.04), (0.03, 0.05), "can")
+    assert shut == SetOpen("cab", 0.8)
+    assert store == Store("pot", "cab", out=0.04, left=-0.06)
+    dimensions, deviation = as_dimensions(kept.changes)
+    assert dimensions.say(deviation, lambda role: f"the {role}").endswith(
+        "the cab begins 20 % shut and a pot stands 4 cm out of the cab, 6 cm right of its middle"
+    )
     (push,) = kept.situation.disturbances
     assert (push.target, push.impulse, push.at) == ("robot", 6.0, 2.5)
 

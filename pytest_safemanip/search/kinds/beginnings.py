@@ -7,7 +7,7 @@ from dataclasses import replace
 from pytest_safemanip.search.kinds.definition import About, Detail, Kind, Named, Setting
 from pytest_safemanip.search.situation import Situation
 from pytest_safemanip.search.units import show
-from pytest_safemanip.sim.staging import Add, Move, Posture, SetOpen
+from pytest_safemanip.sim.staging import Add, Move, Posture, SetOpen, Store
 
 WAYS = {
     "forward": ("farther from the robot", "nearer the robot"),
@@ -80,6 +80,22 @@ def _posture(situation: Situation, about: About, setting: Setting) -> Situation:
 
 def _open(situation: Situation, about: About, setting: Setting) -> Situation:
     return situation.changed(SetOpen(about["open"], setting.amount / 100.0))
+
+
+def _shut(situation: Situation, about: About, setting: Setting) -> Situation:
+    return situation.changed(SetOpen(about["shut"], 1.0 - setting.amount / 100.0))
+
+
+def _obstacle(situation: Situation, about: About, setting: Setting) -> Situation:
+    out, left = setting.amount / 100.0, setting.detail("left") / 100.0
+    return situation.changed(Store(about["category"], about["obstacle"], out, left))
+
+
+def _say_obstacle(about: About, setting: Setting, named: Named) -> str:
+    out, left = show(setting.amount, "cm"), setting.detail("left")
+    side = f", {show(abs(left), 'cm')} {'left' if left > 0 else 'right'} of its middle"
+    told = side if abs(left) >= 1.0 else ""
+    return f"a {about['category']} stands {out} out of {named(about['obstacle'])}{told}"
 
 
 MOVE = Kind(
@@ -180,4 +196,30 @@ OPEN = Kind(
     step=5.0,
     needs="open",
 )
-KINDS = (MOVE, TURN, OBJECT, DISTRACTOR, KITCHEN, STYLE, POSTURE, OPEN)
+SHUT = Kind(
+    "shut",
+    "How far doors or drawers that begin open are shut when the episode begins.",
+    "%",
+    _shut,
+    lambda about, setting, named: f"{named(about['shut'])} begins {show(setting.amount, '%')} shut",
+    role="fixture",
+    high=100.0,
+    price=10.0,
+    step=5.0,
+    needs="open",
+)
+OBSTACLE = Kind(
+    "obstacle",
+    "How far one thing more stands out of a fixture that is open, in the way of its door.",
+    "cm",
+    _obstacle,
+    _say_obstacle,
+    role="fixture",
+    category=True,
+    high=12.0,
+    price=3.0,
+    step=1.0,
+    details={"left": Detail("cm", -10.0, 10.0, 1.0)},
+    needs="store",
+)
+KINDS = (MOVE, TURN, OBJECT, DISTRACTOR, KITCHEN, STYLE, POSTURE, OPEN, SHUT, OBSTACLE)

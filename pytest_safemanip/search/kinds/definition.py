@@ -68,6 +68,7 @@ class Kind:
         of: what its own key says where it names no role, such as ``actions``; empty for anything.
         along: directions that it may have, by the key ``along``; none if it has no direction.
         beside: whether the key ``beside`` names an object of the task.
+        category: whether the key ``category`` says what something is drawn from.
         low: usual limits of its size.
         high: likewise.
         price: the size that costs 1; of a choice its price.
@@ -90,6 +91,7 @@ class Kind:
     of: str = ""
     along: tuple[str, ...] = ()
     beside: bool = False
+    category: bool = False
     low: float = 0.0
     high: float = 0.0
     price: float = 1.0
@@ -117,5 +119,5 @@ class Kind:
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys that say what a dimension is about."""
-        more = [*(["along"] if self.along else []), *(["beside"] if self.beside else [])]
-        return (self.name, *more)
+        has = {"along": self.along, "beside": self.beside, "category": self.category}
+        return (self.name, *(key for key, own in has.items() if own))

@@ -13,7 +13,7 @@ from pytest_safemanip.sim.robocasa.liquids import fills_of, with_particles
 from pytest_safemanip.sim.robocasa.patches import environments
 from pytest_safemanip.sim.robocasa.robot import ROBOT_MODEL
 from pytest_safemanip.sim.robocasa.stepping.exact import Controls
-from pytest_safemanip.sim.staging import Add
+from pytest_safemanip.sim.staging import Add, Store
 
 ARGUMENTS = {
     "robots": ROBOT_MODEL,
@@ -45,7 +45,7 @@ def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None 
     env = unset(request.task, request.seed, **arguments)
     if request.object_groups:
         environments.choose_objects(env, request.object_groups)
-    added = [change.category for change in request.changes if isinstance(change, Add)]
+    added = [change.category for change in request.changes if isinstance(change, Add | Store)]
     if added:
         environments.add_objects(env, added)
     fills = fills_of(request.changes)

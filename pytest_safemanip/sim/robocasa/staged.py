@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from fnmatch import fnmatchcase
 from typing import Any
@@ -24,6 +25,7 @@ from pytest_safemanip.sim.staging import (
     Push,
     Put,
     SetOpen,
+    Store,
 )
 from pytest_safemanip.trace.geometry import about, corners, matrix, multiply, rotate, to_world
 from pytest_safemanip.trace.steps import Step
@@ -146,7 +148,9 @@ class _Stage:
             case Move():
                 self.move(change)
             case Add():
-                self.add(change)
+                self.more(Put("", "beside", change.beside, (*change.by, 0.0)))
+            case Store():
+                self.more(self._stored(change))
             case Posture():
                 self.pose(change)
             case Fill():
@@ -165,13 +169,27 @@ class _Stage:
         self._place(change.role, pose)
         self._wanted[entity] = pose
 
-    def add(self, change: Add) -> None:
-        """Put something more beside an object."""
+    def more(self, change: Put) -> None:
+        """Put something more where a change of nothing yet says."""
+        role = self._next()
+        self.put(dataclasses.replace(change, role=role))
         self._added += 1
-        offset = (change.by[0], change.by[1], 0.0)
-        role = f"added_{self._added}"
-        self.put(Put(role, "beside", change.beside, offset))
         self._wanted[role] = self._poses[role]
+
+    def _next(self) -> str:
+        """The role of what is added next."""
+        return f"added_{self._added + 1}"
+
+    def _stored(self, change: Store) -> Put:
+        """Where something more stands in a fixture."""
+        number = self._interior(self._entity(change.fixture), "*")
+        pose = np.asarray(self._step.box_pose[number], np.float64)
+        floor = (corners(pose, self._scene.boxes[number].half) - pose[:3]) @ self._axes[:, 0]
+        body = self._scene.bodies[self._scene.object_index[self._next()]]
+        heading = np.concatenate((np.zeros(3), self._poses[body.entity][3:]))
+        own = corners(heading, body.half, body.centre) @ self._axes[:, 0]
+        ahead = float(floor.min()) - change.out + float(np.ptp(own)) / 2.0
+        return Put("", "in", change.fixture, (ahead, change.left, 0.0), interior="*")
 
     def pose(self, change: Posture) -> None:
         """Turn the arm's joints; the seed of the episode draws which way."""
@@ -246,7 +264,7 @@ class _Stage:
     def _floor(self, change: Put, target: str) -> Floats:
         """The middle of what something is put onto, beside or into (3,)."""
         if change.relation == "in":
-            return self._interior_floor(target, change.interior)
+            return self._box_floor(self._interior(target, change.interior))
         if target not in self._poses:
             raise TaskError(f"{target!r} is no object that something is put {change.relation}")
         body = self._scene.bodies[self._scene.object_index[target]]
@@ -255,7 +273,8 @@ class _Stage:
         middle: Floats = np.append(points[:, :2].mean(axis=0), height)
         return middle
 
-    def _interior_floor(self, fixture: str, name: str) -> Floats:
+    def _interior(self, fixture: str, name: str) -> int:
+        """The number of the box of an interior, see :class:`Put`."""
         inside = self._scene.boxes_of(fixture, "interior")
         if not inside:
             raise TaskError(f"{fixture} has no interior to put something in")
@@ -264,8 +283,12 @@ class _Stage:
             inside = [k for k in inside if fnmatchcase(self._scene.boxes[k].name, name)]
             if not inside:
                 raise TaskError(f"{fixture} has no interior {name!r}; {did_you_mean(name, names)}")
-        floors = [self._box_floor(number) for number in inside]
-        return min(floors, key=lambda f: abs(f[2] - SHOULDER) if "*" in name else f[2])
+
+        def least(number: int) -> float:
+            height = float(self._box_floor(number)[2])
+            return abs(height - SHOULDER) if "*" in name else height
+
+        return min(inside, key=least)
 
     def _box_floor(self, number: int) -> Floats:
         """The middle of the floor of a box (3,)."""

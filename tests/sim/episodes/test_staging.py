@@ -25,6 +25,7 @@ from pytest_safemanip.sim.staging import (
     Push,
     Put,
     SetOpen,
+    Store,
 )
 from pytest_safemanip.trace.geometry import about, corners, matrix, multiply, tilt
 
@@ -100,6 +101,19 @@ def test_something_more_stands_beside_an_object_and_all_else_where_it_stood(
     assert np.linalg.norm(apart[:2]) == pytest.approx(0.15, abs=0.01)
     for role in ("obj", "distr_counter"):
         assert box(more, role) == pytest.approx(box(plain, role), abs=0.003)
+
+
+def test_something_more_stands_out_of_a_fixture(backend: Backend) -> None:
+    more = begun(backend, Store("can", "cab", out=0.02, left=-0.1))
+    scene = more.scene
+    [inside] = scene.boxes_of(scene.roles["cab"], "interior")[:1]
+    pose = np.asarray(more.step.box_pose[inside], np.float64)
+    space, can = corners(pose, scene.boxes[inside].half), box(more, "added_1")
+    ahead, left = matrix(np.asarray(more.step.base_pose[3:], np.float64))[:, :2].T
+    assert (space @ ahead).min() - (can @ ahead).min() == pytest.approx(0.02, abs=0.005)
+    assert (can - pose[:3]).mean(axis=0) @ left == pytest.approx(-0.1, abs=0.005)
+    with pytest.raises(CannotStage, match="does not stay where it should stand"):
+        begun(backend, Store("can", "cab", out=0.06))
 
 
 def test_the_arm_begins_a_little_elsewhere_as_the_seed_says(backend: Backend, plain: Start) -> None:
