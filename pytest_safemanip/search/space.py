@@ -26,8 +26,11 @@ EACH = {
     "objects": "object",
     "enclosures": "fixture",
     "mechanisms": "fixture",
+    "operated": "fixture",
 }
-"""What stands for each of a task's roles of a kind."""
+"""What stands for each of a task's roles of a kind: ``operated`` for fixtures that its skills
+open, close, press, turn or slide.
+"""
 ROBOT = "robot"
 MOST = 100
 """Dimensions of a space: more is none that 200 rollouts look through."""
@@ -384,13 +387,15 @@ def _usual(kind: Kind, task: Task, scenes: str) -> str:
 
 
 def _each(text: str, task: Task) -> Iterable[str]:
+    if text == "operated":
+        return [role for _, role in task.skills if role not in task.objects]
     roles: tuple[str, ...] = getattr(task, text)
     return roles
 
 
 def _roles(task: Task, kind: str) -> tuple[str, ...]:
     """The roles of a task that a dimension may be about."""
-    fixtures = dict.fromkeys((*task.enclosures, *task.mechanisms))
+    fixtures = dict.fromkeys((*task.enclosures, *task.mechanisms, *_each("operated", task)))
     if kind == "fixture":
         return tuple(fixtures)
     return (*task.objects, *((ROBOT,) if kind == "thing" else ()))

@@ -56,6 +56,15 @@ def test_what_a_backend_cannot_change_and_a_task_does_not_have_is_refused_of_kep
         check_applicable(kinds["move"], {"move": "objj", "along": "left"}, TASK, stiff, "a.yaml")
 
 
+def test_what_a_task_operates_may_begin_otherwise_too(tmp_path):
+    task = dataclasses.replace(TASK, skills=(("pick", "obj"), ("press", "microwave")))
+    space = space_of(tmp_path, "dimensions: {ajar: {open: operated, limits: [0 %, 50 %]}}", Kinds())
+    (ajar,) = applicable(space, task, SPEC, "compact", ()).dimensions.own
+    assert ajar.about == {"open": "microwave"}
+    with pytest.raises(ConfigError, match="the task has none"):
+        applicable(space, TASK, SPEC, "compact", ())
+
+
 def test_sizes_have_any_unit_of_their_quantity(tmp_path):
     text = "dimensions: {near: {move: obj, along: left, limits: [-0.02 m, 40 mm], price: 1 cm}}"
     (dimension,) = dimensions_of(tmp_path, text).own

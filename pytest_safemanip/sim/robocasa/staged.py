@@ -239,6 +239,8 @@ class _Stage:
             hint = did_you_mean(change.joint, named)
             raise TaskError(f"{change.role} has no joint {change.joint!r}; {hint}")
         access = [k for k in own if self._scene.joints[k].gives_access]
+        if not change.joint and not access:
+            raise TaskError(f"{change.role} has no door or drawer that could be open")
         for k in [named[change.joint]] if change.joint else access:
             address = self._about.joint_qpos[k]
             self._env.sim.data.qpos[address] = change.openness * self._about.joint_open[k]
