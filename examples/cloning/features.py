@@ -13,21 +13,35 @@ from pytest_safemanip.trace.steps import Step
 
 Floats = NDArray[np.float64]
 
-ROLES = ("obj", "cab", "drawer", "fxtr", "sink")
+ROLES = ("obj", "cab", "drawer", "fxtr", "sink", "microwave", "dishwasher", "toaster_oven")
 """The task's own names for what it is about."""
 GRIPPER, MODE = 6, 11
 """Of an action: fingers open (-1), stay (0) or close (1); the arm (-1) or the base (1) moves."""
 SWITCHES = 6
 """What fingers and mode may be together, see :func:`switch`."""
-SEGMENTS, LONGEST = 12, 80
+SEGMENTS, LONGEST = 12, 200
 """Switches that are told apart, and steps since the last that are."""
 SIZE = 55
+LEAST, FARTHEST = 0.02, 3.0
+"""Standard deviations are at least this; an observation counts as so many of them off at most."""
 
 
 def switch(actions: Floats) -> NDArray[np.int64]:
     """What fingers and mode are, as one number in 0 to 5, of actions (..., 12)."""
     fingers = np.round(actions[..., GRIPPER]).astype(np.int64) + 1
     return fingers + 3 * (actions[..., MODE] > 0.0)
+
+
+def scaled(seen: Floats, middle: Floats, spread: Floats) -> Floats:
+    """Observations (..., :data:`SIZE`) as the networks get them: never far beyond what they have
+    learnt from, where they would say anything.
+
+    Args:
+        seen: the observations.
+        middle: their means.
+        spread: their standard deviations.
+    """
+    return np.clip((seen - middle) / np.maximum(spread, LEAST), -FARTHEST, FARTHEST)
 
 
 class Memory:
@@ -73,8 +87,10 @@ class Features:
         objects = [scene.object_index[name] for name in entities if name in scene.object_index]
         self._object = objects[0] if objects else None
         self._joints = [k for name in entities for k in scene.joints_of(name)]
-        kinds = ("handle", "control", "interior")
-        self._boxes = [[k for n in entities for k in scene.boxes_of(n, kind)] for kind in kinds]
+        self._boxes = [
+            [k for name in entities for k in scene.boxes_of(name, kind) if _wanted(scene, k)]
+            for kind in ("handle", "control", "interior")
+        ]
         self._start = np.asarray(first.base_pose, np.float64)
         self.memory = Memory()
 
@@ -105,6 +121,11 @@ class Features:
     def _of_others(self, step: Step, frame: Floats, hand: Floats) -> Floats:
         others = [pose for k, pose in enumerate(step.object_pose) if k != self._object]
         return _nearest(others, frame, hand)
+
+
+def _wanted(scene: Scene, box: int) -> bool:
+    """Whether a box may be what a task is about: a button that stops something is not."""
+    return not scene.boxes[box].name.startswith("stop")
 
 
 def _nearest(poses: list[Floats], frame: Floats, hand: Floats) -> Floats:

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 
 import numpy as np
-from features import GRIPPER, MODE, Features, Floats
+from features import GRIPPER, MODE, Features, Floats, scaled
 
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 
@@ -15,9 +15,19 @@ NETWORKS = ("arm", "base", "switch")
 SHORTEST = 6
 """Control steps between two switches of fingers or mode: the expert makes none sooner."""
 
+NEAR, TURNED = 0.02, 1.5
+"""The base has arrived when it is so near, m and degrees."""
+DEAD_BAND, FAST = 0.27, 0.7
+"""Commands of the base: those below do not move it, and the largest one."""
+HALF = 0.7
+"""Odds of a switch that add up to this mean that half of the demonstrations would have switched."""
+DOUBT = 0.02
+"""A switch that is less likely than this at a step is none that begins to be due."""
+
 
 class Cloned:
-    """Acts as networks say: one moves the arm, one the base, one says which and what fingers do.
+    """Acts as networks say: one how the arm moves, one where the base will stand, one which of them
+    moves and what fingers do.
 
     Args:
         checkpoint: name of a file in ``checkpoints/``, without its ending.
@@ -42,25 +52,54 @@ class Cloned:
             if key.startswith(f"{episode.task}/")
         }
         self._scene, self._features, self.done = episode.scene, None, False
+        self._due = 0.0
 
     def act(self, observation: Observation) -> Floats:
         """The networks' action."""
         if self._features is None:
             self._features = Features(self._scene, observation.step)
         memory = self._features.memory
-        seen = (self._features(observation.step) - self._own["middle"]) / self._own["spread"]
-        switched = memory.last
-        if observation.index == 0 or memory.since >= SHORTEST:
-            switched = int(np.argmax(self._output("switch", seen)))
+        seen = scaled(self._features(observation.step), self._own["middle"], self._own["spread"])
+        switched = self._switched(seen)
         action = np.zeros(12)
         action[GRIPPER], action[MODE] = switched % 3 - 1, 1.0 if switched >= 3 else -1.0
         if action[MODE] > 0.0:
-            action[7:10] = self._output("base", seen)
+            action[7:10] = self._driven(self._output("base", seen))
         else:
             action[:6] = self._output("arm", seen)
         memory.told(action)
         self.done = observation.index > 4 / 3 * self._own["longest"]
         return np.clip(action, -1.0, 1.0)
+
+    def _driven(self, goal: Floats) -> Floats:
+        """The base's command (3,) on its way to a goal: forward and left, m, and degrees to the
+        left; where it has arrived, a switch is due.
+        """
+        action, longer = np.zeros(3), float(np.abs(goal[:2]).max())
+        if longer > NEAR:
+            above = min(1.5 * longer, FAST - DEAD_BAND) * goal[:2] / longer
+            moves = np.abs(goal[:2]) > NEAR
+            action[:2] = moves * (np.copysign(DEAD_BAND, goal[:2]) + above)
+        elif abs(goal[2]) > TURNED:
+            action[2] = np.copysign(min(0.12 + 0.01 * abs(goal[2]), 0.5), goal[2])
+        else:
+            self._due = 1.0
+        return action
+
+    def _switched(self, seen: Floats) -> int:
+        """What fingers and mode are now: others than before as soon as demonstrations would have
+        switched them by now, however unsure it is at which step.
+        """
+        scores = self._output("switch", seen)
+        odds = np.exp(scores - scores.max())
+        odds /= odds.sum()
+        memory = self._features.memory
+        begins = memory.switches == memory.since == 0
+        self._due = (memory.since > 0) * self._due + max(1.0 - odds[memory.last] - DOUBT, 0.0)
+        if not begins and (memory.since < SHORTEST or self._due < 1.0):
+            return memory.last
+        odds[memory.last] *= begins
+        return int(np.argmax(odds))
 
     def _output(self, network: str, value: Floats) -> Floats:
         last = sum(key.startswith(f"{network}/w") for key in self._own) - 1

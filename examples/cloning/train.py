@@ -14,22 +14,26 @@ from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
-from features import SWITCHES, Features, Floats, switch
+from features import MODE, SWITCHES, Features, Floats, scaled, switch
 from policy import NETWORKS
 from shaken import shakes
 from sklearn.neural_network import MLPClassifier, MLPRegressor
 
 from pytest_safemanip.trace import files
+from pytest_safemanip.trace.geometry import matrix
 
 HIDDEN = (128, 128)
-BLUR = 0.03
+BLUR = 0.1
 """Of an observation, as a share of its standard deviation."""
 
 
 def samples(path: Path) -> tuple[str, Floats, Floats]:
-    """Task, observations (K, 55) and actions (K, 12) of a rollout; none of one that failed."""
+    """Task, observations (K, 55) and what was done (K, 12) in a rollout; none of one that failed.
+
+    What was done is the action; of the base's motion, commands being jerky, where it led to.
+    """
     recording = files.load(path)
-    steps, seen, done = list(recording.steps), [], []
+    steps, seen, done, where = list(recording.steps), [], [], []
     episode = recording.episode
     shaken = shakes(episode.seed, len(steps)).any(axis=1) & (episode.policy == "shaken")
     features = Features(recording.scene, steps[0][0])
@@ -40,8 +44,30 @@ def samples(path: Path) -> tuple[str, Floats, Floats]:
         if not shaken[index]:
             seen.append(features(steps[index][0]))
             done.append(told)
+            where.append(np.asarray(steps[index][0].base_pose, np.float64))
         features.memory.told(told)
+    if done:
+        _lead_on(np.array(where), done)
     return episode.task, np.array(seen), np.array(done)
+
+
+def _lead_on(where: Floats, done: list[Floats]) -> None:
+    """Write into actions in which the base moves, instead of commands, where it is from there when
+    the arm moves next: forward and left, m, and degrees to the left.
+
+    Args:
+        where: poses of the base (K, 7).
+        done: actions (12,), which are changed.
+    """
+    end = where[-1]
+    for pose, action in zip(where[::-1], done[::-1], strict=True):
+        if action[MODE] < 0.0:
+            end = pose
+            continue
+        frame, then = matrix(pose[3:]), matrix(end[3:])
+        turned = (frame.T @ then)[:2, 0]
+        action[7:9] = (frame.T @ (end[:3] - pose[:3]))[:2]
+        action[9] = np.degrees(np.arctan2(turned[1], turned[0]))
 
 
 class Networks:
@@ -54,11 +80,11 @@ class Networks:
     """
 
     def __init__(self, seen: Floats, done: Floats, longest: int) -> None:
-        self.middle, self.spread = seen.mean(axis=0), seen.std(axis=0) + 1e-3
+        self.middle, self.spread = seen.mean(axis=0), seen.std(axis=0)
         self._longest, self._random = longest, np.random.default_rng(0)
         chosen = switch(done)
         arm = chosen < 3
-        same = {"hidden_layer_sizes": HIDDEN, "batch_size": 128, "random_state": 0}
+        same = {"hidden_layer_sizes": HIDDEN, "batch_size": 128, "random_state": 0, "alpha": 0.05}
         self.own = {
             "arm": (MLPRegressor(**same), seen[arm], done[arm, :6]),
             "base": (MLPRegressor(**same), seen[~arm], done[~arm, 7:10]),
@@ -68,7 +94,7 @@ class Networks:
     def learn(self) -> None:
         """Go through the data once, blurred: to know what to do a little beside it, too."""
         for name, (network, seen, done) in self.own.items():
-            clear = (seen - self.middle) / self.spread
+            clear = scaled(seen, self.middle, self.spread)
             blurred = clear + self._random.normal(0.0, BLUR, clear.shape)
             more = {"classes": np.arange(SWITCHES)} if name == "switch" else {}
             network.partial_fit(blurred, done, **more)
