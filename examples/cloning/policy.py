@@ -13,7 +13,7 @@ from pytest_safemanip.policies.base import EpisodeInfo, Observation
 FOLDER = Path(__file__).parent / "checkpoints"
 NETWORKS = ("arm", "base", "switch")
 SHORTEST = 6
-"""Control steps between two switches of fingers or mode: the expert makes none sooner."""
+"""Control steps between two switches of fingers or mode: the expert hardly makes one sooner."""
 
 NEAR, TURNED = 0.02, 1.5
 """The base has arrived when it is so near, m and degrees."""
