@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
@@ -14,8 +15,10 @@ from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.kinds.definition import Kind, Setting
 from pytest_safemanip.search.space import applicable, check_applicable, load_space
 from pytest_safemanip.sim.robocasa.robot import SPEC
+from pytest_safemanip.spec.tasks import load_tasks
 from tests.search.pure import EVERYTHING, TASK, dimensions_of, space_of
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "cloning" / "doors.yaml"
 HALVED = Kind(
     "halved",
     "Half of what the policy asks for is done late.",
@@ -63,6 +66,21 @@ def test_what_a_task_operates_may_begin_otherwise_too(tmp_path):
     assert ajar.about == {"open": "microwave"}
     with pytest.raises(ConfigError, match="the task has none"):
         applicable(space, TASK, SPEC, "compact", ())
+
+
+@pytest.mark.parametrize(
+    ("name", "door"),
+    [
+        ("TurnOnMicrowave", "ajar"),
+        ("SlideDishwasherRack", "shut"),
+        ("CloseToasterOvenDoor", "bread"),
+    ],
+)
+def test_the_example_looks_at_each_door_that_clones_meet(name, door):
+    space = load_space(EXAMPLE, Kinds())
+    task = load_tasks([resources.folder("tasks")])[name]
+    found = applicable(space, task, SPEC, "compact", {"hand"}).dimensions
+    assert set(found.by_name) == {door, "latency", "noise"}
 
 
 def test_sizes_have_any_unit_of_their_quantity(tmp_path):
