@@ -73,7 +73,7 @@ def test_what_a_task_operates_may_begin_otherwise_too(tmp_path):
     [
         ("TurnOnMicrowave", "ajar"),
         ("SlideDishwasherRack", "shut"),
-        ("CloseToasterOvenDoor", "bread"),
+        ("CloseFridge", "pot"),
     ],
 )
 def test_the_example_looks_at_each_door_that_clones_meet(name, door):
