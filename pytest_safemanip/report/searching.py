@@ -97,7 +97,7 @@ def search_data(
         "failure": (
             _failure(case, found, failure, scene, kept) if failure is not None and scene else None
         ),
-        "margins": [None if own is None else round(own.margin, 4) for own in findings],
+        "margins": [None if own is None else _told(own.margin) for own in findings],
         "tolerances": [
             {**asdict(own), "quantity": own.quantity}
             for own in tolerances(found.dimensions, pursuit, tried)
@@ -124,7 +124,7 @@ def _failure(
         "first_changes": len(failure.first),
         "price": round(found.dimensions.price(failure.deviation), 3),
         "first_price": round(found.dimensions.price(failure.first), 3),
-        "margin": round(finding.margin, 4),
+        "margin": _told(finding.margin),
         "severity": round(finding.severity, 3),
         "recording": f"{FOLDER}/{RECORDINGS}/{failure.outcome.recording}",
         "kept": str(kept) if kept else "",
@@ -207,6 +207,11 @@ def _survived(own: Mapping[str, Any]) -> str:
 def _border(own: Mapping[str, Any]) -> str:
     survived, failed = (show(own[key], own["unit"]) for key in ("survived", "failed"))
     return f"{own['dimension']}: survives {survived}, fails at {failed}"
+
+
+def _told(margin: float) -> float:
+    """A margin as it is told: what is hardly below 0 is 0, and not -0."""
+    return round(margin, 4) + 0.0
 
 
 def _least(margins: Iterable[float | None]) -> str:
