@@ -22,6 +22,8 @@ PITCHES, ROLLS, YAWS = range(0, 91, 15), (0.0, 90.0), (0.0, 15.0, -15.0, 30.0, -
 """How the hand may be there: from straight down, about its approach, and turned, degrees."""
 SIDE = 0.05
 """From the side of a hollow to a hand in it at least, m."""
+RESTS = 0.5
+"""For so long it stays there, s."""
 STEPS = (*((back, 0.0, 0.0) for back in (0.06, 0.12, 0.2, 0.3)), *SLANTED)
 """Where it comes from."""
 
@@ -85,7 +87,9 @@ def _come_in(arm: Arm, way: Way, hollow: Hollow) -> Motion:
     reach = arm.choices.choose("way in", ways)
     yield from go_before(arm, reach)
     pose = reach.pose
-    yield from arm.move(pose.point, pose.hand, tolerance=0.02, steps=60, speed=0.6, required=False)
+    yield from arm.move(pose.point, pose.hand, tolerance=0.03, turn_tolerance=0.3, speed=0.6)
+    # An arm that comes to rest may still touch something.
+    yield from arm.wait(RESTS)
 
 
 def _ways(arm: Arm, way: Way, hollow: Hollow) -> list[Reach]:

@@ -46,7 +46,8 @@ def shut(role: str, obstacle: str, fault: bool, far: float = FAR) -> Plan:
             return float(np.linalg.norm(thing.centre - where))
 
         def jammed() -> bool:
-            return blocked() and pushed() > PUSHED and fixture.openness(joint) > SHUT
+            meets = pushed() > PUSHED or _presses(arm, joint, thing)
+            return blocked() and meets and fixture.openness(joint) > SHUT
 
         def there() -> bool:
             stops = hard() and pushed() > PUSHED
@@ -62,6 +63,16 @@ def shut(role: str, obstacle: str, fault: bool, far: float = FAR) -> Plan:
         yield from arm.wait(LONG)
 
     return plan
+
+
+def _presses(arm: Arm, joint: Joint, thing: Thing) -> bool:
+    """Whether a door presses on something."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    return any(
+        joint.key in {parts[a].joint, parts[b].joint}
+        and thing.entity in {parts[a].entity, parts[b].entity}
+        for a, b in zip(contacts.a.tolist(), contacts.b.tolist(), strict=True)
+    )
 
 
 class _Slow:
