@@ -59,7 +59,7 @@ MICROWAVE = Way(
 _DISHWASHER = Way(
     "dishwasher",
     "rack1",
-    within=(0.10, 0.0, 0.14),
+    within=(0.12, 0.0, 0.09),
     pitch=45.0,
 )
 

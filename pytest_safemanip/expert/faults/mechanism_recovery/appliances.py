@@ -17,7 +17,7 @@ def _bread() -> Staging:
     """A baguette that sticks out of the oven, before a bagel: alone it would be pushed in."""
     changes = (
         Put("kebab", "in", "toaster_oven", (0.10, 0.0, 0.0)),
-        Put("baguette", "in", "toaster_oven", (-0.11, 0.0, 0.0), (0.0, 90.0)),
+        Put("baguette", "in", "toaster_oven", (-0.11, 0.0, 0.0), (0.0, 90.0), across=True),
     )
     return Staging(changes, {"baguette": ("baguette",), "kebab": ("bagel",)})
 
