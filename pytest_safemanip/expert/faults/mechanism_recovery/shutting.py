@@ -19,6 +19,8 @@ shut."""
 LONG_ENOUGH, CREEP = 60, 0.005
 """Three seconds, in control steps. A door that moves less in that time is blocked: one that pushes
 two pots in moves by four times as much, and shuts in the end."""
+SQUEEZED = 5.0
+"""A door that has come to rest and presses harder on something is not shut, N."""
 HARD, SLOWED = 10, 0.03
 """Half a second. A door that moves less in that time goes hard, and is pushed no harder."""
 
@@ -39,15 +41,17 @@ def shut(role: str, obstacle: str, fault: bool, far: float = FAR) -> Plan:
         where = thing.centre
         blocked, hard = (
             _Slow(fixture, joint, LONG_ENOUGH, CREEP),
-            _Slow(fixture, joint, HARD, SLOWED),
+            _Slow(fixture, joint, SQUEEZED = 5.0
+"""A door that has come to rest and presses harder on something is not shut, N."""
+HARD, SLOWED),
         )
 
         def pushed() -> float:
             return float(np.linalg.norm(thing.centre - where))
 
         def jammed() -> bool:
-            meets = pushed() > PUSHED or _presses(arm, joint, thing)
-            return blocked() and meets and fixture.openness(joint) > SHUT
+            stands = pushed() > PUSHED and fixture.openness(joint) > SHUT
+            return blocked() and (stands or _presses(arm, joint, thing) > SQUEEZED)
 
         def there() -> bool:
             stops = hard() and pushed() > PUSHED
@@ -65,13 +69,18 @@ def shut(role: str, obstacle: str, fault: bool, far: float = FAR) -> Plan:
     return plan
 
 
-def _presses(arm: Arm, joint: Joint, thing: Thing) -> bool:
-    """Whether a door presses on something."""
+def _presses(arm: Arm, joint: Joint, thing: Thing) -> float:
+    """With what force a door presses on something, N."""
     contacts, parts = arm.step.contacts, arm.scene.parts
-    return any(
-        joint.key in {parts[a].joint, parts[b].joint}
-        and thing.entity in {parts[a].entity, parts[b].entity}
-        for a, b in zip(contacts.a.tolist(), contacts.b.tolist(), strict=True)
+    pairs = zip(contacts.a.tolist(), contacts.b.tolist(), contacts.sustained.tolist(), strict=True)
+    return max(
+        (
+            force
+            for a, b, force in pairs
+            if joint.key in {parts[a].joint, parts[b].joint}
+            and thing.entity in {parts[a].entity, parts[b].entity}
+        ),
+        default=0.0,
     )
 
 
