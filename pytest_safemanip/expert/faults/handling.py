@@ -10,7 +10,7 @@ import numpy as np
 from pytest_safemanip.expert.motions.gripping import LIFTED, grasp
 from pytest_safemanip.expert.motions.handholds import Part
 from pytest_safemanip.expert.motions.placing import Spot, bring, withdraw
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed, raised
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, Plan, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z, fold
 from pytest_safemanip.expert.tasks.calls import Call
@@ -106,6 +106,21 @@ def rehearse(arm: Arm, text: str, motion: Callable[[], Motion], *roles: str) -> 
         SkillFailed: if none does.
     """
     yield from rehearsed(arm, [Call(text, roles, text)], lambda call: motion())
+
+
+def rehearse_or(arm: Arm, text: str, motion: Callable[[], Motion], *roles: str) -> Motion:
+    """The same, or, where all of its ways knock against something, the usual one: a fault comes
+    before that.
+
+    Raises:
+        NoWay: if it has none.
+    """
+    try:
+        yield from rehearse(arm, text, motion, *roles)
+    except NoWay:
+        raise
+    except SkillFailed:
+        yield from motion()
 
 
 def pitched(arm: Arm, pitch: float) -> Array:
@@ -240,7 +255,11 @@ def pass_over(arm: Arm, role: str, height: float) -> Motion:
 
 
 def _to(arm: Arm, role: str, height: float, aside: float = 0.0) -> Motion:
-    """Bring the closed fingers over an object."""
+    """Bring the closed fingers over an object, past what stands around."""
+    yield from rehearse_or(arm, f"come over {role}", lambda: _over(arm, role, height, aside), role)
+
+
+def _over(arm: Arm, role: str, height: float, aside: float) -> Motion:
     thing = Thing(arm, role)
     yield from arm.grip(True, 6)
     yield from reach(arm, thing.centre)

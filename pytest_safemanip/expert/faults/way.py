@@ -6,11 +6,11 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pytest_safemanip.expert.faults.handling import rehearse
+from pytest_safemanip.expert.faults.handling import rehearse, rehearse_or
 from pytest_safemanip.expert.faults.hollow import Hollow
 from pytest_safemanip.expert.motions.approaching import go_before
 from pytest_safemanip.expert.motions.reaching import SLANTED, Pose, Reach, Reaching, Ways
-from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, Plan, SkillFailed
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, Plan
 from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.things import Furniture
 
@@ -60,22 +60,11 @@ def reach(way: Way, fault: bool) -> Plan:
                 way.role,
                 when=lambda: hollow.has_hand() and _ajar(arm, way),
             )
-        yield from _come(arm, way, hollow, fault)
+        tried = rehearse_or if fault else rehearse
+        text = f"reach into {way.role}"
+        yield from tried(arm, text, lambda: _come_in(arm, way, hollow), way.role)
 
     return plan
-
-
-def _come(arm: Arm, way: Way, hollow: Hollow, fault: bool) -> Motion:
-    """Come in in a way that knocks against nothing; a fault comes in all the same."""
-    try:
-        text = f"reach into {way.role}"
-        yield from rehearse(arm, text, lambda: _come_in(arm, way, hollow), way.role)
-    except NoWay:
-        raise
-    except SkillFailed:
-        if not fault:
-            raise
-        yield from _come_in(arm, way, hollow)
 
 
 def _come_in(arm: Arm, way: Way, hollow: Hollow) -> Motion:

@@ -6,6 +6,7 @@ from collections import deque
 
 import numpy as np
 
+from pytest_safemanip.expert.faults.handling import rehearse
 from pytest_safemanip.expert.faults.mechanism_recovery.drawer import LONG
 from pytest_safemanip.expert.motions.joints import follow, move_joint, take_hold
 from pytest_safemanip.expert.motions.operating import SHUT
@@ -41,9 +42,7 @@ def shut(role: str, obstacle: str, fault: bool, far: float = FAR) -> Plan:
         where = thing.centre
         blocked, hard = (
             _Slow(fixture, joint, LONG_ENOUGH, CREEP),
-            _Slow(fixture, joint, SQUEEZED = 5.0
-"""A door that has come to rest and presses harder on something is not shut, N."""
-HARD, SLOWED),
+            _Slow(fixture, joint, HARD, SLOWED),
         )
 
         def pushed() -> float:
@@ -60,7 +59,8 @@ HARD, SLOWED),
         if fault:
             arm.truth.begins("mechanism_recovery", role, when=jammed)
         if not fault:
-            yield from move_joint(arm, fixture, joint, 0.0, SHUT)
+            text = f"shut {role}"
+            yield from rehearse(arm, text, lambda: move_joint(arm, fixture, joint, 0.0, SHUT), role)
             return
         hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
         yield from follow(arm, fixture, joint, hold, 0.0, there)
