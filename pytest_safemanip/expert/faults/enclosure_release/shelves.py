@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import lower, rehearse_or
+from pytest_safemanip.expert.faults.handling import lower
 from pytest_safemanip.expert.faults.hollow import Hollow
 from pytest_safemanip.expert.motions.travelling import travel
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
@@ -120,8 +120,7 @@ def _deposit(shelf: Shelf, fault: bool) -> Plan:
     def plan(arm: Arm) -> Motion:
         thing, hollow = Thing(arm, shelf.thing), Hollow(arm, shelf.role, shelf.hollow)
 
-        text = f"take {shelf.thing} out of {shelf.role}"
-        yield from rehearse_or(arm, text, lambda: take_out(arm, shelf), shelf.thing)
+        yield from take_out(arm, shelf)
         if fault:
             yield from _put_back(arm, shelf, 0.5)
             arm.truth.begins(
