@@ -255,11 +255,7 @@ def pass_over(arm: Arm, role: str, height: float) -> Motion:
 
 
 def _to(arm: Arm, role: str, height: float, aside: float = 0.0) -> Motion:
-    """Bring the closed fingers over an object, past what stands around."""
-    yield from rehearse_or(arm, f"come over {role}", lambda: _over(arm, role, height, aside), role)
-
-
-def _over(arm: Arm, role: str, height: float, aside: float) -> Motion:
+    """Bring the closed fingers over an object."""
     thing = Thing(arm, role)
     yield from arm.grip(True, 6)
     yield from reach(arm, thing.centre)
