@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from pytest_safemanip.expert.motions.gripping import LIFTED, grasp
 from pytest_safemanip.expert.motions.handholds import Part
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed, raised
+from pytest_safemanip.expert.motions.placing import Spot, bring, withdraw
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, Plan, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z, fold
 from pytest_safemanip.expert.tasks.calls import Call
@@ -62,6 +63,36 @@ def pick_and_place(arm: Arm, skill: str, role: str, *target_roles: str) -> Motio
     yield from rehearsed(arm, calls, lambda call: skills[call.skill](arm, *call.roles))
 
 
+def take_to(
+    arm: Arm, role: str, spots: Sequence[Spot], begins: Callable[[], None], *roles: str
+) -> Motion:
+    """Take hold of an object, bring it to one of some spots, and let go of it there, whatever is
+    below it.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        spots: where its underside comes to.
+        begins: called before the fingers open.
+        roles: what it may touch there.
+
+    Raises:
+        SkillFailed: if there is no way to.
+    """
+
+    def bring_there() -> Motion:
+        reach = yield from bring(arm, Thing(arm, role), lambda: spots)
+        down = raised(reach.pose.point, -reach.pose.over)
+        yield from arm.move(down, tolerance=0.006, speed=0.3, steps=60, required=False, exact=True)
+        begins()
+        yield from arm.grip(False)
+        yield from withdraw(arm, reach)
+
+    motions = {"take": lambda: grasp(arm, role, goal=lambda: spots), "bring": bring_there}
+    calls = [Call("take", (role,), f"take {role}"), Call("bring", (role, *roles), f"bring {role}")]
+    yield from rehearsed(arm, calls, lambda call: motions[call.skill]())
+
+
 def rehearse(arm: Arm, text: str, motion: Callable[[], Motion], *roles: str) -> Motion:
     """A motion in the first of its ways that knocks against nothing.
 
@@ -75,6 +106,21 @@ def rehearse(arm: Arm, text: str, motion: Callable[[], Motion], *roles: str) -> 
         SkillFailed: if none does.
     """
     yield from rehearsed(arm, [Call(text, roles, text)], lambda call: motion())
+
+
+def rehearse_or(arm: Arm, text: str, motion: Callable[[], Motion], *roles: str) -> Motion:
+    """The same, or, where all of its ways knock against something, the usual one: a fault comes
+    before that.
+
+    Raises:
+        NoWay: if it has none.
+    """
+    try:
+        yield from rehearse(arm, text, motion, *roles)
+    except NoWay:
+        raise
+    except SkillFailed:
+        yield from motion()
 
 
 def pitched(arm: Arm, pitch: float) -> Array:

@@ -64,6 +64,11 @@ class Hollow:
         """Its floor and its top, m."""
         return self._extent(np.array((0.0, 0.0, 1.0)))
 
+    def point(self, ahead: float, aside: float, up: float) -> Array:
+        """A point so far beyond where it begins, left of its middle, and above its floor (3,)."""
+        middle = sum(self.aside) / 2.0
+        return self._arm.point(self.ahead[0] + ahead, middle + aside, self.height[0] + up)
+
     def has_hand(self) -> bool:
         """Whether the hand is in it up to its middle."""
         middle = self._arm.position - PALM * self._arm.rotation[:, 2]

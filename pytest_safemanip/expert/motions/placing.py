@@ -28,8 +28,9 @@ from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
 from pytest_safemanip.expert.world.contacts import carried_by_something, carriers, palm_meets
 from pytest_safemanip.expert.world.room import Room, heading, walls
-from pytest_safemanip.expert.world.things import Space, Thing, contents
-from pytest_safemanip.trace.geometry import about, matrix
+from pytest_safemanip.expert.world.things import ROOM_HEIGHT, Space, Thing, contents, other_things
+from pytest_safemanip.trace.geometry import about, corners, matrix
+from pytest_safemanip.trace.planar import footprints_overlap
 
 OVER = 0.008
 """Free space below a load before it is lowered until it stands, m."""
@@ -75,6 +76,9 @@ ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
 JUTS = 2.0
 """What speaks against letting something go that is not wholly where it is to be."""
+LEVEL, HIGHER_UP = 0.01, 0.03
+"""What is no lower than what something is to stand on, and no higher than that, would be taken for
+what carries it, m."""
 PRECISELY = 0.004
 """How far beside its way down the hand may be, m."""
 FALLS = 0.05
@@ -234,8 +238,8 @@ def place(
     if vessel is not None:
         floors += [it.highest for it in contents(arm, vessel) if _below(it, thing)]
     fall, stood = thing.bottom - max(floors), vessel.bottom if vessel else 0.0
-    # What hangs on a vessel's rim is not in it yet.
-    if fall > FALLS and not carriers(arm, thing) - {reach.pose.hollow}:
+    # What hangs on a vessel's rim is not in it yet; what lies across something else would slip off.
+    if fall > FALLS and not (vessel and carriers(arm, thing) - {vessel.entity}):
         raise IllHeld(f"{thing.entity} would fall {100 * fall:.0f} cm")
     if reach.pose.opening < 1.0:
         yield from arm.let_go(NARROWLY / 2.0)
@@ -298,7 +302,8 @@ class Placing:
         self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
         self._tips = attitudes is standing and not self._along
-        self._frame = heading(arm)
+        self._frame, self._strange = heading(arm), _strange(arm, thing)
+        self._others = other_things(arm, thing, *self._along)
         self._groups: list[tuple[list[Spot], Room, Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
         ordered = sorted(spots, key=lambda spot: spot.hollow)
@@ -337,7 +342,12 @@ class Placing:
             if not self._dipped and not _over(spot, spot.point + com):
                 continue
             lowest = float(load[:, 2].min())
-            others = self._on_others(room, spot.point - (0.0, 0.0, lowest - OVER), load, com)
+            box = (thing.corners - thing.middle) @ turn.T
+            at = spot.point - (0.0, 0.0, lowest - OVER)
+            others = self._on_others(spot, room, box + at, com + at)
+            strange = not spot.hollow and self._reaches_over(
+                self._strange, spot, box + at, -LEVEL, HIGHER_UP
+            )
             # What is dipped goes in with its end, and need not come down to the floor.
             end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
             openings = (1.0, min(1.0, held.opening + NARROWLY)) if spot.hollow else (1.0,)
@@ -345,7 +355,7 @@ class Placing:
             for opening, higher in itertools.product(dict.fromkeys(openings), highers):
                 middle = spot.point - np.append(end[:2], lowest - OVER - higher)
                 cost = spot.cost + odd + others + 5.0 * higher + 0.2 * (opening < 1.0)
-                cost += JUTS * _juts(spot, (thing.corners - thing.middle) @ turn.T + middle)
+                cost += JUTS * (_juts(spot, box + middle) or strange)
                 family = number, higher, opening
                 yield Pose(
                     middle + grip,
@@ -367,21 +377,56 @@ class Placing:
             return ()
         return LOWERED_TO + (ONTO if contents(self._arm, Thing(self._arm, hollow)) else ())
 
-    def _on_others(self, room: Room, middle: Array, load: Array, com: Array) -> float:
+    def _on_others(self, spot: Spot, room: Room, box: Array, com: Array) -> float:
         """What speaks against letting go of something above what already lies there: the more if it
         would not tip off.
 
         Args:
+            spot: where it comes to stand.
             room: what is around.
-            middle: of the thing where it would come to stand (3,).
-            load: from there to points on it (L, 3).
-            com: from there to its centre of mass (3,).
+            box: its corners there (8, 3).
+            com: its centre of mass there (3,).
         """
-        low = float(load[:, 2].min())
-        column = np.append(com[:2], 0.0) + np.linspace((0.0, 0.0, low), com * (0.0, 0.0, 1.0), 4)
-        points = np.concatenate((load, column)) + middle
-        away = room.away(points @ self._frame)
-        return 0.5 * ON_OTHERS * (float(away.min() < 0.0) + float(away[-4:].min() < 0.0))
+        column = np.linspace((*com[:2], box[:, 2].min()), com, 4)
+        others = [thing.corners for thing in self._others if thing.entity != spot.hollow]
+        above = self._reaches_over(others, spot, box, LEVEL, math.inf)
+        inside = room.away(column @ self._frame).min() < 0.0
+        return 0.5 * ON_OTHERS * (float(above) + float(inside))
+
+    def _reaches_over(
+        self, boxes: Sequence[Array], spot: Spot, box: Array, low: float, high: float
+    ) -> bool:
+        """Whether the box (8, 3) of what comes to stand on a spot reaches over some others, each
+        (8, 3), whose top is so much higher than the spot, at least and at most, m.
+        """
+        first, last = box.min(axis=0), box.max(axis=0)
+        return any(
+            low < other[:, 2].max() - spot.point[2] < high
+            and (other.min(axis=0) < last)[:2].all()
+            and (other.max(axis=0) > first)[:2].all()
+            and footprints_overlap(box, other, 0.0)
+            for other in boxes
+        )
+
+
+def _strange(arm: Arm, thing: Thing) -> list[Array]:
+    """Corners (8, 3) of what is solid of fixtures that a thing has no leave to rest on; none where
+    nobody knows.
+    """
+    allowed, roles = arm.permissions, arm.scene.roles
+    if allowed is None:
+        return []
+    supports = {
+        roles.get(name, name)
+        for role, names in allowed.supports.items()
+        if roles.get(role, role) == thing.entity
+        for name in names
+    }
+    return [
+        np.asarray(corners(np.array(s.pose), s.half), np.float64)
+        for s in arm.scene.surfaces
+        if s.entity not in supports and not s.joint and s.pose[2] < ROOM_HEIGHT
+    ]
 
 
 def _over(spot: Spot, com: Array) -> bool:
@@ -394,12 +439,12 @@ def _over(spot: Spot, com: Array) -> bool:
     return bool((off < half - np.minimum(INSIDE, half / 2.0)).all())
 
 
-def _juts(spot: Spot, corners: Array) -> bool:
-    """Whether something with corners (8, 3) juts out of where it is to be, not at its floor."""
+def _juts(spot: Spot, box: Array) -> bool:
+    """Whether something with box (8, 3) juts out of where it is to be, not at its floor."""
     if spot.space is None:
         return False
     pose, half = spot.space
-    own = (corners - pose[:3]) @ matrix(pose[3:])
+    own = (box - pose[:3]) @ matrix(pose[3:])
     return bool((own[:, 2] > half[2]).any() or (np.abs(own[:, :2]) > half[:2]).any())
 
 

@@ -23,6 +23,7 @@ from pytest_safemanip.expert.robot.kinematics import (
     strain,
 )
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
+from pytest_safemanip.expert.world.contacts import pressed_by
 from pytest_safemanip.expert.world.room import Room, heading
 from pytest_safemanip.expert.world.routes import route
 from pytest_safemanip.expert.world.standing import nearest, passable, rearmost
@@ -51,6 +52,8 @@ TUCKS = 0.2
 """Where it would draw back by more, the hand is drawn in first, m."""
 MOST_BACK = 0.9
 """How far it draws back for that at most, m."""
+LEANS, OFF_IT = 0.5, 0.06
+"""Force with which the base leans on what it drives off first, N, and how far, m."""
 SWINGS = 7
 """Postures that are looked at of a hand on its way to another pose."""
 EMPTY, LOADED, HANGS = 0.7, 0.6, 0.05
@@ -69,6 +72,8 @@ def travel(arm: Arm, find: Callable[[], Array], load: Thing | None = None) -> Mo
     Raises:
         SkillFailed: if the base does not get there.
     """
+    if pressed_by(arm, "base", LEANS):
+        yield from drive(arm, arm.base - OFF_IT * arm.forward, load)
     goal = find()
     aside = arm.aside(goal)
     if abs(aside - arm.aside(arm.base)) > STEP / 2.0:

@@ -76,7 +76,7 @@ class Watch:
                 entities = {roles_of.get(name, name) for name in below}
                 self._supports.setdefault(roles_of.get(role, role), set()).update(entities)
         self._holds: dict[str, collections.deque[Array]] = {}
-        self._before = {pair for pair, _ in self._rows(arm.step, 0.0)}
+        self._before = dict(self._rows(arm.step, 0.0))
 
     def wrong(self, step: Step) -> str:
         """What is wrong with a step, in a few words; empty if nothing is."""
@@ -85,7 +85,7 @@ class Watch:
             return slipped
         touches = dict(self._rows(step, STRAY))
         for (one, other), force in touches.items():
-            if (one, other) not in self._before and self._bad(one, other, force, held):
+            if self._more(one, other, force) and self._bad(one, other, force, held):
                 mine, its = self._parts[one], self._parts[other]
                 who = mine.name if mine.entity == ROBOT else mine.entity
                 return f"{who} presses on {its.entity}'s {its.name} with {force:.0f} N"
@@ -117,6 +117,12 @@ class Watch:
         while loads := {other for one, other in pairs if one in found} - found:
             found |= loads
         return found
+
+    def _more(self, one: int, other: int, force: float) -> bool:
+        """Whether parts did not touch before the skill; a limb that did may not press harder."""
+        before = self._before.get((one, other))
+        limb = self._robot[one] and not self._hand[one]
+        return before is None or bool(limb and force > before)
 
     def _bad(self, one: int, other: int, force: float, held: set[str]) -> bool:
         if self._robot[one]:

@@ -3,9 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.motions.placing import TURNS, tipped
+from pytest_safemanip.expert.motions.placing import JUTS, TURNS, Placing, Spot, held, tipped
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import about_y, about_z
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.policies.base import Permissions
 from tests import toy
 
 DOWN = np.diag((1.0, -1.0, -1.0))
@@ -20,3 +22,15 @@ def test_what_a_slanting_hand_holds_is_first_tipped_until_the_hand_points_down(t
     tips = [turn @ hand for turn, _ in tipped(arm, hand)][: len(TURNS)]
     assert all(tip[2, 2] == pytest.approx(-1.0) for tip in tips)
     assert len({tuple(np.round(tip[:, 0], 3)) for tip in tips}) == len(TURNS)
+
+
+@pytest.mark.parametrize(("supports", "strange"), [(("counter",), False), (("cab",), True)])
+def test_what_may_not_rest_on_a_counter_does_not_reach_over_it(supports, strange):
+    arm = Arm(toy.SCENE, toy.at_rest())
+    arm.permissions = Permissions({}, {"obj": supports})
+    thing = Thing(arm, "obj")
+    spot = Spot(np.append(thing.middle[:2], thing.bottom))
+    placing = Placing(arm, thing, [spot])
+    ((group, room, _),) = placing._groups
+    costs = [pose.cost for pose in placing._poses(group[0], room, held(arm))]
+    assert (min(costs) >= JUTS) == strange

@@ -58,6 +58,13 @@ def test_what_touched_before_the_skill_is_no_knock():
     assert not watch(before=(lying,)).wrong(step(lying))
 
 
+def test_a_limb_that_lay_against_something_may_press_no_harder():
+    lying, pressed = (touch("robot/link5", "counter/body", force) for force in (20.0, 25.0))
+    assert watch(before=(lying,)).wrong(step(pressed)).startswith("link5 presses on counter")
+    held = [touch("robot/finger_left", "apple/body", force) for force in (20.0, 25.0)]
+    assert not watch(before=held[:1]).wrong(step(held[1]))
+
+
 def test_without_permissions_a_skill_may_touch_all_of_what_it_is_about():
     fingers = touch("robot/finger_left", "cabinet/door", 10.0)
     assert not watch(None, roles=("cab",)).wrong(step(fingers))

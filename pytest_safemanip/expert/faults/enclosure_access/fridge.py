@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from pytest_safemanip.expert.faults.enclosure_access.not_open import MICROWAVE, opened, pair
 from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.way import ROUND_COUNTER, Way, reach
+from pytest_safemanip.expert.faults.way import Way, reach
 from pytest_safemanip.expert.motions.joints import move_joint
-from pytest_safemanip.expert.robot.arm import FOLDED, Arm, Motion, Plan
+from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.world.things import Furniture
 from pytest_safemanip.sim.staging import SetOpen, Staging
 
@@ -17,28 +17,16 @@ PUSHED_TO = 0.79
 _FREEZER = Way(
     "fridge",
     "freezer_shelf*",
-    # Round the open door, and not into that of the fridge either.
-    stands=((-0.95, None), (-0.95, -0.31), (-0.42, -0.31)),
-    before=((-0.13, -0.05, 0.13),),
     within=(0.10, -0.05, 0.13),
     pitch=75.0,
-    roll=90.0,
     door="freezer_door_joint",
 )
 _FRIDGE = Way(
     "fridge",
     "fridge_shelf*",
-    # From the left: its door opens to the right.
-    stands=((-0.95, None), (-0.95, 0.32), (-0.42, 0.32)),
-    before=((-0.13, 0.06, 0.15),),
     within=(0.10, 0.06, 0.15),
     pitch=75.0,
-    roll=90.0,
     door="fridge_door_joint",
-)
-_FAR_FRIDGE = replace(
-    _FRIDGE,
-    stands=(*ROUND_COUNTER, (-0.95, 0.32), (-0.42, 0.32)),
 )
 
 
@@ -49,10 +37,6 @@ def _push_and_reach(way: Way) -> Plan:
         fixture = Furniture(arm, way.role)
         joint = fixture.joint(way.door)
         yield from move_joint(arm, fixture, joint, PUSHED_TO)
-        # Stretched out, it would meet what is beside the door before the base is there.
-        ahead, height, pitch = FOLDED
-        tucked = arm.point(arm.ahead(arm.base) + ahead, arm.aside(arm.base), height)
-        yield from arm.move(tucked, arm.hand(pitch), tolerance=0.05, turn_tolerance=0.3)
         yield from reach(way, True)(arm)
 
     return plan
@@ -80,7 +64,7 @@ FAULTS = (
         "fridge",
         "a fridge, its door half open",
         {"StoreLeftoversInBowl": "fridge"},
-        _FAR_FRIDGE,
+        _FRIDGE,
         opened((0.75, _FRIDGE_DOOR)),
         opened((0.94, _FRIDGE_DOOR)),
     ),

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.way import Way, reach
 from pytest_safemanip.expert.motions.joints import move_joint
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
+from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.world.things import Furniture
 from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 
@@ -27,8 +27,6 @@ def _pull_and_reach(way: Way, openness: float, fault: bool) -> Plan:
         drawer = Furniture(arm, way.role)
         joint = drawer.doors()[0]
         yield from move_joint(arm, drawer, joint, openness, 0.01)
-        yield from arm.wait(0.2)
-        yield from arm.move(raised(arm.position, 0.3), tolerance=0.04)
         yield from reach(way, fault)(arm)
 
     return plan
@@ -37,49 +35,32 @@ def _pull_and_reach(way: Way, openness: float, fault: bool) -> Plan:
 _DRAWER = Way(
     "drawer",
     "int",
-    # Back, past its side, and in front of it.
-    stands=((-0.40, None), (-0.40, 0.0)),
-    before=((0.09, 0.0, 0.25),),
     within=(0.09, 0.0, 0.03),
     pitch=0.0,
 )
 _TOOL_DRAWER = replace(_DRAWER, within=(0.09, 0.0, OVER_TOOLS))
-_PULLED_DRAWER = replace(_DRAWER, stands=((-0.40, None),), before=((0.09, 0.0, 0.22),))
 CABINET = Way(
     "cab",
     "level0",
-    stands=((-0.47, 0.0),),
-    # From below: its doors end above the hand.
-    before=((-0.12, 0.0, -0.10), (-0.12, 0.0, 0.12)),
     within=(0.12, 0.0, 0.12),
     pitch=75.0,
 )
 _RIGHT_HALF = replace(
     CABINET,
-    stands=((-0.47, -0.07),),
-    before=((-0.15, -0.09, -0.10), (-0.12, -0.09, 0.14)),
     within=(0.12, -0.12, 0.14),
-    roll=90.0,
     door="rightdoorhinge",
 )
 MICROWAVE = Way(
     "microwave",
     "tray",
-    # Round the open door: back, past it, and up to the microwave.
-    stands=((-1.10, None), (-1.10, -0.18), (-0.45, -0.18)),
-    before=((-0.13, -0.08, 0.12),),
     within=(0.12, -0.08, 0.12),
     pitch=75.0,
-    roll=90.0,
 )
 _DISHWASHER = Way(
     "dishwasher",
     "rack1",
-    # From the right, round the open door: from the left, the elbow meets the counter.
-    stands=((-1.0, None), (-1.0, -0.61), (-0.12, -0.61)),
-    before=((0.09, -0.18, 0.52),),
-    within=(0.09, -0.18, 0.18),
-    pitch=0.0,
+    within=(0.12, 0.0, 0.09),
+    pitch=45.0,
 )
 
 
@@ -207,14 +188,14 @@ FAULTS = (
         "pull_half_and_reach",
         "enclosure_access",
         "pulls a drawer half out, and reaches into it",
-        {"DeliverStraw": _pull_and_reach(_PULLED_DRAWER, 0.5, True)},
+        {"DeliverStraw": _pull_and_reach(_DRAWER, 0.5, True)},
         {"DeliverStraw": _STRAW_AT_BACK},
     ),
     Fault(
         "pull_and_reach",
         "enclosure_access",
         "pulls a drawer out nearly all the way, and reaches into it",
-        {"DeliverStraw": _pull_and_reach(_PULLED_DRAWER, 0.85, False)},
+        {"DeliverStraw": _pull_and_reach(_DRAWER, 0.85, False)},
         {"DeliverStraw": _STRAW_AT_BACK},
         near_miss=True,
     ),

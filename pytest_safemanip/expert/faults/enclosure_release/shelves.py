@@ -14,7 +14,7 @@ import numpy as np
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import lower
 from pytest_safemanip.expert.faults.hollow import Hollow
-from pytest_safemanip.expert.faults.way import ROUND_COUNTER, go_round
+from pytest_safemanip.expert.motions.travelling import travel
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing
@@ -43,8 +43,6 @@ class Shelf:
         stand: from the base to where the hollow begins, m.
         pitch: of the hand, degrees from straight down.
         rise: how far the object is lifted on its way out, m.
-        stands: where the base goes before, one after the other, as for a
-            :class:`~pytest_safemanip.expert.faults.way.Way`.
     """
 
     role: str
@@ -53,15 +51,13 @@ class Shelf:
     stand: float = 0.50
     pitch: float = 75.0
     rise: float = 0.05
-    stands: tuple[tuple[float | None, float | None], ...] = ()
 
 
 def take_out(arm: Arm, shelf: Shelf) -> Motion:
     """Pinches the object where it stands and draws it out to the front."""
     thing, hollow = Thing(arm, shelf.thing), Hollow(arm, shelf.role, shelf.hollow)
-    yield from go_round(arm, hollow, shelf.stands)
     stand = arm.floor_point(hollow.ahead[0] - shelf.stand, arm.aside(thing.centre))
-    yield from arm.drive(stand, speed=1.0)
+    yield from travel(arm, lambda: stand)
     hand = arm.hand(shelf.pitch)
     # The lower fingertip of a tipped hand stays off the floor.
     where = np.append(thing.centre[:2], max(thing.centre[2], thing.bottom + TIPS))
@@ -171,7 +167,7 @@ BESIDE_DOOR = 0.08
 """Left of a fridge's middle, m: the base is off the open door there."""
 _SHELF = "fridge_shelf*"
 _FAR_FRIDGE = (
-    Shelf("fridge", _SHELF, "bowl", stands=(*ROUND_COUNTER, (-0.95, BESIDE_DOOR))),
+    Shelf("fridge", _SHELF, "bowl"),
     Staging(
         (
             SetOpen("fridge", 1.0, "fridge_door_joint"),

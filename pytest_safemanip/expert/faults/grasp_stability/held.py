@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -11,6 +12,11 @@ from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import matrix
+
+SLID = 0.035
+"""Way in the hand after which the fingers hold another end of an object, m."""
+SWUNG = math.radians(30.0)
+"""Turn in the hand after which an object hangs rather than is held."""
 
 
 class Held:
@@ -34,6 +40,10 @@ class Held:
     def touched(self) -> bool:
         """Whether the robot touches it: what was let go moves, but in no hand."""
         return bool(_presses(self._arm, self._thing.entity))
+
+    def lost(self) -> bool:
+        """Whether it is in the hand, but no longer as it was."""
+        return self.touched and (self.slid > SLID or self.swung > SWUNG)
 
     def _now(self) -> Array:
         turned: Array = self._arm.rotation.T @ matrix(self._thing.pose[3:])

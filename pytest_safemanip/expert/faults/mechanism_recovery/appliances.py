@@ -14,12 +14,14 @@ def _bagel() -> Staging:
 
 
 def _bread() -> Staging:
-    """A baguette that sticks out of the oven, before a bagel: alone it would be pushed in."""
+    """A baguette that sticks out of the oven, before one that lies across: alone it would be pushed
+    in, and beside a smaller thing too.
+    """
     changes = (
-        Put("kebab", "in", "toaster_oven", (0.10, 0.0, 0.0)),
-        Put("baguette", "in", "toaster_oven", (-0.11, 0.0, 0.0), (0.0, 90.0)),
+        Put("kebab", "in", "toaster_oven", (0.10, 0.0, 0.0), across=True),
+        Put("baguette", "in", "toaster_oven", (-0.11, 0.0, 0.0), (0.0, 90.0), across=True),
     )
-    return Staging(changes, {"baguette": ("baguette",), "kebab": ("bagel",)})
+    return Staging(changes, dict.fromkeys(("baguette", "kebab"), ("baguette",)))
 
 
 UP_TO_NEXT = 0.2

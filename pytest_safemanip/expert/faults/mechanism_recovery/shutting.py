@@ -6,6 +6,7 @@ from collections import deque
 
 import numpy as np
 
+from pytest_safemanip.expert.faults.handling import rehearse
 from pytest_safemanip.expert.faults.mechanism_recovery.drawer import LONG
 from pytest_safemanip.expert.motions.joints import follow, move_joint, take_hold
 from pytest_safemanip.expert.motions.operating import SHUT
@@ -19,6 +20,8 @@ shut."""
 LONG_ENOUGH, CREEP = 60, 0.005
 """Three seconds, in control steps. A door that moves less in that time is blocked: one that pushes
 two pots in moves by four times as much, and shuts in the end."""
+SQUEEZED = 5.0
+"""A door that has come to rest and presses harder on something is not shut, N."""
 HARD, SLOWED = 10, 0.03
 """Half a second. A door that moves less in that time goes hard, and is pushed no harder."""
 
@@ -46,7 +49,8 @@ def shut(role: str, obstacle: str, fault: bool, far: float = FAR) -> Plan:
             return float(np.linalg.norm(thing.centre - where))
 
         def jammed() -> bool:
-            return blocked() and pushed() > PUSHED and fixture.openness(joint) > SHUT
+            stands = pushed() > PUSHED and fixture.openness(joint) > SHUT
+            return blocked() and (stands or _presses(arm, joint, thing) > SQUEEZED)
 
         def there() -> bool:
             stops = hard() and pushed() > PUSHED
@@ -55,13 +59,29 @@ def shut(role: str, obstacle: str, fault: bool, far: float = FAR) -> Plan:
         if fault:
             arm.truth.begins("mechanism_recovery", role, when=jammed)
         if not fault:
-            yield from move_joint(arm, fixture, joint, 0.0, SHUT)
+            text = f"shut {role}"
+            yield from rehearse(arm, text, lambda: move_joint(arm, fixture, joint, 0.0, SHUT), role)
             return
         hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
         yield from follow(arm, fixture, joint, hold, 0.0, there)
         yield from arm.wait(LONG)
 
     return plan
+
+
+def _presses(arm: Arm, joint: Joint, thing: Thing) -> float:
+    """With what force a door presses on something, N."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    pairs = zip(contacts.a.tolist(), contacts.b.tolist(), contacts.sustained.tolist(), strict=True)
+    return max(
+        (
+            force
+            for a, b, force in pairs
+            if joint.key in {parts[a].joint, parts[b].joint}
+            and thing.entity in {parts[a].entity, parts[b].entity}
+        ),
+        default=0.0,
+    )
 
 
 class _Slow:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pytest_safemanip.expert.faults.enclosure_access.not_open import MICROWAVE
 from pytest_safemanip.expert.faults.fault import Fault
 from pytest_safemanip.expert.faults.handling import PRESS_PITCH, PRESS_STAND, press
-from pytest_safemanip.expert.faults.hollow import Hollow
-from pytest_safemanip.expert.faults.way import go_round, reach
+from pytest_safemanip.expert.faults.way import reach
 from pytest_safemanip.expert.motions.operating import KNOB_ON, turn_to
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import START_BUTTON, Furniture, Thing
@@ -66,7 +65,6 @@ def _start_and_reach(arm: Arm) -> Motion:
 
 def _start_shut(arm: Arm) -> Motion:
     """Starts a microwave with its door shut."""
-    yield from go_round(arm, Hollow(arm, "microwave", MICROWAVE.hollow), MICROWAVE.stands)
     yield from press(arm, "microwave", START_BUTTON)
 
 
