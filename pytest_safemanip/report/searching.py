@@ -21,6 +21,8 @@ from pytest_safemanip.search.units import show
 from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.scene import Scene
 
+REASONS = 3
+"""Why rollouts could not be begun is told for so many reasons, the most frequent first."""
 SearchData = dict[str, Any]
 """What a search found out about one property, in plain builtins; see :func:`search_data`."""
 
@@ -72,7 +74,8 @@ def search_data(
         ``task``, ``policy``, ``property``; ``seeds`` and of them ``violated_plain`` (those whose
         episodes violate it as they are); ``rollouts`` (asked for until something was found) and
         ``shrinking`` (afterwards), ``trials`` of the whole search, of them ``satisfied`` (those
-        with changes that triggered the property and kept it) and ``refused``, ``errors``;
+        with changes that triggered the property and kept it) and ``refused``, some reasons for
+        which (``not_begun``, with how often each), ``errors``;
         ``failure`` (None, or what it is); ``margins`` of all trials in their order (None where
         there is none); ``tolerances`` and ``looked_at``, see `search/coverage.py`; ``left_out`` of
         the space.
@@ -80,6 +83,7 @@ def search_data(
     pursuit, tried = found.search.pursuits[case.property_id], list(found.search.tried.items())
     failure = pursuit.failure
     findings = [outcome.findings.get(case.property_id) for _, outcome in tried]
+    reasons = Counter(outcome.refused for _, outcome in tried if outcome.refused)
     return {
         "task": case.task,
         "policy": case.policy,
@@ -93,6 +97,7 @@ def search_data(
         "reused": found.reused,
         "satisfied": found.search.satisfied(case.property_id),
         "refused": sum(bool(outcome.refused) for _, outcome in tried),
+        "not_begun": dict(reasons.most_common(REASONS)),
         "errors": found.errors[:5],
         "failure": (
             _failure(case, found, failure, scene, kept) if failure is not None and scene else None
@@ -154,6 +159,8 @@ def search_lines(searches: Sequence[Mapping[str, Any]], width: int = MIN_WIDTH) 
             lines += [f"  {own['property']}"]
             lines += [line for told in _found(own) for line in _indented(told, 4, width)]
         beside = [f"not looked at: {line}" for line in most["left_out"]]
+        begun = most.get("not_begun", {})
+        beside += [f"could not be begun ({count}): {why}" for why, count in begun.items()]
         beside += [f"a rollout failed: {error}" for error in most["errors"]]
         lines += [line for told in beside for line in _indented(told, 2, width)]
     return lines

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
@@ -36,7 +37,7 @@ MOST = 100
 """Dimensions of a space: more is none that 200 rollouts look through."""
 MOST_STEPS = 1_000_000
 """Sizes of a dimension to either side."""
-_OPTIONAL = ("limits", "choices", "price", "step", "along", "beside", "category")
+_OPTIONAL = ("limits", "choices", "price", "step")
 
 
 @dataclass(frozen=True)
@@ -110,8 +111,9 @@ def _dimension(section: yamlfile.Section, name: str, kinds: Mapping[str, Kind]) 
         raise section.error(name, "expected a name of letters, digits and '_'")
     own = section.section(name)
     kind = kind_of(own, kinds)
-    own.check_keys(kind.keys, (*(k for k in _OPTIONAL if k not in kind.keys), *kind.details))
+    own.check_keys(kind.keys, (*_OPTIONAL, *kind.details))
     about = about_of(own, kind)
+    _check_each(own, kind, about)
     low, high = _limits(own, kind)
     return Dimension(
         name=name,
@@ -139,7 +141,7 @@ def kind_of(section: yamlfile.Section, kinds: Mapping[str, Kind]) -> Kind:
     place = f"{section.path}:{section.line}"
     if len(named) != 1:
         known = ", ".join(kinds)
-        unknown = [k for k in section if k not in _OPTIONAL]
+        unknown = [k for k in section if k not in (*_OPTIONAL, "along", "beside", "category")]
         hint = did_you_mean(unknown[0], kinds) if unknown and not named else f"known: {known}"
         found = " and ".join(map(repr, named)) or "none"
         raise ConfigError(f"{place}: expected one key that is a kind, found {found}; {hint}")
@@ -160,6 +162,35 @@ def about_of(section: yamlfile.Section, kind: Kind) -> dict[str, str]:
         hint = did_you_mean(about["along"], kind.along)
         raise section.error("along", f"unknown direction {about['along']!r}; {hint}")
     return about
+
+
+def _check_each(own: yamlfile.Section, kind: Kind, about: Mapping[str, str]) -> None:
+    """Refuse a misspelt word for several roles, which no task would have."""
+    text = about[kind.role_key]
+    near = get_close_matches(text, EACH, n=1, cutoff=0.8)
+    if (kind.role or kind.beside) and near and text not in EACH:
+        raise own.error(kind.role_key, f"unknown {text!r}; did you mean {near[0]!r}?")
+
+
+def check_drawn(
+    kind: Kind, about: Mapping[str, str], choices: Iterable[object], known: Collection[str], at: str
+) -> None:
+    """Refuse a category that no object can be drawn from.
+
+    Args:
+        kind: what is changed.
+        about: what it is about.
+        choices: what is chosen from, where it chooses.
+        known: categories and groups of the simulator.
+        at: where it is said.
+
+    Raises:
+        ConfigError: naming the category.
+    """
+    named = [about["category"]] if kind.category else choices if kind.draws else []
+    for name in named:
+        if name not in known:
+            raise ConfigError(f"{at}: unknown category {name!r}; {did_you_mean(str(name), known)}")
 
 
 def _limits(own: yamlfile.Section, kind: Kind) -> tuple[float, float]:

@@ -13,7 +13,12 @@ from pytest_safemanip.rollouts.disturbances.of_actions import Latency
 from pytest_safemanip.search.dimension import Deviation
 from pytest_safemanip.search.kinds.catalogue import Kinds
 from pytest_safemanip.search.kinds.definition import Kind, Setting
-from pytest_safemanip.search.space import applicable, check_applicable, load_space
+from pytest_safemanip.search.space import (
+    applicable,
+    check_applicable,
+    check_drawn,
+    load_space,
+)
 from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.spec.tasks import load_tasks
 from tests.search.pure import EVERYTHING, TASK, dimensions_of, space_of
@@ -83,6 +88,21 @@ def test_the_example_looks_at_each_door_that_clones_meet(name, door):
     assert set(found.by_name) == {door, "latency", "noise"}
 
 
+@pytest.mark.parametrize(
+    ("declared", "category"),
+    [
+        ("{obstacle: mechanisms, category: pott}", "pott"),
+        ("{distractor: any, beside: obj, choices: [can, cupp]}", "cupp"),
+    ],
+)
+def test_a_category_that_there_is_not_is_refused(tmp_path, declared, category):
+    (own,) = space_of(tmp_path, f"dimensions: {{a: {declared}}}", Kinds()).declared
+    one = own.dimension
+    check_drawn(one.kind, one.about, one.choices, {category, "can"}, own.place)
+    with pytest.raises(ConfigError, match=rf"unknown category '{category}'; did you mean"):
+        check_drawn(one.kind, one.about, one.choices, {"pot", "can", "cup"}, own.place)
+
+
 def test_sizes_have_any_unit_of_their_quantity(tmp_path):
     text = "dimensions: {near: {move: obj, along: left, limits: [-0.02 m, 40 mm], price: 1 cm}}"
     (dimension,) = dimensions_of(tmp_path, text).own
@@ -136,6 +156,9 @@ def test_what_is_no_kind_is_refused(kind, message):
         ("{latency: actions, price: 0 s}", "a size above 0"),
         ("{latency: actions, colour: red}", "colour"),
         ("{latency: observations}", "expected 'actions', found 'observations'"),
+        ("{shut: operatd}", "unknown 'operatd'; did you mean 'operated'"),
+        ("{obstacle: mechanisms, category: pot, beside: obj}", "beside"),
+        ("{obstacle: mechanisms}", "category"),
     ],
 )
 def test_what_is_no_dimension_is_refused_with_its_place(tmp_path, declared, message):

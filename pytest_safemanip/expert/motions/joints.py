@@ -7,7 +7,7 @@ where the arm would be stretched. Where the hand lost it, or came to its end, it
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -86,6 +86,7 @@ def move_joint(
     goal: float,
     off: float = 0.02,
     until: Callable[[], bool] | None = None,
+    stages: Sequence[int] = STAGES,
 ) -> Motion:
     """Move what a joint moves until it is as open as wanted.
 
@@ -96,6 +97,7 @@ def move_joint(
         goal: openness.
         off: how far from the goal it may stay on this side.
         until: replaces these two.
+        stages: in how many it may be moved, the usual number first.
 
     Raises:
         SkillFailed: if it does not get there.
@@ -112,12 +114,12 @@ def move_joint(
     # Another hold is likelier to help than other stages, and is asked for first.
     arm.choices.choose(f"hold 1 of {joint.name}", range(OPTIONS))
     wide = swings(joint) and (first - goal) * abs(joint.travel) > WIDE
-    stages = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else STAGES)
-    for number in range(1, HOLDS + stages):
+    several = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else stages)
+    for number in range(1, HOLDS + several):
         if there():
             return
         before = fixture.openness(joint)
-        next_ = first + (goal - first) * min(1.0, number / stages)
+        next_ = first + (goal - first) * min(1.0, number / several)
         try:
             hold = yield from take_hold(arm, fixture, joint, next_, f"hold {number}", slips)
         except NoWay as error:

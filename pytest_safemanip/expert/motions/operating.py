@@ -4,9 +4,11 @@ levers, spouts, buttons.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from pytest_safemanip.expert.motions.joints import let_go, move_joint, take_hold
+from pytest_safemanip.expert.motions.joints import STAGES, let_go, move_joint, take_hold
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import START_BUTTON, Furniture, Part, Thing
@@ -117,17 +119,24 @@ def swing_spout(arm: Arm, role: str) -> Motion:
 
 
 def turn_to(
-    arm: Arm, fixture: Furniture, joint: Joint, angle: float, near: float = KNOB_NEAR
+    arm: Arm,
+    fixture: Furniture,
+    joint: Joint,
+    angle: float,
+    near: float = KNOB_NEAR,
+    stages: Sequence[int] = STAGES,
 ) -> Motion:
     """Turn a knob or a spout to an angle, rad, or as near to it."""
-    yield from move_joint(arm, fixture, joint, angle / joint.travel, near / joint.travel)
+    goal, off = angle / joint.travel, near / joint.travel
+    yield from move_joint(arm, fixture, joint, goal, off, stages=stages)
 
 
 def turn_off_burners(arm: Arm, role: str) -> Motion:
     """Turn off each burner of a stove that is on."""
     stove = Furniture(arm, role)
     for joint in stove.burning():
-        yield from turn_to(arm, stove, joint, KNOB_OFF, KNOB_OFF)
+        # A hand that takes hold three times is at what is hot for fifteen seconds.
+        yield from turn_to(arm, stove, joint, KNOB_OFF, KNOB_OFF, STAGES[:2])
 
 
 def turn_on_burner_under(arm: Arm, role: str, thing_role: str) -> Motion:

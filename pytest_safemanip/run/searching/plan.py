@@ -22,8 +22,10 @@ from pytest_safemanip.search.space import (
     Space,
     applicable,
     check_applicable,
+    check_drawn,
     load_space,
 )
+from pytest_safemanip.sim.backend import DrawsObjects
 from pytest_safemanip.sim.registry import check_backend
 from pytest_safemanip.spec.task import Task
 
@@ -194,6 +196,10 @@ def _space(plan: Plan, spaces: Sequence[Space], task: Task, policy: PolicySpec) 
     senses = SENSES.get(policy.name.partition(":")[0], EVERYTHING)
     spec = plan.simulator.spec.in_task(task.simulated)
     space = reduce(Space.joined, own)
+    kinds = _object_kinds(plan)
+    for declared in space.declared if kinds else ():
+        one = declared.dimension
+        check_drawn(one.kind, one.about, one.choices, kinds, declared.place)
     return applicable(space, task, spec, plan.scenes(policy.name), senses)
 
 
@@ -204,6 +210,7 @@ def _regressions(
     if plan.simulator is None:
         return
     known = {(case.policy, case.task, case.property_id) for case in plan.every}
+    kinds = _object_kinds(plan)
     for own in kept:
         _check_known(own, "property", own.property_id, plan.properties, "safemanip properties")
         check_backend(own.backend, backends, f"{own.path}: backend")
@@ -214,12 +221,21 @@ def _regressions(
         spec = plan.simulator.spec.in_task(task.simulated)
         for change in own.changes:
             check_applicable(change.kind, change.about, task, spec, str(own.path))
+            if kinds:
+                size = change.setting.size
+                check_drawn(change.kind, change.about, (size,), kinds, str(own.path))
         if own.scenes:
             plan.simulator.spec.check_scenes(own.scenes, str(own.path))
         for policy in plan.policies:
             here = not own.scenes or own.scenes == plan.scenes(policy)
             if here and (policy, own.task, own.property_id) in known:
                 yield RegressionCase(own, policy)
+
+
+def _object_kinds(plan: Plan) -> Collection[str]:
+    """What the simulator draws objects from; empty where nobody knows."""
+    factory = plan.simulator.create if plan.simulator else None
+    return factory.object_kinds() if isinstance(factory, DrawsObjects) else ()
 
 
 def _check_known(

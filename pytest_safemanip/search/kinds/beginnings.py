@@ -132,6 +132,7 @@ OBJECT = Kind(
     _object,
     _say_object,
     role="object",
+    draws=True,
     price=2.0,
     needs="objects",
 )
@@ -143,6 +144,7 @@ DISTRACTOR = Kind(
     _say_distractor,
     of="any",
     beside=True,
+    draws=True,
     price=2.0,
     details={
         "forward": Detail("cm", -20.0, 20.0, 1.0),

@@ -69,6 +69,7 @@ class Kind:
         along: directions that it may have, by the key ``along``; none if it has no direction.
         beside: whether the key ``beside`` names an object of the task.
         category: whether the key ``category`` says what something is drawn from.
+        draws: whether its choices are categories or groups that objects are drawn from.
         low: usual limits of its size.
         high: likewise.
         price: the size that costs 1; of a choice its price.
@@ -92,6 +93,7 @@ class Kind:
     along: tuple[str, ...] = ()
     beside: bool = False
     category: bool = False
+    draws: bool = False
     low: float = 0.0
     high: float = 0.0
     price: float = 1.0

@@ -126,12 +126,14 @@ class _Stage:
             return
         for entity, wanted in {**self._stands, **self._wanted}.items():
             now = step.object_pose[self._scene.object_index[entity]]
-            level = float(np.linalg.norm(now[:2] - wanted[:2]))
-            if level > DRIFT or abs(now[2] - wanted[2]) > DROP:
+            level, up = float(np.linalg.norm(now[:2] - wanted[:2])), float(now[2] - wanted[2])
+            if level > DRIFT or abs(up) > DROP:
+                what = {own.name: own.category for own in self._scene.entities}[entity]
                 raise CannotStage(
-                    f"{entity} does not stay where it should stand: it came to rest "
-                    f"{100 * level:.0f} cm away and {100 * (now[2] - wanted[2]):.0f} cm higher; "
-                    "something is in the way, or nothing below it"
+                    f"{entity} ({what}) does not stay where it should stand: it came to rest "
+                    f"{100 * level:.0f} cm away and {100 * abs(up):.0f} cm "
+                    f"{'higher' if up > 0.0 else 'lower'}; something is in the way, or nothing "
+                    "below it"
                 )
 
     def make(self, change: Change) -> None:
