@@ -145,6 +145,15 @@ def test_a_failure_is_found_kept_and_tried_again(suite: Suite) -> None:
     suite.run("--safemanip-policy=firm", "-k", "regression").assert_outcomes(passed=1)
 
 
+def test_a_kept_failure_that_shows_nothing_is_skipped(suite: Suite) -> None:
+    folder = suite.pytester.path / "regressions"
+    folder.mkdir()
+    (folder / "held.yaml").write_text(REGRESSION.replace("stays_near", "grasp_stability"))
+    result = suite.run("--safemanip-policy=firm", "-k", "regression", "-rs")
+    result.assert_outcomes(skipped=1)
+    result.stdout.fnmatch_lines(["*grasp_stability: never triggered*"])
+
+
 def test_side_by_side_it_is_the_same_search(searched: Suite) -> None:
     alone = of(searched)
     for mode in (*MODES["without xdist"], "--safemanip-jobs=3"), MODES["-n 2"]:
