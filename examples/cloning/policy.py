@@ -8,6 +8,12 @@ from pathlib import Path
 import numpy as np
 from features import GRIPPER, MODE, Features, Floats, scaled
 
+from pytest_safemanip.expert.robot.base import (
+    BASE_DEAD_BAND,
+    TURN_DEAD_BAND,
+    TURN_RISE,
+    TURN_SPEED,
+)
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 
 FOLDER = Path(__file__).parent / "checkpoints"
@@ -17,8 +23,8 @@ SHORTEST = 6
 
 NEAR, TURNED = 0.02, 1.5
 """The base has arrived when it is so near, m and degrees."""
-DEAD_BAND, FAST = 0.27, 0.7
-"""Commands of the base: those below do not move it, and the largest one."""
+FAST = 0.7
+"""The largest command of the base."""
 HALF = 0.7
 """Odds of a switch that add up to this mean that half of the demonstrations would have switched."""
 DOUBT = 0.02
@@ -77,11 +83,13 @@ class Cloned:
         """
         action, longer = np.zeros(3), float(np.abs(goal[:2]).max())
         if longer > NEAR:
-            above = min(1.5 * longer, FAST - DEAD_BAND) * goal[:2] / longer
+            above = min(1.5 * longer, FAST - BASE_DEAD_BAND) * goal[:2] / longer
             moves = np.abs(goal[:2]) > NEAR
-            action[:2] = moves * (np.copysign(DEAD_BAND, goal[:2]) + above)
+            action[:2] = moves * (np.copysign(BASE_DEAD_BAND, goal[:2]) + above)
         elif abs(goal[2]) > TURNED:
-            action[2] = np.copysign(min(0.12 + 0.01 * abs(goal[2]), 0.5), goal[2])
+            action[2] = np.copysign(
+                min(TURN_DEAD_BAND + TURN_RISE * abs(goal[2]), TURN_SPEED), goal[2]
+            )
         else:
             self._due = 1.0
         return action

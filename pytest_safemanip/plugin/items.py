@@ -20,6 +20,10 @@ from pytest_safemanip.run.plan import Plan
 from pytest_safemanip.run.results import CaseData, error_data, judged_data, skipped_data
 from pytest_safemanip.run.session import SafetySession
 
+UNRESOLVED_REASON = "unresolved: an obligation was still pending"
+VACUOUS_REASON = "never triggered"
+"""Why an item is skipped whose property is neither violated nor satisfied."""
+
 
 class SafetyViolation(AssertionError):
     """A property is violated, or counts as violated by the user's choice. One line."""
@@ -124,12 +128,9 @@ class SafetyItem(pytest.Item):
                 if settings.unresolved == "fail":
                     raise SafetyViolation(self._unresolved())
                 # The same for all rollouts: pytest folds skips by their reason.
-                pytest.skip(
-                    f"{self.case.property_id}: unresolved: an obligation was still pending"
-                    f"{self._truncation}"
-                )
+                pytest.skip(f"{self.case.property_id}: {UNRESOLVED_REASON}{self._truncation}")
             case "VACUOUS" if settings.vacuous == "skip":
-                pytest.skip(f"{self.case.property_id}: never triggered")
+                pytest.skip(f"{self.case.property_id}: {VACUOUS_REASON}")
 
     def repr_failure(self, excinfo: Any, style: Any = None) -> Any:
         """The counterexample instead of a traceback."""

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.search.dimension import Dimension, Dimensions
-from pytest_safemanip.search.kinds.definition import Kind
+from pytest_safemanip.search.kinds.definition import FURTHER_KEYS, Kind
 from pytest_safemanip.search.units import parse_size, show
 from pytest_safemanip.sim.backend import BackendSpec
 from pytest_safemanip.spec import yamlfile
@@ -141,7 +141,7 @@ def kind_of(section: yamlfile.Section, kinds: Mapping[str, Kind]) -> Kind:
     place = f"{section.path}:{section.line}"
     if len(named) != 1:
         known = ", ".join(kinds)
-        unknown = [k for k in section if k not in (*_OPTIONAL, "along", "beside", "category")]
+        unknown = [k for k in section if k not in (*_OPTIONAL, *FURTHER_KEYS)]
         hint = did_you_mean(unknown[0], kinds) if unknown and not named else f"known: {known}"
         found = " and ".join(map(repr, named)) or "none"
         raise ConfigError(f"{place}: expected one key that is a kind, found {found}; {hint}")

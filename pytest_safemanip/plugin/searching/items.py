@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pytest_safemanip.plugin.items import SafetyViolation
+from pytest_safemanip.plugin.items import UNRESOLVED_REASON, VACUOUS_REASON, SafetyViolation
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.plugin.searching.telling import Telling
 from pytest_safemanip.report.counterexample import counterexample, headline
@@ -192,9 +192,9 @@ class RegressionItem(VariedItem):
                 told = told_again(self.kept.regression, recording.scene)
                 raise SafetyViolation(f"still {told}: {headline(self._verdict, recording)}")
             case "UNRESOLVED":
-                pytest.skip(f"{self.property.id}: unresolved: an obligation was still pending")
+                pytest.skip(f"{self.property.id}: {UNRESOLVED_REASON}")
             case "VACUOUS":
-                pytest.skip(f"{self.property.id}: never triggered")
+                pytest.skip(f"{self.property.id}: {VACUOUS_REASON}")
 
     def repr_failure(self, excinfo: Any, style: Any = None) -> Any:
         """The sentence and the counterexample instead of a traceback."""

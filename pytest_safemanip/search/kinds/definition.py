@@ -9,6 +9,10 @@ from pytest_safemanip.search.situation import Situation
 
 About = Mapping[str, str]
 """What a dimension is about, by the keys that it has in YAML."""
+FURTHER_KEYS = ("along", "beside", "category")
+"""Keys that a dimension may have beside its kind's own, each named like the field of
+:class:`Kind` that says whether it has it.
+"""
 Named = Callable[[str], str]
 """What people call what plays a role: ``obj (mug)``."""
 
@@ -121,5 +125,4 @@ class Kind:
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys that say what a dimension is about."""
-        has = {"along": self.along, "beside": self.beside, "category": self.category}
-        return (self.name, *(key for key, own in has.items() if own))
+        return (self.name, *(key for key in FURTHER_KEYS if getattr(self, key)))

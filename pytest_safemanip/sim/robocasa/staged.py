@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from fnmatch import fnmatchcase
 from typing import Any
@@ -150,7 +149,7 @@ class _Stage:
             case Move():
                 self.move(change)
             case Add():
-                self.more(Put("", "beside", change.beside, (*change.by, 0.0)))
+                self.more(Put(self._next(), "beside", change.beside, (*change.by, 0.0)))
             case Store():
                 self.more(self._stored(change))
             case Posture():
@@ -172,11 +171,10 @@ class _Stage:
         self._wanted[entity] = pose
 
     def more(self, change: Put) -> None:
-        """Put something more where a change of nothing yet says."""
-        role = self._next()
-        self.put(dataclasses.replace(change, role=role))
+        """Put something more, whose role is :meth:`_next`, where it has to stay."""
+        self.put(change)
         self._added += 1
-        self._wanted[role] = self._poses[role]
+        self._wanted[change.role] = self._poses[change.role]
 
     def _next(self) -> str:
         """The role of what is added next."""
@@ -191,7 +189,8 @@ class _Stage:
         heading = np.concatenate((np.zeros(3), self._poses[body.entity][3:]))
         own = corners(heading, body.half, body.centre) @ self._axes[:, 0]
         ahead = float(floor.min()) - change.out + float(np.ptp(own)) / 2.0
-        return Put("", "in", change.fixture, (ahead, change.left, 0.0), interior="*")
+        offset = (ahead, change.left, 0.0)
+        return Put(self._next(), "in", change.fixture, offset, interior="*")
 
     def pose(self, change: Posture) -> None:
         """Turn the arm's joints; the seed of the episode draws which way."""
