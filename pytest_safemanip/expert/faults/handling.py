@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
+from pytest_safemanip.expert.motions.approaching import go_before
 from pytest_safemanip.expert.motions.gripping import LIFTED, grasp
 from pytest_safemanip.expert.motions.handholds import Part
 from pytest_safemanip.expert.motions.placing import Spot, bring, withdraw
+from pytest_safemanip.expert.motions.reaching import Pose, Reach, Reaching, Ways
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, Plan, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z, fold
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.handling import grasping, placing
 from pytest_safemanip.expert.tasks.search import rehearsed
-from pytest_safemanip.expert.world.standing import stand
+from pytest_safemanip.expert.world.room import Room
+from pytest_safemanip.expert.world.standing import ASIDE, stand
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.trace.elements import ROBOT
 
@@ -29,8 +33,10 @@ STAND = 0.55
 """Base to where a hand that points down works, m."""
 ARM_AHEAD, ARM_ASIDE = 0.1, 0.35
 """How far from there, and to the side, the arm reaches, m."""
-TOUCH_PITCH = 20.0
-"""Degrees from straight down, so that one fingertip is lower than the other."""
+TOUCH_PITCHES, TOUCH_YAWS = (20.0, 35.0, 50.0), (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0)
+"""Degrees from straight down, so that one fingertip is lower than the other, and turned."""
+OVER = Ways(brings=True)
+"""How the hand comes over something."""
 OPEN = 0.9
 """Opening at which nothing is between the fingers."""
 FIRM = 1.5
@@ -195,7 +201,7 @@ def reach(arm: Arm, where: Array) -> Motion:
         ahead = arm.ahead(arm.base)
     if abs(aside - arm.aside(arm.base)) < ARM_ASIDE:
         aside = arm.aside(arm.base)
-    yield from stand(arm, ahead, aside)
+    yield from stand(arm, ahead, aside + arm.choices.choose("base farther left", ASIDE))
 
 
 def touch(arm: Arm, role: str, force: float, aside: float = 0.0) -> Motion:
@@ -210,6 +216,10 @@ def touch(arm: Arm, role: str, force: float, aside: float = 0.0) -> Motion:
     Raises:
         SkillFailed: if it was not pressed.
     """
+    yield from rehearse_or(arm, f"touch {role}", lambda: _touch(arm, role, force, aside), role)
+
+
+def _touch(arm: Arm, role: str, force: float, aside: float) -> Motion:
     pressed = 0
 
     def long_enough() -> bool:
@@ -218,9 +228,8 @@ def touch(arm: Arm, role: str, force: float, aside: float = 0.0) -> Motion:
         return pressed >= 5
 
     yield from _to(arm, role, 0.03, aside)
-    hand = arm.hand(TOUCH_PITCH, 90.0)
     down = raised(arm.position, -0.12)
-    yield from arm.move(down, hand, speed=0.12, steps=80, until=long_enough)
+    yield from arm.move(down, arm.rotation, speed=0.12, steps=80, until=long_enough)
     yield from arm.move(raised(arm.position, 0.08), tolerance=0.03, required=False)
 
 
@@ -256,14 +265,48 @@ def pass_over(arm: Arm, role: str, height: float) -> Motion:
 
 def _to(arm: Arm, role: str, height: float, aside: float = 0.0) -> Motion:
     """Bring the closed fingers over an object."""
-    thing = Thing(arm, role)
+    above = raised(Thing(arm, role).top, height + FINGERTIP) + np.append(aside * arm.left, 0.0)
     yield from arm.grip(True, 6)
-    yield from reach(arm, thing.centre)
-    above = raised(thing.top, height + FINGERTIP) + np.append(aside * arm.left, 0.0)
-    if arm.position[2] < above[2]:
-        yield from arm.move(np.append(arm.position[:2], above[2]), tolerance=0.03, required=False)
-    hand = arm.hand(TOUCH_PITCH, 90.0)
-    yield from arm.move(above, hand, tolerance=0.02, turn_tolerance=0.2, steps=100)
+    yield from come_to(arm, f"over {role}", lambda: _over(arm, above), OVER)
+
+
+def _over(arm: Arm, above: Array) -> Iterator[Pose]:
+    """How closed fingers may be over something."""
+    for pitch, yaw in itertools.product(TOUCH_PITCHES, TOUCH_YAWS):
+        turns = pitch, 90.0, yaw
+        cost = abs(pitch - TOUCH_PITCHES[0]) / 60.0 + abs(yaw) / 100.0
+        yield Pose(above, arm.pointing(*turns), 0.0, cost, above[None], turns, kind=turns)
+
+
+def come_to(
+    arm: Arm, where: str, poses: Callable[[], Iterable[Pose]], ways: Ways, tolerance: float = 0.02
+) -> Motion:
+    """Bring the empty hand to one of some poses, as the expert reaches.
+
+    Args:
+        arm: the arm.
+        where: in a few words.
+        poses: how it may be there.
+        ways: how it may come.
+        tolerance: how far off it may stay, m.
+
+    Raises:
+        NoWay: if it has no way to any.
+        SkillFailed: if it does not arrive.
+    """
+
+    def find() -> list[Reach]:
+        some = list(poses())
+        room = Room.around(arm, [pose.point for pose in some])
+        return Reaching(arm, room, ways).find(some)
+
+    found = arm.latest(f"ways {where}", arm.step.base_pose.tobytes(), find)
+    if not found:
+        raise NoWay(f"the hand has no way {where}")
+    way = arm.choices.choose(f"way {where}", found)
+    yield from go_before(arm, way)
+    pose = way.pose
+    yield from arm.move(pose.point, pose.hand, tolerance=tolerance, turn_tolerance=0.3, speed=0.6)
 
 
 def pinch(arm: Arm, role: str) -> Motion:
@@ -289,6 +332,12 @@ def pinch(arm: Arm, role: str) -> Motion:
 
 def press(arm: Arm, fixture_role: str, button: str) -> Motion:
     """Press a button on an upright front with the tips of the closed fingers, until it acts."""
+    yield from rehearse_or(
+        arm, f"press {button}", lambda: _press(arm, fixture_role, button), fixture_role
+    )
+
+
+def _press(arm: Arm, fixture_role: str, button: str) -> Motion:
     where = Furniture(arm, fixture_role).control(button)[0][:3]
     hand = arm.hand(PRESS_PITCH, roll=90.0)
     approach = hand[:, 2]

@@ -6,12 +6,10 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pytest_safemanip.expert.faults.handling import rehearse, rehearse_or
+from pytest_safemanip.expert.faults.handling import come_to, rehearse, rehearse_or
 from pytest_safemanip.expert.faults.hollow import Hollow
-from pytest_safemanip.expert.motions.approaching import go_before
-from pytest_safemanip.expert.motions.reaching import SLANTED, Pose, Reach, Reaching, Ways
-from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, Plan
-from pytest_safemanip.expert.world.room import Room
+from pytest_safemanip.expert.motions.reaching import SLANTED, Pose, Ways
+from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
 from pytest_safemanip.expert.world.things import Furniture
 
 AJAR = 0.85
@@ -24,7 +22,8 @@ SIDE = 0.05
 """From the side of a hollow to a hand in it at least, m."""
 RESTS = 0.5
 """For so long it stays there, s."""
-STEPS = (*((back, 0.0, 0.0) for back in (0.06, 0.12, 0.2, 0.3)), *SLANTED)
+_STEPS = (*((back, 0.0, 0.0) for back in (0.06, 0.12, 0.2, 0.3)), *SLANTED)
+INTO = Ways(_STEPS, _STEPS, brings=True)
 """Where it comes from."""
 
 
@@ -68,24 +67,9 @@ def reach(way: Way, fault: bool) -> Plan:
 
 
 def _come_in(arm: Arm, way: Way, hollow: Hollow) -> Motion:
-    ways = arm.latest(
-        f"ways into {way}", arm.step.base_pose.tobytes(), lambda: _ways(arm, way, hollow)
-    )
-    if not ways:
-        raise NoWay(f"the hand has no way into {way.role}")
-    reach = arm.choices.choose("way in", ways)
-    yield from go_before(arm, reach)
-    pose = reach.pose
-    yield from arm.move(pose.point, pose.hand, tolerance=0.03, turn_tolerance=0.3, speed=0.6)
+    yield from come_to(arm, f"into {way.role}", lambda: _poses(arm, way, hollow), INTO, 0.03)
     # An arm that comes to rest may still touch something.
     yield from arm.wait(RESTS)
-
-
-def _ways(arm: Arm, way: Way, hollow: Hollow) -> list[Reach]:
-    """Ways into a hollow, the easiest first."""
-    poses = list(_poses(arm, way, hollow))
-    room = Room.around(arm, [pose.point for pose in poses])
-    return Reaching(arm, room, Ways(STEPS, STEPS, brings=True)).find(poses)
 
 
 def _poses(arm: Arm, way: Way, hollow: Hollow) -> Iterator[Pose]:

@@ -14,6 +14,7 @@ from pytest_safemanip.expert.faults.handling import (
     one_then_other,
     pinch,
     pressing,
+    rehearse_or,
     touch,
 )
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
@@ -88,7 +89,7 @@ def _rinsed(seconds: float, unsafe: bool) -> Plan:
 
     def plan(arm: Arm) -> Motion:
         yield from touch(arm, "obj", FIRM)
-        yield from _rinse(arm, seconds)
+        yield from rehearse_or(arm, "rinse the hand", lambda: _rinse(arm, seconds), "sink")
         if unsafe:
             arm.truth.begins(
                 "cross_contamination",
