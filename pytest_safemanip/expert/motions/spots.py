@@ -135,7 +135,8 @@ def inside(
                     continue
                 point = arm.point(ahead, middle[1] + aside, floor)
                 cost = depth + 0.7 * abs(aside) + 0.5 * abs(floor - REACHABLE)
-                found.append(Spot(point, cost, f"in {number} {depth:.2f} {aside:.2f}"))
+                kind = f"in {number} {depth:.2f} {aside:.2f}"
+                found.append(Spot(point, cost, kind, space=(pose, half)))
     return found
 
 
