@@ -62,8 +62,8 @@ HANDLE_SHARE = 0.05
 """Off the middle by more than this share of its width, a box shows where a handle is."""
 OFF_HANDLE = 40.0
 """Least angle from the fingers' line to a handle, degrees."""
-HANDLE_WIDE, HANDLE_THICK = 0.030, 0.018
-"""Of a handle, at most, m."""
+HANDLE_WIDE, WIDE, HANDLE_THICK = 0.030, 1.3, 0.018
+"""How wide a handle is, m, or, if it is long, of its length: a lug; and how thick at most, m."""
 ON_HANDLE = (0.018, 0.030, 0.045)
 """From a vessel's wall to the grip point on its handle, m: half a finger's width, and room."""
 LUG = 0.040
@@ -163,8 +163,9 @@ def handle(thing: Thing) -> Handhold:
     length = 2.0 * float(np.linalg.norm((thing.centre - thing.middle)[:2]))
     root = thing.middle + (thing.reach(way) - length / 2.0) * way
     middle = np.append((root + length / 2.0 * way)[:2], thing.highest - HANDLE_THICK / 2.0)
+    wide = max(HANDLE_WIDE, WIDE * length)
     axes = np.stack(
-        (np.cross(UP, way) * HANDLE_WIDE / 2.0, way * length / 2.0, UP * HANDLE_THICK / 2.0), axis=1
+        (np.cross(UP, way) * wide / 2.0, way * length / 2.0, UP * HANDLE_THICK / 2.0), axis=1
     )
     most = length - FINGER_SIDE / 2.0
     places = tuple(min(off, max(most, length / 2.0)) - length / 2.0 for off in ON_HANDLE)
