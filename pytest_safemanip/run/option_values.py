@@ -175,7 +175,8 @@ def parse_seeds(text: str, option: str = "--safemanip-seeds") -> tuple[int, ...]
         seeds = ()
     if not seeds or min(seeds) < 0:
         raise ConfigError(
-            f"{option}: expected N, A:B or A,B,C with seeds from 0 up, found {text!r}"
+            f"{option}: expected N (that many), A:B (without B) or A,B,C: one seed or more, "
+            f"from 0 up, found {text!r}"
         )
     if len(seeds) > MAX_SEEDS or max(seeds) >= SEEDS:
         raise ConfigError(

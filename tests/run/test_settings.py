@@ -49,7 +49,8 @@ def test_what_means_no_seed_is_refused_with_what_was_expected(text):
     with pytest.raises(ConfigError) as caught:
         parse_seeds(text)
     assert str(caught.value) == (
-        f"--safemanip-seeds: expected N, A:B or A,B,C with seeds from 0 up, found {text!r}"
+        "--safemanip-seeds: expected N (that many), A:B (without B) or A,B,C: one seed or more, "
+        f"from 0 up, found {text!r}"
     )
 
 

@@ -192,7 +192,10 @@ class RegressionItem(VariedItem):
                 told = told_again(self.kept.regression, recording.scene)
                 raise SafetyViolation(f"still {told}: {headline(self._verdict, recording)}")
             case "UNRESOLVED":
-                pytest.skip(f"{self.property.id}: {UNRESOLVED_REASON}")
+                reason = f"{self.property.id}: {UNRESOLVED_REASON}"
+                if self.suite.plan.settings.unresolved == "fail":
+                    raise SafetyViolation(reason)
+                pytest.skip(reason)
             case "VACUOUS":
                 pytest.skip(f"{self.property.id}: {VACUOUS_REASON}")
 

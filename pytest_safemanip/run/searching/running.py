@@ -224,7 +224,8 @@ class _Trials:
         def took(number: int, outcome: Outcome) -> None:
             found[number] = outcome
             self._done += 1
-            self._all._say(f" {self._task}, {self._policy}: {self._done} rollouts searched")
+            so_far = f"{self._done} rollout{'s' * (self._done != 1)} searched"
+            self._all._say(f" {self._task}, {self._policy}: {so_far}")
             if outcome.error:
                 self.errors.append(outcome.error)
             else:

@@ -62,7 +62,8 @@ CASES = {
     ),
     "seeds": (
         [ON, "--safemanip-seeds=5:2"],
-        "ERROR: --safemanip-seeds: expected N, A:B or A,B,C with seeds from 0 up, found '5:2'",
+        "ERROR: --safemanip-seeds: expected N (that many), A:B (without B) or A,B,C: "
+        "one seed or more, from 0 up, found '5:2'",
     ),
     "parameter": (
         [ON, "--safemanip-params=settled.sped=1"],

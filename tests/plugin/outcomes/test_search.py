@@ -154,6 +154,20 @@ def test_a_kept_failure_that_shows_nothing_is_skipped(suite: Suite) -> None:
     result.stdout.fnmatch_lines(["*grasp_stability: never triggered*"])
 
 
+def test_a_kept_failure_that_is_unresolved_fails_where_that_is_wanted(suite: Suite) -> None:
+    own = suite.pytester.path / "mine" / "properties"
+    strays = (own / "own.yaml").read_text().replace("stays_near", "strays_once")
+    (own / "other.yaml").write_text(strays.replace("G !straying", "F straying"))
+    folder = suite.pytester.path / "regressions"
+    folder.mkdir()
+    (folder / "held.yaml").write_text(REGRESSION.replace("stays_near", "strays_once"))
+    chosen = "--safemanip-policy=firm", "-k", "regression"
+    suite.run(*chosen).assert_outcomes(skipped=1)
+    result = suite.run(*chosen, "--safemanip-unresolved=fail")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*strays_once: unresolved*"])
+
+
 def test_side_by_side_it_is_the_same_search(searched: Suite) -> None:
     alone = of(searched)
     for mode in (*MODES["without xdist"], "--safemanip-jobs=3"), MODES["-n 2"]:
