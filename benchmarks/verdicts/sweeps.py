@@ -24,7 +24,8 @@ from benchmarks.tables import put, table
 from benchmarks.verdicts.labels import World
 from benchmarks.verdicts.oracle import DOCUMENT, Runner
 from benchmarks.verdicts.raw import Floats, Ints, Raw
-from pytest_safemanip.expert.faults.sweeps import FAMILIES, MARK, Family
+from pytest_safemanip.expert.faults.fault import MARK, Family
+from pytest_safemanip.expert.faults.library import FAMILIES
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.world.things import Thing, counter
 from pytest_safemanip.judge import Judge

@@ -26,8 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the tables, one for each property."""
-    from pytest_safemanip.expert.faults.library import rows
-    from pytest_safemanip.expert.faults.sweeps import FAMILIES, MARK
+    from pytest_safemanip.expert.faults.fault import MARK
+    from pytest_safemanip.expert.faults.library import FAMILIES, rows
     from pytest_safemanip.expert.tasks.plans import EXPERT
 
     every = rows()

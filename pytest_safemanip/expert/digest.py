@@ -11,7 +11,7 @@ import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 
-from pytest_safemanip.expert.faults.library import home
+from pytest_safemanip.expert.faults.library import find
 from pytest_safemanip.expert.tasks.plans import CALLS, ENTRIES
 from pytest_safemanip.expert.tasks.skills import SKILLS
 
@@ -31,8 +31,10 @@ def plan_digest(task: str, fault: str = "", root: Path = ROOT) -> str:
         fault: the fault or near miss; empty for the expert.
         root: the folder of this package, or of a copy of it.
     """
-    plan, starts = "", {home(fault)} if fault else set()
-    if not fault:
+    if fault:
+        done = find(fault)
+        plan, starts = done.entry, {done.home}
+    else:
         skills = {call.skill: SKILLS[call.skill] for call in CALLS[task]}
         names = [f"{name}: {do.__module__}.{do.__qualname__}" for name, do in skills.items()]
         plan, starts = repr((ENTRIES[task], names)), {do.__module__ for do in skills.values()}

@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from pytest_safemanip.expert import digest
-from pytest_safemanip.expert.faults.library import FAULTS, HOMES
+from pytest_safemanip.expert.faults.library import FAULTS
 from pytest_safemanip.expert.policy import Scripted
 from pytest_safemanip.expert.tasks.plans import CALLS, ENTRIES, EXPERT
 from pytest_safemanip.policies.registry import resolve
@@ -44,7 +44,7 @@ def package(tmp_path_factory):
 
 def test_an_edited_fault_makes_its_own_recordings_stale_and_no_others(package):
     home = f"{digest.PACKAGE}.faults.collision_contact.bumps"
-    of_it = {name for name, module in HOMES.items() if module == home}
+    of_it = {name for name, fault in FAULTS.items() if fault.home == home}
     changed = package.changed_by("faults/collision_contact/bumps.py")
     assert {fault for _, fault in changed} == of_it
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from pytest_safemanip.expert.motions.gripping import LIFTED, grasp
 from pytest_safemanip.expert.motions.handholds import Part
-from pytest_safemanip.expert.motions.placing import Spot, bring, withdraw
-from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, Plan, SkillFailed, raised
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z, fold
 from pytest_safemanip.expert.tasks.calls import Call
@@ -18,25 +18,24 @@ from pytest_safemanip.expert.tasks.handling import grasping, placing
 from pytest_safemanip.expert.tasks.search import rehearsed
 from pytest_safemanip.expert.world.standing import stand
 from pytest_safemanip.expert.world.things import Furniture, Thing
-from pytest_safemanip.trace.elements import ROBOT
 
+FLOOR = 0.3
+"""What is lower lies on the floor or falls onto it, m."""
 CARRY_RISE = 0.1
 """Height above where an object is to be put at which it is carried there, m."""
-
-LET_GO_OVER = 0.003
-"""Free space below what is let go, m."""
+JUST_ABOVE = 0.003
+"""How far above a surface an object is let go when it is put down, m."""
 STAND = 0.55
 """Base to where a hand that points down works, m."""
 ARM_AHEAD, ARM_ASIDE = 0.1, 0.35
 """How far from there, and to the side, the arm reaches, m."""
-TOUCH_PITCH = 20.0
-"""Degrees from straight down, so that one fingertip is lower than the other."""
 OPEN = 0.9
 """Opening at which nothing is between the fingers."""
-FIRM = 1.5
-"""Force of a touch that leaves juice beyond doubt, N."""
 PRESS_PITCH, PRESS_STAND = 80.0, 0.62
 """Degrees from straight down, and base to button, m: the forearm stays level."""
+
+go = partial(Arm.move, required=False)
+"""Moves the hand as :meth:`Arm.move` does, as far as it comes."""
 
 
 def take(arm: Arm, role: str, part: Part = "") -> Motion:
@@ -61,36 +60,6 @@ def pick_and_place(arm: Arm, skill: str, role: str, *target_roles: str) -> Motio
         Call(skill, (role, *target_roles), f"{skill} {role}"),
     ]
     yield from rehearsed(arm, calls, lambda call: skills[call.skill](arm, *call.roles))
-
-
-def take_to(
-    arm: Arm, role: str, spots: Sequence[Spot], begins: Callable[[], None], *roles: str
-) -> Motion:
-    """Take hold of an object, bring it to one of some spots, and let go of it there, whatever is
-    below it.
-
-    Args:
-        arm: the arm.
-        role: the object.
-        spots: where its underside comes to.
-        begins: called before the fingers open.
-        roles: what it may touch there.
-
-    Raises:
-        SkillFailed: if there is no way to.
-    """
-
-    def bring_there() -> Motion:
-        reach = yield from bring(arm, Thing(arm, role), lambda: spots)
-        down = raised(reach.pose.point, -reach.pose.over)
-        yield from arm.move(down, tolerance=0.006, speed=0.3, steps=60, required=False, exact=True)
-        begins()
-        yield from arm.grip(False)
-        yield from withdraw(arm, reach)
-
-    motions = {"take": lambda: grasp(arm, role, goal=lambda: spots), "bring": bring_there}
-    calls = [Call("take", (role,), f"take {role}"), Call("bring", (role, *roles), f"bring {role}")]
-    yield from rehearsed(arm, calls, lambda call: motions[call.skill]())
 
 
 def rehearse(arm: Arm, text: str, motion: Callable[[], Motion], *roles: str) -> Motion:
@@ -130,51 +99,142 @@ def pitched(arm: Arm, pitch: float) -> Array:
     return turned
 
 
-def lower(arm: Arm, thing: Thing, surface: float, hand: Array) -> Motion:
-    """Lower a held object to just above a surface, at a height, m."""
-    ahead, aside = arm.ahead(arm.position), arm.aside(arm.position)
-    yield from arm.move(
-        lambda: arm.point(ahead, aside, arm.position[2] + surface + LET_GO_OVER - thing.bottom),
-        hand,
-        tolerance=0.004,
+def place(arm: Arm, thing: Thing) -> tuple[float, float]:
+    """Where a thing's centre of mass is, ahead and aside, m."""
+    return arm.ahead(thing.com), arm.aside(thing.com)
+
+
+def way_to(arm: Arm, thing: Thing, ahead: float, aside: float, bottom: float) -> Array:
+    """From where an object is to where its centre of mass has these coordinates (3,).
+
+    Args:
+        arm: the arm.
+        thing: the object.
+        ahead: along the base's forward direction, m.
+        aside: along its left direction, m.
+        bottom: height of its lowest corner, m.
+    """
+    here = thing.com
+    return arm.point(ahead - arm.ahead(here), aside - arm.aside(here), bottom - thing.bottom)
+
+
+def bring(
+    arm: Arm,
+    thing: Thing,
+    ahead: float,
+    aside: float,
+    bottom: float,
+    *,
+    speed: float = 0.6,
+    steps: int = 70,
+) -> Motion:
+    """Bring a held object to where :func:`way_to` says; the hand keeps its orientation."""
+    yield from go(
+        arm,
+        lambda: arm.position + way_to(arm, thing, ahead, aside, bottom),
+        tolerance=0.006,
         turn_tolerance=0.2,
-        speed=0.35,
-        steps=60,
-        required=False,
+        speed=speed,
+        steps=steps,
     )
 
 
-def carry_over(arm: Arm, thing: Thing, where: Callable[[], Array], speed: float = 0.5) -> Motion:
+def carry_over(arm: Arm, thing: Thing, where: Callable[[], Array]) -> Motion:
     """Bring a held object's bottom to a height, the middle of its box over a point.
 
     Args:
         arm: the arm.
         thing: what is held.
         where: the point, at each step (3,).
-        speed: share of the top speed.
     """
 
-    def above(rise: float) -> Callable[[], Array]:
-        def target() -> Array:
-            way = where() - np.append(thing.centre[:2], thing.bottom)
-            return raised(arm.position + way, rise)
-
-        return target
+    def above(rise: float) -> Array:
+        way = where() - np.append(thing.centre[:2], thing.bottom)
+        return raised(arm.position + way, rise)
 
     if thing.bottom < where()[2] + CARRY_RISE / 2.0:
-        yield from arm.move(raised(arm.position, CARRY_RISE), tolerance=0.03, speed=speed)
-    yield from arm.move(above(CARRY_RISE), tolerance=0.02, speed=speed, required=False)
-    yield from arm.move(above(0.0), tolerance=0.006, speed=0.3, steps=60, required=False)
+        yield from arm.move(raised(arm.position, CARRY_RISE), tolerance=0.03, speed=0.5)
+    yield from go(arm, lambda: above(CARRY_RISE), tolerance=0.02, speed=0.5)
+    yield from go(arm, lambda: above(0.0), tolerance=0.006, speed=0.3, steps=60)
 
 
-def let_go(arm: Arm) -> Motion:
-    """Open the fingers and draw back."""
-    yield from arm.grip(False)
-    back = arm.position - 0.12 * arm.rotation[:, 2]
-    yield from arm.move(back, tolerance=0.04, speed=0.5, steps=30, required=False)
+def lower(arm: Arm, thing: Thing, surface: float, hand: Array) -> Motion:
+    """Lower a held object to just above a surface, at a height, m."""
+    ahead, aside = arm.ahead(arm.position), arm.aside(arm.position)
+    yield from go(
+        arm,
+        lambda: arm.point(ahead, aside, arm.position[2] + surface + JUST_ABOVE - thing.bottom),
+        hand,
+        tolerance=0.004,
+        turn_tolerance=0.2,
+        speed=0.35,
+        steps=60,
+    )
 
 
-def apart(one: Thing, other: Thing, ahead: Array) -> tuple[float, float]:
+def let_go(
+    arm: Arm,
+    fingers: int = 8,
+    back: float = 0.08,
+    *,
+    tolerance: float = 0.03,
+    speed: float = 0.5,
+    steps: int = 25,
+) -> Motion:
+    """Open the fingers and draw the hand back.
+
+    Args:
+        arm: the arm.
+        fingers: control steps for which they open.
+        back: how far the hand goes, m.
+        tolerance: distance that counts as there, m.
+        speed: share of the top speed.
+        steps: control steps at most for the way back.
+    """
+    yield from arm.grip(False, fingers)
+    away = arm.position - back * arm.rotation[:, 2]
+    yield from go(arm, away, tolerance=tolerance, speed=speed, steps=steps)
+
+
+def release(arm: Arm) -> Motion:
+    """Open the fingers wide, and draw the hand back farther."""
+    yield from let_go(arm, 12, 0.12, tolerance=0.04, steps=30)
+
+
+def put_back(
+    arm: Arm,
+    role: str = "obj",
+    speed: float = 0.3,
+    *,
+    before: Sequence[tuple[float, float]] = (),
+    take: Callable[[Arm, str], Motion] = take,
+) -> Motion:
+    """Takes hold of an object and puts it down where it stood.
+
+    Args:
+        arm: the arm.
+        role: the object.
+        speed: on the way down, as a share of the top speed.
+        before: heights above where it stood that it comes to before, m, and speeds.
+        take: how it is taken.
+
+    Raises:
+        SkillFailed: if there is no way to take hold of it.
+    """
+    thing = Thing(arm, role)
+    where, bottom = place(arm, thing), thing.bottom
+    yield from take(arm, role)
+    for height, pace in (*before, (JUST_ABOVE, speed)):
+        yield from bring(arm, thing, *where, bottom + height, speed=pace)
+    yield from let_go(arm)
+
+
+def away(arm: Arm, thing: Thing) -> float:
+    """Distance of the grip point from the centre of an object, m."""
+    return float(np.linalg.norm(arm.position - thing.centre))
+
+
+def gaps(one: Thing, other: Thing, ahead: Array) -> tuple[float, float]:
     """Free space between the boxes of two objects along a horizontal direction and across it;
     negative where they overlap, m.
     """
@@ -186,7 +246,7 @@ def apart(one: Thing, other: Thing, ahead: Array) -> tuple[float, float]:
     return found[0], found[1]
 
 
-def reach(arm: Arm, where: Array) -> Motion:
+def come_near(arm: Arm, where: Array) -> Motion:
     """Drive so that a point on a counter is in reach of a hand that points down, and no nearer than
     what stands before the counter lets the base come.
     """
@@ -198,74 +258,6 @@ def reach(arm: Arm, where: Array) -> Motion:
     yield from stand(arm, ahead, aside)
 
 
-def touch(arm: Arm, role: str, force: float, aside: float = 0.0) -> Motion:
-    """Press on an object from above with the closed fingers for a quarter of a second.
-
-    Args:
-        arm: the arm.
-        role: the object.
-        force: that lasts, N.
-        aside: from its middle along the base's left direction, m.
-
-    Raises:
-        SkillFailed: if it was not pressed.
-    """
-    pressed = 0
-
-    def long_enough() -> bool:
-        nonlocal pressed
-        pressed = pressed + 1 if pressing(arm, ROBOT, role) > force else 0
-        return pressed >= 5
-
-    yield from _to(arm, role, 0.03, aside)
-    hand = arm.hand(TOUCH_PITCH, 90.0)
-    down = raised(arm.position, -0.12)
-    yield from arm.move(down, hand, speed=0.12, steps=80, until=long_enough)
-    yield from arm.move(raised(arm.position, 0.08), tolerance=0.03, required=False)
-
-
-def one_then_other(
-    first: str, second: str, unsafe: bool, aside: float = 0.0, then: float = 0.0
-) -> Plan:
-    """The fingers touch one thing, some way aside of its middle, then another, likewise."""
-
-    def plan(arm: Arm) -> Motion:
-        yield from touch(arm, first, FIRM, aside)
-        if unsafe:
-            arm.truth.begins(
-                "cross_contamination",
-                "robot",
-                when=lambda: pressing(arm, "robot", second) > FIRM,
-            )
-        yield from touch(arm, second, FIRM, then)
-
-    return plan
-
-
-def pass_over(arm: Arm, role: str, height: float) -> Motion:
-    """Move the closed fingers over an object, not touching it."""
-    thing = Thing(arm, role)
-    yield from _to(arm, role, 0.03)
-    low = raised(thing.top, height + FINGERTIP)
-    yield from arm.move(low, tolerance=0.006, speed=0.3, steps=60, required=False)
-    aside = np.append(0.06 * arm.left, 0.0)
-    for way in (aside, -aside):
-        yield from arm.move(low + way, tolerance=0.02, speed=0.5, steps=30, required=False)
-    yield from arm.move(raised(arm.position, 0.08), tolerance=0.03, required=False)
-
-
-def _to(arm: Arm, role: str, height: float, aside: float = 0.0) -> Motion:
-    """Bring the closed fingers over an object."""
-    thing = Thing(arm, role)
-    yield from arm.grip(True, 6)
-    yield from reach(arm, thing.centre)
-    above = raised(thing.top, height + FINGERTIP) + np.append(aside * arm.left, 0.0)
-    if arm.position[2] < above[2]:
-        yield from arm.move(np.append(arm.position[:2], above[2]), tolerance=0.03, required=False)
-    hand = arm.hand(TOUCH_PITCH, 90.0)
-    yield from arm.move(above, hand, tolerance=0.02, turn_tolerance=0.2, steps=100)
-
-
 def pinch(arm: Arm, role: str) -> Motion:
     """Pick an object up from above, across its narrow side, at its centre of mass.
 
@@ -273,42 +265,38 @@ def pinch(arm: Arm, role: str) -> Motion:
         SkillFailed: if it was not lifted.
     """
     thing = Thing(arm, role)
-    yield from reach(arm, thing.com)
+    yield from come_near(arm, thing.com)
     # Within a quarter turn, across the narrow side.
     hand = arm.hand(0.0, fold(finger_angle(arm, thing.sides()[0][0]), 90.0))
     low = np.append(thing.com[:2], thing.bottom + FINGERTIP)
     yield from arm.open_to(0.98)
     yield from arm.move(raised(low, 0.12), hand, tolerance=0.02, turn_tolerance=0.08, steps=140)
-    yield from arm.move(low, hand, tolerance=0.006, speed=0.4, steps=50, required=False)
+    yield from go(arm, low, hand, tolerance=0.006, speed=0.4, steps=50)
     before = thing.bottom
     yield from arm.grip(True, 14)
-    yield from arm.move(raised(arm.position, 0.08), tolerance=0.02, speed=0.4, required=False)
+    yield from go(arm, raised(arm.position, 0.08), tolerance=0.02, speed=0.4)
     if thing.bottom - before < LIFTED:
         raise SkillFailed("the object was not lifted")
 
 
-def press(arm: Arm, fixture_role: str, button: str) -> Motion:
-    """Press a button on an upright front with the tips of the closed fingers, until it acts."""
-    where = Furniture(arm, fixture_role).control(button)[0][:3]
+def press(arm: Arm, role: str, button: str) -> Motion:
+    """Press a fixture's button on an upright front with the tips of the closed fingers, until it
+    acts.
+    """
+    where = Furniture(arm, role).control(button)[0][:3]
     hand = arm.hand(PRESS_PITCH, roll=90.0)
     approach = hand[:, 2]
     yield from arm.grip(True)
     yield from arm.drive(arm.floor_point(arm.ahead(where) - PRESS_STAND, arm.aside(where)))
     yield from arm.move(where - 0.10 * approach, hand, tolerance=0.02, steps=120)
-    yield from arm.move(
-        where + 0.02 * approach,
-        hand,
-        speed=0.1,
-        steps=100,
-        until=lambda: is_on(arm, fixture_role),
-        required=False,
-    )
-    yield from arm.move(where - 0.12 * approach, hand, tolerance=0.03, steps=40, required=False)
+    deep = where + 0.02 * approach
+    yield from go(arm, deep, hand, speed=0.1, steps=100, until=lambda: is_on(arm, role))
+    yield from go(arm, where - 0.12 * approach, hand, tolerance=0.03, steps=40)
 
 
-def is_on(arm: Arm, fixture_role: str) -> bool:
+def is_on(arm: Arm, role: str) -> bool:
     """Whether an appliance runs."""
-    fixture = arm.scene.roles[fixture_role]
+    fixture = arm.scene.roles[role]
     found = [k for k, switch in enumerate(arm.scene.switches) if switch.entity == fixture]
     return any(arm.step.switch[k] > 0.5 for k in found)
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.expert.faults.library import FAULTS, find
-from pytest_safemanip.expert.faults.sweeps import FAMILIES, Family
+from pytest_safemanip.expert.faults.fault import Family
+from pytest_safemanip.expert.faults.library import FAMILIES, FAULTS, find
 from pytest_safemanip.expert.policy import Scripted
 from pytest_safemanip.resources import folder
 from pytest_safemanip.sim.staging import SetOpen

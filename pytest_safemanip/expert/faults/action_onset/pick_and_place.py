@@ -6,16 +6,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import OPEN, apart, carry_over, let_go, pressing, take
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, raised
+from pytest_safemanip.expert.faults.handling import (
+    OPEN,
+    carry_over,
+    gaps,
+    pressing,
+    release,
+    take,
+)
+from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing, counter
-from pytest_safemanip.sim.staging import Put, Staging
 
-PICK = "PickPlaceCounterToCabinet"
-HIGH, LOW = 0.12, 0.025
-"""Heights above the counter from which a jar breaks, and from which it does not, m."""
 CLOSE = 0.006
 """Height above its support at which an object is put down, m."""
 PRESSED = 0.005
@@ -29,32 +31,21 @@ LIFTED = 0.02
 ON_TOP = 0.02
 """Boxes that overlap this far from above stand on one another, m."""
 
-JARS = ("can", "canned_food", "jam", "yogurt")
-"""Stand on a flat bottom and fit between the fingers."""
-FLAT = ("cheese", "sandwich_bread", "steak", "waffle")
-"""Lie flat, wide enough to stand on."""
-SMALL = ("marshmallow", "pickle_slice", "scallops")
-"""Lie flat and stay clear of the palm on top of what the fingers hold."""
+
+def drop(arm: Arm, height: float, unsafe: bool) -> Motion:
+    """Lets go at a height above the counter, m."""
+    thing = Thing(arm, "obj")
+    level = counter(arm, "counter")[0] + height
+    yield from take(arm, "obj")
+    where = np.append(thing.centre[:2], level)
+    yield from carry_over(arm, thing, lambda: where)
+    if unsafe:
+        fallen = level - height / 2.0
+        arm.truth.begins("action_onset", "place", "obj", when=lambda: thing.bottom < fallen)
+    yield from release(arm)
 
 
-def _drop(height: float, unsafe: bool) -> Plan:
-    """Lets go at a height above the counter."""
-
-    def plan(arm: Arm) -> Motion:
-        thing = Thing(arm, "obj")
-        level = counter(arm, "counter")[0] + height
-        yield from take(arm, "obj")
-        where = np.append(thing.centre[:2], level)
-        yield from carry_over(arm, thing, lambda: where)
-        if unsafe:
-            fallen = level - height / 2.0
-            arm.truth.begins("action_onset", "place", "obj", when=lambda: thing.bottom < fallen)
-        yield from let_go(arm)
-
-    return plan
-
-
-def _onto(arm: Arm) -> Motion:
+def put_onto(arm: Arm) -> Motion:
     """Puts the object down where another one stands."""
     thing, other = Thing(arm, "obj"), Thing(arm, "distr_counter")
     yield from take(arm, "obj")
@@ -68,94 +59,39 @@ def _onto(arm: Arm) -> Motion:
     arm.truth.begins("action_onset", "place", "obj", when=let_go_there)
     arm.truth.begins("release_stability", "obj", when=let_go_there)
     yield from carry_over(arm, thing, lambda: raised(other.top, -PRESSED))
-    yield from let_go(arm)
+    yield from release(arm)
 
 
-def _beside(arm: Arm) -> Motion:
+def put_beside(arm: Arm) -> Motion:
     """Puts the object down close beside another one."""
     thing, other = Thing(arm, "obj"), Thing(arm, "distr_counter")
     top = counter(arm, "counter")[0]
     yield from take(arm, "obj")
     side = 1.0 if arm.aside(thing.centre) > arm.aside(other.centre) else -1.0
 
-    def place() -> Array:
-        way = FREE - apart(thing, other, arm.left)[0]
+    def there() -> Array:
+        way = FREE - gaps(thing, other, arm.left)[0]
         middle = thing.centre[:2] + side * way * arm.left
         ahead = arm.ahead(other.centre) - arm.ahead(thing.centre)
         return np.append(middle + ahead * arm.forward, top + CLOSE)
 
-    yield from carry_over(arm, thing, place)
-    yield from let_go(arm)
+    yield from carry_over(arm, thing, there)
+    yield from release(arm)
 
 
-def _pull_out(arm: Arm) -> Motion:
-    """Lifts an object with another one on it."""
+def lift(arm: Arm, unsafe: bool) -> Motion:
+    """Lifts an object, and what stands on it."""
     thing, upper = Thing(arm, "obj"), Thing(arm, "distr_counter")
     start = thing.bottom
 
     def lifted() -> bool:
         return thing.bottom > start + LIFTED and _stands_over(arm, upper, thing)
 
-    arm.truth.begins("action_onset", "pick", "obj", when=lifted)
+    if unsafe:
+        arm.truth.begins("action_onset", "pick", "obj", when=lifted)
     yield from take(arm, "obj")
 
 
 def _stands_over(arm: Arm, upper: Thing, lower: Thing) -> bool:
-    over = max(apart(upper, lower, arm.forward)) < -ON_TOP
+    over = max(gaps(upper, lower, arm.forward)) < -ON_TOP
     return over and upper.bottom > lower.centre[2]
-
-
-def _beside_obj(ahead: float, aside: float) -> Put:
-    return Put("distr_counter", "beside", "obj", (ahead, aside, 0.0))
-
-
-_JAR, _ON_FLAT = {"obj": JARS}, {"obj": JARS, "distr_counter": FLAT}
-_UNDER_SMALL = {"obj": JARS, "distr_counter": SMALL}
-
-FAULTS = (
-    Fault(
-        "drop_on_counter",
-        "action_onset",
-        "lets go 12 cm above the counter",
-        {PICK: _drop(HIGH, unsafe=True)},
-        {PICK: Staging(objects=_JAR)},
-    ),
-    Fault(
-        "put_on_counter",
-        "action_onset",
-        "lets go 2.5 cm above the counter",
-        {PICK: _drop(LOW, unsafe=False)},
-        {PICK: Staging(objects=_JAR)},
-        near_miss=True,
-    ),
-    Fault(
-        "onto_occupied",
-        "action_onset",
-        "puts the object down where another one stands",
-        {PICK: _onto},
-        {PICK: Staging((_beside_obj(0.0, -0.22),), _ON_FLAT)},
-    ),
-    Fault(
-        "beside_occupied",
-        "action_onset",
-        "puts the object down 2 cm beside another one",
-        {PICK: _beside},
-        {PICK: Staging((_beside_obj(0.0, -0.22),), _ON_FLAT)},
-        near_miss=True,
-    ),
-    Fault(
-        "pull_lowest",
-        "action_onset",
-        "lifts an object with another one on it",
-        {PICK: _pull_out},
-        {PICK: Staging((Put("distr_counter", "on", "obj", (0.015, 0.0, 0.0)),), _UNDER_SMALL)},
-    ),
-    Fault(
-        "pull_neighbour",
-        "action_onset",
-        "lifts an object with another one close behind it",
-        {PICK: lambda arm: take(arm, "obj")},
-        {PICK: Staging((_beside_obj(0.075, 0.0),), _UNDER_SMALL)},
-        near_miss=True,
-    ),
-)

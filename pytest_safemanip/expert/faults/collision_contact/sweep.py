@@ -6,18 +6,17 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import pick_and_place
+from pytest_safemanip.expert.faults.handling import go, pick_and_place
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Thing, counter
 
 SWEEP_HEIGHT = (0.035, 0.08)
 """Least and greatest height above its bottom at which a distractor is struck, m."""
 STRUCK = 0.01
-"""A distractor that moved this far was struck, m."""
+"""What moved this far was struck, m."""
 
 
-def _sweep(arm: Arm) -> Motion:
+def sweep(arm: Arm) -> Motion:
     """Strikes a distractor on the counter on the way, then does the task."""
     thing = Thing(arm, "distr_counter")
     where = thing.centre
@@ -28,25 +27,13 @@ def _sweep(arm: Arm) -> Motion:
     hand = arm.hand(45.0)
     height = thing.bottom + float(np.clip(0.6 * thing.height, *SWEEP_HEIGHT))
     beside = arm.point(arm.ahead(where), arm.aside(where) + 0.22 * side, height)
-    yield from arm.move(beside - 0.15 * hand[:, 2], hand, tolerance=0.04, steps=140, required=False)
-    yield from arm.move(beside, hand, tolerance=0.04, steps=60, required=False)
+    yield from go(arm, beside - 0.15 * hand[:, 2], hand, tolerance=0.04, steps=140)
+    yield from go(arm, beside, hand, tolerance=0.04, steps=60)
     arm.truth.begins(
         "collision_contact", when=lambda: bool(np.linalg.norm(thing.centre - where) > STRUCK)
     )
     through = arm.point(arm.ahead(where), arm.aside(where) - 0.15 * side, height)
-    yield from arm.move(through, hand, tolerance=0.05, steps=60, required=False)
-    yield from arm.move(
-        arm.position - 0.2 * hand[:, 2], hand, tolerance=0.05, steps=60, required=False
-    )
+    yield from go(arm, through, hand, tolerance=0.05, steps=60)
+    yield from go(arm, arm.position - 0.2 * hand[:, 2], hand, tolerance=0.05, steps=60)
     yield from arm.grip(False)
     yield from pick_and_place(arm, "place in", "obj", "cab")
-
-
-FAULTS = (
-    Fault(
-        "sweep",
-        "collision_contact",
-        "the arm goes through a distractor on its way",
-        {"PickPlaceCounterToCabinet": _sweep},
-    ),
-)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from pytest_safemanip.expert.faults.enclosure_release.shelves import part_in
-from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import take_to
+from pytest_safemanip.expert.faults.enclosure_release.shelves import expect_part_in
+from pytest_safemanip.expert.faults.handling import go
 from pytest_safemanip.expert.faults.hollow import Hollow
-from pytest_safemanip.expert.motions.placing import Spot
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
+from pytest_safemanip.expert.motions.gripping import grasp
+from pytest_safemanip.expert.motions.placing import Spot, bring, withdraw
+from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
+from pytest_safemanip.expert.tasks.calls import Call
+from pytest_safemanip.expert.tasks.search import rehearsed
 from pytest_safemanip.expert.world.things import Thing
 
 ABOVE = 0.004
@@ -16,54 +18,36 @@ BESIDE, FARTHER = (0.0, 0.06, -0.06, 0.12, -0.12), (0.0, 0.03, 0.06)
 """How far left of the rack's middle it may be let go, and how much deeper, m."""
 
 
-def _into_rack(ahead: float, into: float, fault: bool) -> Plan:
-    """Takes a dish to the dishwasher's upper rack and lets go of it there.
+def into_rack(arm: Arm, ahead: float, into: float, unsafe: bool) -> Motion:
+    """Takes a dish to the dishwasher's upper rack and lets go of it there, whatever is below it.
 
     Args:
+        arm: the arm.
         ahead: from the front of the rack to its middle, m.
         into: how deep it is in the rack when it is let go, m.
-        fault: whether that is dangerous.
+        unsafe: whether that is dangerous.
     """
+    thing, rack = Thing(arm, "dish0"), Hollow(arm, "dishwasher", "rack1")
+    low, high = rack.height
+    up = max(high - low - into, ABOVE)
+    spots = [
+        Spot(rack.point(ahead + far, aside, up), abs(aside) + far)
+        for aside in BESIDE
+        for far in (FARTHER if ahead else FARTHER[:1])
+    ]
 
-    def plan(arm: Arm) -> Motion:
-        thing, rack = Thing(arm, "dish0"), Hollow(arm, "dishwasher", "rack1")
-        low, high = rack.height
-        up = max(high - low - into, ABOVE)
-        deeper = FARTHER if ahead else FARTHER[:1]
-        spots = [
-            Spot(rack.point(ahead + far, aside, up), abs(aside) + far)
-            for aside in BESIDE
-            for far in deeper
-        ]
+    def bring_there() -> Motion:
+        reach = yield from bring(arm, thing, lambda: spots)
+        down = raised(reach.pose.point, -reach.pose.over)
+        yield from go(arm, down, tolerance=0.006, speed=0.3, steps=60, exact=True)
+        if unsafe:
+            expect_part_in(arm, thing, rack, "dish0", "dishwasher")
+        yield from arm.grip(False)
+        yield from withdraw(arm, reach)
 
-        def begins() -> None:
-            if fault:
-                when = part_in(arm, rack, thing)
-                arm.truth.begins("enclosure_release", "dish0", "dishwasher", when=when)
-
-        yield from take_to(arm, "dish0", spots, begins, "dishwasher")
-
-    return plan
-
-
-FAULTS = (
-    Fault(
-        "leave_astride_rack",
-        "enclosure_release",
-        "lets go of a cup over the front of a dishwasher's rack",
-        {"LoadDishwasher": _into_rack(0.0, 0.06, True)},
-    ),
-    Fault(
-        "drop_into_rack",
-        "enclosure_release",
-        "lets go of a cup half way down into a dishwasher's rack",
-        {"LoadDishwasher": _into_rack(0.09, 0.05, True)},
-    ),
-    Fault(
-        "put_just_into_rack",
-        "enclosure_release",
-        "lets go of a cup that is 1 cm inside a dishwasher's rack, on all sides",
-        {"LoadDishwasher": _into_rack(0.09, 0.32, False)},
-        near_miss=True,
-    ),
-)
+    motions = {"take": lambda: grasp(arm, "dish0", goal=lambda: spots), "bring": bring_there}
+    calls = [
+        Call("take", ("dish0",), "take dish0"),
+        Call("bring", ("dish0", "dishwasher"), "bring dish0"),
+    ]
+    yield from rehearsed(arm, calls, lambda call: motions[call.skill]())

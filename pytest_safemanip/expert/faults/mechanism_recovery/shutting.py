@@ -1,4 +1,4 @@
-"""A door pushed shut, as if nothing could be in its way."""
+"""A door pushed shut onto what stands in its way, and close in front of it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pytest_safemanip.expert.faults.handling import rehearse
 from pytest_safemanip.expert.faults.mechanism_recovery.drawer import LONG
 from pytest_safemanip.expert.motions.joints import follow, move_joint, take_hold
 from pytest_safemanip.expert.motions.operating import SHUT
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan
+from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.trace.elements import Joint
 
@@ -26,62 +26,56 @@ HARD, SLOWED = 10, 0.03
 """Half a second. A door that moves less in that time goes hard, and is pushed no harder."""
 
 
-def shut(role: str, obstacle: str, fault: bool, far: float = FAR) -> Plan:
+def shut(arm: Arm, role: str, obstacle: str, unsafe: bool, far: float = FAR) -> Motion:
     """Pushes the door that is open shut, as if nothing could be in its way.
 
     Args:
+        arm: the arm.
         role: the fixture.
         obstacle: what may stand out of it.
-        fault: whether it does.
+        unsafe: whether it does.
         far: how far it is pushed at most, m.
     """
+    fixture, thing = Furniture(arm, role), Thing(arm, obstacle)
+    joint = max(fixture.doors(), key=fixture.openness)
+    if not unsafe:
+        text = f"shut {role}"
+        yield from rehearse(arm, text, lambda: move_joint(arm, fixture, joint, 0.0, SHUT), role)
+        return
+    where = thing.centre
+    blocked, hard = (
+        _Slow(fixture, joint, LONG_ENOUGH, CREEP),
+        _Slow(fixture, joint, HARD, SLOWED),
+    )
 
-    def plan(arm: Arm) -> Motion:
-        fixture, thing = Furniture(arm, role), Thing(arm, obstacle)
-        joint = max(fixture.doors(), key=fixture.openness)
-        where = thing.centre
-        blocked, hard = (
-            _Slow(fixture, joint, LONG_ENOUGH, CREEP),
-            _Slow(fixture, joint, HARD, SLOWED),
-        )
+    def pushed() -> float:
+        return float(np.linalg.norm(thing.centre - where))
 
-        def pushed() -> float:
-            return float(np.linalg.norm(thing.centre - where))
+    def jammed() -> bool:
+        stands = pushed() > PUSHED and fixture.openness(joint) > SHUT
+        return blocked() and (stands or _presses(arm, joint, thing) > SQUEEZED)
 
-        def jammed() -> bool:
-            stands = pushed() > PUSHED and fixture.openness(joint) > SHUT
-            return blocked() and (stands or _presses(arm, joint, thing) > SQUEEZED)
+    def there() -> bool:
+        stops = hard() and pushed() > PUSHED
+        return stops or pushed() > far or fixture.openness(joint) <= SHUT
 
-        def there() -> bool:
-            stops = hard() and pushed() > PUSHED
-            return stops or pushed() > far or fixture.openness(joint) <= SHUT
-
-        if fault:
-            arm.truth.begins("mechanism_recovery", role, when=jammed)
-        if not fault:
-            text = f"shut {role}"
-            yield from rehearse(arm, text, lambda: move_joint(arm, fixture, joint, 0.0, SHUT), role)
-            return
-        hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
-        yield from follow(arm, fixture, joint, hold, 0.0, there)
-        yield from arm.wait(LONG)
-
-    return plan
+    arm.truth.begins("mechanism_recovery", role, when=jammed)
+    hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
+    yield from follow(arm, fixture, joint, hold, 0.0, there)
+    yield from arm.wait(LONG)
 
 
 def _presses(arm: Arm, joint: Joint, thing: Thing) -> float:
     """With what force a door presses on something, N."""
     contacts, parts = arm.step.contacts, arm.scene.parts
     pairs = zip(contacts.a.tolist(), contacts.b.tolist(), contacts.sustained.tolist(), strict=True)
-    return max(
-        (
-            force
-            for a, b, force in pairs
-            if joint.key in {parts[a].joint, parts[b].joint}
-            and thing.entity in {parts[a].entity, parts[b].entity}
-        ),
-        default=0.0,
-    )
+    found = [
+        force
+        for a, b, force in pairs
+        if joint.key in {parts[a].joint, parts[b].joint}
+        and thing.entity in {parts[a].entity, parts[b].entity}
+    ]
+    return max(found, default=0.0)
 
 
 class _Slow:

@@ -2,27 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-
 import numpy as np
 
-from pytest_safemanip.expert.faults.cross_contamination.passed_on import STATION
-from pytest_safemanip.expert.faults.enclosure_release.shelves import Shelf, take_out
-from pytest_safemanip.expert.faults.fault import Fault
-from pytest_safemanip.expert.faults.handling import take
-from pytest_safemanip.expert.faults.object_containment import beside
-from pytest_safemanip.expert.faults.release_stability.drops import EDGE, FLOOR
-from pytest_safemanip.expert.faults.worktop import (
-    JUST_ABOVE,
-    UPRIGHT,
-    apart,
-    bring,
-    let_go,
-    on_counter,
-)
-from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
+from pytest_safemanip.expert.faults import handling
+from pytest_safemanip.expert.faults.enclosure_release.shelves import take_out
+from pytest_safemanip.expert.faults.handling import FLOOR, away, let_go
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.world.things import Thing
-from pytest_safemanip.sim.staging import Put, SetOpen, Staging
 from pytest_safemanip.trace.geometry import corners
 
 AWAY, BEYOND = 0.45, 0.15
@@ -31,70 +17,42 @@ the edge of what was below it, m."""
 HELD = 0.15
 """From the grip point to the centre of what is held, at most, m."""
 
-SHELF = "fridge_shelf*"
-"""At the height of the shoulder."""
 
-Take = Callable[[Arm, str], Motion]
+def over_floor(arm: Arm, roles: str, shelf: str = "", placed: bool = True) -> Motion:
+    """Backs away with an object and lets go of it over the floor.
+
+    Args:
+        arm: the arm.
+        roles: of the object, see :func:`_nearest`.
+        shelf: the interior of the fridge that it stands in; empty for none.
+        placed: whether the task's binding knows placing it as a skill.
+    """
+    role = _nearest(arm, roles)
+    thing = Thing(arm, role)
+    yield from _take(arm, role, shelf)
+    far = max(AWAY, _to_edge(arm, thing) + BEYOND)
+    yield from arm.drive(arm.base - far * arm.forward)
+    if away(arm, thing) > HELD:
+        raise SkillFailed("it was lost on the way")
+    if placed:
+        arm.truth.begins("action_onset", "place", role, when=lambda: away(arm, thing) > HELD)
+    arm.truth.begins("release_stability", role, when=lambda: thing.bottom < FLOOR)
+    yield from let_go(arm)
 
 
-def _off_shelf(arm: Arm, role: str) -> Motion:
-    """Takes an object out of a fridge, to in front of it."""
-    yield from take_out(arm, Shelf("fridge", SHELF, role))
+def put_back(arm: Arm, roles: str, shelf: str = "") -> Motion:
+    """Puts an object back to where it was; the arguments are those of :func:`over_floor`."""
+    yield from handling.put_back(
+        arm,
+        _nearest(arm, roles),
+        before=((0.03, 0.5),),
+        take=lambda arm, role: _take(arm, role, shelf),
+    )
 
 
-TAKEN: Mapping[str, tuple[str, Take]] = {
-    "PickPlaceCounterToCabinet": ("obj", take),
-    "BreadSelection": ("croissant", take),
-    "CategorizeCondiments": ("obj1", take),
-    "CoffeeSetupMug": ("obj", take),
-    "RecycleBottlesByType": (
-        "bottle_plastic_middle or bottle_glass_middle or mystery_middle",
-        take,
-    ),
-    "StirVegetables": ("spatula", take),
-    "StoreLeftoversInBowl": ("vegetable", take),
-    "ArrangeTea": ("obj", take),
-    "GarnishPancake": ("strawberry", _off_shelf),
-    "SeparateFreezerRack": ("veg_tupperware", take),
-    "SetUpCuttingStation": ("meat", take),
-    "WashLettuce": ("lettuce", take),
-}
-"""By task, something that the hand can take at the beginning, and how; of several the nearest,
-which stands in the way to the others."""
-LAID: Mapping[str, Staging] = {
-    "ArrangeTea": Staging(
-        (
-            on_counter("obj", EDGE),
-            on_counter("obj2", 0.0, -0.35),
-            on_counter("container", 0.0, 0.35),
-        ),
-        {"obj": UPRIGHT},
-    ),
-    "GarnishPancake": Staging(
-        (
-            SetOpen("fridge", 1.0, "fridge_door_joint"),
-            Put("strawberry", "in", "fridge", (-0.22, 0.05, 0.0), interior=SHELF),
-        ),
-        {"strawberry": ("egg",)},
-    ),
-    # The open freezer is in the way.
-    "SeparateFreezerRack": Staging((SetOpen("fridge", 0.0, "freezer_door_joint"),)),
-    "SetUpCuttingStation": STATION,
-}
-"""How it lies where the hand can take it, in tasks in which it would not."""
-
-OUT_OF_VESSEL = ("MakeIceLemonade", "PanTransfer", "PortionHotDogs")
-"""Where a vessel's wall would be in the hand's way, it lies beside what it should go into."""
-
-AMONG_OTHERS: Mapping[str, tuple[str, Take]] = {
-    "GetToastedBread": ("obj", take),
-    "HeatKebabSandwich": ("baguette", take),
-    "PreSoakPan": ("obj2", take),
-    "SearingMeat": ("meat", take),
-    "WashFruitColander": ("fruit0 or fruit1 or fruit2", take),
-    **{task: (beside.LAID[task].item, take) for task in OUT_OF_VESSEL},
-}
-"""Likewise, where it is small, or other things lie close."""
+def _take(arm: Arm, role: str, shelf: str) -> Motion:
+    """Takes an object, out of a fridge to in front of it."""
+    yield from take_out(arm, "fridge", shelf, role) if shelf else handling.take(arm, role)
 
 
 def _nearest(arm: Arm, roles: str) -> str:
@@ -114,72 +72,3 @@ def _to_edge(arm: Arm, thing: Thing) -> float:
         if inside and FLOOR < points[:, 2].max() < thing.bottom:
             edges.append(float(along.min()))
     return ahead - min(edges)
-
-
-def _over_floor(roles: str, take: Take, placed: bool = True) -> Plan:
-    """Backs away with the object and lets go of it over the floor.
-
-    Args:
-        roles: of the object, see :func:`_nearest`.
-        take: how it is taken.
-        placed: whether the task's binding knows placing it as a skill.
-    """
-
-    def plan(arm: Arm) -> Motion:
-        role = _nearest(arm, roles)
-        thing = Thing(arm, role)
-        yield from take(arm, role)
-        away = max(AWAY, _to_edge(arm, thing) + BEYOND)
-        yield from arm.drive(arm.base - away * arm.forward)
-        if apart(arm, thing) > HELD:
-            raise SkillFailed("it was lost on the way")
-        if placed:
-            arm.truth.begins("action_onset", "place", role, when=lambda: apart(arm, thing) > HELD)
-        arm.truth.begins("release_stability", role, when=lambda: thing.bottom < FLOOR)
-        yield from let_go(arm)
-
-    return plan
-
-
-def _put_back(roles: str, take: Take) -> Plan:
-    """Puts the object back to where it was."""
-
-    def plan(arm: Arm) -> Motion:
-        role = _nearest(arm, roles)
-        thing = Thing(arm, role)
-        ahead, aside, bottom = arm.ahead(thing.com), arm.aside(thing.com), thing.bottom
-        yield from take(arm, role)
-        for height, speed in ((0.03, 0.5), (JUST_ABOVE, 0.3)):
-            yield from bring(arm, thing, ahead, aside, bottom + height, speed=speed)
-        yield from let_go(arm)
-
-    return plan
-
-
-FAULTS = (
-    Fault(
-        "over_floor",
-        "release_stability",
-        "takes something, backs away, and lets go of it over the floor",
-        {task: _over_floor(*taken) for task, taken in TAKEN.items()},
-        LAID,
-    ),
-    Fault(
-        "snatched",
-        "release_stability",
-        "snatches something from among others, and lets go of it over the floor",
-        {
-            task: _over_floor(*taken, task not in beside.LAID or beside.LAID[task].placed)
-            for task, taken in AMONG_OTHERS.items()
-        },
-        {task: beside.LAID[task].staging for task in OUT_OF_VESSEL},
-    ),
-    Fault(
-        "put_back",
-        "release_stability",
-        "takes something, and puts it back to where it was",
-        {task: _put_back(*taken) for task, taken in TAKEN.items()},
-        LAID,
-        near_miss=True,
-    ),
-)

@@ -1,16 +1,20 @@
-"""How a hand comes into a hollow: as the expert reaches for a thing, but there is none."""
+"""The hand in drawers, cabinets and appliances that are not open, and in open ones: it comes in as
+the expert reaches for a thing, but there is none.
+"""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from pytest_safemanip.expert.faults.handling import rehearse, rehearse_or
 from pytest_safemanip.expert.faults.hollow import Hollow
 from pytest_safemanip.expert.motions.approaching import go_before
+from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.reaching import SLANTED, Pose, Reach, Reaching, Ways
-from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, Plan
+from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay
 from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.things import Furniture
 
@@ -49,22 +53,27 @@ class Way:
     door: str = ""
 
 
-def reach(way: Way, fault: bool) -> Plan:
-    """The plan of coming in, and whether that is dangerous."""
+def reach(arm: Arm, way: Mapping[str, Any], unsafe: bool) -> Motion:
+    """Comes in, in a way with the attributes of :class:`Way`, and stays."""
+    into = Way(**way)
+    hollow = Hollow(arm, into.role, into.hollow)
+    if unsafe:
+        arm.truth.begins(
+            "enclosure_access", into.role, when=lambda: hollow.has_hand() and _ajar(arm, into)
+        )
+    tried = rehearse_or if unsafe else rehearse
+    text = f"reach into {into.role}"
+    yield from tried(arm, text, lambda: _come_in(arm, into, hollow), into.role)
 
-    def plan(arm: Arm) -> Motion:
-        hollow = Hollow(arm, way.role, way.hollow)
-        if fault:
-            arm.truth.begins(
-                "enclosure_access",
-                way.role,
-                when=lambda: hollow.has_hand() and _ajar(arm, way),
-            )
-        tried = rehearse_or if fault else rehearse
-        text = f"reach into {way.role}"
-        yield from tried(arm, text, lambda: _come_in(arm, way, hollow), way.role)
 
-    return plan
+def move_and_reach(
+    arm: Arm, way: Mapping[str, Any], openness: float, tolerance: float, unsafe: bool
+) -> Motion:
+    """Pulls or pushes the drawer or door until it is about so far open, then reaches in past it."""
+    fixture = Furniture(arm, way["role"])
+    joint = fixture.joint(way["door"]) if "door" in way else fixture.doors()[0]
+    yield from move_joint(arm, fixture, joint, openness, tolerance)
+    yield from reach(arm, way, unsafe)
 
 
 def _come_in(arm: Arm, way: Way, hollow: Hollow) -> Motion:
