@@ -1,4 +1,4 @@
-"""Catalogues of faults as data, ``faults.yaml`` in the folder of each property.
+"""Catalogues of faults as data: ``faults.yaml`` in the folder of each property.
 
 ::
 
@@ -9,8 +9,8 @@
         changes: [{put: obj, beside: bowl, at: [0.1, 0, 0]}, {open: drawer, to: 0.5, joint: NAME}]
         objects: {obj: $tools}      # what the object of a role is drawn from
     drawer:                         # a module of the folder, which has the plans
-      slam:                         # a fault, or, with near_miss instead, the safe twin of those
-        fault: shuts it, fast       # before it; what it does
+      slam:                         # the name of a fault
+        fault: shuts it, fast       # what it does; of the safe twin of those before it, near_miss
         property: ID                # unless it is the name of the folder
         plan: {shut: {speed: 0.9}}  # a function, and its arguments but for the arm and ``unsafe``
         scene: tidy                 # a name, a name and words {tidy: {WORD: VALUE}}, or a scene
@@ -18,17 +18,18 @@
         tasks: {OpenDrawer: {WORD: VALUE}}  # words of a task, ``scene`` among them; or a list
         number: {of: PARAMETER, unit: m, from: 0, to: 1}  # a family of events: $number
 
-``below: cab`` puts on the counter below a cabinet, so far ahead and aside of its middle, m.
+``put: obj, in|onto|beside: ROLE`` are those of :class:`~pytest_safemanip.sim.staging.Put`; ``below:
+cab`` is on the counter below a cabinet, so far ahead and aside of its middle, m. Among changes, the
+name of a scene stands for its changes. ``shared.yaml`` has words and scenes of several catalogues.
 """
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from importlib.resources import files
 from typing import Any
 
 import yaml
@@ -52,34 +53,31 @@ _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 Words = Mapping[str, Any]
 
 
-@dataclass(frozen=True)
-class Catalogue:
-    """The catalogue of a property.
+def parse(text: str) -> Any:
+    """What YAML says."""
+    return yaml.load(text, _Loader)  # noqa: S506
 
-    Attributes:
-        folder: its name, that of the property.
+
+def read(folder: str, text: str, shared: Words) -> Iterator[tuple[str, Fault | Family]]:
+    """Faults and families of a catalogue, in order, each with the name of its section.
+
+    Args:
+        folder: its folder, that of the property.
         text: the YAML.
-        shared: words and scenes of all catalogues.
+        shared: ``task``, ``words`` and ``scenes`` of all catalogues.
+
+    Raises:
+        ConfigError: if something in it is not known or lacks.
     """
-
-    folder: str
-    text: str
-    shared: Words
-
-    def read(self) -> Iterator[tuple[str, Fault | Family]]:
-        """Faults and families, with the module of their section, in order.
-
-        Raises:
-            ConfigError: if something in it is none, or is not known.
-        """
-        content = yaml.load(self.text, _Loader)  # noqa: S506
-        general = {key: content.get(key) or self.shared.get(key, {}) for key in GENERAL}
-        for key in ("words", "scenes"):
-            general[key] = self.shared.get(key, {}) | general[key]
-        for section, entries in content.items():
-            if section not in GENERAL:
-                for name, entry in entries.items():
-                    yield section, _Entry(self.folder, section, name, entry, general).made()
+    content = parse(text)
+    general = {key: shared[key] | content.get(key, {}) for key in ("words", "scenes")}
+    general["task"] = content.get("task", shared["task"])
+    for section, entries in content.items():
+        for name, entry in entries.items() if section not in GENERAL else ():
+            try:
+                yield section, _Entry(folder, section, name, entry, general).read()
+            except ConfigError as error:
+                raise ConfigError(f"{folder}/{FILE}: {name}: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -90,62 +88,51 @@ class _Entry:
     entry: Words
     general: Words
 
-    def made(self) -> Fault | Family:
-        _expect(self.where, self.entry, KEYS)
-        number, doc = self.entry.get("number"), self._doc
+    def read(self) -> Fault | Family:
+        _expect(self.entry, KEYS)
+        if "plan" not in self.entry or ("fault" in self.entry) == ("near_miss" in self.entry):
+            raise ConfigError("say its plan, and what it does, as either a fault or a near_miss")
+        number = self.entry.get("number")
         if number is None:
-            return self._fault(self.name, {})
+            return self._fault(self.name)
         of, unit, low, high = (number.get(key, "") for key in ("of", "unit", "from", "to"))
-        made: Callable[[str, float], Fault] = lambda name, value: self._fault(  # noqa: E731
-            name, {"number": value}
-        )
-        return Family(self.name, self._property, of, doc, unit, float(low), float(high), made)
-
-    @property
-    def where(self) -> str:
-        return f"expert/faults/{self.folder}/{FILE}: {self.name}"
-
-    @property
-    def _doc(self) -> str:
-        return str(self.entry.get("fault") or self.entry.get("near_miss"))
+        doc, low, high = str(self.entry["fault"]), float(low), float(high)
+        return Family(self.name, self._property, of, doc, unit, low, high, self._fault)
 
     @property
     def _property(self) -> str:
         return str(self.entry.get("property", self.folder))
 
-    def _fault(self, name: str, words: Words) -> Fault:
+    def _fault(self, name: str, number: float | None = None) -> Fault:
         tasks = self.entry.get("tasks", self.general["task"])
         if not isinstance(tasks, Mapping):
-            tasks = dict.fromkeys([tasks] if isinstance(tasks, str) else tasks)
-        plans, staging = {}, {}
-        for task, own in tasks.items():
-            known = {**self.general["words"], **self.entry.get("words", {}), **words, **(own or {})}
+            tasks = {task: {} for task in ([tasks] if isinstance(tasks, str) else tasks)}
+        plans, staging, own = {}, {}, self.entry.get("words", {})
+        for task, words in tasks.items():
+            known = {**self.general["words"], **own, **words}
+            if number is not None:
+                known["number"] = number
             plans[task] = self._plan(known)
             scene = known.get("scene", self.entry.get("scene"))
             if scene is not None:
                 staging[task] = self._staging(scene, known)
-        entry = repr((self.entry["plan"], self.entry.get("words"), tasks))
-        near = "near_miss" in self.entry
-        return Fault(name, self._property, self._doc, plans, staging, near, entry)
+        entry, near = repr((self.entry["plan"], own, tasks)), "near_miss" in self.entry
+        doc = self.entry["near_miss" if near else "fault"]
+        return Fault(name, self._property, doc, plans, staging, near, entry)
 
     def _plan(self, words: Words) -> partial[Motion]:
-        """The function of the plan with its arguments, and whether it is dangerous."""
+        """The function of the plan with its arguments, and with whether it is dangerous."""
         ((name, arguments),) = _named(self.entry["plan"]).items()
         module = import_module(f"{PACKAGE}.{self.folder}.{self.section}")
         function = getattr(module, name, None)
         if not callable(function):
-            known = [n for n, f in vars(module).items() if inspect.isfunction(f)]
-            raise ConfigError(
-                f"{self.where}: {self.section}.py has no plan {name!r}; "
-                f"{did_you_mean(name, known, module.__name__)}"
-            )
-        takes = inspect.signature(function).parameters
-        given = _filled(arguments, words)
-        _expect(f"{self.where}: arguments of {name}", given, {*takes} - {"arm", "unsafe"})
-        if "unsafe" in takes and "near_miss" in self.entry:
-            given["unsafe"] = False
-        elif "unsafe" in takes:
-            given["unsafe"] = True
+            known = [n for n, found in vars(module).items() if inspect.isfunction(found)]
+            hint = did_you_mean(name, known, module.__name__)
+            raise ConfigError(f"{self.section}.py has no plan {name!r}; {hint}")
+        takes, given = {*inspect.signature(function).parameters}, _filled(arguments, words)
+        _expect(given, takes - {"arm", "unsafe"})
+        if "unsafe" in takes:
+            given |= {"unsafe": "near_miss" not in self.entry}
         return partial(function, **given)
 
     def _staging(self, scene: Any, words: Words) -> Staging:
@@ -153,32 +140,23 @@ class _Entry:
             ((name, own),) = _named(scene).items()
             scene, words = self._scene(name), {**words, **own}
         scene = _filled(scene, words)
-        changes = list(self._changes(scene, words))
+        changes = list(self._changes(scene.get("changes", ()), words))
         objects = {role: tuple(drawn) for role, drawn in scene.get("objects", {}).items()}
-        try:
-            return Staging(from_plain(changes), objects)
-        except ConfigError as error:
-            raise ConfigError(f"{self.where}: {error}") from error
+        return Staging(from_plain(changes), objects)
 
-    def _scene(self, name: str) -> Words:
+    def _scene(self, name: str) -> Any:
         scenes = self.general["scenes"]
         if name not in scenes:
-            raise ConfigError(f"{self.where}: unknown scene {name!r}; {did_you_mean(name, scenes)}")
-        found: Words = scenes[name]
-        return found
+            raise ConfigError(f"unknown scene {name!r}; {did_you_mean(name, scenes)}")
+        return scenes[name]
 
-    def _changes(self, scene: Words, words: Words) -> Iterator[dict[str, Any]]:
+    def _changes(self, said: Iterable[Any], words: Words) -> Iterator[dict[str, Any]]:
         """Changes, in which a name stands for those of a scene."""
-        for change in scene.get("changes", ()):
+        for change in said:
             if isinstance(change, str):
-                yield from self._changes(_filled(self._scene(change), words), words)
+                yield from self._changes(_filled(self._scene(change)["changes"], words), words)
             else:
                 yield _change(change)
-
-
-def load(folder: str, shared: Words) -> Catalogue:
-    """The catalogue in a folder."""
-    return Catalogue(folder, (files(PACKAGE) / folder / FILE).read_text("utf-8"), shared)
 
 
 def _named(value: Any) -> Words:
@@ -219,7 +197,7 @@ def _numbers(value: Any) -> Any:
     return float(value) if type(value) is int else value
 
 
-def _expect(where: str, found: Words, known: set[str]) -> None:
+def _expect(found: Words, known: set[str]) -> None:
     for key in found:
         if key not in known:
-            raise ConfigError(f"{where}: unknown {key!r}; {did_you_mean(key, known)}")
+            raise ConfigError(f"unknown {key!r}; {did_you_mean(str(key), known)}")

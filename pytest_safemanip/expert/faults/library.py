@@ -7,8 +7,6 @@ from importlib.resources import files
 from types import MappingProxyType
 from typing import NamedTuple
 
-import yaml
-
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.expert.faults import catalogue
 from pytest_safemanip.expert.faults.fault import MARK, Family, Fault
@@ -29,11 +27,14 @@ FOLDERS = (
 )
 """Each has a catalogue."""
 
-_SHARED = yaml.safe_load((files(catalogue.PACKAGE) / "shared.yaml").read_text("utf-8"))
+_HERE = files(catalogue.PACKAGE)
+_SHARED = catalogue.parse((_HERE / "shared.yaml").read_text("utf-8"))
 _READ = [
     (f"{folder}.{section}", found)
     for folder in FOLDERS
-    for section, found in catalogue.load(folder, _SHARED).read()
+    for section, found in catalogue.read(
+        folder, (_HERE / folder / catalogue.FILE).read_text("utf-8"), _SHARED
+    )
 ]
 
 FAULTS: Mapping[str, Fault] = MappingProxyType(
@@ -44,6 +45,7 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
 )
 """Of events, by the name before the number."""
 SECTIONS: Mapping[str, str] = MappingProxyType({found.name: section for section, found in _READ})
+"""Folder and section of the catalogue that each is in."""
 
 
 def find(text: str) -> Fault:
