@@ -10,13 +10,16 @@
         objects: {obj: $tools}      # what the object of a role is drawn from
     drawer:                         # a module of the folder, which has the plans
       slam:                         # the name of a fault
-        fault: shuts it, fast       # what it does; of the safe twin of those before it, near_miss
+        fault: shuts it, fast       # what it does
         property: ID                # unless it is the name of the folder
         plan: {shut: {speed: 0.9}}  # a function, and its arguments but for the arm and ``unsafe``
         scene: tidy                 # a name, a name and words {tidy: {WORD: VALUE}}, or a scene
         words: {WORD: VALUE}        # of this fault
         tasks: {OpenDrawer: {WORD: VALUE}}  # words of a task, ``scene`` among them; or a list
         number: {of: PARAMETER, unit: m, from: 0, to: 1}  # a family of events: $number
+      shut:
+        near_miss: shuts it, slowly # the safe twin of those before it: what it does not say is as
+        plan: {shut: {speed: 0.1}}  # the last of them has it
 
 ``put: obj, in|onto|beside: ROLE`` are those of :class:`~pytest_safemanip.sim.staging.Put`; ``below:
 cab`` is on the counter below a cabinet, so far ahead and aside of its middle, m. Among changes, the
@@ -44,7 +47,8 @@ BELOW = -0.56
 """Top of a counter, seen from the floor of the interior of the cabinet above it, m."""
 FILE = "faults.yaml"
 GENERAL = {"task", "words", "scenes"}
-KEYS = {"fault", "near_miss", "property", "plan", "scene", "words", "tasks", "number"}
+KINDS = ("fault", "near_miss")
+KEYS = {*KINDS, "property", "plan", "scene", "words", "tasks", "number"}
 RELATIONS = {"in": "in", "onto": "on", "beside": "beside", "below": "in"}
 NAMES = {"at": "offset", "to": "openness"}
 """Of what a change says, as its class has it."""
@@ -73,7 +77,10 @@ def read(folder: str, text: str, shared: Words) -> Iterator[tuple[str, Fault | F
     general = {key: shared[key] | content.get(key, {}) for key in ("words", "scenes")}
     general["task"] = content.get("task", shared["task"])
     for section, entries in content.items():
-        for name, entry in entries.items() if section not in GENERAL else ():
+        before: Words = {}
+        for name, own in entries.items() if section not in GENERAL else ():
+            entry = {**before, **own} if "near_miss" in own else own
+            before = {key: said for key, said in entry.items() if key not in KINDS}
             try:
                 yield section, _Entry(folder, section, name, entry, general).read()
             except ConfigError as error:

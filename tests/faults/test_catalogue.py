@@ -54,13 +54,22 @@ scene: {changes: [ajar, {put: obj, below: cab, at: [1, 0.5]}], objects: {obj: $r
     assert fault.near_miss
 
 
-def test_a_plan_is_told_whether_it_is_dangerous():
-    told = []
-    for kind in ("fault", "near_miss"):
-        indented = f"switching:\n  some: {{{kind}: turns it on, plan: rinse}}"
-        ((_, found),) = read("action_onset", indented, SHARED)
-        told.append(found.plans["OpenDrawer"].keywords)
-    assert told == [{"unsafe": True}, {"unsafe": False}]
+def test_a_near_miss_is_as_the_fault_before_it_but_is_told_that_it_is_safe():
+    text = """
+burners:
+  light:
+    fault: lights it
+    plan: {light_under: {role: obj}}
+    scene: {ajar: {role: cab, open: 0.5}}
+    tasks: KettleBoiling
+  light_safely:
+    near_miss: lights it safely
+"""
+    fault, near = (found for _, found in read("action_onset", text, SHARED))
+    assert fault.plans["KettleBoiling"].keywords == {"role": "obj", "unsafe": True}
+    assert near.plans["KettleBoiling"].keywords == {"role": "obj", "unsafe": False}
+    assert near.staging == fault.staging
+    assert (fault.near_miss, near.near_miss) == (False, True)
 
 
 @pytest.mark.parametrize(
