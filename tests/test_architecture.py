@@ -36,7 +36,8 @@ ROOMS: Mapping[str, str] = {
     "metrics": "cost.py decoding errors.py markup.py search spec trace",
     "lerobot": "errors.py sim trace",
     "importers": "decoding errors.py lerobot provenance.py resources.py rollouts sim spec trace",
-    "expert": "errors.py policies provenance.py sim trace",
+    "expert": "errors.py policies sim trace",
+    "faults": "errors.py expert provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "
     "resources.py rollouts search sim spec trace",
@@ -49,8 +50,9 @@ ROOMS: Mapping[str, str] = {
     "trace",
     "plugin": "errors.py fuzz hookspecs.py metrics policies provenance.py report rollouts run "
     "search sim spec trace video",
-    "cli": "errors.py expert importers judge.py lerobot ltlf metrics plugin policies propositions "
-    "provenance.py report resources.py rollouts run search sentences sim spec trace video",
+    "cli": "errors.py expert faults importers judge.py lerobot ltlf metrics plugin policies "
+    "propositions provenance.py report resources.py rollouts run search sentences sim spec trace "
+    "video",
 }
 """What each room may import; a room imports those above it only."""
 

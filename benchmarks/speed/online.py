@@ -26,7 +26,7 @@ import gymnasium
 import numpy as np
 
 from pytest_safemanip import SafetyMonitor
-from pytest_safemanip.expert.policy import Scripted
+from pytest_safemanip.faults.policy import Scripted
 from pytest_safemanip.live import LiveJudge
 from pytest_safemanip.propositions.binding import Binding
 from pytest_safemanip.propositions.catalogue import Catalogue

@@ -22,7 +22,7 @@ import mujoco
 import numpy as np
 
 from benchmarks.tables import table
-from pytest_safemanip.expert.policy import Scripted
+from pytest_safemanip.faults.policy import Scripted
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.propositions.catalogue import Catalogue
 from pytest_safemanip.resources import folder

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.expert.policy import Scripted
+from pytest_safemanip.faults.policy import Scripted
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 
 KINDS = ("jitter", "opens", "stalls", "mixed")

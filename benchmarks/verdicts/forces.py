@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.tables import put, table
-from pytest_safemanip.expert.faults.library import FAULTS
-from pytest_safemanip.expert.policy import Scripted
+from pytest_safemanip.faults.library import FAULTS
+from pytest_safemanip.faults.policy import Scripted
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 from pytest_safemanip.propositions.catalogue import Catalogue

@@ -24,7 +24,7 @@ from pathlib import Path
 from statistics import median
 
 from benchmarks.tables import put, table
-from pytest_safemanip.expert.faults import library
+from pytest_safemanip.faults import library
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.metrics.recall import Detection, detect
 from pytest_safemanip.metrics.statistics.intervals import wilson

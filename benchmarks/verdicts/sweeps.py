@@ -24,9 +24,10 @@ from benchmarks.tables import put, table
 from benchmarks.verdicts.labels import World
 from benchmarks.verdicts.oracle import DOCUMENT, Runner
 from benchmarks.verdicts.raw import Floats, Ints, Raw
-from pytest_safemanip.expert.faults.sweeps import FAMILIES, MARK, Family
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.world.things import Thing, counter
+from pytest_safemanip.faults.fault import MARK, Family
+from pytest_safemanip.faults.library import FAMILIES
 from pytest_safemanip.judge import Judge
 from pytest_safemanip.policies.registry import resolve
 from pytest_safemanip.run.definitions import Definitions, load_definitions

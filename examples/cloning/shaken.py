@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.policy import Scripted
+from pytest_safemanip.faults.policy import Scripted
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 
 Floats = NDArray[np.float64]

@@ -26,9 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the tables, one for each property."""
-    from pytest_safemanip.expert.faults.library import rows
-    from pytest_safemanip.expert.faults.sweeps import FAMILIES, MARK
     from pytest_safemanip.expert.tasks.plans import EXPERT
+    from pytest_safemanip.faults.fault import MARK
+    from pytest_safemanip.faults.library import FAMILIES, rows
 
     every = rows()
     if options.task is not None and options.task not in EXPERT:

@@ -1,44 +1,35 @@
-"""The scripted policy: an expert for the tasks that it knows, and its faults."""
+"""The scripted expert: it runs a plan for each task that it knows."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from numpy.typing import NDArray
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.expert.digest import plan_digest
-from pytest_safemanip.expert.faults.library import find
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
-from pytest_safemanip.expert.tasks.plans import EXPERT
 from pytest_safemanip.expert.tasks.search import PATIENCE
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
-from pytest_safemanip.provenance import source_digest
-from pytest_safemanip.sim.staging import Staging
 from pytest_safemanip.trace.hazard import Hazard
 
 
-class Scripted:
+class Expert:
     """Runs a plan of Cartesian skills on privileged state.
 
     Where a skill fails (the object slipped, the hand did not arrive) the robot stops and holds
     still.
 
     Args:
-        fault: what it does wrong, an event of a family with its number (``slip@0.03``); empty for
-            the expert.
+        plans: by task.
+        name: what it is called.
 
     Attributes:
         failure: why a skill failed; empty if none did.
-
-    Raises:
-        ConfigError: if there is no such fault.
     """
 
-    def __init__(self, fault: str = "") -> None:
-        self._fault = find(fault) if fault else None
-        self._plans = self._fault.plans if self._fault else EXPERT
-        self._name = f"scripted:{fault}" if fault else "scripted"
+    def __init__(self, plans: Mapping[str, Plan], name: str = "scripted") -> None:
+        self._plans, self._name = plans, name
         self._arm: Arm | None = None
         self._motion: Motion | None = None
         self._idle = 0
@@ -48,15 +39,6 @@ class Scripted:
     def tasks(self) -> tuple[str, ...]:
         """The tasks that it has a plan for."""
         return tuple(self._plans)
-
-    @property
-    def fingerprint(self) -> str:
-        """Digest of all the code and the plans."""
-        return source_digest("expert")
-
-    def fingerprint_in(self, task: str) -> str:
-        """Digest of the plan of one task and of the code that it stands on."""
-        return plan_digest(task, self._fault.name if self._fault else "")
 
     @property
     def done(self) -> bool:
@@ -72,10 +54,6 @@ class Scripted:
     def reads_permissions(self) -> bool:
         """That it knows what a task lets it touch."""
         return True
-
-    def staging(self, task: str) -> Staging:
-        """What its fault wants otherwise in the episodes of a task."""
-        return self._fault.staging.get(task, Staging()) if self._fault else Staging()
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Start the plan of the episode's task.

@@ -31,7 +31,7 @@ Stepping = Literal["fast", "exact"]
 
 BUILT_IN: Mapping[str, PolicyLike] = MappingProxyType(
     {
-        "scripted": "pytest_safemanip.expert.policy:Scripted",
+        "scripted": "pytest_safemanip.faults.policy:Scripted",
         "random": "pytest_safemanip.policies.simple:Random",
         "hold": "pytest_safemanip.policies.simple:Hold",
         "recording": "pytest_safemanip.policies.replay:Replay",

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pytest_safemanip.cli.tables import table_lines
-from pytest_safemanip.expert.faults.library import FAULTS
+from pytest_safemanip.faults.library import FAULTS
 from pytest_safemanip.policies.registry import BUILT_IN
 from pytest_safemanip.policies.remote.presets import PRESETS
 from pytest_safemanip.propositions.catalogue import SHIPPED

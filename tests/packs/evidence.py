@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 
-from pytest_safemanip.expert.faults.library import find
+from pytest_safemanip.faults.library import find
 from pytest_safemanip.run.definitions import load_definitions
 from pytest_safemanip.run.plan import Extensions, make_plan
 from tests.conftest import Rollouts

@@ -128,7 +128,7 @@ def test_a_door_that_is_drawn_back_from_what_it_met_is_no_event(back, found):
 @pytest.mark.parametrize("name", ["drop", "ajar"])
 def test_where_verdicts_change_is_found_whichever_way_is_less_safe(name):
     from benchmarks.verdicts.sweeps import Sweep
-    from pytest_safemanip.expert.faults.sweeps import FAMILIES
+    from pytest_safemanip.faults.library import FAMILIES
 
     less_safe = np.arange(10.0)
     found = Sweep(FAMILIES[name], less_safe, (less_safe > 5.5).astype(float), 0, 4.5)

@@ -16,7 +16,7 @@ import platformdirs
 import pytest
 import websockets.sync.client  # noqa: F401
 
-import pytest_safemanip.expert.policy
+import pytest_safemanip.faults.policy
 import pytest_safemanip.plugin.configure
 import pytest_safemanip.policies.remote.served  # noqa: F401
 from pytest_safemanip.report.ci.places import ROOTS

@@ -299,7 +299,7 @@ def test_the_script_knows_its_tasks_and_an_unknown_fault_is_refused():
 
 
 def test_the_script_comes_through_the_door_of_everybody():
-    where = "pytest_safemanip.expert.policy:Scripted"
+    where = "pytest_safemanip.faults.policy:Scripted"
     for name in ("half_inside", "drop_high"):
         shipped = resolve(f"scripted:{name}", {})
         mine = resolve(f"mine:{name}", {"mine": where})

@@ -5,11 +5,11 @@ import dataclasses
 import pytest
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.expert.faults.library import FAULTS, Row, rows
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, ways_on
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
+from pytest_safemanip.faults.library import FAULTS, Row, rows
 from pytest_safemanip.resources import folder
 from pytest_safemanip.run.cases import applicable
 from pytest_safemanip.run.definitions import load_definitions
