@@ -1,1 +1,1 @@
-"""An expert on the real arm, and its faults."""
+"""An expert on the real arm."""

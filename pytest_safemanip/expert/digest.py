@@ -1,6 +1,6 @@
 """What a scripted rollout's actions come from: its plan, and the code that this stands on.
 
-A change of one fault, or of one task's skill, does not count for the other rollouts.
+A change of one task's skill, or of one fault, does not count for the other rollouts.
 """
 
 from __future__ import annotations

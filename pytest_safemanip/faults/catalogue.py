@@ -110,6 +110,10 @@ class _Entry:
     def _property(self) -> str:
         return str(self.entry.get("property", self.folder))
 
+    @property
+    def _home(self) -> str:
+        return f"{PACKAGE}.{self.folder}.{self.section}"
+
     def _fault(self, name: str, number: float | None = None) -> Fault:
         tasks = self.entry.get("tasks", self.general["task"])
         if not isinstance(tasks, Mapping):
@@ -128,12 +132,12 @@ class _Entry:
             if scene is not None:
                 staging[task] = self._staging(scene, known)
         doc = self.entry["near_miss" if near else "fault"]
-        return Fault(name, self._property, doc, plans, staging, near, entries)
+        return Fault(name, self._property, doc, plans, staging, near, entries, self._home)
 
     def _plan(self, words: Words) -> partial[Motion]:
         """The function of the plan with its arguments, and with whether it is dangerous."""
         ((name, arguments),) = _named(self.entry["plan"]).items()
-        module = import_module(f"{PACKAGE}.{self.folder}.{self.section}")
+        module = import_module(self._home)
         function = getattr(module, name, None)
         if not callable(function):
             known = [n for n, found in vars(module).items() if inspect.isfunction(found)]

@@ -29,6 +29,7 @@ class Fault:
         staging: what is otherwise at the beginning of an episode, by task.
         near_miss: whether it is safe.
         entries: what its catalogue says of its plan, by task.
+        home: the module that its plan is found in.
     """
 
     name: str
@@ -38,11 +39,7 @@ class Fault:
     staging: Mapping[str, Staging]
     near_miss: bool = False
     entries: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def home(self) -> str:
-        """The module of its plan."""
-        return next(iter(self.plans.values())).func.__module__
+    home: str = ""
 
 
 @dataclass(frozen=True)
