@@ -35,9 +35,12 @@ from pytest_safemanip.trace.kinematics import carried
 
 WIDEST = 0.064
 """Of what is pinched, m: the fingers open to 8 cm, and come in with room on both sides."""
-BESIDE, OFF_FACE, SIDEWAYS = 0.009, 0.006, 0.5
+BESIDE, OFF_FACE, SIDEWAYS, HEAD_ON = 0.009, 0.006, 0.5, -0.5
 """Kept free between what is pinched and the fingers that come in, and before a face that they come
-in along, m; and with how much of its approach along a face a hand does that, as a cosine."""
+in along, m; and with how much of its approach along a face, and away from it, a hand does that, as
+cosines."""
+LETS_GO = 0.10
+"""How far the hand draws back from what it held, m."""
 SHALLOWEST, DEEPEST, BEYOND, BEFORE_BACK = -0.005, 0.018, 0.010, (0.0135, 0.0185)
 """How far behind a piece's edge it is pinched at least and at most, how far beyond its middle if it
 is thin, and how far before its back for fingertips, straight or tipped, to stay before what is
@@ -106,14 +109,23 @@ class Hold:
     def into(self) -> Array:
         """The direction in which the hand comes in (3,): along a face that a side pushes."""
         approach = self.hand[:, 2]
-        along = approach - float(approach @ self.normal) * self.normal
+        away = float(approach @ self.normal)
+        along = approach - away * self.normal
         length = float(np.linalg.norm(along))
-        return along / length if length > SIDEWAYS else approach
+        return along / length if length > SIDEWAYS and away > HEAD_ON else approach
 
-    @property
-    def back(self) -> Array:
-        """The direction in which the hand draws back (3,): off a face that it points at."""
-        return -self.into if float(self.hand[:, 2] @ self.normal) > 0.0 else -self.hand[:, 2]
+    def back(self, joint: Joint, by: float) -> Array:
+        """The direction in which the hand draws back (3,): off a face that it points at, and the
+        way that it came, which was free, if it pushed that far.
+
+        Args:
+            joint: moves the part.
+            by: how much more open it is than when the hand came.
+        """
+        if float(self.hand[:, 2] @ self.normal) > 0.0:
+            return -self.into
+        far = joint.kind == "slide" and abs(by * joint.travel) > LETS_GO
+        return self.normal if far and not (self.pinched or self.finger) else -self.hand[:, 2]
 
     @property
     def clear(self) -> Array:
