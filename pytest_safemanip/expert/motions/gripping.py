@@ -131,9 +131,10 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = N
     extra = [box for vessel in around for box in walls(vessel)]
     room = Room.around(arm, [thing.centre], without, extra)
     reaching = Reaching(arm, room, Ways())
+    parts = handholds(thing, part)
     found = [
         pose
-        for hold in handholds(thing, part)
+        for hold in parts
         for pose in poses(arm, thing, hold, thing.bottom)
         if not any(_hits(pose, Thing(arm, entity)) for entity in along)
     ]
@@ -145,7 +146,8 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = N
     asked: dict[Hashable, bool] = {}
 
     def suits(pose: Pose) -> bool:
-        hold = pose.family[:-1], pose.place
+        # What is round is turned about the vertical where it is put, however it is held.
+        hold = pose.family[2 if parts[0].around else 0 : -1], pose.place
         if hold not in asked and len(asked) < MOST_ASKED:
             grip = Grip(pose.point, pose.hand, opening)
             asked[hold] = bool(placing.ways(grip, 1, FEW))
