@@ -63,9 +63,11 @@ BACKWARDS, UPWARDS = -0.1, 0.3
 EDGE, SLIPPED, FOR_PULLING, FOR_PUSHING, HOOKED, TO_TWIST = 1.2, 0.8, 0.6, 1.0, 0.2, 1.5
 """Costs: of pinching what is not made for it, or what slipped; of pushing what is to be opened, of
 pinching what is to be closed, of one finger alone, of pushing what is small enough to twist."""
-CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.002
+CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.001
 """Costs for each m by which the hand would be in something some time, and of that at all, if it is
 more than what boxes around pieces are too large, m."""
+BARS = (0.0, 0.006, 0.012)
+"""How far behind the grip point what is as thin as a bar is looked for beside the fingers, m."""
 PALM_OFF = 0.008
 """Room that a palm is to have that turns with what it holds: it is ahead of that, and sags, m."""
 APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.5
@@ -425,7 +427,7 @@ def _deep(
     palm, frame = palm_points(rows), heading(arm)
     points = np.array(
         [
-            np.concatenate((palm, finger_points(hold.opening))) @ hold.hand.T + hold.point
+            np.concatenate((palm, finger_points(hold.opening, BARS))) @ hold.hand.T + hold.point
             for hold in later
         ]
     )

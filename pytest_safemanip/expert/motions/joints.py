@@ -195,6 +195,8 @@ def take_hold(
     )
     if not hold.pinched:
         return now()
+    if float(np.linalg.norm(now().contact - hold.contact)) > OFF:
+        raise SkillFailed(f"{joint.key} was pushed away")
     yield from arm.grip(True)
     return replace(hold, contact=arm.position, point=arm.position)
 
