@@ -42,6 +42,9 @@ ASTRAY = 0.015
 PROBED, NEARER, STEEP = 0.25, 0.004, 0.5
 """Speed and stride, m, at which it is looked for what a hand closes on, and how much it has to
 point down, as a cosine."""
+NARROWED, BITES = (0.7, 0.5, 0.4, 0.3), 0.008
+"""How far fingers are open that would else not come so far below the top of what they close on,
+share of the full opening and m."""
 STOPS = ((0.03, 0.006, 0.6), (0.0, 0.004, 0.3))
 """On the straight way in: before the grip point, m, with tolerance, m, and speed."""
 
@@ -128,9 +131,10 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = N
     extra = [box for vessel in around for box in walls(vessel)]
     room = Room.around(arm, [thing.centre], without, extra)
     reaching = Reaching(arm, room, Ways())
+    parts = handholds(thing, part)
     found = [
         pose
-        for hold in handholds(thing, part)
+        for hold in parts
         for pose in poses(arm, thing, hold, thing.bottom)
         if not any(_hits(pose, Thing(arm, entity)) for entity in along)
     ]
@@ -142,7 +146,8 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = N
     asked: dict[Hashable, bool] = {}
 
     def suits(pose: Pose) -> bool:
-        hold = pose.family[:-1], pose.place
+        # What is round is turned about the vertical where it is put, however it is held.
+        hold = pose.family[2 if parts[0].around else 0 : -1], pose.place
         if hold not in asked and len(asked) < MOST_ASKED:
             grip = Grip(pose.point, pose.hand, opening)
             asked[hold] = bool(placing.ways(grip, 1, FEW))
@@ -162,32 +167,41 @@ def inside(arm: Arm, vessel: Thing) -> list[str]:
     return [thing.entity for thing in contents(arm, vessel)]
 
 
-def deeper(arm: Arm, thing: Thing, pose: Pose) -> float:
-    """How much farther a hand has to go that is before its grip point, m: a thing is not everywhere
-    as high as its box.
+def deeper(arm: Arm, thing: Thing, pose: Pose) -> tuple[float, float]:
+    """How much farther a hand has to go that is before its grip point, m, for a thing is not
+    everywhere as high as its box; and how far its fingers are to be open for that, for leaned ones
+    meet what it lies on the sooner the wider they are.
 
     Raises:
         SkillFailed: if there is nothing to close on.
     """
     approach = pose.hand[:, 2]
-    tips = float((finger_points(pose.opening) @ pose.hand.T + pose.point)[:, 2].min())
+    tips = float((finger_points(0.0) @ pose.hand.T + pose.point)[:, 2].min())
     most = max(0.0, tips - thing.bottom - TIPS_OFF) / max(STEEP, -float(approach[2]))
     if -approach[2] < STEEP or most == 0.0:
-        return 0.0
+        return 0.0, pose.opening
     # Where it is first touched: farther in, how deep says nothing about how far.
     offs = np.arange(most, -SHALLOW - FINGERTIP, -NEARER)[::-1]
     legs = [Leg(pose.point + off * approach, pose.hand, NEARER / 2.0, PROBED) for off in offs]
-    shut, opened = (foresee(arm, legs, (), opening) for opening in (0.0, pose.opening))
-    if shut.free:
+
+    def met(opening: float) -> tuple[str, float]:
+        answer = foresee(arm, legs, (), opening)
+        off = float((answer.hand[:3] - pose.point) @ approach)
+        return (answer.touch.other, off - answer.touch.depth) if answer.touch else ("", off)
+
+    other, top = met(0.0)
+    if not other:
         raise SkillFailed(f"there is nothing of {thing.entity} between the fingers")
-    if shut.touch is None or shut.touch.other != thing.entity:
-        return 0.0
-    ends = [
-        float((pose.point - answer.hand[:3]) @ approach)
-        + (answer.touch.depth if answer.touch else 0.0)
-        for answer in (shut, opened)
-    ]
-    return max(0.0, min(SHALLOW + FINGERTIP - ends[0], -ends[1]))
+    if other != thing.entity:
+        return 0.0, pose.opening
+    goals = list[tuple[float, float]]()
+    for opening in (pose.opening, *(share for share in NARROWED if share < pose.opening)):
+        goals.append((max(0.0, min(top + SHALLOW + FINGERTIP, met(opening)[1])), opening))
+        if goals[-1][0] > top + BITES:
+            return goals[-1]
+    if max(goals)[0] < top + BITES / 2.0:
+        raise SkillFailed(f"the fingers do not come down beside {thing.entity}")
+    return max(goals)
 
 
 def come_in(arm: Arm, thing: Thing, reach: Reach) -> Motion:
@@ -197,7 +211,10 @@ def come_in(arm: Arm, thing: Thing, reach: Reach) -> Motion:
         SkillFailed: if it meets something, or if there is nothing to close on.
     """
     far = float(np.linalg.norm(reach.entry))
-    goal = reach.pose.point + deeper(arm, thing, reach.pose) * reach.pose.hand[:, 2]
+    farther, opening = deeper(arm, thing, reach.pose)
+    goal = reach.pose.point + farther * reach.pose.hand[:, 2]
+    if opening < reach.pose.opening:
+        yield from arm.open_to(opening)
     for before, tolerance, speed in STOPS:
         yield from arm.move(
             goal + before / far * reach.entry,

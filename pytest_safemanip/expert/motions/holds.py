@@ -35,9 +35,12 @@ from pytest_safemanip.trace.kinematics import carried
 
 WIDEST = 0.064
 """Of what is pinched, m: the fingers open to 8 cm, and come in with room on both sides."""
-BESIDE, OFF_FACE, SIDEWAYS = 0.009, 0.006, 0.5
+BESIDE, OFF_FACE, SIDEWAYS, HEAD_ON = 0.009, 0.006, 0.5, -0.5
 """Kept free between what is pinched and the fingers that come in, and before a face that they come
-in along, m; and with how much of its approach along a face a hand does that, as a cosine."""
+in along, m; and with how much of its approach along a face, and away from it, a hand does that, as
+cosines."""
+LETS_GO = 0.10
+"""How far the hand draws back from what it held, m."""
 SHALLOWEST, DEEPEST, BEYOND, BEFORE_BACK = -0.005, 0.018, 0.010, (0.0135, 0.0185)
 """How far behind a piece's edge it is pinched at least and at most, how far beyond its middle if it
 is thin, and how far before its back for fingertips, straight or tipped, to stay before what is
@@ -60,9 +63,11 @@ BACKWARDS, UPWARDS = -0.1, 0.3
 EDGE, SLIPPED, FOR_PULLING, FOR_PUSHING, HOOKED, TO_TWIST = 1.2, 0.8, 0.6, 1.0, 0.2, 1.5
 """Costs: of pinching what is not made for it, or what slipped; of pushing what is to be opened, of
 pinching what is to be closed, of one finger alone, of pushing what is small enough to twist."""
-CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.002
+CROWDED, MEETS, ROUGHLY = 80.0, 2.0, 0.001
 """Costs for each m by which the hand would be in something some time, and of that at all, if it is
 more than what boxes around pieces are too large, m."""
+BARS = (0.0, 0.006, 0.012)
+"""How far behind the grip point what is as thin as a bar is looked for beside the fingers, m."""
 PALM_OFF = 0.008
 """Room that a palm is to have that turns with what it holds: it is ahead of that, and sags, m."""
 APART, OFF_MIDDLE, NARROW = 0.04, 1.5, 0.5
@@ -106,14 +111,23 @@ class Hold:
     def into(self) -> Array:
         """The direction in which the hand comes in (3,): along a face that a side pushes."""
         approach = self.hand[:, 2]
-        along = approach - float(approach @ self.normal) * self.normal
+        away = float(approach @ self.normal)
+        along = approach - away * self.normal
         length = float(np.linalg.norm(along))
-        return along / length if length > SIDEWAYS else approach
+        return along / length if length > SIDEWAYS and away > HEAD_ON else approach
 
-    @property
-    def back(self) -> Array:
-        """The direction in which the hand draws back (3,): off a face that it points at."""
-        return -self.into if float(self.hand[:, 2] @ self.normal) > 0.0 else -self.hand[:, 2]
+    def back(self, joint: Joint, by: float) -> Array:
+        """The direction in which the hand draws back (3,): off a face that it points at, and the
+        way that it came, which was free, if it pushed that far.
+
+        Args:
+            joint: moves the part.
+            by: how much more open it is than when the hand came.
+        """
+        if float(self.hand[:, 2] @ self.normal) > 0.0:
+            return -self.into
+        far = joint.kind == "slide" and abs(by * joint.travel) > LETS_GO
+        return self.normal if far and not (self.pinched or self.finger) else -self.hand[:, 2]
 
     @property
     def clear(self) -> Array:
@@ -413,7 +427,7 @@ def _deep(
     palm, frame = palm_points(rows), heading(arm)
     points = np.array(
         [
-            np.concatenate((palm, finger_points(hold.opening))) @ hold.hand.T + hold.point
+            np.concatenate((palm, finger_points(hold.opening, BARS))) @ hold.hand.T + hold.point
             for hold in later
         ]
     )

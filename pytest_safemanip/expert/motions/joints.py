@@ -13,10 +13,9 @@ from functools import partial
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.holds import Hold, holds, motion
+from pytest_safemanip.expert.motions.holds import LETS_GO, Hold, holds, motion
 from pytest_safemanip.expert.motions.taking import (
     FARTHEST,
-    LETS_GO,
     NEAREST,
     TWISTED,
     Takes,
@@ -135,8 +134,8 @@ def move_joint(
             next_ if hold.pinched else goal,
             partial(passed, next_),
         )
-        hold = hold.moved(joint, fixture.openness(joint) - before, 0.0)
-        yield from let_go(arm, hold)
+        by = fixture.openness(joint) - before
+        yield from let_go(arm, hold.moved(joint, by, 0.0), joint, by)
         yield from _settled(arm, joint)
         slips = hold.pinched and not passed(next_)
         if abs(fixture.openness(joint) - before) < STUCK:
@@ -196,6 +195,8 @@ def take_hold(
     )
     if not hold.pinched:
         return now()
+    if float(np.linalg.norm(now().contact - hold.contact)) > OFF:
+        raise SkillFailed(f"{joint.key} was pushed away")
     yield from arm.grip(True)
     return replace(hold, contact=arm.position, point=arm.position)
 
@@ -334,12 +335,19 @@ def _settled(arm: Arm, joint: Joint) -> Motion:
         yield arm.hold()
 
 
-def let_go(arm: Arm, hold: Hold) -> Motion:
-    """Open the fingers around a part as far as they were, and draw the hand back from it."""
+def let_go(arm: Arm, hold: Hold, joint: Joint, by: float = 0.0) -> Motion:
+    """Open the fingers around a part as far as they were, and draw the hand back from it.
+
+    Args:
+        arm: the arm.
+        hold: how it is held.
+        joint: moves the part.
+        by: how much more open it is than when the hand came.
+    """
     if hold.pinched:
         yield from arm.open_to(hold.opening)
     # What is pinched turned the hand, or turned between its fingers.
-    back = -arm.rotation[:, 2] if hold.pinched else hold.back
+    back = -arm.rotation[:, 2] if hold.pinched else hold.back(joint, by)
     for away in (hold.clear, LETS_GO * back):
         if away.any():
             yield from arm.move(arm.position + away, tolerance=0.02, steps=40, required=False)

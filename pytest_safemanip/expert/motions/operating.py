@@ -174,7 +174,7 @@ def press_button(arm: Arm, fixture: Furniture, button: Joint) -> Motion:
     hold = yield from take_hold(arm, fixture, button, 1.0, "hold")
     into = hold.point + PRESSED * np.asarray(button.axis)
     yield from arm.move(into, hold.hand, tolerance=0.004, speed=0.1, steps=30, required=False)
-    yield from let_go(arm, hold)
+    yield from let_go(arm, hold, button)
     if fixture.off():
         raise SkillFailed(f"{button.key} was pressed in vain")
     yield from arm.drive(arm.base - AWAY * arm.forward)

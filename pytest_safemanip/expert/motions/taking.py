@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.holds import Hold, solids_then
+from pytest_safemanip.expert.motions.holds import LETS_GO, Hold, solids_then
 from pytest_safemanip.expert.motions.travelling import joints_now
 from pytest_safemanip.expert.robot.arm import Arm, raised
 from pytest_safemanip.expert.robot.hand import WRIST
@@ -46,8 +46,6 @@ MEETS, ROUGHLY = 60.0, 0.01
 than it, m."""
 GRID = 0.02
 """Between places sideways at which it is looked how far ahead the base may stand, m."""
-LETS_GO = 0.10
-"""How far the hand draws back from what it held, m."""
 NEAREST, FARTHEST = 0.36, 0.65
 """How far the hand may be from the base at least, and the wrist from the arm's shoulder at most, m.
 """
@@ -88,7 +86,7 @@ class Takes:
         hands = arm.frame.T @ np.array([h.hand for h in found]).reshape(-1, 3, 3)
         self._intos, self._backs = (
             np.array(ways).reshape(-1, 3) @ arm.frame
-            for ways in ([h.into for h in found], [h.back for h in ends])
+            for ways in ([h.into for h in found], [h.back(joint, self._by) for h in ends])
         )
         bearing = np.arctan2(hands[:, 1, 2], hands[:, 0, 2])
         bearing *= np.linalg.norm(hands[:, :2, 2], axis=1) > 0.3

@@ -48,11 +48,12 @@ def palm_points(rows: int = 7) -> Array:
     return np.asarray(points * (1.0, 1.0, -1.0))
 
 
-def finger_points(opening: float) -> Array:
+def finger_points(opening: float, along: tuple[float, ...] = ()) -> Array:
     """Points (F, 3) on the two fingers, likewise.
 
     Args:
         opening: share of the full opening.
+        along: how far behind the grip point they have more, m, for what is thin.
     """
     near = opening * OPENING / 2.0
     side = np.linspace(-FINGER_SIDE, FINGER_SIDE, 3)
@@ -60,6 +61,7 @@ def finger_points(opening: float) -> Array:
     # At its tip, a vessel's wall would fit between the corners.
     places = [(x, FINGERTIP - 0.002) for x in (*far, near + FINGER_THICK / 2.0)]
     places += [(far[1] + 0.004, -PALM), (far[1] + 0.002, -0.008)]
+    places += [(x, -behind) for x in far for behind in along]
     one = np.array([(x, y, z) for x, z in places for y in side])
     return np.concatenate((one, one * (-1.0, 1.0, 1.0)))
 

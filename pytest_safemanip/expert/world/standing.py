@@ -220,7 +220,7 @@ def _furniture(scene: Scene) -> tuple[Array, list[_Moving]]:
     """
     fixed, moving = [np.zeros((0, 8, 3))], list[_Moving]()
     for surface in scene.surfaces:
-        if scene.entity[surface.entity].kind != "fixture":
+        if scene.entity[surface.entity].kind == "object":
             continue
         pose, half = np.asarray(surface.pose, np.float64), np.asarray(surface.half)
         if surface.joint:
