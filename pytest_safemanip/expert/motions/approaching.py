@@ -61,7 +61,7 @@ def turned_over(arm: Arm, reach: Reach) -> Reach:
     ways = [
         way
         for way in (reach, flipped)
-        if swing(arm, way.pose.point + way.entry + shift, way.pose.hand, None).arrives
+        if swing(arm, way.pose.point + way.entry + shift, way.pose.hand, None)[-1]
     ]
     return arm.choices.choose("hand turned over", ways or [reach])
 

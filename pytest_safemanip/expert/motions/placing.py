@@ -26,10 +26,15 @@ from pytest_safemanip.expert.motions.reaching import (
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
-from pytest_safemanip.expert.world.contacts import carried_by_something, carriers, palm_meets
-from pytest_safemanip.expert.world.room import Room, heading, walls
-from pytest_safemanip.expert.world.things import ROOM_HEIGHT, Space, Thing, contents, other_things
-from pytest_safemanip.trace.geometry import about, corners, matrix
+from pytest_safemanip.expert.world.contacts import (
+    carried_by_something,
+    carriers,
+    palm_meets,
+    supports,
+)
+from pytest_safemanip.expert.world.room import Room, walls
+from pytest_safemanip.expert.world.things import Space, Thing, contents, other_things, solid
+from pytest_safemanip.trace.geometry import about, matrix
 from pytest_safemanip.trace.planar import footprints_overlap
 
 OVER = 0.008
@@ -302,7 +307,7 @@ class Placing:
         self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
         self._tips = attitudes is standing and not self._along
-        self._frame, self._strange = heading(arm), _strange(arm, thing)
+        self._frame, self._strange = arm.frame, _strange(arm, thing)
         self._others = other_things(arm, thing, *self._along)
         self._groups: list[tuple[list[Spot], Room, Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
@@ -413,20 +418,10 @@ def _strange(arm: Arm, thing: Thing) -> list[Array]:
     """Corners (8, 3) of what is solid of fixtures that a thing has no leave to rest on; none where
     nobody knows.
     """
-    allowed, roles = arm.permissions, arm.scene.roles
-    if allowed is None:
+    if arm.permissions is None:
         return []
-    supports = {
-        roles.get(name, name)
-        for role, names in allowed.supports.items()
-        if roles.get(role, role) == thing.entity
-        for name in names
-    }
-    return [
-        np.asarray(corners(np.array(s.pose), s.half), np.float64)
-        for s in arm.scene.surfaces
-        if s.entity not in supports and not s.joint and s.pose[2] < ROOM_HEIGHT
-    ]
+    own = supports(arm).get(thing.entity, set())
+    return solid(arm, set(arm.scene.entity) - own, moving=False)
 
 
 def _over(spot: Spot, com: Array) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from pytest_safemanip.expert.motions.placing import Spot
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.things import Furniture, Thing, spaces_around
 from pytest_safemanip.trace.geometry import matrix
 
@@ -118,8 +118,7 @@ def inside(
         onto: what is put down on it then.
     """
     found = []
-    frame = heading(arm)
-    shelves = fixture.open_interiors()
+    shelves, frame = fixture.open_interiors(), arm.frame
     for number, (pose, half) in enumerate(shelves):
         if spaces and number not in spaces and number - len(shelves) not in spaces:
             continue
@@ -153,7 +152,7 @@ def on_counter(
     found = []
     for point, cost in centres:
         below = np.column_stack((point + feet, np.full(len(feet), top - 0.008)))
-        if (room.exactly(below @ heading(arm)) < 0.0).all():
+        if (room.exactly(below @ arm.frame) < 0.0).all():
             kind = f"at {point[0]:.2f} {point[1]:.2f}"
             found.append(Spot(np.append(point, top), cost, kind))
     return found
@@ -215,7 +214,7 @@ def on_burner(arm: Arm, thing: Thing, stove: Furniture) -> list[Spot]:
 
 def on_tray(arm: Arm, thing: Thing, machine: Furniture) -> list[Spot]:
     """Where a machine pours."""
-    tray, _ = machine.tray()
+    tray = machine.tray()
     off = [(i, j) for i in POURED for j in (0.0, 0.01, -0.01, 0.02, -0.02)]
     return [
         Spot(

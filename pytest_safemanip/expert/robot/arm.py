@@ -216,8 +216,7 @@ class Arm(Base):
         for _ in range(steps):
             if until():
                 return
-            turn = rotation_vector(rotation @ self.rotation.T)
-            yield self._arm_action(here - self.position, turn, 1.0)
+            yield self.towards(here, rotation)
 
     def _arm_action(self, error: Array, turn: Array, speed: float) -> Array:
         frame = matrix(self.step.base_pose[3:])
