@@ -32,15 +32,12 @@ SLIPS = 0.03
 """How far what is between the fingers moves that is about to be lost, m: it may turn there."""
 
 
-def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
+def holding(arm: Arm, motion: Motion, load: Thing) -> Motion:
     """A motion that is given up when what is held slips in the fingers, or out of them.
 
     Raises:
         IllHeld: if it does.
     """
-    if load is None:
-        yield from motion
-        return
     held = to_local(load.pose, arm.position)
     hangs = (load.centre - arm.position) @ arm.rotation
     for action in motion:

@@ -347,7 +347,9 @@ class Reaching:
         the room on that way, m; None if there is none.
         """
         best: tuple[Array, Array, float] | None = None
-        points = self._hand_points(pose, loaded) @ self._frame
+        opening = min(pose.opening, pose.holding) if loaded else pose.opening
+        hand = np.concatenate((PALM_POINTS, finger_points(opening))) @ pose.hand.T + pose.point
+        points = (np.concatenate((hand, pose.load)) if loaded else hand) @ self._frame
         for back, up, near in steps:
             offset = np.array((0.0, 0.0, up)) - back * pose.hand[:, 2]
             offset[:2] -= near * self._arm.forward
@@ -375,12 +377,6 @@ class Reaching:
                 return False
         # Between the points at which distances are noted is room for a thin board.
         return bool(self._room.exactly((points + steps).reshape(-1, 3)).min() > TIGHT - ROUGH)
-
-    def _hand_points(self, pose: Pose, loaded: bool) -> Array:
-        opening = min(pose.opening, pose.holding) if loaded else pose.opening
-        hand = np.concatenate((PALM_POINTS, finger_points(opening))) @ pose.hand.T
-        points = hand + pose.point
-        return np.concatenate((points, pose.load)) if loaded else points
 
     def _drawn_back(self, points: Array, slant: float) -> tuple[Array, float] | None:
         """How far the base draws back from where a hand has such points (P, 3) for the hand to be

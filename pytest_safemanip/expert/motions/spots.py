@@ -36,8 +36,8 @@ BESIDE = (0.0, 0.04, -0.04, 0.08, -0.08)
 SHIFTED, UNDER_WATER = (0.0, -0.03, 0.03, -0.06, 0.06, -0.09, 0.09), 0.4
 """How far beside where water falls a vessel may stand, ahead and aside, m, and how far at most, as
 a share of its width."""
-POURED = (0.0, -0.01, -0.02, -0.03, 0.01)
-"""How far behind where a machine pours a cup may stand, m."""
+POURED = (0.0, -0.01, -0.02, -0.03, 0.01), (0.0, 0.01, -0.01, 0.02, -0.02)
+"""How far ahead and to the left of where a machine pours a cup may stand, m."""
 REACHABLE = 1.12
 """Height that the arm reaches best, m."""
 CLOSE, APART = 0.13, 0.14
@@ -47,12 +47,11 @@ NEXT_TO = (0.12, 0.15, 0.18, 0.21, 0.24, 0.27)
 """Likewise on a counter."""
 
 
-def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]:
+def on_thing(arm: Arm, target: Thing, end: str = "") -> list[Spot]:
     """On another thing, its middle first.
 
     Args:
         arm: the arm.
-        thing: what is put down.
         target: what it is put on.
         end: ``near`` or ``far`` for that half of it, ``end`` for one of its ends; empty for any.
     """
@@ -81,7 +80,7 @@ def into_thing(arm: Arm, thing: Thing, target: Thing) -> list[Spot]:
     (_, width), (long, length) = target.sides()
     room = max(0.0, (width - thing.sides()[1][1]) / 2.0 - WALL)
     found = []
-    for spot in on_thing(arm, thing, target):
+    for spot in on_thing(arm, target):
         off = (spot.point - target.middle)[:2]
         along = float(np.clip(off @ long[:2], -(length - width) / 2.0, (length - width) / 2.0))
         if np.linalg.norm(off - along * long[:2]) <= room:
@@ -163,9 +162,7 @@ def _around(arm: Arm, fixture: Furniture, other: Thing | None) -> list[tuple[Arr
         turns = np.arange(0.0, 2.0 * math.pi, math.pi / 8)
         ways = np.stack((np.cos(turns), np.sin(turns)), axis=1)
         return [(other.middle[:2] + far * way, far) for far in NEXT_TO for way in ways]
-    low, high = fixture.extent()
-    ends = np.array([(arm.ahead(p), arm.aside(p)) for p in (low, high)])
-    front, here = float(ends[:, 0].min()), arm.aside(arm.base)
+    front, here = min(map(arm.ahead, fixture.extent())), arm.aside(arm.base)
     return [
         (arm.floor_point(front + depth, here + aside), abs(aside) + depth)
         for depth in (0.12, 0.18, 0.25, 0.32)
@@ -174,16 +171,18 @@ def _around(arm: Arm, fixture: Furniture, other: Thing | None) -> list[tuple[Arr
     ]
 
 
-def around(arm: Arm, point: Array, beside: Sequence[float] = BESIDE) -> list[Spot]:
-    """At a point (3,), or so far beside it, ahead and to the left, m."""
+def around(
+    arm: Arm, point: Array, ahead: Sequence[float] = BESIDE, left: Sequence[float] = BESIDE
+) -> list[Spot]:
+    """At a point (3,), or so far beside it, m."""
     return [
         Spot(
             point + arm.onward(i) + j * np.append(arm.left, 0.0),
             2.0 * math.hypot(i, j),
             f"around {i:.2f} {j:.2f}",
         )
-        for i in beside
-        for j in beside
+        for i in ahead
+        for j in left
     ]
 
 
@@ -202,7 +201,7 @@ def on_burner(arm: Arm, thing: Thing, stove: Furniture) -> list[Spot]:
         burner = np.asarray(arm.step.box_pose[k][:3], np.float64)
         for i in OFF_BURNER:
             for j in OFF_BURNER:
-                off = i * np.append(arm.forward, 0.0) + j * np.append(arm.left, 0.0)
+                off = np.append(arm.floor_point(i, j), 0.0)
                 spot = burner + off - 0.3 * out * (1.0, 1.0, 0.0)
                 aside = abs(arm.aside(spot) - arm.aside(thing.middle))
                 cost = 3.0 * math.hypot(i, j) + 0.5 * arm.ahead(spot - arm.position) + 0.2 * aside
@@ -212,18 +211,10 @@ def on_burner(arm: Arm, thing: Thing, stove: Furniture) -> list[Spot]:
     return found
 
 
-def on_tray(arm: Arm, thing: Thing, machine: Furniture) -> list[Spot]:
+def on_tray(arm: Arm, machine: Furniture) -> list[Spot]:
     """Where a machine pours."""
-    tray = machine.tray()
-    off = [(i, j) for i in POURED for j in (0.0, 0.01, -0.01, 0.02, -0.02)]
-    return [
-        Spot(
-            tray + i * np.append(arm.forward, 0.0) + j * np.append(arm.left, 0.0),
-            5.0 * math.hypot(i, j),
-            f"tray {i:.2f} {j:.2f}",
-        )
-        for i, j in off
-    ]
+    found = around(arm, machine.tray(), *POURED)
+    return [replace(spot, cost=2.5 * spot.cost) for spot in found]
 
 
 def under_tap(arm: Arm, thing: Thing, sink: Furniture) -> list[Spot]:
@@ -233,7 +224,7 @@ def under_tap(arm: Arm, thing: Thing, sink: Furniture) -> list[Spot]:
     wide = thing.sides()[0][1]
     room = np.maximum(half - wide / 2.0, FROM_EDGE)
     found = []
-    for spot in around(arm, np.append(water[:2], basin[2] - half[2]), SHIFTED):
+    for spot in around(arm, np.append(water[:2], basin[2] - half[2]), SHIFTED, SHIFTED):
         off = np.abs((spot.point - basin[:3]) @ matrix(basin[3:]))
         if spot.cost < 2.0 * UNDER_WATER * wide and (off < room)[:2].all():
             found.append(spot)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import itertools
 import math
 
 import numpy as np
@@ -60,18 +61,15 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     ends = [(int(c[0]), int(c[1])) for c in np.rint((np.stack((here, there)) - low) / CELL)]
     first, last = (_drawn_back(free, end) for end in ends)
     found = [*ends[:1], *_search(free, first, last), *ends[1:]]
-    found = [cell for number, cell in enumerate(found) if cell not in found[number - 1 : number]]
-    bends = [b for a, b, c in zip(found, found[1:], found[2:], strict=False) if _bend(a, b, c)]
-    places = [low + CELL * np.array(cell) for cell in bends]
-    if places:
+    cells = np.array([cell for cell, _ in itertools.groupby(found)])
+    steps = np.diff(cells, axis=0)
+    bends = (steps[1:] != steps[:-1]).any(axis=1)
+    places = low + CELL * cells[1:-1][bends]
+    if len(places):
         # The last stretch but one ends beside the goal, and not beside its cell.
-        axis = int(abs(found[-1][0] - found[-2][0]) > 0)
-        places[-1][axis] = there[axis]
-    return [arm.floor_point(*place) for place in (*places, there)]
-
-
-def _bend(a: Cell, b: Cell, c: Cell) -> bool:
-    return (b[0] - a[0], b[1] - a[1]) != (c[0] - b[0], c[1] - b[1])
+        axis = int(steps[-1, 0] != 0)
+        places[-1, axis] = there[axis]
+    return [arm.floor_point(*place) for place in (*places.tolist(), there)]
 
 
 def _floor(arm: Arm) -> tuple[Array, Array]:
