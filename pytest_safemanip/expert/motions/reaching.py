@@ -146,13 +146,6 @@ class Ways:
     )
     brings: bool = False
 
-    def slanted(self) -> Ways:
-        """Those that come from the robot's side, and go there."""
-        entries, leaves = (
-            [step for step in steps if step[2]] for steps in (self.entries, self.leaves)
-        )
-        return Ways(entries, leaves, self.brings)
-
 
 @dataclass(frozen=True)
 class Way:
@@ -262,11 +255,8 @@ class Reaching:
         those are looked at last.
         """
         found, left = list[tuple[bool, list[Reach]]](), list(poses)
-        for steps in (self._ways, self._ways.slanted()):
-            plain = steps is self._ways
-            ways = [way for pose in left if (way := self._hand_way(pose, steps))]
-            if not plain:
-                ways = [replace(way, cost=way.cost + ODD) for way in ways]
+        for plain in (True, False):
+            ways = [way for pose in left if (way := self._hand_way(pose, plain))]
             reaches = self._postures(ways) if ways else []
             for key, alike in itertools.groupby(reaches, key=lambda reach: id(reach.pose)):
                 found.append((plain, list(alike)))
@@ -330,14 +320,20 @@ class Reaching:
         """Room around points of a hand at a pose, m."""
         return float(self._room.exactly((points @ pose.hand.T + pose.point) @ self._frame).min())
 
-    def _hand_way(self, pose: Pose, ways: Ways) -> Way | None:
-        """How the hand comes and leaves; None if it has no room for that."""
-        into = self._first_free(pose, ways.entries, ways.brings)
-        out = self._first_free(pose, ways.leaves, not ways.brings) if into else None
+    def _hand_way(self, pose: Pose, plain: bool) -> Way | None:
+        """How the hand comes and leaves, in any way or out from below an edge; None if it has no
+        room for that.
+        """
+        ways = self._ways
+        entries, leaves = (
+            [step for step in steps if plain or step[2]] for steps in (ways.entries, ways.leaves)
+        )
+        into = self._first_free(pose, entries, ways.brings)
+        out = self._first_free(pose, leaves, not ways.brings) if into else None
         if not into or not out:
             return None
         room = min(into[2], out[2], self._room_at(pose, PALM_POINTS))
-        cost = 20.0 * max(0.0, ON_WAY - room)
+        cost = 20.0 * max(0.0, ON_WAY - room) + (0.0 if plain else ODD)
         return Way(pose, into[0], out[0], into[1], out[1], cost)
 
     def _first_free(

@@ -17,15 +17,10 @@ LIFTS = 0.3
 """Vertical part of a contact's direction with which it carries what it presses on."""
 
 
-def carried_by_something(arm: Arm, thing: Thing) -> bool:
-    """Whether anything but the robot, and what lies in it or on it, presses on an object from
-    below.
-    """
-    return bool(carriers(arm, thing))
-
-
 def carriers(arm: Arm, thing: Thing) -> set[str]:
-    """The entities that press on an object from below, but for the robot."""
+    """The entities that press on an object from below, but for the robot; what lies in it or on it
+    does not.
+    """
     below = {low.entity for up, low in _stacked(arm) if up.entity == thing.entity}
     return below - {ROBOT}
 

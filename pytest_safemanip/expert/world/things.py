@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.trace.elements import Joint
+from pytest_safemanip.trace.elements import Joint, Switch
 from pytest_safemanip.trace.geometry import corners, matrix, to_world
 from pytest_safemanip.trace.kinematics import carried
 
@@ -155,8 +155,6 @@ def spaces_around(arm: Arm, thing: Thing, slack: float = 0.0) -> list[tuple[str,
 class Part(StrEnum):
     """What of a fixture is moved, by what RoboCasa calls its joint, or how those names begin."""
 
-    DOOR = "door_joint"
-    RIGHT_DOOR = "rightdoorhinge"
     RACK = "rack"
     MIXER_HEAD = "head_joint"
     SPOUT = "spout_joint"
@@ -213,29 +211,22 @@ class Furniture:
 
     def burning(self) -> list[Joint]:
         """The knobs of its burners that are on."""
-        scene, on = self._arm.scene, self._arm.step.switch
-        return [
-            scene.joints[scene.joint_index[switch.joint]]
-            for number, switch in enumerate(scene.switches)
-            if switch.entity == self.entity and switch.joint and on[number]
-        ]
+        scene = self._arm.scene
+        knobs = [switch.joint for switch, on in self._switches() if switch.joint and on]
+        return [scene.joints[scene.joint_index[knob]] for knob in knobs]
 
     def off(self) -> bool:
         """Whether it has switches, and none of them is on."""
-        scene, on = self._arm.scene, self._arm.step.switch
-        own = [number for number, s in enumerate(scene.switches) if s.entity == self.entity]
-        return bool(own) and not np.asarray(on)[own].any()
+        found = self._switches()
+        return bool(found) and not any(on for _, on in found)
 
     def knob_under(self, point: Array) -> Joint:
         """The knob of the burner that is nearest to a point."""
         scene, poses = self._arm.scene, self._arm.step.box_pose
         burners = scene.boxes_of(self.entity, "burner")
         nearest = min(burners, key=lambda k: float(np.linalg.norm(poses[k][:2] - point[:2])))
-        (knob,) = [
-            switch.joint
-            for switch in scene.switches
-            if switch.entity == self.entity and switch.name == scene.boxes[nearest].name
-        ]
+        name = scene.boxes[nearest].name
+        (knob,) = [switch.joint for switch, _ in self._switches() if switch.name == name]
         return scene.joints[scene.joint_index[knob]]
 
     def extent(self) -> tuple[Array, Array]:
@@ -331,6 +322,11 @@ class Furniture:
             for k in scene.boxes_of(self.entity, kind)
             if scene.boxes[k].name.startswith(name)
         ]
+
+    def _switches(self) -> list[tuple[Switch, bool]]:
+        """Its switches, and whether each is on."""
+        switches = zip(self._arm.scene.switches, self._arm.step.switch > 0.0, strict=True)
+        return [(switch, bool(on)) for switch, on in switches if switch.entity == self.entity]
 
     def _box(self, kind: str, name: str = "") -> tuple[Array, Array]:
         """The lowest of a kind, and of a name."""
