@@ -163,13 +163,12 @@ def _row(arm: Arm, aside: float, load: Thing | None) -> float | None:
     way = aside - arm.aside(arm.base)
     shifts = np.linspace(0.0, way, max(2, math.ceil(abs(way) / STEP)))
     for ahead in (here - np.arange(0.0, MOST_BACK, STEP)).tolist():
-        offsets = np.column_stack((np.full(len(shifts), ahead - here), shifts, 0.0 * shifts))
         if ahead < least:
-            return None
-        if not passable(arm, first, last, ahead):
-            continue
-        if (room.away(points + offsets[:, None], radii) > APART).all():
-            return float(ahead)
+            break
+        if passable(arm, first, last, ahead):
+            offsets = np.column_stack((np.full(len(shifts), ahead - here), shifts, 0.0 * shifts))
+            if (room.away(points + offsets[:, None], radii) > APART).all():
+                return float(ahead)
     return None
 
 
