@@ -8,11 +8,11 @@ import numpy as np
 
 from pytest_safemanip.expert.motions.reaching import Reach
 from pytest_safemanip.expert.motions.travelling import (
+    arrives,
     check_bent,
     drive,
     fold,
     lowering_back,
-    swing,
     swing_back,
     swing_to,
     travel,
@@ -58,7 +58,7 @@ def turned_over(arm: Arm, reach: Reach) -> Reach:
     ways = [
         way
         for way in (reach, flipped)
-        if swing(arm, way.pose.point + way.entry + shift, way.pose.hand, None)[-1]
+        if arrives(arm, way.pose.point + way.entry + shift, way.pose.hand)
     ]
     return arm.choices.choose("hand turned over", ways or [reach])
 

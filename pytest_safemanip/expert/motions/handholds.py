@@ -61,7 +61,7 @@ ROUND_WITHIN = 0.004
 HANDLE_SHARE = 0.05
 """Off the middle by more than this share of its width, a box shows where a handle is."""
 OFF_HANDLE = math.cos(math.radians(40.0))
-"""Of the least angle from the fingers' line to a handle, its cosine."""
+"""Cosine of the least angle from the fingers' line to a handle."""
 HANDLE_WIDE, WIDE, HANDLE_THICK = 0.030, 1.3, 0.018
 """How wide a handle is, m, or, if it is long, of its length: a lug; and how thick at most, m."""
 ON_HANDLE = (0.018, 0.030, 0.045)

@@ -428,7 +428,8 @@ class Reaching:
             cost += 1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH
             cost += 0.8 * abs(aside - self._wrist(way.pose)[1]) + torso + REACHED * stretched[row]
             place = frame[:2, :2] @ (ahead, aside)
-            found.append(Reach(**{**vars(way), "cost": cost}, base=place, torso=torso))
+            hand = way.pose, way.entry, way.leave, way.come, way.go
+            found.append(Reach(*hand, cost, place, torso))
         return found
 
     def _off_load(self, poses: Sequence[Pose], balls: Array, radii: Array) -> NDArray[np.bool_]:

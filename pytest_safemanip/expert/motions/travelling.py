@@ -253,7 +253,7 @@ def swing(arm: Arm, point: Array, hand: Array, load: Thing | None) -> tuple[Arra
         hand: orientation (3, 3).
         load: what it holds.
     """
-    points, hands, joints, arrives = _between(arm, point, hand)
+    points, hands, joints, there = _between(arm, point, hand)
     middles, radii = bodies(joints)
     own = [palm_points(), finger_points(float(arm.step.gripper[0]))]
     if load is not None:
@@ -261,12 +261,17 @@ def swing(arm: Arm, point: Array, hand: Array, load: Thing | None) -> tuple[Arra
     local = np.concatenate(own)
     moved = (local @ hands.transpose(0, 2, 1) + points[:, None]) @ arm.frame
     balls = np.concatenate((middles + _shoulder(arm), moved), axis=1)
-    return balls, np.concatenate((radii, np.zeros(len(local)))), arrives
+    return balls, np.concatenate((radii, np.zeros(len(local)))), there
 
 
 def _shoulder(arm: Arm) -> Array:
     """Where the arm begins, from the base's heading (3,): on the floor, the torso down."""
     return np.append(arm.base @ arm.frame[:2, :2], arm.torso)
+
+
+def arrives(arm: Arm, point: Array, hand: Array) -> bool:
+    """Whether the hand gets from where it is to another pose with no joint at its limit."""
+    return _between(arm, point, hand)[-1]
 
 
 def joints_now(arm: Arm) -> Array:
@@ -358,8 +363,8 @@ def swing_back(
         SkillFailed: if a joint would come to its limit on the way.
     """
     shift = np.append(arm.base - base, -torso)
-    balls, radii, arrives = swing(arm, point + shift, hand, load)
-    if not arrives:
+    balls, radii, there = swing(arm, point + shift, hand, load)
+    if not there:
         raise SkillFailed("the arm would come to the end of a joint")
     return _back(arm, point, balls - shift @ arm.frame, radii, out, load)
 
