@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -59,19 +60,18 @@ def on_thing(arm: Arm, target: Thing, end: str = "") -> list[Spot]:
     space = next((space for _, space in spaces_around(arm, target)), None)
     spans = np.stack((narrow * width, long * length), axis=1) / 2.0
     found = []
-    for i in GRID:
-        for j in GRID:
-            way = i * length * long + j * width * narrow
-            spot = target.middle + way * (1.0, 1.0, 0.0)
-            spot[2] = target.highest
-            cost = 2.0 * math.hypot(i * length, j * width)
-            if end in ("near", "far"):
-                sign = 1.0 if end == "far" else -1.0
-                cost = 3.0 * abs(sign * arm.ahead(way) - 0.25 * min(width, length))
-            elif end:
-                cost = 3.0 * abs(abs(i) - 0.24) * length + 2.0 * abs(j) * width
-            kind = f"on {i:.2f} {j:.2f}"
-            found.append(Spot(spot, cost, kind, area=(target.middle, spans), space=space))
+    for i, j in product(GRID, repeat=2):
+        way = i * length * long + j * width * narrow
+        spot = target.middle + way * (1.0, 1.0, 0.0)
+        spot[2] = target.highest
+        cost = 2.0 * math.hypot(i * length, j * width)
+        if end in ("near", "far"):
+            sign = 1.0 if end == "far" else -1.0
+            cost = 3.0 * abs(sign * arm.ahead(way) - 0.25 * min(width, length))
+        elif end:
+            cost = 3.0 * abs(abs(i) - 0.24) * length + 2.0 * abs(j) * width
+        kind = f"on {i:.2f} {j:.2f}"
+        found.append(Spot(spot, cost, kind, area=(target.middle, spans), space=space))
     return found
 
 
@@ -181,8 +181,7 @@ def around(
             2.0 * math.hypot(i, j),
             f"around {i:.2f} {j:.2f}",
         )
-        for i in ahead
-        for j in left
+        for i, j in product(ahead, left)
     ]
 
 
@@ -199,13 +198,12 @@ def on_burner(arm: Arm, thing: Thing, stove: Furniture) -> list[Spot]:
     found = []
     for k in named or numbers:
         burner = np.asarray(arm.step.box_pose[k][:3], np.float64)
-        for i in OFF_BURNER:
-            for j in OFF_BURNER:
-                off = np.append(arm.floor_point(i, j), 0.0)
-                spot = burner + off - 0.3 * out * (1.0, 1.0, 0.0)
-                aside = abs(arm.aside(spot) - arm.aside(thing.middle))
-                cost = 3.0 * math.hypot(i, j) + 0.5 * arm.ahead(spot - arm.position) + 0.2 * aside
-                found.append(Spot(spot, cost, f"{names[k]} {i:.2f} {j:.2f}"))
+        for i, j in product(OFF_BURNER, repeat=2):
+            off = np.append(arm.floor_point(i, j), 0.0)
+            spot = burner + off - 0.3 * out * (1.0, 1.0, 0.0)
+            aside = abs(arm.aside(spot) - arm.aside(thing.middle))
+            cost = 3.0 * math.hypot(i, j) + 0.5 * arm.ahead(spot - arm.position) + 0.2 * aside
+            found.append(Spot(spot, cost, f"{names[k]} {i:.2f} {j:.2f}"))
     if not found:
         raise SkillFailed(f"{stove.entity} has no burner")
     return found
