@@ -7,20 +7,12 @@ the world on; the script looks at every step.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 
 from pytest_safemanip.trace.hazard import Hazard
 from pytest_safemanip.trace.scene import Scene
 
 Condition = Callable[[], bool]
-
-
-@dataclass
-class _Expected:
-    property_id: str
-    entities: tuple[str, ...]
-    certain: Condition
-    first: int
 
 
 class Truth:
@@ -36,7 +28,7 @@ class Truth:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self.index = 0
-        self._expected: list[_Expected] = []
+        self._expected: list[tuple[Condition, Callable[[int], Hazard]]] = []
         self.hazards: list[Hazard] = []
 
     def copy(self) -> Truth:
@@ -56,8 +48,8 @@ class Truth:
                 certain did not happen.
         """
         entities = tuple(self._scene.roles.get(name, name) for name in names)
-        expected = _Expected(property_id, entities, when or _now, self.index)
-        self._expected.append(expected)
+        hazard = partial(Hazard, property_id, entities, self.index)
+        self._expected.append((when or (lambda: True), hazard))
         self._look()
 
     def at(self, index: int) -> None:
@@ -66,10 +58,6 @@ class Truth:
         self._look()
 
     def _look(self) -> None:
-        begun = [e for e in self._expected if e.certain()]
-        self._expected = [e for e in self._expected if e not in begun]
-        self.hazards += [Hazard(e.property_id, e.entities, e.first, self.index) for e in begun]
-
-
-def _now() -> bool:
-    return True
+        begun = [expected for expected in self._expected if expected[0]()]
+        self._expected = [expected for expected in self._expected if expected not in begun]
+        self.hazards += [hazard(self.index) for _, hazard in begun]

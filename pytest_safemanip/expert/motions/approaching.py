@@ -8,11 +8,11 @@ import numpy as np
 
 from pytest_safemanip.expert.motions.reaching import Reach
 from pytest_safemanip.expert.motions.travelling import (
+    arrives,
     check_bent,
     drive,
     fold,
     lowering_back,
-    swing,
     swing_back,
     swing_to,
     travel,
@@ -32,15 +32,12 @@ SLIPS = 0.03
 """How far what is between the fingers moves that is about to be lost, m: it may turn there."""
 
 
-def holding(arm: Arm, motion: Motion, load: Thing | None) -> Motion:
+def holding(arm: Arm, motion: Motion, load: Thing) -> Motion:
     """A motion that is given up when what is held slips in the fingers, or out of them.
 
     Raises:
         IllHeld: if it does.
     """
-    if load is None:
-        yield from motion
-        return
     held = to_local(load.pose, arm.position)
     hangs = (load.centre - arm.position) @ arm.rotation
     for action in motion:
@@ -61,7 +58,7 @@ def turned_over(arm: Arm, reach: Reach) -> Reach:
     ways = [
         way
         for way in (reach, flipped)
-        if swing(arm, way.pose.point + way.entry + shift, way.pose.hand, None).arrives
+        if arrives(arm, way.pose.point + way.entry + shift, way.pose.hand)
     ]
     return arm.choices.choose("hand turned over", ways or [reach])
 

@@ -60,8 +60,8 @@ ROUND_WITHIN = 0.004
 """By how much the sides of what may be round differ at most, m."""
 HANDLE_SHARE = 0.05
 """Off the middle by more than this share of its width, a box shows where a handle is."""
-OFF_HANDLE = 40.0
-"""Least angle from the fingers' line to a handle, degrees."""
+OFF_HANDLE = math.cos(math.radians(40.0))
+"""Cosine of the least angle from the fingers' line to a handle."""
 HANDLE_WIDE, WIDE, HANDLE_THICK = 0.030, 1.3, 0.018
 """How wide a handle is, m, or, if it is long, of its length: a lug; and how thick at most, m."""
 ON_HANDLE = (0.018, 0.030, 0.045)
@@ -163,10 +163,8 @@ def handle(thing: Thing) -> Handhold:
     length = 2.0 * float(np.linalg.norm((thing.centre - thing.middle)[:2]))
     root = thing.middle + (thing.reach(way) - length / 2.0) * way
     middle = np.append((root + length / 2.0 * way)[:2], thing.highest - HANDLE_THICK / 2.0)
-    wide = max(HANDLE_WIDE, WIDE * length)
-    axes = np.stack(
-        (np.cross(UP, way) * wide / 2.0, way * length / 2.0, UP * HANDLE_THICK / 2.0), axis=1
-    )
+    across = np.cross(UP, way) * max(HANDLE_WIDE, WIDE * length)
+    axes = np.stack((across, way * length, UP * HANDLE_THICK), axis=1) / 2.0
     most = length - FINGER_SIDE / 2.0
     places = tuple(min(off, max(most, length / 2.0)) - length / 2.0 for off in ON_HANDLE)
     return Handhold(middle, axes, False, tuple(dict.fromkeys(places)), "handle")
@@ -176,9 +174,7 @@ def lug(thing: Thing) -> Handhold:
     """The lugs that stand out on both long sides of a vessel."""
     (narrow, _), (long, length) = thing.sides()
     middle = np.append(thing.middle[:2], thing.highest - HANDLE_THICK / 2.0)
-    axes = np.stack(
-        (narrow * HANDLE_WIDE / 2.0, long * length / 2.0, UP * HANDLE_THICK / 2.0), axis=1
-    )
+    axes = np.stack((narrow * HANDLE_WIDE, long * length, UP * HANDLE_THICK), axis=1) / 2.0
     far = (length - LUG) / 2.0
     return Handhold(middle, axes, False, (far, -far), "lug")
 
@@ -221,10 +217,9 @@ def rims(thing: Thing) -> list[Handhold]:
 
 def hollowed(thing: Thing) -> Array:
     """Points (P, 3) on a vessel, none of them over its opening."""
-    whole = body(thing)
-    own = np.linalg.solve(whole.axes, (outline(thing) - whole.middle).T)
-    points: Array = outline(thing)[(own[2] < WALLS) | (np.hypot(*own[:2]) > WALLS)]
-    return points
+    whole, points = body(thing), outline(thing)
+    own = np.linalg.solve(whole.axes, (points - whole.middle).T)
+    return np.asarray(points[(own[2] < WALLS) | (np.hypot(*own[:2]) > WALLS)])
 
 
 PARTS = {"body": body, "end": ends, "handle": handle, "lug": lug, "bow": bow}
@@ -272,7 +267,7 @@ def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose
     sides = np.linalg.norm(hold.axes, axis=0)
     # What is no higher than wide may be round there, and slips out of pads off its middle.
     round_there = hold.name in ("body", "end") and sides[2] < LOW * sides[0]
-    for number, (line, width, odd) in enumerate(_lines(arm, thing, hold)):
+    for number, (line, width, odd) in enumerate(_lines(thing, hold)):
         for tilt, lean, hand in _hands(arm, line):
             for place in hold.places:
                 for depth, (opening, shift, rare) in itertools.product(
@@ -325,7 +320,7 @@ def _hands(arm: Arm, line: Array) -> Iterator[tuple[float, float, Array]]:
                 yield tilt, lean, turn @ level
 
 
-def _lines(arm: Arm, thing: Thing, hold: Handhold) -> Iterator[tuple[Array, float, float]]:
+def _lines(thing: Thing, hold: Handhold) -> Iterator[tuple[Array, float, float]]:
     """Directions (3,) in which the fingers may close, the width there, m, and what speaks against
     it.
     """
@@ -340,13 +335,9 @@ def _lines(arm: Arm, thing: Thing, hold: Handhold) -> Iterator[tuple[Array, floa
                 return
             turned = about_z(turn) @ line
             width = 2.0 * half / (1.0 if not turn % 45.0 or way is not None else 0.93)
-            if width > GAP or (way is not None and _meets(turned, way)):
-                continue
-            yield turned, width, 0.15 * bool(turn) + 0.2 * number
-
-
-def _meets(line: Array, way: Array) -> bool:
-    return abs(float(line @ way)) > math.cos(math.radians(OFF_HANDLE))
+            meets_handle = way is not None and abs(float(turned @ way)) > OFF_HANDLE
+            if width <= GAP and not meets_handle:
+                yield turned, width, 0.15 * bool(turn) + 0.2 * number
 
 
 def _tilted(line: Array, down: Array, tilt: float, straight: Array) -> Iterator[Array]:

@@ -26,10 +26,10 @@ from pytest_safemanip.expert.motions.reaching import (
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
-from pytest_safemanip.expert.world.contacts import carried_by_something, carriers, palm_meets
-from pytest_safemanip.expert.world.room import Room, heading, walls
-from pytest_safemanip.expert.world.things import ROOM_HEIGHT, Space, Thing, contents, other_things
-from pytest_safemanip.trace.geometry import about, corners, matrix
+from pytest_safemanip.expert.world.contacts import carriers, palm_meets, supports
+from pytest_safemanip.expert.world.room import Room, walls
+from pytest_safemanip.expert.world.things import Space, Thing, contents, other_things, solid
+from pytest_safemanip.trace.geometry import about, matrix
 from pytest_safemanip.trace.planar import footprints_overlap
 
 OVER = 0.008
@@ -302,7 +302,9 @@ class Placing:
         self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
         self._tips = attitudes is standing and not self._along
-        self._frame, self._strange = heading(arm), _strange(arm, thing)
+        # Of fixtures that it has no leave to rest on; none where nobody knows.
+        strange = set(arm.scene.entity) - supports(arm).get(thing.entity, set())
+        self._strange = solid(arm, strange if arm.permissions else (), moving=False)
         self._others = other_things(arm, thing, *self._along)
         self._groups: list[tuple[list[Spot], Room, Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
@@ -390,7 +392,7 @@ class Placing:
         column = np.linspace((*com[:2], box[:, 2].min()), com, 4)
         others = [thing.corners for thing in self._others if thing.entity != spot.hollow]
         above = self._reaches_over(others, spot, box, LEVEL, math.inf)
-        inside = room.away(column @ self._frame).min() < 0.0
+        inside = room.away(column @ self._arm.frame).min() < 0.0
         return 0.5 * ON_OTHERS * (float(above) + float(inside))
 
     def _reaches_over(
@@ -407,26 +409,6 @@ class Placing:
             and footprints_overlap(box, other, 0.0)
             for other in boxes
         )
-
-
-def _strange(arm: Arm, thing: Thing) -> list[Array]:
-    """Corners (8, 3) of what is solid of fixtures that a thing has no leave to rest on; none where
-    nobody knows.
-    """
-    allowed, roles = arm.permissions, arm.scene.roles
-    if allowed is None:
-        return []
-    supports = {
-        roles.get(name, name)
-        for role, names in allowed.supports.items()
-        if roles.get(role, role) == thing.entity
-        for name in names
-    }
-    return [
-        np.asarray(corners(np.array(s.pose), s.half), np.float64)
-        for s in arm.scene.surfaces
-        if s.entity not in supports and not s.joint and s.pose[2] < ROOM_HEIGHT
-    ]
 
 
 def _over(spot: Spot, com: Array) -> bool:
@@ -496,7 +478,7 @@ def set_down(
         arm.rotation,
         speed=speed,
         steps=LAGS + round(1.2 * depth / (STRIDE * speed)),
-        until=lambda: carried_by_something(arm, thing) or palm_meets(arm, thing),
+        until=lambda: bool(carriers(arm, thing)) or palm_meets(arm, thing),
         required=False,
     )
 

@@ -17,9 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.travelling import (
-    facing,
-)
+from pytest_safemanip.expert.motions.travelling import facing
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.hand import (
     FINGER_SIDE,
@@ -33,7 +31,7 @@ from pytest_safemanip.expert.robot.hand import (
 )
 from pytest_safemanip.expert.robot.kinematics import SPHERES, bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.standing import nearest
 
 FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, -0.004
@@ -118,33 +116,6 @@ class Pose:
     holding: float = 1.0
 
 
-@dataclass(frozen=True)
-class Reach:
-    """A way to a pose.
-
-    Attributes:
-        pose: the pose.
-        base: where the base stands meanwhile (2,).
-        torso: how far it is raised, m.
-        entry: from the grip point to where the hand goes straight from (3,).
-        leave: from the grip point to where the hand is drawn back from (3,).
-        come: how far off the base stands before (2,), m.
-        go: how far off it is drawn after (2,), m.
-        cost: what speaks against it.
-        turn: how far the base is turned to the left before, degrees.
-    """
-
-    pose: Pose
-    base: Array
-    torso: float
-    entry: Array
-    leave: Array
-    come: Array
-    go: Array
-    cost: float
-    turn: float = 0.0
-
-
 Steps = Sequence[tuple[float, float, float]]
 """How far off its goal the hand is, back along its approach, straight up, and level to the robot,
 m."""
@@ -175,31 +146,41 @@ class Ways:
     )
     brings: bool = False
 
-    def slanted(self) -> Ways:
-        """Those that come from the robot's side, and go there."""
-        entries, leaves = (
-            [step for step in steps if step[2]] for steps in (self.entries, self.leaves)
-        )
-        return Ways(entries, leaves, self.brings)
-
 
 @dataclass(frozen=True)
 class Way:
     """How a hand comes to a pose and leaves it.
 
     Attributes:
-        entry: from the grip point to where it goes straight from (3,).
-        leave: from the grip point to where it is drawn back from (3,).
-        come: how far off it comes from (2,), m.
-        go: how far off it is drawn (2,), m.
+        pose: the pose.
+        entry: from the grip point to where the hand goes straight from (3,).
+        leave: from the grip point to where the hand is drawn back from (3,).
+        come: how far off the base stands before (2,), m.
+        go: how far off it is drawn after (2,), m.
         cost: what speaks against it.
     """
 
+    pose: Pose
     entry: Array
     leave: Array
     come: Array
     go: Array
     cost: float
+
+
+@dataclass(frozen=True)
+class Reach(Way):
+    """Likewise of the whole arm.
+
+    Attributes:
+        base: where the base stands meanwhile (2,).
+        torso: how far it is raised, m.
+        turn: how far the base is turned to the left before, degrees.
+    """
+
+    base: Array
+    torso: float
+    turn: float = 0.0
 
 
 def any_heading(arm: Arm, find: Callable[[], list[Reach]]) -> list[Reach]:
@@ -223,7 +204,7 @@ class Reaching:
 
     def __init__(self, arm: Arm, room: Room, ways: Ways) -> None:
         self._arm, self._room, self._ways = arm, room, ways
-        self._frame = heading(arm)
+        self._frame = arm.frame
         self._limits: dict[float, float] = {}
 
     def find(
@@ -274,11 +255,8 @@ class Reaching:
         those are looked at last.
         """
         found, left = list[tuple[bool, list[Reach]]](), list(poses)
-        for steps in (self._ways, self._ways.slanted()):
-            plain = steps is self._ways
-            ways = [(pose, way) for pose in left if (way := self._hand_way(pose, steps))]
-            if not plain:
-                ways = [(pose, replace(way, cost=way.cost + ODD)) for pose, way in ways]
+        for plain in (True, False):
+            ways = [way for pose in left if (way := self._hand_way(pose, plain))]
             reaches = self._postures(ways) if ways else []
             for key, alike in itertools.groupby(reaches, key=lambda reach: id(reach.pose)):
                 found.append((plain, list(alike)))
@@ -319,8 +297,6 @@ class Reaching:
 
     def _roughly(self, poses: Sequence[Pose]) -> NDArray[np.bool_]:
         """Whether the hand may have room at some poses (K,)."""
-        if not poses:
-            return np.zeros(0, bool)
         points = self._frame.T @ np.array([pose.point for pose in poses]).T
         hands = self._frame.T @ np.array([pose.hand for pose in poses])
         palms = PALM_POINTS @ hands.transpose(0, 2, 1) + points.T[:, None]
@@ -344,15 +320,21 @@ class Reaching:
         """Room around points of a hand at a pose, m."""
         return float(self._room.exactly((points @ pose.hand.T + pose.point) @ self._frame).min())
 
-    def _hand_way(self, pose: Pose, ways: Ways) -> Way | None:
-        """How the hand comes and leaves; None if it has no room for that."""
-        into = self._first_free(pose, ways.entries, ways.brings)
-        out = self._first_free(pose, ways.leaves, not ways.brings) if into else None
+    def _hand_way(self, pose: Pose, plain: bool) -> Way | None:
+        """How the hand comes and leaves, in any way or out from below an edge; None if it has no
+        room for that.
+        """
+        ways = self._ways
+        entries, leaves = (
+            [step for step in steps if plain or step[2]] for steps in (ways.entries, ways.leaves)
+        )
+        into = self._first_free(pose, entries, ways.brings)
+        out = self._first_free(pose, leaves, not ways.brings) if into else None
         if not into or not out:
             return None
         room = min(into[2], out[2], self._room_at(pose, PALM_POINTS))
-        cost = 20.0 * max(0.0, ON_WAY - room)
-        return Way(into[0], out[0], into[1], out[1], cost)
+        cost = 20.0 * max(0.0, ON_WAY - room) + (0.0 if plain else ODD)
+        return Way(pose, into[0], out[0], into[1], out[1], cost)
 
     def _first_free(
         self, pose: Pose, steps: Steps, loaded: bool
@@ -361,7 +343,9 @@ class Reaching:
         the room on that way, m; None if there is none.
         """
         best: tuple[Array, Array, float] | None = None
-        points = self._hand_points(pose, loaded) @ self._frame
+        opening = min(pose.opening, pose.holding) if loaded else pose.opening
+        hand = np.concatenate((PALM_POINTS, finger_points(opening))) @ pose.hand.T + pose.point
+        points = (np.concatenate((hand, pose.load)) if loaded else hand) @ self._frame
         for back, up, near in steps:
             offset = np.array((0.0, 0.0, up)) - back * pose.hand[:, 2]
             offset[:2] -= near * self._arm.forward
@@ -390,12 +374,6 @@ class Reaching:
         # Between the points at which distances are noted is room for a thin board.
         return bool(self._room.exactly((points + steps).reshape(-1, 3)).min() > TIGHT - ROUGH)
 
-    def _hand_points(self, pose: Pose, loaded: bool) -> Array:
-        opening = min(pose.opening, pose.holding) if loaded else pose.opening
-        hand = np.concatenate((PALM_POINTS, finger_points(opening))) @ pose.hand.T
-        points = hand + pose.point
-        return np.concatenate((points, pose.load)) if loaded else points
-
     def _drawn_back(self, points: Array, slant: float) -> tuple[Array, float] | None:
         """How far the base draws back from where a hand has such points (P, 3) for the hand to be
         clear of everything (2,), and the room on that way, m; None if there is none.
@@ -410,16 +388,16 @@ class Reaching:
                 return None
         return backs[first, :2], room
 
-    def _postures(self, ways: Sequence[tuple[Pose, Way]]) -> list[Reach]:
+    def _postures(self, ways: Sequence[Way]) -> list[Reach]:
         """The places of the base from which the arm gets to poses that its hand has room at."""
-        rows = [row for number in range(len(ways)) for row in self._places(number, *ways[number])]
+        rows = [row for number, way in enumerate(ways) for row in self._places(number, way.pose)]
         which = np.array([int(row[0]) for row in rows])
         base = np.array([row[1:] for row in rows])
         frame = self._frame
-        points = np.array([pose.point @ frame for pose, _ in ways])
-        hands = np.array([frame.T @ pose.hand for pose, _ in ways])
-        stops = np.array([(way.entry @ frame, way.leave @ frame, np.zeros(3)) for _, way in ways])
-        offs = np.array([(way.come, way.go, np.zeros(2)) for _, way in ways]) @ frame[:2, :2]
+        points = np.array([way.pose.point @ frame for way in ways])
+        hands = np.array([frame.T @ way.pose.hand for way in ways])
+        stops = np.array([(way.entry @ frame, way.leave @ frame, np.zeros(3)) for way in ways])
+        offs = np.array([(way.come, way.go, np.zeros(2)) for way in ways]) @ frame[:2, :2]
         least = np.full(len(rows), np.inf)
         tired, stretched = np.zeros(len(rows)), np.zeros(len(rows))
         left = np.arange(len(rows))
@@ -436,7 +414,7 @@ class Reaching:
                 away = self._room.away(spheres + off, radii).min(axis=1)
                 least[left] = np.minimum(least[left], away)
             if stop == 2:
-                there &= self._off_load([ways[k][0] for k in which[left]], spheres, radii)
+                there &= self._off_load([ways[k].pose for k in which[left]], spheres, radii)
             tired[left] = np.maximum(tired[left], strain(joints))
             there &= (least[left] >= LINKS_FREE) & (tired[left] < TIRED)
             reaches = reach_of(at - WRIST * hands[which[left], :, 2])
@@ -444,13 +422,14 @@ class Reaching:
             left = left[there]
         found = []
         for row in left.tolist():
-            pose, way = ways[which[row]]
+            way = ways[which[row]]
             ahead, aside, torso = base[row].tolist()
-            cost = pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
+            cost = way.pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
             cost += 1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH
-            cost += 0.8 * abs(aside - self._wrist(pose)[1]) + torso + REACHED * stretched[row]
+            cost += 0.8 * abs(aside - self._wrist(way.pose)[1]) + torso + REACHED * stretched[row]
             place = frame[:2, :2] @ (ahead, aside)
-            found.append(Reach(pose, place, torso, way.entry, way.leave, way.come, way.go, cost))
+            hand = way.pose, way.entry, way.leave, way.come, way.go
+            found.append(Reach(*hand, cost, place, torso))
         return found
 
     def _off_load(self, poses: Sequence[Pose], balls: Array, radii: Array) -> NDArray[np.bool_]:
@@ -467,7 +446,7 @@ class Reaching:
             free[first:last], first = (away > least).all(axis=1), last
         return free
 
-    def _places(self, number: int, pose: Pose, way: Way) -> list[tuple[float, ...]]:
+    def _places(self, number: int, pose: Pose) -> list[tuple[float, ...]]:
         """A number with places ahead and aside of the base, and how far the torso is raised, m."""
         ahead, aside, height = self._wrist(pose)
         return [

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
 from pytest_safemanip.expert.motions.placing import Spot
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.things import Furniture, Thing, spaces_around
 from pytest_safemanip.trace.geometry import matrix
 
@@ -36,8 +37,8 @@ BESIDE = (0.0, 0.04, -0.04, 0.08, -0.08)
 SHIFTED, UNDER_WATER = (0.0, -0.03, 0.03, -0.06, 0.06, -0.09, 0.09), 0.4
 """How far beside where water falls a vessel may stand, ahead and aside, m, and how far at most, as
 a share of its width."""
-POURED = (0.0, -0.01, -0.02, -0.03, 0.01)
-"""How far behind where a machine pours a cup may stand, m."""
+POURED = (0.0, -0.01, -0.02, -0.03, 0.01), (0.0, 0.01, -0.01, 0.02, -0.02)
+"""How far ahead and to the left of where a machine pours a cup may stand, m."""
 REACHABLE = 1.12
 """Height that the arm reaches best, m."""
 CLOSE, APART = 0.13, 0.14
@@ -47,12 +48,11 @@ NEXT_TO = (0.12, 0.15, 0.18, 0.21, 0.24, 0.27)
 """Likewise on a counter."""
 
 
-def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]:
+def on_thing(arm: Arm, target: Thing, end: str = "") -> list[Spot]:
     """On another thing, its middle first.
 
     Args:
         arm: the arm.
-        thing: what is put down.
         target: what it is put on.
         end: ``near`` or ``far`` for that half of it, ``end`` for one of its ends; empty for any.
     """
@@ -60,19 +60,18 @@ def on_thing(arm: Arm, thing: Thing, target: Thing, end: str = "") -> list[Spot]
     space = next((space for _, space in spaces_around(arm, target)), None)
     spans = np.stack((narrow * width, long * length), axis=1) / 2.0
     found = []
-    for i in GRID:
-        for j in GRID:
-            way = i * length * long + j * width * narrow
-            spot = target.middle + way * (1.0, 1.0, 0.0)
-            spot[2] = target.highest
-            cost = 2.0 * math.hypot(i * length, j * width)
-            if end in ("near", "far"):
-                sign = 1.0 if end == "far" else -1.0
-                cost = 3.0 * abs(sign * arm.ahead(way) - 0.25 * min(width, length))
-            elif end:
-                cost = 3.0 * abs(abs(i) - 0.24) * length + 2.0 * abs(j) * width
-            kind = f"on {i:.2f} {j:.2f}"
-            found.append(Spot(spot, cost, kind, area=(target.middle, spans), space=space))
+    for i, j in product(GRID, repeat=2):
+        way = i * length * long + j * width * narrow
+        spot = target.middle + way * (1.0, 1.0, 0.0)
+        spot[2] = target.highest
+        cost = 2.0 * math.hypot(i * length, j * width)
+        if end in ("near", "far"):
+            sign = 1.0 if end == "far" else -1.0
+            cost = 3.0 * abs(sign * arm.ahead(way) - 0.25 * min(width, length))
+        elif end:
+            cost = 3.0 * abs(abs(i) - 0.24) * length + 2.0 * abs(j) * width
+        kind = f"on {i:.2f} {j:.2f}"
+        found.append(Spot(spot, cost, kind, area=(target.middle, spans), space=space))
     return found
 
 
@@ -81,7 +80,7 @@ def into_thing(arm: Arm, thing: Thing, target: Thing) -> list[Spot]:
     (_, width), (long, length) = target.sides()
     room = max(0.0, (width - thing.sides()[1][1]) / 2.0 - WALL)
     found = []
-    for spot in on_thing(arm, thing, target):
+    for spot in on_thing(arm, target):
         off = (spot.point - target.middle)[:2]
         along = float(np.clip(off @ long[:2], -(length - width) / 2.0, (length - width) / 2.0))
         if np.linalg.norm(off - along * long[:2]) <= room:
@@ -118,8 +117,7 @@ def inside(
         onto: what is put down on it then.
     """
     found = []
-    frame = heading(arm)
-    shelves = fixture.open_interiors()
+    shelves, frame = fixture.open_interiors(), arm.frame
     for number, (pose, half) in enumerate(shelves):
         if spaces and number not in spaces and number - len(shelves) not in spaces:
             continue
@@ -153,7 +151,7 @@ def on_counter(
     found = []
     for point, cost in centres:
         below = np.column_stack((point + feet, np.full(len(feet), top - 0.008)))
-        if (room.exactly(below @ heading(arm)) < 0.0).all():
+        if (room.exactly(below @ arm.frame) < 0.0).all():
             kind = f"at {point[0]:.2f} {point[1]:.2f}"
             found.append(Spot(np.append(point, top), cost, kind))
     return found
@@ -164,9 +162,7 @@ def _around(arm: Arm, fixture: Furniture, other: Thing | None) -> list[tuple[Arr
         turns = np.arange(0.0, 2.0 * math.pi, math.pi / 8)
         ways = np.stack((np.cos(turns), np.sin(turns)), axis=1)
         return [(other.middle[:2] + far * way, far) for far in NEXT_TO for way in ways]
-    low, high = fixture.extent()
-    ends = np.array([(arm.ahead(p), arm.aside(p)) for p in (low, high)])
-    front, here = float(ends[:, 0].min()), arm.aside(arm.base)
+    front, here = min(map(arm.ahead, fixture.extent())), arm.aside(arm.base)
     return [
         (arm.floor_point(front + depth, here + aside), abs(aside) + depth)
         for depth in (0.12, 0.18, 0.25, 0.32)
@@ -175,16 +171,17 @@ def _around(arm: Arm, fixture: Furniture, other: Thing | None) -> list[tuple[Arr
     ]
 
 
-def around(arm: Arm, point: Array, beside: Sequence[float] = BESIDE) -> list[Spot]:
-    """At a point (3,), or so far beside it, ahead and to the left, m."""
+def around(
+    arm: Arm, point: Array, ahead: Sequence[float] = BESIDE, left: Sequence[float] = BESIDE
+) -> list[Spot]:
+    """At a point (3,), or so far beside it, m."""
     return [
         Spot(
             point + arm.onward(i) + j * np.append(arm.left, 0.0),
             2.0 * math.hypot(i, j),
             f"around {i:.2f} {j:.2f}",
         )
-        for i in beside
-        for j in beside
+        for i, j in product(ahead, left)
     ]
 
 
@@ -201,30 +198,21 @@ def on_burner(arm: Arm, thing: Thing, stove: Furniture) -> list[Spot]:
     found = []
     for k in named or numbers:
         burner = np.asarray(arm.step.box_pose[k][:3], np.float64)
-        for i in OFF_BURNER:
-            for j in OFF_BURNER:
-                off = i * np.append(arm.forward, 0.0) + j * np.append(arm.left, 0.0)
-                spot = burner + off - 0.3 * out * (1.0, 1.0, 0.0)
-                aside = abs(arm.aside(spot) - arm.aside(thing.middle))
-                cost = 3.0 * math.hypot(i, j) + 0.5 * arm.ahead(spot - arm.position) + 0.2 * aside
-                found.append(Spot(spot, cost, f"{names[k]} {i:.2f} {j:.2f}"))
+        for i, j in product(OFF_BURNER, repeat=2):
+            off = np.append(arm.floor_point(i, j), 0.0)
+            spot = burner + off - 0.3 * out * (1.0, 1.0, 0.0)
+            aside = abs(arm.aside(spot) - arm.aside(thing.middle))
+            cost = 3.0 * math.hypot(i, j) + 0.5 * arm.ahead(spot - arm.position) + 0.2 * aside
+            found.append(Spot(spot, cost, f"{names[k]} {i:.2f} {j:.2f}"))
     if not found:
         raise SkillFailed(f"{stove.entity} has no burner")
     return found
 
 
-def on_tray(arm: Arm, thing: Thing, machine: Furniture) -> list[Spot]:
+def on_tray(arm: Arm, machine: Furniture) -> list[Spot]:
     """Where a machine pours."""
-    tray, _ = machine.tray()
-    off = [(i, j) for i in POURED for j in (0.0, 0.01, -0.01, 0.02, -0.02)]
-    return [
-        Spot(
-            tray + i * np.append(arm.forward, 0.0) + j * np.append(arm.left, 0.0),
-            5.0 * math.hypot(i, j),
-            f"tray {i:.2f} {j:.2f}",
-        )
-        for i, j in off
-    ]
+    found = around(arm, machine.tray(), *POURED)
+    return [replace(spot, cost=2.5 * spot.cost) for spot in found]
 
 
 def under_tap(arm: Arm, thing: Thing, sink: Furniture) -> list[Spot]:
@@ -234,7 +222,7 @@ def under_tap(arm: Arm, thing: Thing, sink: Furniture) -> list[Spot]:
     wide = thing.sides()[0][1]
     room = np.maximum(half - wide / 2.0, FROM_EDGE)
     found = []
-    for spot in around(arm, np.append(water[:2], basin[2] - half[2]), SHIFTED):
+    for spot in around(arm, np.append(water[:2], basin[2] - half[2]), SHIFTED, SHIFTED):
         off = np.abs((spot.point - basin[:3]) @ matrix(basin[3:]))
         if spot.cost < 2.0 * UNDER_WATER * wide and (off < room)[:2].all():
             found.append(spot)

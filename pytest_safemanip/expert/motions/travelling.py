@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from pytest_safemanip.expert.robot.kinematics import (
 )
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
 from pytest_safemanip.expert.world.contacts import pressed_by
-from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.routes import route
 from pytest_safemanip.expert.world.standing import nearest, passable, rearmost
 from pytest_safemanip.expert.world.things import Thing
@@ -163,13 +163,12 @@ def _row(arm: Arm, aside: float, load: Thing | None) -> float | None:
     way = aside - arm.aside(arm.base)
     shifts = np.linspace(0.0, way, max(2, math.ceil(abs(way) / STEP)))
     for ahead in (here - np.arange(0.0, MOST_BACK, STEP)).tolist():
-        offsets = np.column_stack((np.full(len(shifts), ahead - here), shifts, 0.0 * shifts))
         if ahead < least:
-            return None
-        if not passable(arm, first, last, ahead):
-            continue
-        if (room.away(points + offsets[:, None], radii) > APART).all():
-            return float(ahead)
+            break
+        if passable(arm, first, last, ahead):
+            offsets = np.column_stack((np.full(len(shifts), ahead - here), shifts, 0.0 * shifts))
+            if (room.away(points + offsets[:, None], radii) > APART).all():
+                return float(ahead)
     return None
 
 
@@ -189,7 +188,7 @@ def facing(arm: Arm, degrees: float) -> Iterator[None]:
         arm.step, arm.straight_down = step, straight
 
 
-def turn_base(arm: Arm, degrees: float, load: Thing | None = None) -> Motion:
+def turn_base(arm: Arm, degrees: float, load: Thing | None) -> Motion:
     """Turn the base on the spot, where there is room for it and what it holds.
 
     Args:
@@ -217,8 +216,7 @@ def turning_place(arm: Arm, degrees: float, load: Thing | None) -> Array:
         SkillFailed: if it cannot.
     """
     points, radii = shape(arm, load)
-    frame = heading(arm)
-    middle = np.append(arm.base - TURNS_ABOUT * arm.forward, 0.0) @ frame
+    middle = np.append(arm.base - TURNS_ABOUT * arm.forward, 0.0) @ arm.frame
     angles = np.linspace(0.0, degrees, SWINGS + 2).tolist()
     swept = middle + np.concatenate([(points - middle) @ about_z(a).T for a in angles])
     ahead, aside = middle[:2].tolist()
@@ -240,56 +238,45 @@ def shape(arm: Arm, load: Thing | None) -> tuple[Array, Array]:
     """Balls that the arm, as it is, and what it holds fit into: their middles (B, 3), from the
     base's heading, and their radii (B,), m.
     """
-    still = swing(arm, arm.position, arm.rotation, load)
-    return still.balls[0], still.radii
+    balls, radii, _ = swing(arm, arm.position, arm.rotation, load)
+    return balls[0], radii
 
 
-@dataclass(frozen=True)
-class Swing:
-    """The hand on its way to another pose, the base where it is.
-
-    Attributes:
-        balls: that arm, hand and load fit into, in some places of the way (N, B, 3), from the
-            base's heading.
-        radii: of the balls (B,), m.
-        arrives: whether no joint comes to its limit.
-    """
-
-    balls: Array
-    radii: Array
-    arrives: bool
-
-
-def swing(arm: Arm, point: Array, hand: Array, load: Thing | None) -> Swing:
-    """The hand on its way from where it is to another pose.
+def swing(arm: Arm, point: Array, hand: Array, load: Thing | None) -> tuple[Array, Array, bool]:
+    """Balls that arm, hand and load fit into, in some places of the hand's way from where it is to
+    another pose: their middles (N, B, 3), from the base's heading, and their radii (B,), m; and
+    whether no joint comes to its limit.
 
     Args:
-        arm: the arm.
+        arm: the arm; the base stays.
         point: grip point (3,).
         hand: orientation (3, 3).
         load: what it holds.
     """
-    frame = heading(arm)
-    points, hands, joints, arrives = _between(arm, point, hand)
+    points, hands, joints, there = _between(arm, point, hand)
     middles, radii = bodies(joints)
     own = [palm_points(), finger_points(float(arm.step.gripper[0]))]
     if load is not None:
         own.append((load.corners - arm.position) @ arm.rotation)
     local = np.concatenate(own)
-    moved = (local @ hands.transpose(0, 2, 1) + points[:, None]) @ frame
+    moved = (local @ hands.transpose(0, 2, 1) + points[:, None]) @ arm.frame
     balls = np.concatenate((middles + _shoulder(arm), moved), axis=1)
-    return Swing(balls, np.concatenate((radii, np.zeros(len(local)))), arrives)
+    return balls, np.concatenate((radii, np.zeros(len(local)))), there
 
 
 def _shoulder(arm: Arm) -> Array:
     """Where the arm begins, from the base's heading (3,): on the floor, the torso down."""
-    return np.append(arm.base @ heading(arm)[:2, :2], arm.torso)
+    return np.append(arm.base @ arm.frame[:2, :2], arm.torso)
+
+
+def arrives(arm: Arm, point: Array, hand: Array) -> bool:
+    """Whether the hand gets from where it is to another pose with no joint at its limit."""
+    return _between(arm, point, hand)[-1]
 
 
 def joints_now(arm: Arm) -> Array:
     """The arm's joint angles (1, 7)."""
-    frame = heading(arm)
-    point, hand = arm.position @ frame - _shoulder(arm), frame.T @ arm.rotation
+    point, hand = arm.position @ arm.frame - _shoulder(arm), arm.frame.T @ arm.rotation
     values = np.asarray(arm.step.qpos, np.float64)
     first = arm.memory("where the arm's joints are", lambda: find(values, point, hand))
     if first is None:
@@ -318,7 +305,7 @@ def _between(arm: Arm, point: Array, hand: Array) -> tuple[Array, Array, Array, 
     points = arm.position + shares * (point - arm.position)
     turns = [matrix(about(axis, float(share) * angle)) for share in shares[:, 0]]
     hands = np.array(turns) @ arm.rotation
-    frame, shoulder = heading(arm), _shoulder(arm)
+    frame, shoulder = arm.frame, _shoulder(arm)
     seen, turned = points @ frame - shoulder, frame.T @ hands
     start = joints_now(arm)
     joints, there = follow(start, seen[None], turned[None])
@@ -332,7 +319,7 @@ def _between(arm: Arm, point: Array, hand: Array) -> tuple[Array, Array, Array, 
     return (origins[:, 7] + shoulder) @ frame.T, frame @ frames[:, 7], even, True
 
 
-def swing_to(arm: Arm, point: Array, hand: Array, speed: float = 1.0) -> Motion:
+def swing_to(arm: Arm, point: Array, hand: Array, speed: float) -> Motion:
     """Bring the hand to another pose: it turns as it goes, and not before.
 
     Args:
@@ -376,10 +363,10 @@ def swing_back(
         SkillFailed: if a joint would come to its limit on the way.
     """
     shift = np.append(arm.base - base, -torso)
-    way = swing(arm, point + shift, hand, load)
-    if not way.arrives:
+    balls, radii, there = swing(arm, point + shift, hand, load)
+    if not there:
         raise SkillFailed("the arm would come to the end of a joint")
-    return _back(arm, point, way.balls - shift @ heading(arm), way.radii, out, load)
+    return _back(arm, point, balls - shift @ arm.frame, radii, out, load)
 
 
 def lowering_back(arm: Arm, by: float, out: Array, load: Thing | None) -> Array:
@@ -403,12 +390,11 @@ def _back(
     they come.
     """
     room = Room.around(arm, [point], [load.entity] if load else [])
-    frame = heading(arm)
     length = float(np.linalg.norm(out))
     ahead = out / length if length else -arm.forward
     found, wanted = list[tuple[float, float]](), FAR_APART if load else APART
     for back in np.arange(length, MOST_BACK, STEP).tolist():
-        off = np.append(back * ahead, 0.0) @ frame
+        off = np.append(back * ahead, 0.0) @ arm.frame
         found.append((back, float(room.away(balls + off, radii).min())))
         if found[-1][1] > wanted:
             break
@@ -420,19 +406,18 @@ def _back(
 
 def tucked(arm: Arm, load: Thing | None) -> Array:
     """Where the hand is drawn in to before the base, turned as it is (3,)."""
-    frame = heading(arm)
     low = LOAD_LOW + float(arm.position[2]) - load.bottom if load else 0.0
     spots = np.array(
         [(ahead, 0.0, max(1.2 + z, low)) for z in TUCKED_HEIGHT for ahead in TUCKED_AHEAD]
     )
-    hands = np.tile(frame.T @ arm.rotation, (len(spots), 1, 1))
+    hands = np.tile(arm.frame.T @ arm.rotation, (len(spots), 1, 1))
     joints, there = solve(spots - (0.0, 0.0, arm.torso), hands)
     tired = strain(joints) + 2.0 * ~there + 0.01 * np.arange(len(spots))
     best = int(np.argmin(tired))
     return arm.before(float(spots[best, 0]), float(spots[best, 2]))
 
 
-def tuck(arm: Arm, load: Thing | None = None) -> Motion:
+def tuck(arm: Arm, load: Thing | None) -> Motion:
     """Draw the hand in before the base, turned as it is.
 
     Args:

@@ -186,7 +186,7 @@ class Arm(Base):
         """
         notch = min(max(self.notch + notches, 0), NOTCHES)
         yield from self._fingers(math.copysign(1.0, self.notch - notch), abs(self.notch - notch))
-        yield from self._fingers(0.0, FOLLOWS, lambda: abs(self.step.gripper[1]) < STILL)
+        yield from cut(self._fingers(0.0, FOLLOWS), lambda: abs(self.step.gripper[1]) < STILL)
 
     def let_go(self, farther: float) -> Motion:
         """Open the fingers no farther from what they hold than needed.
@@ -209,15 +209,10 @@ class Arm(Base):
             turn = rotation_vector(rotation @ self.rotation.T)
             yield self._arm_action(TOP_SPEED * direction, turn, 1.0)
 
-    def _fingers(
-        self, command: float, steps: int, until: Callable[[], bool] = lambda: False
-    ) -> Motion:
+    def _fingers(self, command: float, steps: int) -> Motion:
         here, rotation, self._grip = self.position, self.rotation, command
         for _ in range(steps):
-            if until():
-                return
-            turn = rotation_vector(rotation @ self.rotation.T)
-            yield self._arm_action(here - self.position, turn, 1.0)
+            yield self.towards(here, rotation)
 
     def _arm_action(self, error: Array, turn: Array, speed: float) -> Array:
         frame = matrix(self.step.base_pose[3:])

@@ -1,4 +1,4 @@
-"""The robot's mobile base: where it drives, and how it turns on the spot."""
+"""The robot's mobile base: where it drives, how it turns on the spot, and what lies how from it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pytest_safemanip.errors import SafemanipError
-from pytest_safemanip.expert.robot.posture import Posture
-from pytest_safemanip.expert.robot.rotations import Array, about_z
+from pytest_safemanip.expert.robot.choices import Choices
+from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z
 from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.trace.geometry import matrix
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
@@ -47,6 +48,8 @@ NOTCH, LAG = 1.0 / NOTCHES, 0.02
 
 PACES = 1.0, 0.5
 """Factors on all speeds."""
+TIPPED, TURNED = (0.0, 15.0, -15.0, 30.0), (0.0, 20.0, -20.0)
+"""By how much the hand may be tipped forward and turned left otherwise than usual, degrees."""
 
 
 class SkillFailed(SafemanipError):
@@ -66,8 +69,9 @@ STATES, LASTING = 4, 32
 comes back to them, and what it has found is then done."""
 
 
-class Base(Posture):
-    """The base, as a script moves it; hand and fingers keep their pose relative to it.
+class Base:
+    """The base, as a script moves it; hand and fingers keep their pose relative to it. Points are
+    of the world, metres.
 
     Args:
         scene: the static part of the episode.
@@ -75,24 +79,125 @@ class Base(Posture):
 
     Attributes:
         scene: the static part of the episode.
+        step: the newest state.
+        choices: decide what may be done in more than one way.
+        straight_down: the hand (3, 3) that points straight down, its wrist turned as an episode
+            begins.
         notch: to which the fingers are told to be open.
         torso: how far it is raised, m.
     """
 
     def __init__(self, scene: Scene, step: Step) -> None:
-        super().__init__(step)
-        self.scene = scene
+        self.scene, self.step = scene, step
+        self.choices = Choices()
+        axis = self.rotation[:, 0].copy()
+        axis[2] = 0.0
+        axis /= np.linalg.norm(axis)
+        down = np.array((0.0, 0.0, -1.0))
+        self.straight_down = np.stack((axis, np.cross(down, axis), down), axis=1)
         self._grip = -1.0
         self._memory: dict[str, Any] = {}
         self.notch = round(NOTCHES * float(step.gripper[0]))
         self.torso = 0.0
 
+    @property
+    def position(self) -> Array:
+        """Grip point (3,)."""
+        return np.asarray(self.step.eef_pose[:3], np.float64)
+
+    @property
+    def rotation(self) -> Array:
+        """Hand frame (3, 3): columns are the fingers' direction of travel, the normal of the hand,
+        and the approach direction out of the palm.
+        """
+        return np.asarray(matrix(self.step.eef_pose[3:]), np.float64)
+
+    @property
+    def pitch(self) -> float:
+        """Degrees from straight down to where the hand points, towards the base's forward."""
+        return self.pitch_of(self.rotation)
+
+    @property
+    def base(self) -> Array:
+        """Base position on the floor (2,)."""
+        return np.asarray(self.step.base_pose[:2], np.float64)
+
+    @property
+    def forward(self) -> Array:
+        """Where the base faces, on the floor (2,)."""
+        return np.asarray(matrix(self.step.base_pose[3:])[:2, 0], np.float64)
+
+    @property
+    def left(self) -> Array:
+        """To the left of the base, on the floor (2,)."""
+        return np.asarray(matrix(self.step.base_pose[3:])[:2, 1], np.float64)
+
+    @property
+    def frame(self) -> Array:
+        """Forward, left and up of the base as columns (3, 3)."""
+        forward, left = np.append(self.forward, 0.0), np.append(self.left, 0.0)
+        return np.stack((forward, left, np.array((0.0, 0.0, 1.0))), axis=1)
+
+    def ahead(self, point: Array) -> float:
+        """How far a point lies along the base's forward direction, m."""
+        return float(np.asarray(point)[:2] @ self.forward)
+
+    def aside(self, point: Array) -> float:
+        """How far a point lies along the base's left direction, m."""
+        return float(np.asarray(point)[:2] @ self.left)
+
+    def level(self, points: Array) -> Array:
+        """How far points (..., 2) or (..., 3) lie ahead and to the left, m (..., 2)."""
+        flat = np.asarray(points)[..., :2]
+        return np.stack((flat @ self.forward, flat @ self.left), axis=-1)
+
+    def bearing(self, way: Array) -> float:
+        """Degrees about the vertical from the base's forward direction left to another one."""
+        return math.degrees(math.atan2(self.aside(way), self.ahead(way)))
+
+    def pitch_of(self, hand: Array) -> float:
+        """Degrees from straight down to where a hand (3, 3) points, towards the base's forward."""
+        approach = hand[:, 2]
+        return math.degrees(math.atan2(approach[:2] @ self.forward, -approach[2]))
+
+    def floor_point(self, ahead: float, aside: float) -> Array:
+        """The point on the floor with these two coordinates (2,)."""
+        return ahead * self.forward + aside * self.left
+
+    def point(self, ahead: float, aside: float, height: float) -> Array:
+        """The point with these coordinates (3,)."""
+        return np.append(self.floor_point(ahead, aside), height)
+
+    def before(self, ahead: float, height: float) -> Array:
+        """The point so far straight before the base, m, at a height (3,)."""
+        return self.point(self.ahead(self.base) + ahead, self.aside(self.base), height)
+
+    def onward(self, distance: float) -> Array:
+        """The way so far along the base's forward direction, m (3,)."""
+        return np.append(distance * self.forward, 0.0)
+
+    def hand(self, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0) -> Array:
+        """A hand orientation (3, 3).
+
+        Args:
+            pitch: degrees from straight down towards the base's forward direction.
+            roll: degrees about the approach direction, before pitching.
+            yaw: degrees about the vertical, applied last.
+        """
+        pitch += self.choices.choose("hand tipped farther", TIPPED)
+        yaw += self.choices.choose("hand turned farther", TURNED)
+        return self.pointing(pitch, roll, yaw)
+
+    def pointing(self, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0) -> Array:
+        """A hand orientation (3, 3), as :meth:`hand` gives it where nothing else is chosen."""
+        heading = about_z(math.degrees(math.atan2(self.forward[1], self.forward[0])))
+        tipped = heading @ about_y(-pitch) @ heading.T @ about_z(roll) @ self.straight_down
+        turned: Array = about_z(yaw) @ tipped
+        return turned
+
     def memory(self, what: str, find: Callable[[], T]) -> T:
         """What has been found out about the scene, which stays as it is."""
-        if what not in self._memory:
-            self._memory[what] = find()
-        found: T = self._memory[what]
-        return found
+        return self.latest(what, None, find)
 
     def latest(self, what: str, state: Hashable, find: Callable[[], T], most: int = STATES) -> T:
         """What has been found out in a state; forgotten when there were so many others since."""
@@ -139,7 +244,7 @@ class Base(Posture):
         for step in range(steps):
             most = BASE_DEAD_BAND + (speed - BASE_DEAD_BAND) * min(1.0, (step + 1) / rise)
             error = target - self.base
-            local = np.array((error @ self.forward, error @ self.left))
+            local = self.level(error)
             if (np.abs(local) < tolerance).all() or (until and until()):
                 break
             action = self.hold()
@@ -173,7 +278,10 @@ class Base(Posture):
             left = math.degrees(math.atan2(np.cross(here, goal)[2], here @ goal))
             if abs(left) < TURN_TOLERANCE:
                 break
-            yield self._turning(left)
+            action = self.hold()
+            wanted = TURN_DEAD_BAND + TURN_RISE * abs(left)
+            action[9] = math.copysign(min(wanted, TURN_SPEED), left)
+            yield action
         else:
             off = f"{abs(left):.1f} degrees"
             raise SkillFailed(f"the base stopped {off} short{self.in_the_way()}")
@@ -202,11 +310,4 @@ class Base(Posture):
         """The action that keeps everything where it is (12,)."""
         action = np.zeros(12)
         action[6], action[11] = self._grip, 1.0
-        return action
-
-    def _turning(self, degrees: float) -> Array:
-        """The action that turns the base, so many degrees from where it should be (12,)."""
-        action = self.hold()
-        wanted = TURN_DEAD_BAND + TURN_RISE * abs(degrees)
-        action[9] = math.copysign(min(wanted, TURN_SPEED), degrees)
         return action

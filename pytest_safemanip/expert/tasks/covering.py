@@ -8,7 +8,6 @@ import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP
-from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture
 
 LID_PITCH = 35.0
@@ -35,7 +34,8 @@ def cover(arm: Arm, role: str, lid_role: str) -> Motion:
     bottom, top = Furniture(arm, lid_role).extent()
     knob = np.append((bottom + top)[:2] / 2.0, top[2] - KNOB)
     beside = arm.aside(knob) - arm.aside(rim)
-    close = abs(beside) - _half_width(arm, low, high) < PALM_ROOM
+    half_width = float(np.abs(arm.left) @ (high - low)[:2]) / 2.0
+    close = abs(beside) - half_width < PALM_ROOM
     hand = arm.hand(LID_PITCH, yaw=-math.copysign(LID_YAW, beside) if close else 0.0)
     yield from _rise_above(arm, high[2])
     yield from arm.drive(arm.floor_point(arm.ahead(knob) - LID_STAND, arm.aside(knob)))
@@ -63,8 +63,3 @@ def _rise_above(arm: Arm, rim: float) -> Motion:
     lift = rim + FINGERTIP + OVER_RIM - arm.position[2]
     if lift > 0.0:
         yield from arm.move(raised(arm.position, lift), tolerance=0.015, speed=0.6, steps=60)
-
-
-def _half_width(arm: Arm, low: Array, high: Array) -> float:
-    """Of a box along the world's axes, seen from the robot, m."""
-    return float(np.abs(arm.left) @ (high - low)[:2]) / 2.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -26,13 +27,13 @@ def on(arm: Arm, role: str, target_role: str, *others: str) -> list[Spot]:
     entity = scene.roles[target_role]
     if entity in scene.object_index:
         target = Thing(arm, target_role)
-        found = spots.on_thing(arm, thing, target)
+        found = spots.on_thing(arm, target)
         if target.height > HOLLOW:
             found = spots.into_thing(arm, thing, target) + found
     elif scene.boxes_of(entity, "burner"):
         found = spots.on_burner(arm, thing, Furniture(arm, target_role))
     elif scene.boxes_of(entity, "poured"):
-        found = spots.on_tray(arm, thing, Furniture(arm, target_role))
+        found = spots.on_tray(arm, Furniture(arm, target_role))
     else:
         near = Thing(arm, others[0]) if others else None
         return spots.on_counter(arm, thing, Furniture(arm, target_role), near)
@@ -60,22 +61,14 @@ def under_tap(arm: Arm, role: str, sink_role: str) -> list[Spot]:
     return spots.under_tap(arm, Thing(arm, role), Furniture(arm, sink_role))
 
 
-def on_part(end: str) -> Find:
-    """Finds the spots on an end or a half of another object."""
-
-    def find(arm: Arm, role: str, target_role: str) -> list[Spot]:
-        return spots.on_thing(arm, Thing(arm, role), Thing(arm, target_role), end)
-
-    return find
+def on_part(end: str, arm: Arm, role: str, target_role: str) -> list[Spot]:
+    """On an end or a half of another object."""
+    return spots.on_thing(arm, Thing(arm, target_role), end)
 
 
-def on_rack(number: int) -> Find:
-    """Finds the spots on one of a fixture's shelves, 0 for the lowest, -1 for the uppermost."""
-
-    def find(arm: Arm, role: str, fixture_role: str) -> list[Spot]:
-        return spots.inside(arm, Thing(arm, role), Furniture(arm, fixture_role), (number,))
-
-    return find
+def on_rack(number: int, arm: Arm, role: str, fixture_role: str) -> list[Spot]:
+    """On one of a fixture's shelves, 0 for the lowest, -1 for the uppermost."""
+    return spots.inside(arm, Thing(arm, role), Furniture(arm, fixture_role), (number,))
 
 
 GOALS: Mapping[str, Find] = MappingProxyType(
@@ -85,11 +78,11 @@ GOALS: Mapping[str, Find] = MappingProxyType(
         "place in": inside,
         "place in beside": inside,
         "place into": into,
-        "place on end of": on_part("end"),
-        "place on near-half of": on_part("near"),
-        "place on far-half of": on_part("far"),
-        "place on top-rack of": on_rack(-1),
-        "place on second-rack of": on_rack(-2),
+        "place on end of": partial(on_part, "end"),
+        "place on near-half of": partial(on_part, "near"),
+        "place on far-half of": partial(on_part, "far"),
+        "place on top-rack of": partial(on_rack, -1),
+        "place on second-rack of": partial(on_rack, -2),
         "place under tap of": under_tap,
     }
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pytest_safemanip.expert.motions.placing import bring, dipped, withdraw
 from pytest_safemanip.expert.motions.spots import into_thing
 from pytest_safemanip.expert.robot.arm import Arm, Motion
-from pytest_safemanip.expert.world.contacts import carried_by_something
+from pytest_safemanip.expert.world.contacts import carriers
 from pytest_safemanip.expert.world.things import Thing
 
 SPEED = 0.15
@@ -28,7 +28,7 @@ def insert(arm: Arm, role: str, vessel_role: str) -> Motion:
         tolerance=0.008,
         speed=SPEED,
         steps=150,
-        until=lambda: stick.bottom < vessel.highest - INSIDE and carried_by_something(arm, stick),
+        until=lambda: stick.bottom < vessel.highest - INSIDE and bool(carriers(arm, stick)),
         required=False,
     )
     yield from arm.grip(False)

@@ -29,7 +29,7 @@ def scrub(arm: Arm, board_role: str, role: str) -> Motion:
         SkillFailed: if there is no way for it.
     """
     thing, board = Thing(arm, role), Thing(arm, board_role)
-    reach = yield from bring(arm, thing, lambda: on_thing(arm, thing, board))
+    reach = yield from bring(arm, thing, lambda: on_thing(arm, board))
     yield from set_down(arm, thing)
     across, along = (side[0] for side in board.sides())
     middle, hand = arm.position, arm.rotation

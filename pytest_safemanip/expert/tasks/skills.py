@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
-from pytest_safemanip.expert.motions.driving import drive_to
 from pytest_safemanip.expert.motions.operating import (
     close_all,
     lift_head,
@@ -43,6 +42,7 @@ from pytest_safemanip.expert.tasks.scrubbing import scrub
 from pytest_safemanip.expert.tasks.stirring import stir
 from pytest_safemanip.expert.tasks.tipping import pour
 from pytest_safemanip.expert.tasks.toaster_oven import close_rack, open_rack
+from pytest_safemanip.expert.world.standing import drive_to
 
 Skill = Callable[..., Motion]
 

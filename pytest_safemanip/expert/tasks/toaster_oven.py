@@ -8,14 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.motions import operating
-from pytest_safemanip.expert.robot.arm import (
-    GENTLY,
-    Arm,
-    Motion,
-    SkillFailed,
-    fold_arm,
-    raised,
-)
+from pytest_safemanip.expert.robot.arm import GENTLY, Arm, Motion, SkillFailed, fold_arm, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.standing import stand_before
@@ -44,7 +37,9 @@ PUSHED_AT = 0.010
 door below."""
 
 SLOWLY = 0.06
-"""Speed at which a long thing is set down, share of the top speed."""
+"""Speed at which the hand alone pushes, share of the top speed."""
+BACK = 0.15
+"""How far the base draws back before the arm is folded, m."""
 
 
 def open_rack(arm: Arm, role: str) -> Motion:
@@ -114,16 +109,10 @@ def close_rack(arm: Arm, role: str) -> Motion:
         raise SkillFailed(f"{joint.key} stayed {oven.openness(joint):.0%} out")
 
 
-def fold_up(arm: Arm, back: float = 0.15) -> Motion:
-    """Raise the hand, draw back, and fold the arm as an episode begins: from there it comes to any
-    posture.
-
-    Args:
-        arm: the arm.
-        back: how far the base draws back, m.
-    """
+def fold_up(arm: Arm) -> Motion:
+    """Raise the hand, draw back, and fold the arm as an episode begins."""
     yield from arm.move(raised(arm.position, 0.12), tolerance=0.03, speed=0.5, required=False)
-    yield from arm.drive(arm.base - back * arm.forward)
+    yield from arm.drive(arm.base - BACK * arm.forward)
     yield from fold_arm(arm)
 
 

@@ -17,15 +17,10 @@ LIFTS = 0.3
 """Vertical part of a contact's direction with which it carries what it presses on."""
 
 
-def carried_by_something(arm: Arm, thing: Thing) -> bool:
-    """Whether anything but the robot, and what lies in it or on it, presses on an object from
-    below.
-    """
-    return bool(carriers(arm, thing))
-
-
 def carriers(arm: Arm, thing: Thing) -> set[str]:
-    """The entities that press on an object from below, but for the robot."""
+    """The entities that press on an object from below, but for the robot; what lies in it or on it
+    does not.
+    """
     below = {low.entity for up, low in _stacked(arm) if up.entity == thing.entity}
     return below - {ROBOT}
 
@@ -49,24 +44,20 @@ def _stacked(arm: Arm) -> Iterator[tuple[Part, Part]]:
             yield pair[::-1] if lift > 0.0 else pair
 
 
-def touched(arm: Arm, thing: Thing) -> bool:
-    """Whether anything but the robot presses on an object."""
-    contacts, parts = arm.step.contacts, arm.scene.parts
-    for row in np.flatnonzero(contacts.force >= TOUCH_FORCE).tolist():
-        pair = {parts[contacts.a[row]].entity, parts[contacts.b[row]].entity}
-        if thing.entity in pair and ROBOT not in pair:
-            return True
-    return False
+def supports(arm: Arm) -> dict[str, set[str]]:
+    """The entities that an entity has leave to rest on, for each that a task lets rest on some."""
+    if arm.permissions is None:
+        return {}
+    roles, found = arm.scene.roles, dict[str, set[str]]()
+    for role, below in arm.permissions.supports.items():
+        entities = {roles.get(name, name) for name in below}
+        found.setdefault(roles.get(role, role), set()).update(entities)
+    return found
 
 
 def palm_meets(arm: Arm, thing: Thing) -> bool:
     """Whether the palm presses on anything but the object in the fingers: the rim of a bowl."""
-    return bool(under_palm(arm) - {thing.entity})
-
-
-def under_palm(arm: Arm) -> set[str]:
-    """The entities that the palm presses on."""
-    return pressed_by(arm, "palm", TOUCH_FORCE)
+    return bool(pressed_by(arm, "palm", TOUCH_FORCE) - {thing.entity})
 
 
 def pressed_by(arm: Arm, part: str, force: float) -> set[str]:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.trace.elements import ROBOT
+from pytest_safemanip.expert.world.contacts import supports
+from pytest_safemanip.trace.elements import ROBOT, Part
 from pytest_safemanip.trace.geometry import angle_between, relative
 from pytest_safemanip.trace.steps import Step
 
@@ -49,32 +50,28 @@ class Watch:
     """
 
     def __init__(self, arm: Arm, roles: Sequence[str]) -> None:
-        scene, allowed = arm.scene, arm.permissions
+        scene, entity, allowed = arm.scene, arm.scene.roles, arm.permissions
         self._scene, self._first, self._parts = scene, arm.step, scene.parts
-        roles_of = scene.roles
-        self._meant = {roles_of.get(role, role) for role in roles}
+        self._meant = {entity.get(role, role) for role in roles}
         self._doors = [
             number
             for number, joint in enumerate(scene.joints)
             if joint.gives_access
             and joint.kind == "hinge"
-            and joint.entity not in {roles_of.get(role, role) for role in roles[:1]}
+            and joint.entity not in {entity.get(role, role) for role in roles[:1]}
         ]
-        hand, parts = scene.grippers[0], scene.parts
+        hand = scene.grippers[0]
         self._fingers = {finger for group in hand.fingers for finger in group}
-        self._robot = self._flags(lambda n: parts[n].entity == ROBOT)
-        self._hand = self._robot & self._flags(lambda n: parts[n].name in hand.parts)
-        self._object = self._flags(lambda n: parts[n].entity in scene.object_index)
-        self._touchable = self._flags(lambda n: parts[n].entity in self._meant)
-        self._supports: dict[str, set[str]] = {}
+        self._robot = self._flags(lambda part: part.entity == ROBOT)
+        self._hand = self._robot & self._flags(lambda part: part.name in hand.parts)
+        self._object = self._flags(lambda part: part.entity in scene.object_index)
+        self._touchable = self._flags(lambda part: part.entity in self._meant)
+        self._supports = supports(arm)
         if allowed is not None:
             touch = {
-                (roles_of.get(r, r), name) for r, names in allowed.touch.items() for name in names
+                (entity.get(r, r), name) for r, names in allowed.touch.items() for name in names
             }
-            self._touchable = self._flags(lambda n: (parts[n].entity, parts[n].name) in touch)
-            for role, below in allowed.supports.items():
-                entities = {roles_of.get(name, name) for name in below}
-                self._supports.setdefault(roles_of.get(role, role), set()).update(entities)
+            self._touchable = self._flags(lambda part: (part.entity, part.name) in touch)
         self._holds: dict[str, collections.deque[Array]] = {}
         self._before = dict(self._rows(arm.step, 0.0))
 
@@ -169,5 +166,5 @@ class Watch:
             yield (a, b), force
             yield (b, a), force
 
-    def _flags(self, is_one: Callable[[int], bool]) -> Flags:
-        return np.array([is_one(n) for n in range(len(self._parts))])
+    def _flags(self, is_one: Callable[[Part], bool]) -> Flags:
+        return np.array([is_one(part) for part in self._parts])

@@ -16,6 +16,7 @@ from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.standing import handles, solids
 from pytest_safemanip.expert.world.things import Thing, other_things
+from pytest_safemanip.trace.geometry import CORNERS
 
 FAR = 0.10
 """Farther off than this nobody asks how far, m."""
@@ -23,6 +24,8 @@ OUT = 1.0
 """Given for what is farther, m."""
 CELL = 0.015
 """Between the points at which distances are noted, m."""
+WALL, SIDES = 0.005, 8
+"""Thickness of a vessel's wall and floor, m, and how many flat pieces its wall is taken for."""
 LUG = 0.02
 """Of what stands out from a vessel's rim: its thickness, and half of its width, m."""
 BEFORE, BEYOND = np.array((-1.3, -0.9, -0.35)), np.array((0.3, 0.9, 0.8))
@@ -31,9 +34,7 @@ BEFORE, BEYOND = np.array((-1.3, -0.9, -0.35)), np.array((0.3, 0.9, 0.8))
 
 def heading(arm: Arm) -> Array:
     """The base's directions ahead, left and up, as columns (3, 3)."""
-    found = np.eye(3)
-    found[:2, 0], found[:2, 1] = arm.forward, arm.left
-    return found
+    return arm.frame
 
 
 class Room:
@@ -78,9 +79,8 @@ class Room:
         things = [thing.corners for thing in other_things(arm, *own)]
         others = [box[None] for box in (*things, *extra)]
         boxes = np.concatenate((solids(arm), handles(arm), *others))
-        frame = heading(arm)
-        spots = np.array(points) @ frame
-        return cls(boxes, frame, spots.min(axis=0) + BEFORE, spots.max(axis=0) + BEYOND)
+        spots = np.array(points) @ arm.frame
+        return cls(boxes, arm.frame, spots.min(axis=0) + BEFORE, spots.max(axis=0) + BEYOND)
 
     def exactly(self, points: Array) -> Array:
         """Distance from the nearest box to each of some points (P, 3), below 0 inside (P,), m.
@@ -125,31 +125,26 @@ class Room:
         return field
 
 
-def walls(vessel: Thing, thick: float = 0.005, sides: int = 8) -> list[Array]:
+def walls(vessel: Thing) -> list[Array]:
     """Corners (8, 3) of boxes that a hollow vessel's wall and floor fit into: nobody knows whether
     its corners are round.
-
-    Args:
-        vessel: the vessel.
-        thick: its walls, m.
-        sides: of its wall.
     """
     (narrow, width), (long, length) = vessel.sides()
     middle, up, height = vessel.middle, np.array((0.0, 0.0, 1.0)), vessel.height
     centre = np.append(middle[:2], vessel.bottom + height / 2.0)
-    floor = narrow * width / 2.0, long * length / 2.0, up * thick / 2.0
-    found = [_box(centre - (height - thick) / 2.0 * up, *floor)]
+    floor = narrow * width / 2.0, long * length / 2.0, up * WALL / 2.0
+    found = [_box(centre - (height - WALL) / 2.0 * up, *floor)]
     # What is longer than wide is a box, or round and has lugs.
     for long_way in {width, length}:
         across, along = narrow * width / 2.0, long * long_way / 2.0
-        for turn in np.arange(sides) * 2.0 * np.pi / sides:
-            side = np.tan(np.pi / sides) * (np.cos(turn) * along - np.sin(turn) * across)
+        for turn in np.arange(SIDES) * 2.0 * np.pi / SIDES:
+            side = np.tan(np.pi / SIDES) * (np.cos(turn) * along - np.sin(turn) * across)
             at = np.cos(turn) * across + np.sin(turn) * along
-            out = np.cross(side, up) * thick / 2.0 / np.linalg.norm(side)
+            out = np.cross(side, up) * WALL / 2.0 / np.linalg.norm(side)
             out *= math.copysign(1.0, float(out @ at))
             found.append(_box(centre + at - out, out, side, up * height / 2.0))
     beyond = (length - width) / 4.0
-    if beyond > thick:
+    if beyond > WALL:
         for way in (long, -long):
             at = centre + (width / 2.0 + beyond) * way + (height / 2.0 - LUG / 2.0) * up
             found.append(_box(at, way * beyond, narrow * LUG, up * LUG / 2.0))
@@ -157,5 +152,4 @@ def walls(vessel: Thing, thick: float = 0.005, sides: int = 8) -> list[Array]:
 
 
 def _box(middle: Array, *halves: Array) -> Array:
-    signs = np.array([(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
-    return np.asarray(middle + signs @ np.array(halves))
+    return np.asarray(middle + CORNERS @ np.array(halves))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import itertools
 import math
 
 import numpy as np
@@ -11,8 +12,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.standing import BODY, HAND_ROOM, solids
-from pytest_safemanip.expert.world.things import Thing
-from pytest_safemanip.trace.geometry import corners
+from pytest_safemanip.expert.world.things import Thing, solid
 
 Cell = tuple[int, int]
 
@@ -44,8 +44,7 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
         SkillFailed: if the way there is blocked, at its beginning or its end too.
     """
     low, high = _floor(arm)
-    here = np.array((arm.ahead(arm.base), arm.aside(arm.base)))
-    there = np.array((arm.ahead(goal), arm.aside(goal)))
+    here, there = arm.level(arm.base), arm.level(goal)
     low, high = np.minimum(low, (here, there)).min(axis=0), np.maximum(high, (here, there)).max(0)
     # The grid goes through the start; the goal's cell is the nearest one.
     low = here - np.floor((here - low) / CELL) * CELL
@@ -54,7 +53,7 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     for bottom, top, box in _shape(arm, thing):
         for points in solids(arm):
             if points[:, 2].min() < top and points[:, 2].max() > bottom:
-                flat = np.stack((points[:, :2] @ arm.forward, points[:, :2] @ arm.left), axis=1)
+                flat = arm.level(points)
                 first = np.ceil((flat.min(axis=0) - box[1] - ROUTE_ROOM - low) / CELL)
                 last = np.floor((flat.max(axis=0) - box[0] + ROUTE_ROOM - low) / CELL)
                 i, j = np.maximum(first, 0).astype(int), np.maximum(last + 1, 0).astype(int)
@@ -62,29 +61,21 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     ends = [(int(c[0]), int(c[1])) for c in np.rint((np.stack((here, there)) - low) / CELL)]
     first, last = (_drawn_back(free, end) for end in ends)
     found = [*ends[:1], *_search(free, first, last), *ends[1:]]
-    found = [cell for number, cell in enumerate(found) if cell not in found[number - 1 : number]]
-    bends = [b for a, b, c in zip(found, found[1:], found[2:], strict=False) if _bend(a, b, c)]
-    places = [low + CELL * np.array(cell) for cell in bends]
-    if places:
+    cells = np.array([cell for cell, _ in itertools.groupby(found)])
+    steps = np.diff(cells, axis=0)
+    bends = (steps[1:] != steps[:-1]).any(axis=1)
+    places = low + CELL * cells[1:-1][bends]
+    if len(places):
         # The last stretch but one ends beside the goal, and not beside its cell.
-        axis = int(abs(found[-1][0] - found[-2][0]) > 0)
-        places[-1][axis] = there[axis]
-    return [arm.floor_point(*place) for place in (*places, there)]
-
-
-def _bend(a: Cell, b: Cell, c: Cell) -> bool:
-    return (b[0] - a[0], b[1] - a[1]) != (c[0] - b[0], c[1] - b[1])
+        axis = int(steps[-1, 0] != 0)
+        places[-1, axis] = there[axis]
+    return [arm.floor_point(*place) for place in (*places.tolist(), there)]
 
 
 def _floor(arm: Arm) -> tuple[Array, Array]:
     """Least and greatest place of the base, ahead and aside (2,), at which it is on the floor."""
-    floors = [
-        corners(np.array(surface.pose), surface.half)
-        for surface in arm.scene.surfaces
-        if arm.scene.entity[surface.entity].category == "Floor"
-    ]
-    points = np.concatenate(floors)
-    flat = np.stack((points[:, :2] @ arm.forward, points[:, :2] @ arm.left), axis=1)
+    floors = [name for name, entity in arm.scene.entity.items() if entity.category == "Floor"]
+    flat = arm.level(np.concatenate(solid(arm, floors)))
     _, _, back, front, half = CARRYING_BODY[0]
     return flat.min(axis=0) - (back, -half), flat.max(axis=0) - (front, half)
 
@@ -93,8 +84,8 @@ def _shape(arm: Arm, thing: Thing | None) -> list[tuple[float, float, Array]]:
     """Boxes around robot and load: from and to which height, and the least and greatest
     coordinates, ahead and aside of the base's origin (2, 2), m.
     """
-    here = np.array((arm.ahead(arm.base), arm.aside(arm.base)))
-    hand = np.array((arm.ahead(arm.position), arm.aside(arm.position))) - here
+    here = arm.level(arm.base)
+    hand = arm.level(arm.position) - here
     height = float(arm.position[2])
     box = np.array((np.minimum(hand - HAND_ROOM, 0.0), np.maximum(hand + HAND_ROOM, 0.0)))
     found = [
@@ -103,8 +94,7 @@ def _shape(arm: Arm, thing: Thing | None) -> list[tuple[float, float, Array]]:
     ]
     found.append((height - 0.02, height + HAND_HEIGHT, box))
     if thing is not None:
-        points = thing.corners
-        load = np.stack((points[:, :2] @ arm.forward, points[:, :2] @ arm.left), axis=1) - here
+        load = arm.level(thing.corners) - here
         found.append((thing.bottom, thing.highest, np.array((load.min(axis=0), load.max(axis=0)))))
     return found
 

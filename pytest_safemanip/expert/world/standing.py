@@ -5,13 +5,13 @@ room.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.things import Furniture
 from pytest_safemanip.trace.geometry import corners
 from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.scene import Scene
@@ -34,27 +34,28 @@ wheels, column, and shoulder."""
 BODY_REAR = (0.39, 0.55, 0.25)
 """The robot's wheels: their height, how far behind the base's origin they end, half width, m."""
 STAND_OFFSETS = (0.0, 0.04, -0.04, 0.08, -0.08, 0.12, -0.12)
-"""How far beside a thing the base may stand to come closer to it, m."""
+"""How far beside a thing the base may stand to come closer to it, the preferred first, m."""
 BASE_ROOM = 0.02
 """Kept free in front of it, m."""
 HAND_ROOM = 0.13
 """From the grip point to the far end of the hand, m."""
-STANDS_OUT = 0.1
-"""Openness from which a door stands out from its cabinet by more than a handle."""
-
-
+STAND_FRONT = 0.20
+"""Base to what it stands in front of, m: as far as RoboCasa puts robots from a counter. Its wheels
+reach 15 cm before its origin. RoboCasa wants it within 20 cm of its own place, which does not
+allow for the handles of the drawers below a counter: they stick out by 11 cm."""
+HAND_HEIGHT = 0.10
+"""What is this far above or below the grip point, m, is in the hand's way."""
+HAND_CLEARANCE = 0.12
+"""From the grip point to what it stops in front of, m: half the palm, and room to stop."""
+DRIVE_BACK = 0.15
+"""How far the base draws back before it drives along the counters, m: over what stands there."""
+FRONT_DEPTH = 0.75
+"""What lies this far before a fixture, m, stands before it and not beneath."""
 AHEAD, ASIDE = (0.0, -0.06, 0.05), (0.0, 0.1, -0.1, 0.2, -0.2)
 """How much farther ahead and to the left of its usual place the base may stand, m."""
 
 
-def stand_before(
-    arm: Arm,
-    point: Array,
-    distance: float,
-    shift: float = 0.0,
-    speed: float = 0.7,
-    offsets: Sequence[float] = STAND_OFFSETS,
-) -> Motion:
+def stand_before(arm: Arm, point: Array, distance: float) -> Motion:
     """Drive to where a point is at a distance ahead of the base, a little aside of it if what
     stands there is in the way.
 
@@ -62,52 +63,72 @@ def stand_before(
         arm: the arm.
         point: the point (2,) or (3,).
         distance: from the base to it, m.
-        shift: how far to the left of it the base is to stand, m.
-        speed: largest command to the base.
-        offsets: how far beside that it may stand to come closer, the preferred first, m.
 
     Raises:
         SkillFailed: if the base does not arrive.
     """
     ahead = arm.ahead(point) - distance + arm.choices.choose("base farther ahead", AHEAD)
-    middle = arm.aside(point) + shift + arm.choices.choose("base farther left", ASIDE)
-    yield from stand(arm, ahead, middle + closest(arm, ahead, middle, offsets), speed)
+    middle = arm.aside(point) + arm.choices.choose("base farther left", ASIDE)
+    places = [middle + offset for offset in STAND_OFFSETS]
+    closest = max(places, key=lambda place: min(ahead, nearest(arm, place, place)))
+    yield from stand(arm, ahead, closest)
 
 
-def closest(arm: Arm, ahead: float, aside: float, offsets: Sequence[float]) -> float:
-    """How far beside a place the base can come closest to being so far ahead, m.
+def drive_to(arm: Arm, role: str) -> Motion:
+    """Stand in front of a fixture, facing as now: back first, then along, then up to it."""
+    low, high = Furniture(arm, role).extent()
+    middle = (low + high) / 2.0
+    reach = arm.ahead(arm.position) - arm.ahead(arm.base)
+    place = _begins(arm, middle) - STAND_FRONT
+    tall = _begins(arm, np.append(middle[:2], arm.position[2]), HAND_HEIGHT)
+    place = min(place, tall - reach - HAND_CLEARANCE)
+    back = min(arm.ahead(arm.base), place) - DRIVE_BACK
+    yield from arm.drive(arm.floor_point(back, arm.aside(arm.base)))
+    yield from arm.drive(arm.floor_point(back, arm.aside(middle)), steps=300)
+    yield from arm.drive(arm.floor_point(place, arm.aside(middle)))
+
+
+def _begins(arm: Arm, point: Array, height: float = math.inf) -> float:
+    """Where the furniture above, at and below a point begins, along the forward direction.
 
     Args:
-        arm: the arm.
-        ahead: where the base is to stand along its forward direction, m.
-        aside: the place along its left direction, m.
-        offsets: how far beside it the base may stand, the preferred first, m.
+        arm: gives the scene and the direction.
+        point: a point of the world (3,).
+        height: how far above and below it counts, m.
     """
-    places = ((offset, aside + offset) for offset in offsets)
-    return max(places, key=lambda place: min(ahead, nearest(arm, place[1], place[1])))[0]
+    fronts = [math.inf]
+    for surface in arm.scene.surfaces:
+        if arm.scene.entity[surface.entity].kind != "fixture":
+            continue
+        points = corners(np.array(surface.pose), surface.half)
+        low, high = points[:, 2].min() - height, points[:, 2].max() + height
+        aside = [arm.aside(corner) for corner in points]
+        front = min(arm.ahead(corner) for corner in points)
+        beside = min(aside) <= arm.aside(point) <= max(aside) and low <= point[2] <= high
+        if beside and abs(arm.ahead(point) - front) < FRONT_DEPTH:
+            fronts.append(front)
+    return min(fronts)
 
 
-def stand(arm: Arm, ahead: float, aside: float, speed: float = 0.7) -> Motion:
+def stand(arm: Arm, ahead: float, aside: float) -> Motion:
     """Drive to a place, or as near to it as furniture lets the base come.
 
     Args:
         arm: the arm.
         ahead: along the base's forward direction, m.
         aside: along its left direction, m.
-        speed: largest command to the base.
 
     Raises:
         SkillFailed: if the base does not arrive.
     """
-    steps = round(105 / speed)
     here = arm.ahead(arm.base), arm.aside(arm.base)
     passing = nearest(arm, min(here[1], aside), max(here[1], aside))
     if passing < here[0]:
-        yield from arm.drive(arm.floor_point(passing, here[1]), speed=speed, steps=steps)
+        yield from arm.drive(arm.floor_point(passing, here[1]))
     along = min(passing, max(here[0], min(ahead, passing)))
-    yield from arm.drive(arm.floor_point(min(along, here[0]), aside), speed=speed, steps=steps)
+    yield from arm.drive(arm.floor_point(min(along, here[0]), aside))
     nearer = min(ahead, nearest(arm, aside, aside))
-    yield from arm.drive(arm.floor_point(nearer, aside), speed=speed, steps=steps)
+    yield from arm.drive(arm.floor_point(nearer, aside))
 
 
 def nearest(
@@ -165,7 +186,7 @@ def _extents(arm: Arm, but: str = "") -> tuple[Array, Array, Array]:
     """Of every piece of furniture and its handles, from where to where it is along the base's
     forward and left directions and in height, m (N, 2) each.
     """
-    points = np.concatenate((solids(arm, but=but), handles(arm, but)))
+    points = np.concatenate((solids(arm, but), handles(arm, but)))
     seen = points[..., :2] @ arm.forward, points[..., :2] @ arm.left, points[..., 2]
     along, across, height = (np.stack((x.min(axis=1), x.max(axis=1)), axis=1) for x in seen)
     return along, across, height
@@ -187,28 +208,26 @@ def handles(arm: Arm, but: str = "") -> Array:
     return np.array(found).reshape(-1, 8, 3)
 
 
-def solids(arm: Arm, opened: bool = False, but: str = "") -> Array:
+def solids(arm: Arm, but: str = "") -> Array:
     """Corners of every piece of furniture as it is now (N, 8, 3).
 
     Args:
         arm: the arm.
-        opened: only doors and drawers that are open.
         but: a joint; what it moves is left out.
     """
     state = arm.step.joint[:, 0].tobytes(), but
-    return arm.latest(f"furniture, open: {opened}", state, lambda: _solids(arm, opened, but))
+    return arm.latest("furniture as it is", state, lambda: _solids(arm, but))
 
 
-def _solids(arm: Arm, opened: bool, but: str) -> Array:
+def _solids(arm: Arm, but: str) -> Array:
     fixed, moving = arm.memory("furniture", lambda: _furniture(arm.scene))
-    found = [] if opened else [fixed]
+    found = [fixed]
     for pose, half, index in moving:
-        if but and arm.scene.joints[index].key == but:
-            continue
-        openness = np.asarray(arm.step.joint[index, 0], np.float64)
-        if not opened or openness >= STANDS_OUT:
-            found.append(corners(carried(arm.scene.joints[index], pose, openness), half)[None])
-    return np.concatenate(found) if found else np.zeros((0, 8, 3))
+        joint = arm.scene.joints[index]
+        if joint.key != but:
+            openness = np.asarray(arm.step.joint[index, 0], np.float64)
+            found.append(corners(carried(joint, pose, openness), half)[None])
+    return np.concatenate(found)
 
 
 _Moving = tuple[Array, Array, int]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.trace.elements import Joint
+from pytest_safemanip.trace.elements import Joint, Switch
 from pytest_safemanip.trace.geometry import corners, matrix, to_world
 from pytest_safemanip.trace.kinematics import carried
 
@@ -154,8 +155,6 @@ def spaces_around(arm: Arm, thing: Thing, slack: float = 0.0) -> list[tuple[str,
 class Part(StrEnum):
     """What of a fixture is moved, by what RoboCasa calls its joint, or how those names begin."""
 
-    DOOR = "door_joint"
-    RIGHT_DOOR = "rightdoorhinge"
     RACK = "rack"
     MIXER_HEAD = "head_joint"
     SPOUT = "spout_joint"
@@ -187,78 +186,52 @@ class Furniture:
         self._arm = arm
         self.entity = arm.scene.roles.get(role, role)
 
-    @property
-    def top(self) -> float:
-        """Height of its highest solid piece, m."""
-        return float(self._slabs()[:, :, 2].max())
-
-    def tray(self) -> tuple[Array, float]:
-        """Where it pours, at the height of what a cup stands on there (3,), and where the machine
-        begins along the base's forward direction, m.
-        """
-        (pose, _), slabs = self._box("poured"), self._slabs()
+    def tray(self) -> Array:
+        """Where it pours, at the height of what a cup stands on there (3,)."""
+        (pose, _), slabs = self._box("poured"), np.array(solid(self._arm, {self.entity}))
         low, high = slabs.min(axis=1), slabs.max(axis=1)
         below = (low[:, :2] < pose[:2]) & (high[:, :2] > pose[:2])
         tops = high[below.all(axis=1) & (high[:, 2] < pose[2] + TRAY_AROUND), 2]
-        front = min(self._arm.ahead(point) for point in slabs.reshape(-1, 3))
-        return np.append(pose[:2], tops.max(initial=0.0)), front
+        return np.append(pose[:2], tops.max(initial=0.0))
 
     def doors(self) -> list[Joint]:
         """Its doors and drawers."""
-        scene = self._arm.scene
-        own = [scene.joints[k] for k in scene.joints_of(self.entity)]
-        return [joint for joint in own if joint.gives_access]
+        return [joint for joint in self.joints() if joint.gives_access]
 
     def joint(self, part: str) -> Joint:
         """The joint of the one such part (:class:`Part`) that it has, or of a door by its name."""
         scene = self._arm.scene
         return scene.joints[scene.joint_index[f"{self.entity}/{part}"]]
 
-    def joints(self, part: Part) -> list[Joint]:
-        """The joints of all such parts."""
+    def joints(self, part: str = "") -> list[Joint]:
+        """The joints of all such parts, or of all parts."""
         scene = self._arm.scene
         own = [scene.joints[k] for k in scene.joints_of(self.entity)]
         return [joint for joint in own if joint.name.startswith(part)]
 
-    def part(self, joint: Joint) -> Array:
-        """Pose (7,) of the box around what a joint moves, where it is now."""
-        pose = np.array(joint.pose)
-        return np.asarray(carried(joint, pose, np.array(self.openness(joint))), np.float64)
-
-    def outline(self, joint: Joint) -> Array:
-        """Corners (8, 3) of that box."""
-        return np.asarray(corners(self.part(joint), np.asarray(joint.half)), np.float64)
-
     def burning(self) -> list[Joint]:
         """The knobs of its burners that are on."""
-        scene, on = self._arm.scene, self._arm.step.switch
-        return [
-            scene.joints[scene.joint_index[switch.joint]]
-            for number, switch in enumerate(scene.switches)
-            if switch.entity == self.entity and switch.joint and on[number]
-        ]
+        scene = self._arm.scene
+        knobs = [switch.joint for switch, on in self._switches() if switch.joint and on]
+        return [scene.joints[scene.joint_index[knob]] for knob in knobs]
 
     def off(self) -> bool:
         """Whether it has switches, and none of them is on."""
-        scene, on = self._arm.scene, self._arm.step.switch
-        own = [number for number, s in enumerate(scene.switches) if s.entity == self.entity]
-        return bool(own) and not np.asarray(on)[own].any()
+        found = self._switches()
+        return bool(found) and not any(on for _, on in found)
 
     def knob_under(self, point: Array) -> Joint:
         """The knob of the burner that is nearest to a point."""
         scene, poses = self._arm.scene, self._arm.step.box_pose
         burners = scene.boxes_of(self.entity, "burner")
         nearest = min(burners, key=lambda k: float(np.linalg.norm(poses[k][:2] - point[:2])))
-        (knob,) = [
-            switch.joint
-            for switch in scene.switches
-            if switch.entity == self.entity and switch.name == scene.boxes[nearest].name
-        ]
+        name = scene.boxes[nearest].name
+        (knob,) = [switch.joint for switch, _ in self._switches() if switch.name == name]
         return scene.joints[scene.joint_index[knob]]
 
     def extent(self) -> tuple[Array, Array]:
         """Lowest and highest corner (3,) of what does not move of it."""
-        points = np.concatenate(_slabs(self._arm, self.entity, moving=False))
+        points = np.concatenate(solid(self._arm, {self.entity}, moving=False))
         return points.min(axis=0), points.max(axis=0)
 
     def upper_rack(self) -> Joint:
@@ -321,12 +294,7 @@ class Furniture:
             behind: a door of a fridge or freezer; None for the interiors behind all doors.
         """
         prefix = f"{behind.name.partition('_')[0]}_shelf" if behind else ""
-        scene, poses = self._arm.scene, self._arm.step.box_pose
-        found = [
-            (np.asarray(poses[k], np.float64), np.array(scene.boxes[k].half))
-            for k in scene.boxes_of(self.entity, "interior")
-            if scene.boxes[k].name.startswith(prefix)
-        ]
+        found = [(box.pose, box.half) for box in self.boxes("interior", prefix)]
         return sorted(found, key=lambda box: float(box[0][2]))
 
     def open_interiors(self) -> list[tuple[Array, Array]]:
@@ -355,23 +323,18 @@ class Furniture:
             if scene.boxes[k].name.startswith(name)
         ]
 
-    def _slabs(self) -> Array:
-        """Corners of its solid pieces, closed (S, 8, 3)."""
-        found = _slabs(self._arm, self.entity)
-        if not found:
-            raise SkillFailed(f"{self.entity} has no solid piece")
-        return np.asarray(found, np.float64)
+    def _switches(self) -> list[tuple[Switch, bool]]:
+        """Its switches, and whether each is on."""
+        switches = zip(self._arm.scene.switches, self._arm.step.switch > 0.0, strict=True)
+        return [(switch, bool(on)) for switch, on in switches if switch.entity == self.entity]
 
     def _box(self, kind: str, name: str = "") -> tuple[Array, Array]:
         """The lowest of a kind, and of a name."""
-        boxes, poses = self._arm.scene.boxes, self._arm.step.box_pose
-        found = [
-            k for k in self._arm.scene.boxes_of(self.entity, kind) if boxes[k].name.startswith(name)
-        ]
+        found = self.boxes(kind, name)
         if not found:
             raise SkillFailed(f"{self.entity} has no {name} {kind}")
-        lowest = min(found, key=lambda k: float(poses[k][2]))
-        return np.asarray(poses[lowest], np.float64), np.array(boxes[lowest].half)
+        lowest = min(found, key=lambda box: float(box.pose[2]))
+        return lowest.pose, lowest.half
 
 
 @dataclass(frozen=True)
@@ -423,29 +386,19 @@ def pieces(arm: Arm, joint: Joint, openness: float) -> list[Piece]:
 
 def counter(arm: Arm, role: str) -> tuple[float, float]:
     """Height of a counter, and where it begins along the forward direction, m."""
-    slabs = _slabs(arm, arm.scene.roles.get(role))
-    if not slabs:
+    boxes = solid(arm, {arm.scene.roles.get(role, "")})
+    if not boxes:
         raise SkillFailed(f"the task has no {role}")
-    points = np.concatenate(slabs)
+    points = np.concatenate(boxes)
     return float(points[:, 2].max()), min(arm.ahead(point) for point in points)
 
 
-def _slabs(arm: Arm, owner: str | None, moving: bool = True) -> list[Array]:
-    """Corners of the solid pieces of a fixture, closed, each (8, 3); with those that a joint moves
-    or without.
+def solid(arm: Arm, entities: Collection[str], moving: bool = True) -> list[Array]:
+    """Corners of the solid pieces of some fixtures, closed, each (8, 3); with those that a joint
+    moves or without.
     """
     return [
         np.asarray(corners(np.array(s.pose), s.half), np.float64)
         for s in arm.scene.surfaces
-        if s.entity == owner and s.pose[2] < ROOM_HEIGHT and (moving or not s.joint)
+        if s.entity in entities and s.pose[2] < ROOM_HEIGHT and (moving or not s.joint)
     ]
-
-
-def halves(arm: Arm, joint: Joint) -> tuple[float, float]:
-    """Half the extents of a joint's part along the base's forward and left direction, m."""
-    frame = np.asarray(matrix(np.asarray(joint.pose[3:])))
-    ahead, aside = (
-        float(np.abs(np.append(way, 0.0) @ frame) @ np.asarray(joint.half))
-        for way in (arm.forward, arm.left)
-    )
-    return ahead, aside

@@ -69,8 +69,8 @@ def foresee(
     tolerance = np.array([leg.tolerance for leg in legs])
     permits = tuple(permits)
     path = Path(hand, base, speed, tolerance, opening, held(arm), permits, since, MARGIN, steps=160)
-    asked = *(array.tobytes() for array in (hand, base, speed, tolerance)), opening, permits, since
-    state = arm.step.qpos.tobytes(), *asked
+    arrays = arm.step.qpos, hand, base, speed, tolerance
+    state = *(array.tobytes() for array in arrays), opening, permits, since
     return arm.latest("what would be touched", state, lambda: arm.foresee([path])[0], FORESEEN)
 
 
