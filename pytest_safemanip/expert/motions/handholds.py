@@ -62,8 +62,10 @@ HANDLE_SHARE = 0.05
 """Off the middle by more than this share of its width, a box shows where a handle is."""
 OFF_HANDLE = math.cos(math.radians(40.0))
 """Cosine of the least angle from the fingers' line to a handle."""
-HANDLE_WIDE, WIDE, HANDLE_THICK = 0.030, 1.3, 0.018
-"""How wide a handle is, m, or, if it is long, of its length: a lug; and how thick at most, m."""
+HANDLE_WIDE, HANDLE_THICK = 0.030, 0.018
+"""Of a handle, at most, m."""
+STUB, STUB_WIDE = 0.05, 1.3
+"""What stands out no farther than that, m, is a lug, and so much wider than it is long."""
 ON_HANDLE = (0.018, 0.030, 0.045)
 """From a vessel's wall to the grip point on its handle, m: half a finger's width, and room."""
 LUG = 0.040
