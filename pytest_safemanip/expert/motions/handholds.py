@@ -165,7 +165,7 @@ def handle(thing: Thing) -> Handhold:
     length = 2.0 * float(np.linalg.norm((thing.centre - thing.middle)[:2]))
     root = thing.middle + (thing.reach(way) - length / 2.0) * way
     middle = np.append((root + length / 2.0 * way)[:2], thing.highest - HANDLE_THICK / 2.0)
-    across = np.cross(UP, way) * max(HANDLE_WIDE, WIDE * length)
+    across = np.cross(UP, way) * max(HANDLE_WIDE, STUB_WIDE * length * (length < STUB))
     axes = np.stack((across, way * length, UP * HANDLE_THICK), axis=1) / 2.0
     most = length - FINGER_SIDE / 2.0
     places = tuple(min(off, max(most, length / 2.0)) - length / 2.0 for off in ON_HANDLE)
