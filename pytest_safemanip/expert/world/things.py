@@ -19,8 +19,9 @@ from pytest_safemanip.trace.kinematics import carried
 
 Space = tuple[Array, Array]
 """Pose (7,) and half extents (3,) of an interior."""
-HEAPED = 0.01
-"""Between two things that lie on one another, m, at most."""
+HEAPED, LOWER = 0.01, 0.003
+"""Between two things that lie on one another, and by how much what lies in something seems to reach
+below that, m, at most."""
 ROOM_HEIGHT = 3.0
 """RoboCasa parks what it removes from a fixture 10 m up."""
 
@@ -131,7 +132,9 @@ def contents(arm: Arm, vessel: Thing) -> list[Thing]:
     near = list[tuple[float, Thing]]()
     for thing in other_things(arm, vessel):
         own = (thing.centre - vessel.centre) @ axes
-        if np.delete(np.abs(own) - half, upright).max() < 0.0 and thing.centre[2] > vessel.bottom:
+        # A plate under something small is not in it.
+        high = thing.bottom > vessel.bottom - LOWER
+        if np.delete(np.abs(own) - half, upright).max() < 0.0 and high:
             height = float(own[upright]) * math.copysign(1.0, axes[2, upright])
             near.append((height - thing.height / 2.0, thing))
     found, top = list[Thing](), float(half[upright])

@@ -10,7 +10,7 @@ from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Thing, counter
 from pytest_safemanip.faults.collision_contact.sweep import STRUCK
-from pytest_safemanip.faults.handling import bring, go, place, take
+from pytest_safemanip.faults.handling import bring, go, take
 
 STOPPED = 0.05
 """What is this far from where it was told to go, and stands still, is held up by something, m."""
@@ -77,13 +77,13 @@ def carry_to(arm: Arm, gap: float) -> Motion:
     """
     thing, other = Thing(arm, "obj"), Thing(arm, "distr_counter")
     yield from take(arm, "obj")
-    where, (ahead, here) = other.com, place(arm, thing)
+    where, here = other.com, thing.com
     near = min(arm.aside(corner) for corner in other.corners)
-    half = max(arm.aside(corner) for corner in thing.corners) - here
+    half = max(arm.aside(corner) for corner in thing.corners) - arm.aside(here)
     aside, bottom = near - half - gap, other.bottom + 0.012
-    yield from bring(arm, thing, ahead, here, bottom)
+    yield from bring(arm, thing, arm.ahead(here), arm.aside(here), bottom)
     _expect(arm, lambda: _moved(other, where))
-    yield from bring(arm, thing, ahead, aside, bottom, speed=0.4)
+    yield from bring(arm, thing, arm.ahead(here), aside, bottom, speed=0.4)
 
 
 def press_down(arm: Arm, depth: float, speed: float) -> Motion:

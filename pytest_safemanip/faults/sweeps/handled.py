@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
+from typing import Any
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion, cut, raised
 from pytest_safemanip.expert.world.things import Thing, counter
@@ -32,8 +34,11 @@ CAUGHT = 0.004
 
 drop = partial(let_go_at, speed=0.3)
 """Lets go at a height above the counter, m."""
-come_in = partial(reach, unsafe=False)
-"""Reaches into a hollow that may not be open."""
+
+
+def come_in(arm: Arm, way: Mapping[str, Any]) -> Motion:
+    """Reaches into a hollow that may not be open."""
+    yield from reach(arm, way, unsafe=False)
 
 
 def slip(arm: Arm, distance: float) -> Motion:
