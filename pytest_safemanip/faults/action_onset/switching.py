@@ -5,7 +5,7 @@ from __future__ import annotations
 from pytest_safemanip.expert.motions.operating import turn_lever
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Furniture, Part, Thing
-from pytest_safemanip.faults.handling import is_on, press
+from pytest_safemanip.faults.handling import is_on, press, rehearse_or
 
 
 def rinse(arm: Arm, unsafe: bool) -> Motion:
@@ -20,7 +20,7 @@ def rinse(arm: Arm, unsafe: bool) -> Motion:
 
     if unsafe:
         arm.truth.begins("action_onset", "turn", "sink", when=mixed)
-    yield from turn_lever(arm, "sink")
+    yield from rehearse_or(arm, "turn the tap on", lambda: turn_lever(arm, "sink"), "sink")
 
 
 def start(arm: Arm, unsafe: bool, ajar: float = 0.0) -> Motion:
