@@ -85,7 +85,7 @@ def move_joint(
     goal: float,
     off: float = 0.02,
     until: Callable[[], bool] | None = None,
-    stages: Sequence[int] = STAGES,
+    prices: Sequence[int] = (),
 ) -> Motion:
     """Move what a joint moves until it is as open as wanted.
 
@@ -96,7 +96,7 @@ def move_joint(
         goal: openness.
         off: how far from the goal it may stay on this side.
         until: replaces these two.
-        stages: in how many it may be moved, the usual number first.
+        prices: of moving it in the usual number of stages, in another one, and in three.
 
     Raises:
         SkillFailed: if it does not get there.
@@ -113,7 +113,8 @@ def move_joint(
     # Another hold is likelier to help than other stages, and is asked for first.
     arm.choices.choose(f"hold 1 of {joint.name}", range(OPTIONS))
     wide = swings(joint) and (first - goal) * abs(joint.travel) > WIDE
-    several = arm.choices.choose(f"stages of {joint.name}", WIDE_STAGES if wide else stages)
+    stages = WIDE_STAGES if wide else STAGES
+    several = arm.choices.choose(f"stages of {joint.name}", stages, prices)
     for number in range(1, HOLDS + several):
         if there():
             return

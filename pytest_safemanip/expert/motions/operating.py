@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.joints import STAGES, let_go, move_joint, take_hold
+from pytest_safemanip.expert.motions.joints import let_go, move_joint, take_hold
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import START_BUTTON, Furniture, Part, Thing
@@ -25,6 +25,8 @@ RACK_MIDDLE = 0.75
 KNOB_OFF, KNOB_ON, TIMED = 0.12, 1.2, 0.6
 """Angles of a burner's knob that is off for certain, and at a medium flame, and of a timer, rad:
 RoboCasa's limits are 0.35 rad, and a tenth of 3.4 rad for a timer, which runs down."""
+HOT = (0, 1, 4)
+"""Prices of stages at what is hot: a hand that takes hold three times is there for 15 seconds."""
 KNOB_NEAR = 0.2
 """How far from there a knob may stay, rad."""
 SPOUT_TURN, SPOUT_NEAR = 0.58, 0.05
@@ -124,19 +126,18 @@ def turn_to(
     joint: Joint,
     angle: float,
     near: float = KNOB_NEAR,
-    stages: Sequence[int] = STAGES,
+    prices: Sequence[int] = (),
 ) -> Motion:
-    """Turn a knob or a spout to an angle, rad, or as near to it."""
+    """Turn a knob or a spout to an angle, rad, or as near to it; prices are those of stages."""
     goal, off = angle / joint.travel, near / joint.travel
-    yield from move_joint(arm, fixture, joint, goal, off, stages=stages)
+    yield from move_joint(arm, fixture, joint, goal, off, prices=prices)
 
 
 def turn_off_burners(arm: Arm, role: str) -> Motion:
     """Turn off each burner of a stove that is on."""
     stove = Furniture(arm, role)
     for joint in stove.burning():
-        # A hand that takes hold three times is at what is hot for fifteen seconds.
-        yield from turn_to(arm, stove, joint, KNOB_OFF, KNOB_OFF, STAGES[:2])
+        yield from turn_to(arm, stove, joint, KNOB_OFF, KNOB_OFF, HOT)
 
 
 def turn_on_burner_under(arm: Arm, role: str, thing_role: str) -> Motion:

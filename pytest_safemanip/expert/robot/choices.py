@@ -20,20 +20,22 @@ class Choices:
     Attributes:
         decided: which option is taken, by what is chosen; the first one, the usual, where nothing
             is said.
-        asked: how many options there were, by what was chosen, in the order of asking.
+        asked: the prices of the options there were, by what was chosen, in the order of asking.
     """
 
     decided: Mapping[str, int] = field(default_factory=dict)
-    asked: dict[str, int] = field(default_factory=dict)
+    asked: dict[str, Sequence[int]] = field(default_factory=dict)
 
-    def choose(self, what: str, options: Sequence[T]) -> T:
+    def choose(self, what: str, options: Sequence[T], prices: Sequence[int] = ()) -> T:
         """One of some options, the same each time within a try.
 
         Args:
             what: is chosen, in a few words.
             options: the cheapest first.
+            prices: of each; that of an option is tried after all that are cheaper. Unless said
+                otherwise, each costs 1 more than the one before it.
         """
-        self.asked.setdefault(what, len(options))
+        self.asked.setdefault(what, prices or range(len(options)))
         return options[min(self.decided.get(what, 0), len(options) - 1)]
 
     def __str__(self) -> str:
@@ -64,16 +66,22 @@ class Alternatives:
         names = [what for what, _ in asked]
         if last in names:
             number = tried.decided[last]
-            if number + 1 < tried.asked[last]:
-                self._push({**tried.decided, last: number + 1})
+            if number + 1 < len(tried.asked[last]):
+                self._push({**tried.decided, last: number + 1}, tried.asked)
         if len(tried.decided) == MOST_OTHER:
             return
         start = names.index(last) + 1 if last in names else 0
-        for what, count in asked[start:]:
-            if what not in tried.decided and count > 1:
-                self._push({**tried.decided, what: 1})
+        for what, prices in asked[start:]:
+            if what not in tried.decided and len(prices) > 1:
+                self._push({**tried.decided, what: 1}, tried.asked)
 
-    def _push(self, decided: dict[str, int]) -> None:
+    def _push(self, decided: dict[str, int], asked: Mapping[str, Sequence[int]]) -> None:
         self._count += 1
-        cost = len(decided), sum(decided.values()), self._count
+        price = sum(_price(asked.get(what, ()), number) for what, number in decided.items())
+        cost = len(decided), price, self._count
         heapq.heappush(self._waiting, (*cost, decided))
+
+
+def _price(prices: Sequence[int], number: int) -> int:
+    """Of an option, which a try may not have asked for: another decision came before it."""
+    return prices[number] if number < len(prices) else number
