@@ -33,6 +33,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 import yaml
@@ -73,15 +74,22 @@ def read(folder: str, text: str, shared: Words) -> Iterator[tuple[str, Fault | F
     Raises:
         ConfigError: if something in it is not known or lacks.
     """
-    content = parse(text)
+    try:
+        content = parse(text)
+    except yaml.YAMLError as error:
+        raise ConfigError(
+            f"{folder}/{FILE}: not valid YAML: {' '.join(str(error).split())}"
+        ) from error
     general = {key: shared[key] | content.get(key, {}) for key in ("words", "scenes")}
     general["task"] = content.get("task", shared["task"])
     for section, entries in content.items():
         before: Words = {}
         for name, own in entries.items() if section not in GENERAL else ():
-            entry = {**before, **own} if "near_miss" in own else own
-            before = {key: said for key, said in entry.items() if key not in KINDS}
             try:
+                if not isinstance(own, Mapping):
+                    raise ConfigError("say its plan, and what it does")
+                entry = {**before, **own} if "near_miss" in own else own
+                before = {key: said for key, said in entry.items() if key not in KINDS}
                 yield section, _Entry(folder, section, name, entry, general).read()
             except ConfigError as error:
                 raise ConfigError(f"{folder}/{FILE}: {name}: {error}") from error
@@ -137,6 +145,8 @@ class _Entry:
     def _plan(self, words: Words) -> partial[Motion]:
         """The function of the plan with its arguments, and with whether it is dangerous."""
         ((name, arguments),) = _named(self.entry["plan"]).items()
+        if find_spec(self._home) is None:
+            raise ConfigError(f"its section is named {self.section!r}: {self._home} is no module")
         module = import_module(self._home)
         function = getattr(module, name, None)
         if not callable(function):

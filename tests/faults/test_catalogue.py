@@ -75,6 +75,19 @@ burners:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("drops: {", "not valid YAML: .* line "),
+        ("drops: {some: }", "some: say its plan, and what it does"),
+        ("drosp: {some: {fault: drops it, plan: on_block}}", "some: its section is named 'drosp'"),
+    ],
+)
+def test_what_is_no_yaml_no_entry_or_in_no_modules_section_is_refused(text, message):
+    with pytest.raises(ConfigError, match=rf"release_stability/faults.yaml: {message}"):
+        list(read("release_stability", text, SHARED))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
         ("fault: drops it\nplan: drop_hihg", "drops.py has no plan 'drop_hihg'; did you mean"),
         ("fault: drops it\nplan: {at_edge: {outside: 1}}", "unknown 'outside'"),
         ("fault: drops it\nplan: {at_edge: {inside: $far}}", r"unknown word \$far"),
