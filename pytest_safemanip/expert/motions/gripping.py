@@ -117,7 +117,7 @@ def _pull(arm: Arm, drawer: Furniture) -> Motion:
             raise
 
 
-def ways_to_grasp(arm: Arm, thing: Thing, part: Part = "", goal: Goal | None = None) -> list[Reach]:
+def ways_to_grasp(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list[Reach]:
     """Ways to take hold of a thing, the easiest first; last those with which there is no way to
     where it is to be put.
     """

@@ -26,7 +26,7 @@ from pytest_safemanip.expert.robot.hand import (
 )
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.world.contacts import loads
-from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.standing import handles, solids
 from pytest_safemanip.expert.world.things import Piece, other_things, pieces
 from pytest_safemanip.trace.elements import Joint
@@ -424,7 +424,7 @@ def _deep(
     """
     if not later:
         return np.zeros(0)
-    palm, frame = palm_points(rows), heading(arm)
+    palm, frame = palm_points(rows), arm.frame
     points = np.array(
         [
             np.concatenate((palm, finger_points(hold.opening, BARS))) @ hold.hand.T + hold.point

@@ -84,7 +84,6 @@ def move_joint(
     joint: Joint,
     goal: float,
     off: float = 0.02,
-    until: Callable[[], bool] | None = None,
     prices: Sequence[int] = (),
 ) -> Motion:
     """Move what a joint moves until it is as open as wanted.
@@ -95,7 +94,6 @@ def move_joint(
         joint: the joint.
         goal: openness.
         off: how far from the goal it may stay on this side.
-        until: replaces these two.
         prices: of moving it in the usual number of stages, in another one, and in three.
 
     Raises:
@@ -104,7 +102,7 @@ def move_joint(
     way = math.copysign(1.0, goal - fixture.openness(joint))
 
     def there(share: float = 1.0) -> bool:
-        return until() if until else (fixture.openness(joint) - goal) * way >= -share * off
+        return (fixture.openness(joint) - goal) * way >= -share * off
 
     def passed(end: float) -> bool:
         return (fixture.openness(joint) - end) * way >= 0.0 or there(0.7)

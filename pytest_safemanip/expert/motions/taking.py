@@ -14,7 +14,7 @@ from pytest_safemanip.expert.robot.hand import WRIST
 from pytest_safemanip.expert.robot.kinematics import STRIDE, bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.candidates import Candidates
-from pytest_safemanip.expert.world.room import Room, heading
+from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.standing import nearest, rearmost
 from pytest_safemanip.expert.world.ways import Leg
 from pytest_safemanip.trace.elements import Joint
@@ -267,7 +267,7 @@ class Takes:
         seen = (middles + stands[:, None]).reshape(-1, 3)
         openness = self._first + share * self._by
         boxes = solids_then(arm, self._joint, self._first, openness)
-        room = Room(boxes, heading(arm), seen.min(axis=0), seen.max(axis=0))
+        room = Room(boxes, arm.frame, seen.min(axis=0), seen.max(axis=0))
         away = room.exactly(seen).reshape(len(joints), -1) - radii
         return np.asarray(np.maximum(0.0, -away.min(axis=1) - ROUGHLY))
 

@@ -32,11 +32,6 @@ BEFORE, BEYOND = np.array((-1.3, -0.9, -0.35)), np.array((0.3, 0.9, 0.8))
 """From some points to where an arm that reaches them may be, ahead, to the left and up, m."""
 
 
-def heading(arm: Arm) -> Array:
-    """The base's directions ahead, left and up, as columns (3, 3)."""
-    return arm.frame
-
-
 class Room:
     """The solid boxes around a place.
 

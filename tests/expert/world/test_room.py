@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm
-from pytest_safemanip.expert.world.room import Room, heading, walls
+from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import Body
 from pytest_safemanip.trace.geometry import corners
@@ -35,7 +35,7 @@ def test_what_is_far_off_is_free():
 def test_what_is_left_out_is_not_in_the_room():
     arm = Arm(toy.SCENE, toy.at_rest())
     mug = Thing(arm, "obj")
-    inside = (mug.centre @ heading(arm))[None]
+    inside = (mug.centre @ arm.frame)[None]
     assert Room.around(arm, [mug.centre]).exactly(inside)[0] < 0.0
     assert Room.around(arm, [mug.centre], ["mug"]).exactly(inside)[0] > 0.03
 
