@@ -85,7 +85,10 @@ def test_without_pillow_the_extra_is_named(
     ("arguments", "message"),
     [
         (("NoTask",), "SELECTOR: 'NoTask' matches no task"),
-        (("OpenDrawer", "--seeds", "x"), "--seeds: expected N, A:B or A,B,C"),
+        (
+            ("OpenDrawer", "--seeds", "x"),
+            "--seeds: expected N (that many), A:B (without B) or A,B,C",
+        ),
         (("OpenDrawer", "--cameras", "above"), "--cameras: 'above' is none of room, close"),
         (("OpenDrawer", "--size", "0"), "--size: expected 16 to 2048 pixels, found 0"),
     ],
