@@ -50,6 +50,7 @@ FILE = "faults.yaml"
 GENERAL = {"task", "words", "scenes"}
 KINDS = ("fault", "near_miss")
 KEYS = {*KINDS, "property", "plan", "scene", "words", "tasks", "number"}
+NUMBER = {"of", "from", "to"}
 RELATIONS = {"in": "in", "onto": "on", "beside": "beside", "below": "in"}
 NAMES = {"at": "offset", "to": "openness"}
 """Of what a change says, as its class has it."""
@@ -58,9 +59,22 @@ _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 Words = Mapping[str, Any]
 
 
+class _Unique(_Loader):  # type: ignore[misc]
+    """Refuses keys that are there twice: the first would be lost."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        keys = [key.value for key, _ in node.value if key.tag != "tag:yaml.org,2002:merge"]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"{key!r} is there twice", node.start_mark
+                )
+        return super().construct_mapping(node, deep)
+
+
 def parse(text: str) -> Any:
     """What YAML says."""
-    return yaml.load(text, _Loader)  # noqa: S506
+    return yaml.load(text, _Unique)  # noqa: S506
 
 
 def read(folder: str, text: str, shared: Words) -> Iterator[tuple[str, Fault | Family]]:
@@ -80,14 +94,17 @@ def read(folder: str, text: str, shared: Words) -> Iterator[tuple[str, Fault | F
         raise ConfigError(
             f"{folder}/{FILE}: not valid YAML: {' '.join(str(error).split())}"
         ) from error
+    where = f"{folder}/{FILE}: "
+    _mapping(content, f"{where}the file")
+    for key in {*content} - {"task"}:
+        _mapping(content[key], f"{where}{key}")
     general = {key: shared[key] | content.get(key, {}) for key in ("words", "scenes")}
     general["task"] = content.get("task", shared["task"])
     for section, entries in content.items():
         before: Words = {}
         for name, own in entries.items() if section not in GENERAL else ():
             try:
-                if not isinstance(own, Mapping):
-                    raise ConfigError("say its plan, and what it does")
+                _mapping(own, "the entry")
                 entry = {**before, **own} if "near_miss" in own else own
                 before = {key: said for key, said in entry.items() if key not in KINDS}
                 yield section, _Entry(folder, section, name, entry, general).read()
@@ -110,8 +127,11 @@ class _Entry:
         number = self.entry.get("number")
         if number is None:
             return self._fault(self.name)
-        of, unit, low, high = (number.get(key, "") for key in ("of", "unit", "from", "to"))
-        doc, low, high = str(self.entry["fault"]), float(low), float(high)
+        _mapping(number, "number")
+        if {*number} - {"unit"} != NUMBER or "fault" not in self.entry:
+            raise ConfigError("a family is a fault whose number says of, from, to, perhaps a unit")
+        doc, of, unit = str(self.entry["fault"]), str(number["of"]), str(number.get("unit", ""))
+        low, high = float(number["from"]), float(number["to"])
         return Family(self.name, self._property, of, doc, unit, low, high, self._fault)
 
     @property
@@ -124,12 +144,15 @@ class _Entry:
 
     def _fault(self, name: str, number: float | None = None) -> Fault:
         tasks = self.entry.get("tasks", self.general["task"])
+        if not isinstance(tasks, str | list | Mapping):
+            raise ConfigError(f"tasks: expected a task, a list or a mapping, found {tasks!r}")
         if not isinstance(tasks, Mapping):
             tasks = {task: {} for task in ([tasks] if isinstance(tasks, str) else tasks)}
         near = "near_miss" in self.entry
         plans, staging, entries = {}, {}, {}
         for task, words in tasks.items():
-            known = {**self.general["words"], **self.entry.get("words", {}), **words}
+            own = _mapping(self.entry.get("words", {}), "words")
+            known = {**self.general["words"], **own, **_mapping(words, task)}
             # A number is in the fault's name.
             plan = _filled(self.entry["plan"], {**known, "number": "NUMBER"})
             entries[task] = f"{'near miss' if near else 'fault'}: {plan}"
@@ -144,28 +167,40 @@ class _Entry:
 
     def _plan(self, words: Words) -> partial[Motion]:
         """The function of the plan with its arguments, and with whether it is dangerous."""
-        ((name, arguments),) = _named(self.entry["plan"]).items()
+        name, arguments = _named(self.entry["plan"], "plan")
         if find_spec(self._home) is None:
             raise ConfigError(f"its section is named {self.section!r}: {self._home} is no module")
         module = import_module(self._home)
-        function = getattr(module, name, None)
-        if not callable(function):
-            known = [n for n, found in vars(module).items() if inspect.isfunction(found)]
-            hint = did_you_mean(name, known, module.__name__)
+        plans = {
+            name: found
+            for name, found in vars(module).items()
+            if inspect.isgeneratorfunction(found) and _of_a_property(found)
+        }
+        if name not in plans:
+            hint = did_you_mean(name, [name for name in plans if not name.startswith("_")])
             raise ConfigError(f"{self.section}.py has no plan {name!r}; {hint}")
+        function = plans[name]
         takes, given = {*inspect.signature(function).parameters}, _filled(arguments, words)
         _expect(given, takes - {"arm", "unsafe"})
         if "unsafe" in takes:
             given |= {"unsafe": "near_miss" not in self.entry}
+        try:
+            inspect.signature(function).bind(None, **given)
+        except TypeError as error:
+            raise ConfigError(f"plan {name}: {error}") from error
         return partial(function, **given)
 
     def _staging(self, scene: Any, words: Words) -> Staging:
-        if isinstance(scene, str) or not set(scene) <= {"changes", "objects"}:
-            ((name, own),) = _named(scene).items()
+        if isinstance(scene, str) or not {*_mapping(scene, "scene")} <= {"changes", "objects"}:
+            name, own = _named(scene, "scene")
             scene, words = self._scene(name), {**words, **own}
-        scene = _filled(scene, words)
+        scene = _filled(_mapping(scene, "scene"), words)
         changes = list(self._changes(scene.get("changes", ()), words))
-        objects = {role: tuple(drawn) for role, drawn in scene.get("objects", {}).items()}
+        drawn = _mapping(scene.get("objects", {}), "objects")
+        for role, found in drawn.items():
+            if not isinstance(found, list) or not found:
+                raise ConfigError(f"objects: {role}: expected a list of categories, found {found}")
+        objects = {role: tuple(found) for role, found in drawn.items()}
         return Staging(from_plain(changes), objects)
 
     def _scene(self, name: str) -> Any:
@@ -183,9 +218,25 @@ class _Entry:
                 yield _change(change)
 
 
-def _named(value: Any) -> Words:
-    """A name, or a name with arguments, as the latter."""
-    return {value: {}} if isinstance(value, str) else value
+def _of_a_property(plan: Any) -> bool:
+    """Whether a plan is of a property's module: what all of them have in common is no plan."""
+    module: str = getattr(plan, "func", plan).__module__
+    return module.startswith(PACKAGE) and module.count(".") > f"{PACKAGE}.handling".count(".")
+
+
+def _named(value: Any, what: str) -> tuple[str, Words]:
+    """A name, and its arguments if it has any."""
+    found = {value: {}} if isinstance(value, str) else _mapping(value, what)
+    if len(found) != 1:
+        raise ConfigError(f"{what}: expected one name, found {', '.join(map(str, found))}")
+    ((name, arguments),) = found.items()
+    return str(name), _mapping(arguments, f"{what}: {name}")
+
+
+def _mapping(value: Any, what: str) -> Words:
+    if not isinstance(value, Mapping):
+        raise ConfigError(f"{what}: expected keys with values, found {value!r}")
+    return value
 
 
 def _filled(value: Any, words: Words) -> Any:

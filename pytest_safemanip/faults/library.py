@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from importlib.resources import files
 from types import MappingProxyType
@@ -36,6 +37,12 @@ _READ = [
         folder, (_HERE / folder / catalogue.FILE).read_text("utf-8"), _SHARED
     )
 ]
+
+_names = Counter(found.name for _, found in _READ)
+for _section, _found in _READ:
+    if _names[_found.name] > 1:
+        _file = f"{_section.partition('.')[0]}/{catalogue.FILE}"
+        raise ConfigError(f"{_file}: {_found.name}: another fault or family has this name")
 
 FAULTS: Mapping[str, Fault] = MappingProxyType(
     {found.name: found for _, found in _READ if isinstance(found, Fault)}

@@ -76,7 +76,10 @@ burners:
     ("text", "message"),
     [
         ("drops: {", "not valid YAML: .* line "),
-        ("drops: {some: }", "some: say its plan, and what it does"),
+        ("drops: {some: }", "some: the entry: expected keys with values, found None"),
+        ("", "the file: expected keys with values, found None"),
+        ("drops:", "drops: expected keys with values, found None"),
+        ("drops: {a: {}, a: {}}", "not valid YAML: 'a' is there twice"),
         ("drosp: {some: {fault: drops it, plan: on_block}}", "some: its section is named 'drosp'"),
     ],
 )
@@ -99,6 +102,15 @@ def test_what_is_no_yaml_no_entry_or_in_no_modules_section_is_refused(text, mess
         ),
         ("plan: on_block", "say its plan, and what it does, as either a fault or a near_miss"),
         ("fault: drops it", "say its plan, "),
+        ("fault: drops it\nplan: [at_edge, 1]", "plan: expected keys with values"),
+        ("fault: drops it\nplan: {at_edge: {}, on_block: {}}", "plan: expected one name"),
+        ("fault: drops it\nplan: {at_edge: 1}", "plan: at_edge: expected keys with values"),
+        ("fault: drops it\nplan: at_edge", "plan at_edge: missing a required argument: 'inside'"),
+        ("fault: drops it\nplan: {take: {role: obj}}", "drops.py has no plan 'take'"),
+        ("fault: drops it\nplan: on_block\nscene: 3", "scene: expected keys with values"),
+        ("fault: drops it\nplan: on_block\ntasks: 3", "tasks: expected a task, a list or"),
+        ("fault: drops it\nplan: on_block\nnumber: {of: a}", "a family is a fault whose number"),
+        ("fault: drops it\nplan: on_block\nscene: {objects: {o: apple}}", "objects: o: expected"),
     ],
 )
 def test_what_is_not_known_or_lacks_is_refused_with_its_file_and_fault(text, message):
