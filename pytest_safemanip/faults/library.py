@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from importlib.resources import files
 from types import MappingProxyType
@@ -28,30 +27,38 @@ FOLDERS = (
 )
 """Each has a catalogue."""
 
-_HERE = files(catalogue.PACKAGE)
-_SHARED = catalogue.parse((_HERE / "shared.yaml").read_text("utf-8"))
-_READ = [
-    (f"{folder}.{section}", found)
-    for folder in FOLDERS
-    for section, found in catalogue.read(
-        folder, (_HERE / folder / catalogue.FILE).read_text("utf-8"), _SHARED
-    )
-]
 
-_names = Counter(found.name for _, found in _READ)
-for _section, _found in _READ:
-    if _names[_found.name] > 1:
-        _file = f"{_section.partition('.')[0]}/{catalogue.FILE}"
-        raise ConfigError(f"{_file}: {_found.name}: another fault or family has this name")
+def _read() -> dict[str, tuple[str, Fault | Family]]:
+    """All faults and families by name, each with its folder and section.
+
+    Raises:
+        ConfigError: if two have the same name.
+    """
+    here, all_of_them = files(catalogue.PACKAGE), dict[str, tuple[str, Fault | Family]]()
+    shared = catalogue.parse((here / "shared.yaml").read_text("utf-8"))
+    for folder in FOLDERS:
+        text = (here / folder / catalogue.FILE).read_text("utf-8")
+        for section, found in catalogue.read(folder, text, shared):
+            if found.name in all_of_them:
+                other, _, _ = all_of_them[found.name][0].partition(".")
+                file = f"{folder}/{catalogue.FILE}"
+                raise ConfigError(f"{file}: {found.name}: {other} has one of this name")
+            all_of_them[found.name] = f"{folder}.{section}", found
+    return all_of_them
+
+
+_READ = _read()
 
 FAULTS: Mapping[str, Fault] = MappingProxyType(
-    {found.name: found for _, found in _READ if isinstance(found, Fault)}
+    {name: found for name, (_, found) in _READ.items() if isinstance(found, Fault)}
 )
 FAMILIES: Mapping[str, Family] = MappingProxyType(
-    {found.name: found for _, found in _READ if isinstance(found, Family)}
+    {name: found for name, (_, found) in _READ.items() if isinstance(found, Family)}
 )
 """Of events, by the name before the number."""
-SECTIONS: Mapping[str, str] = MappingProxyType({found.name: section for section, found in _READ})
+SECTIONS: Mapping[str, str] = MappingProxyType(
+    {name: section for name, (section, _) in _READ.items()}
+)
 """Folder and section of the catalogue that each is in."""
 
 

@@ -11,7 +11,7 @@ import pytest
 from pytest_safemanip.errors import RolloutError, SafemanipError
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.plugin.markers import CaseMarkers
-from pytest_safemanip.report.counterexample import counterexample, headline
+from pytest_safemanip.report.counterexample import counterexample, headline, truncation, unresolved
 from pytest_safemanip.report.junit import case_properties, verdict_properties
 from pytest_safemanip.run.cases import SUITE, Case
 from pytest_safemanip.run.early_stopping import EarlyStopping
@@ -126,9 +126,11 @@ class SafetyItem(pytest.Item):
                 raise SafetyViolation(line)
             case "UNRESOLVED":
                 if settings.unresolved == "fail":
-                    raise SafetyViolation(self._unresolved())
+                    recording = self._rollout.recording
+                    raise SafetyViolation(unresolved(verdict, recording))
                 # The same for all rollouts: pytest folds skips by their reason.
-                pytest.skip(f"{self.case.property_id}: {UNRESOLVED_REASON}{self._truncation}")
+                truncated = truncation(self._rollout.recording)
+                pytest.skip(f"{self.case.property_id}: {UNRESOLVED_REASON}{truncated}")
             case "VACUOUS" if settings.vacuous == "skip":
                 pytest.skip(f"{self.case.property_id}: {VACUOUS_REASON}")
 
@@ -161,16 +163,3 @@ class SafetyItem(pytest.Item):
         self.data = data
         if self._suite.stopping is not None:
             self._suite.stopping.note(data)
-
-    def _unresolved(self) -> str:
-        entities, since = self._verdict.open[0]
-        about = f" for {', '.join(entities)}" if entities else ""
-        return (
-            f"{self.case.property_id}: unresolved{about}: an obligation was pending since step "
-            f"{since}, the rollout ended before it was due{self._truncation}"
-        )
-
-    @property
-    def _truncation(self) -> str:
-        truncated = self._rollout.recording.truncated
-        return " (truncated: the recording has no settle tail)" if truncated else ""

@@ -22,6 +22,21 @@ def headline(verdict: Verdict, recording: Recording) -> str:
     return f"{verdict.property_id}: {worst_violation(verdict, recording)}"
 
 
+def unresolved(verdict: Verdict, recording: Recording) -> str:
+    """Since when an obligation of whom was pending when the rollout ended."""
+    entities, since = verdict.open[0]
+    about = f" for {', '.join(entities)}" if entities else ""
+    return (
+        f"{verdict.property_id}: unresolved{about}: an obligation was pending since step {since}, "
+        f"the rollout ended before it was due{truncation(recording)}"
+    )
+
+
+def truncation(recording: Recording) -> str:
+    """That a recording lacks its end, in brackets; empty if it does not."""
+    return " (truncated: the recording has no settle tail)" if recording.truncated else ""
+
+
 def worst_violation(verdict: Verdict, recording: Recording) -> str:
     """What was measured at the worst violation, and when; how many more there are."""
     worst = verdict.by_severity[0]

@@ -302,6 +302,7 @@ class Placing:
         self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
         self._tips = attitudes is standing and not self._along
+        self._frame = arm.frame
         # Of fixtures that it has no leave to rest on; none where nobody knows.
         strange = set(arm.scene.entity) - supports(arm).get(thing.entity, set())
         self._strange = solid(arm, strange if arm.permissions else (), moving=False)
@@ -392,7 +393,7 @@ class Placing:
         column = np.linspace((*com[:2], box[:, 2].min()), com, 4)
         others = [thing.corners for thing in self._others if thing.entity != spot.hollow]
         above = self._reaches_over(others, spot, box, LEVEL, math.inf)
-        inside = room.away(column @ self._arm.frame).min() < 0.0
+        inside = room.away(column @ self._frame).min() < 0.0
         return 0.5 * ON_OTHERS * (float(above) + float(inside))
 
     def _reaches_over(

@@ -391,10 +391,10 @@ def _back(
     """
     room = Room.around(arm, [point], [load.entity] if load else [])
     length = float(np.linalg.norm(out))
-    ahead = out / length if length else -arm.forward
+    ahead, frame = out / length if length else -arm.forward, arm.frame
     found, wanted = list[tuple[float, float]](), FAR_APART if load else APART
     for back in np.arange(length, MOST_BACK, STEP).tolist():
-        off = np.append(back * ahead, 0.0) @ arm.frame
+        off = np.append(back * ahead, 0.0) @ frame
         found.append((back, float(room.away(balls + off, radii).min())))
         if found[-1][1] > wanted:
             break

@@ -11,7 +11,7 @@ import pytest
 from pytest_safemanip.plugin.items import UNRESOLVED_REASON, VACUOUS_REASON, SafetyViolation
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.plugin.searching.telling import Telling
-from pytest_safemanip.report.counterexample import counterexample, headline
+from pytest_safemanip.report.counterexample import counterexample, headline, unresolved
 from pytest_safemanip.report.searching import SearchData, told_again, undecided
 from pytest_safemanip.run.cases import SUITE
 from pytest_safemanip.run.invocation import Invocation, look_at
@@ -192,10 +192,10 @@ class RegressionItem(VariedItem):
                 told = told_again(self.kept.regression, recording.scene)
                 raise SafetyViolation(f"still {told}: {headline(self._verdict, recording)}")
             case "UNRESOLVED":
-                reason = f"{self.property.id}: {UNRESOLVED_REASON}"
                 if self.suite.plan.settings.unresolved == "fail":
-                    raise SafetyViolation(reason)
-                pytest.skip(reason)
+                    recording = self._rollout.recording
+                    raise SafetyViolation(unresolved(self._verdict, recording))
+                pytest.skip(f"{self.property.id}: {UNRESOLVED_REASON}")
             case "VACUOUS":
                 pytest.skip(f"{self.property.id}: {VACUOUS_REASON}")
 
