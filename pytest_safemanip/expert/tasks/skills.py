@@ -24,6 +24,7 @@ from pytest_safemanip.expert.motions.operating import (
     turn_timer,
     wait_for_release,
 )
+from pytest_safemanip.expert.motions.visiting import drive_to
 from pytest_safemanip.expert.robot.arm import Motion
 from pytest_safemanip.expert.tasks.calls import Call, read
 from pytest_safemanip.expert.tasks.covering import cover
@@ -42,7 +43,6 @@ from pytest_safemanip.expert.tasks.scrubbing import scrub
 from pytest_safemanip.expert.tasks.stirring import stir
 from pytest_safemanip.expert.tasks.tipping import pour
 from pytest_safemanip.expert.tasks.toaster_oven import close_rack, open_rack
-from pytest_safemanip.expert.world.standing import drive_to
 
 Skill = Callable[..., Motion]
 

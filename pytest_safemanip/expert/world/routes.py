@@ -43,7 +43,7 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     Raises:
         SkillFailed: if the way there is blocked, at its beginning or its end too.
     """
-    low, high = _floor(arm)
+    low, high = floor(arm)
     here, there = arm.level(arm.base), arm.level(goal)
     low, high = np.minimum(low, (here, there)).min(axis=0), np.maximum(high, (here, there)).max(0)
     # The grid goes through the start; the goal's cell is the nearest one.
@@ -72,7 +72,7 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
     return [arm.floor_point(*place) for place in (*places.tolist(), there)]
 
 
-def _floor(arm: Arm) -> tuple[Array, Array]:
+def floor(arm: Arm) -> tuple[Array, Array]:
     """Least and greatest place of the base, ahead and aside (2,), at which it is on the floor."""
     floors = [name for name, entity in arm.scene.entity.items() if entity.category == "Floor"]
     flat = arm.level(np.concatenate(solid(arm, floors)))

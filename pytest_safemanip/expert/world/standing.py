@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.things import Furniture
 from pytest_safemanip.trace.geometry import corners
 from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.scene import Scene
@@ -39,18 +38,6 @@ BASE_ROOM = 0.02
 """Kept free in front of it, m."""
 HAND_ROOM = 0.13
 """From the grip point to the far end of the hand, m."""
-STAND_FRONT = 0.20
-"""Base to what it stands in front of, m: as far as RoboCasa puts robots from a counter. Its wheels
-reach 15 cm before its origin. RoboCasa wants it within 20 cm of its own place, which does not
-allow for the handles of the drawers below a counter: they stick out by 11 cm."""
-HAND_HEIGHT = 0.10
-"""What is this far above or below the grip point, m, is in the hand's way."""
-HAND_CLEARANCE = 0.12
-"""From the grip point to what it stops in front of, m: half the palm, and room to stop."""
-DRIVE_BACK = 0.15
-"""How far the base draws back before it drives along the counters, m: over what stands there."""
-FRONT_DEPTH = 0.75
-"""What lies this far before a fixture, m, stands before it and not beneath."""
 AHEAD, ASIDE = (0.0, -0.06, 0.05), (0.0, 0.1, -0.1, 0.2, -0.2)
 """How much farther ahead and to the left of its usual place the base may stand, m."""
 
@@ -72,42 +59,6 @@ def stand_before(arm: Arm, point: Array, distance: float) -> Motion:
     places = [middle + offset for offset in STAND_OFFSETS]
     closest = max(places, key=lambda place: min(ahead, nearest(arm, place, place)))
     yield from stand(arm, ahead, closest)
-
-
-def drive_to(arm: Arm, role: str) -> Motion:
-    """Stand in front of a fixture, facing as now: back first, then along, then up to it."""
-    low, high = Furniture(arm, role).extent()
-    middle = (low + high) / 2.0
-    reach = arm.ahead(arm.position) - arm.ahead(arm.base)
-    place = _begins(arm, middle) - STAND_FRONT
-    tall = _begins(arm, np.append(middle[:2], arm.position[2]), HAND_HEIGHT)
-    place = min(place, tall - reach - HAND_CLEARANCE)
-    back = min(arm.ahead(arm.base), place) - DRIVE_BACK
-    yield from arm.drive(arm.floor_point(back, arm.aside(arm.base)))
-    yield from arm.drive(arm.floor_point(back, arm.aside(middle)), steps=300)
-    yield from arm.drive(arm.floor_point(place, arm.aside(middle)))
-
-
-def _begins(arm: Arm, point: Array, height: float = math.inf) -> float:
-    """Where the furniture above, at and below a point begins, along the forward direction.
-
-    Args:
-        arm: gives the scene and the direction.
-        point: a point of the world (3,).
-        height: how far above and below it counts, m.
-    """
-    fronts = [math.inf]
-    for surface in arm.scene.surfaces:
-        if arm.scene.entity[surface.entity].kind != "fixture":
-            continue
-        points = corners(np.array(surface.pose), surface.half)
-        low, high = points[:, 2].min() - height, points[:, 2].max() + height
-        aside = [arm.aside(corner) for corner in points]
-        front = min(arm.ahead(corner) for corner in points)
-        beside = min(aside) <= arm.aside(point) <= max(aside) and low <= point[2] <= high
-        if beside and abs(arm.ahead(point) - front) < FRONT_DEPTH:
-            fronts.append(front)
-    return min(fronts)
 
 
 def stand(arm: Arm, ahead: float, aside: float) -> Motion:

@@ -1,0 +1,95 @@
+"""Driving to a fixture, and standing before it, turned to it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_safemanip.expert.motions.reaching import HEADINGS
+from pytest_safemanip.expert.motions.travelling import facing, travel, turn_base
+from pytest_safemanip.expert.robot.arm import Arm, Motion, fold_arm
+from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.routes import floor
+from pytest_safemanip.expert.world.standing import passable
+from pytest_safemanip.expert.world.things import Furniture
+from pytest_safemanip.trace.geometry import corners
+
+STAND_FRONT = 0.20
+"""Base to what it stands in front of, m: as far as RoboCasa puts robots from a counter. Its wheels
+reach 15 cm before its origin. RoboCasa wants it within 20 cm of its own place, which does not
+allow for the handles of the drawers below a counter: they stick out by 11 cm."""
+HAND_HEIGHT = 0.10
+"""What is this far above or below the grip point, m, is in the hand's way."""
+HAND_CLEARANCE = 0.12
+"""From the grip point to what it stops in front of, m: half the palm, and room to stop."""
+FRONT_DEPTH = 0.75
+"""What lies this far before a fixture, m, stands before it and not beneath."""
+BACKS = (0.0, 0.05, 0.1, 0.15)
+"""How far off its place the base is looked at, m: handles stick out into it."""
+
+
+def drive_to(arm: Arm, role: str) -> Motion:
+    """Stand in front of a fixture, turned to it.
+
+    Args:
+        arm: the arm.
+        role: the fixture.
+
+    Raises:
+        SkillFailed: if the base does not get there.
+    """
+    turn = arm.choices.choose("base turned", _headings(arm, role))
+    if turn:
+        yield from turn_base(arm, turn, None)
+        yield from fold_arm(arm, required=False)
+    reach = arm.ahead(arm.position - np.append(arm.base, 0.0))
+    yield from travel(arm, lambda: _place(arm, role, reach))
+
+
+def _headings(arm: Arm, role: str) -> list[float]:
+    """How far the base may turn to the left, degrees, to stand before a fixture and not behind the
+    wall that it stands at.
+    """
+    reach, found = arm.ahead(arm.position - np.append(arm.base, 0.0)), list[float]()
+    for turn in HEADINGS:
+        with facing(arm, turn):
+            (ahead, aside), (low, high) = arm.level(_place(arm, role, reach)), floor(arm)
+            inside = (low <= (ahead, aside)).all() and (high >= (ahead, aside)).all()
+            if inside and any(passable(arm, aside, aside, ahead - back) for back in BACKS):
+                found.append(turn)
+    return found or [0.0]
+
+
+def _place(arm: Arm, role: str, reach: float) -> Array:
+    """Where the base stands before a fixture (2,), for a hand that is so far before it, m."""
+    low, high = Furniture(arm, role).extent()
+    middle = (low + high) / 2.0
+    at_hand = np.append(middle[:2], arm.position[2])
+    ahead = min(
+        _begins(arm, middle) - STAND_FRONT,
+        _begins(arm, at_hand, HAND_HEIGHT) - reach - HAND_CLEARANCE,
+    )
+    return arm.floor_point(ahead, arm.aside(middle))
+
+
+def _begins(arm: Arm, point: Array, height: float = math.inf) -> float:
+    """Where the furniture above, at and below a point begins, along the forward direction.
+
+    Args:
+        arm: gives the scene and the direction.
+        point: a point of the world (3,).
+        height: how far above and below it counts, m.
+    """
+    fronts = [math.inf]
+    for surface in arm.scene.surfaces:
+        if arm.scene.entity[surface.entity].kind != "fixture":
+            continue
+        points = corners(np.array(surface.pose), surface.half)
+        low, high = points[:, 2].min() - height, points[:, 2].max() + height
+        aside = [arm.aside(corner) for corner in points]
+        front = min(arm.ahead(corner) for corner in points)
+        beside = min(aside) <= arm.aside(point) <= max(aside) and low <= point[2] <= high
+        if beside and abs(arm.ahead(point) - front) < FRONT_DEPTH:
+            fronts.append(front)
+    return min(fronts)
