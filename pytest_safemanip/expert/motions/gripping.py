@@ -10,7 +10,14 @@ from pytest_safemanip.expert.motions.approaching import draw_back, go_before, ho
 from pytest_safemanip.expert.motions.handholds import SHALLOW, TIPS_OFF, Part, handholds, poses
 from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
-from pytest_safemanip.expert.motions.reaching import Pose, Reach, Reaching, Ways, any_heading
+from pytest_safemanip.expert.motions.reaching import (
+    LINKS_FREE,
+    Pose,
+    Reach,
+    Reaching,
+    Ways,
+    any_heading,
+)
 from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING
@@ -91,7 +98,7 @@ def _known_ways(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list[R
     return arm.latest(
         what,
         state,
-        lambda: any_heading(arm, lambda: ways_to_grasp(arm, thing, part, goal)),
+        lambda: any_heading(arm, lambda free: ways_to_grasp(arm, thing, part, goal, free)),
         LASTING,
     )
 
@@ -117,9 +124,18 @@ def _pull(arm: Arm, drawer: Furniture) -> Motion:
             raise
 
 
-def ways_to_grasp(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list[Reach]:
+def ways_to_grasp(
+    arm: Arm, thing: Thing, part: Part, goal: Goal | None, free: float = LINKS_FREE[0]
+) -> list[Reach]:
     """Ways to take hold of a thing, the easiest first; last those with which there is no way to
     where it is to be put.
+
+    Args:
+        arm: the arm.
+        thing: the thing.
+        part: by what of it.
+        goal: finds where it is to be put.
+        free: least room around the arm's links, m.
     """
     along = inside(arm, thing)
     around = [
@@ -130,7 +146,7 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list
     without = [thing.entity, *along, *(vessel.entity for vessel in around)]
     extra = [box for vessel in around for box in walls(vessel)]
     room = Room.around(arm, [thing.centre], without, extra)
-    reaching = Reaching(arm, room, Ways())
+    reaching = Reaching(arm, room, Ways(), free)
     parts = handholds(thing, part)
     found = [
         pose
@@ -140,7 +156,7 @@ def ways_to_grasp(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list
     ]
     if goal is None:
         return reaching.find(found)
-    placing = Placing(arm, thing, goal())
+    placing = Placing(arm, thing, goal(), free=free)
     opening = thing.sides()[0][1] / OPENING
 
     asked: dict[Hashable, bool] = {}

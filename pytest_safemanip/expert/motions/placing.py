@@ -14,6 +14,7 @@ import numpy as np
 from pytest_safemanip.expert.motions.approaching import draw_back, go_before, holding
 from pytest_safemanip.expert.motions.handholds import UP, handle_way, outline
 from pytest_safemanip.expert.motions.reaching import (
+    LINKS_FREE,
     MOST,
     PATIENCE,
     SLANTED,
@@ -271,7 +272,9 @@ def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing)
     ways = arm.latest(
         f"ways to bring {thing.entity}",
         state,
-        lambda: any_heading(arm, lambda: Placing(arm, thing, spots(), attitudes).ways(held(arm))),
+        lambda: any_heading(
+            arm, lambda free: Placing(arm, thing, spots(), attitudes, free).ways(held(arm))
+        ),
         LASTING,
     )
     if not ways:
@@ -294,10 +297,16 @@ class Placing:
         thing: the thing.
         spots: where it may go.
         attitudes: finds how it may be turned there.
+        free: least room around the arm's links, m.
     """
 
     def __init__(
-        self, arm: Arm, thing: Thing, spots: Iterable[Spot], attitudes: Attitudes = standing
+        self,
+        arm: Arm,
+        thing: Thing,
+        spots: Iterable[Spot],
+        attitudes: Attitudes = standing,
+        free: float = LINKS_FREE[0],
     ) -> None:
         self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
@@ -317,7 +326,7 @@ class Placing:
             if hollow:
                 without, extra = [*without, hollow], walls(Thing(arm, hollow))
             room = Room.around(arm, [spot.point for spot in group], without, extra)
-            self._groups.append((group, room, Reaching(arm, room, ways)))
+            self._groups.append((group, room, Reaching(arm, room, ways, free)))
 
     def ways(self, grip: Grip, most: int = MOST, patience: int = PATIENCE) -> list[Reach]:
         """Ways to put it down, the easiest first.

@@ -34,9 +34,13 @@ from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.standing import nearest
 
-FINGERS_FREE, PALM_FREE, LINKS_FREE = 0.001, 0.003, -0.004
-"""Room around fingers and palm at a goal, and around the balls that the rest of the arm fits into,
-m."""
+FINGERS_FREE, PALM_FREE = 0.001, 0.003
+"""Room around fingers and palm at a goal, m."""
+LINKS_FREE = (-0.004, -0.02)
+"""Likewise around the balls that the rest of the arm fits into, m: where there is no way with the
+first, one is looked for with the second, for the links are slimmer than the balls."""
+CLOSE = 50.0
+"""What speaks against each m by which those are nearer than in the first case."""
 LOWERED = 0.018
 """How far the hand is lowered into a vessel with what it brings, m."""
 TIGHT, BELOW_EDGE, ON_WAY = 0.001, 0.005, 0.012
@@ -183,11 +187,16 @@ class Reach(Way):
     turn: float = 0.0
 
 
-def any_heading(arm: Arm, find: Callable[[], list[Reach]]) -> list[Reach]:
-    """The ways that are found with the base turned as it is, or else turned otherwise."""
-    for turn in HEADINGS:
+def any_heading(arm: Arm, find: Callable[[float], list[Reach]]) -> list[Reach]:
+    """The ways that are found with the base turned as it is, or else turned otherwise.
+
+    Args:
+        arm: the arm.
+        find: finds them, for the least room around the arm's links, m.
+    """
+    for free, turn in itertools.product(LINKS_FREE, HEADINGS):
         with facing(arm, turn):
-            found = find()
+            found = find(free)
         if found:
             return [replace(reach, turn=turn) for reach in found]
     return []
@@ -200,10 +209,11 @@ class Reaching:
         arm: the arm.
         room: what is around.
         ways: how the hand may come and leave.
+        free: least room around the arm's links, m.
     """
 
-    def __init__(self, arm: Arm, room: Room, ways: Ways) -> None:
-        self._arm, self._room, self._ways = arm, room, ways
+    def __init__(self, arm: Arm, room: Room, ways: Ways, free: float = LINKS_FREE[0]) -> None:
+        self._arm, self._room, self._ways, self._free = arm, room, ways, free
         self._frame = arm.frame
         self._limits: dict[float, float] = {}
 
@@ -416,7 +426,7 @@ class Reaching:
             if stop == 2:
                 there &= self._off_load([ways[k].pose for k in which[left]], spheres, radii)
             tired[left] = np.maximum(tired[left], strain(joints))
-            there &= (least[left] >= LINKS_FREE) & (tired[left] < TIRED)
+            there &= (least[left] >= self._free) & (tired[left] < TIRED)
             reaches = reach_of(at - WRIST * hands[which[left], :, 2])
             stretched[left] = np.maximum(stretched[left], reaches - STRETCHED)
             left = left[there]
@@ -426,6 +436,7 @@ class Reaching:
             ahead, aside, torso = base[row].tolist()
             cost = way.pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
             cost += 1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH
+            cost += CLOSE * max(0.0, LINKS_FREE[0] - float(least[row]))
             cost += 0.8 * abs(aside - self._wrist(way.pose)[1]) + torso + REACHED * stretched[row]
             place = frame[:2, :2] @ (ahead, aside)
             hand = way.pose, way.entry, way.leave, way.come, way.go
@@ -435,7 +446,7 @@ class Reaching:
     def _off_load(self, poses: Sequence[Pose], balls: Array, radii: Array) -> NDArray[np.bool_]:
         """Whether the arm behind the hand is off what the hand takes or brings (K,)."""
         free, first = np.ones(len(poses), bool), 0
-        least = (radii[FOREARM:] + LINKS_FREE) ** 2
+        least = (radii[FOREARM:] + self._free) ** 2
         for _, rows in itertools.groupby(poses, key=id):
             alike = list(rows)
             load, last = alike[0].load @ self._frame, first + len(alike)
