@@ -32,7 +32,7 @@ from pytest_safemanip.expert.robot.hand import (
 from pytest_safemanip.expert.robot.kinematics import SPHERES, bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.room import Room
-from pytest_safemanip.expert.world.standing import nearest
+from pytest_safemanip.expert.world.standing import nearest, rearmost
 
 FINGERS_FREE, PALM_FREE = 0.001, 0.003
 """Room around fingers and palm at a goal, m."""
@@ -215,7 +215,7 @@ class Reaching:
     def __init__(self, arm: Arm, room: Room, ways: Ways, free: float = LINKS_FREE[0]) -> None:
         self._arm, self._room, self._ways, self._free = arm, room, ways, free
         self._frame = arm.frame
-        self._limits: dict[float, float] = {}
+        self._limits, self._rears = dict[float, float](), dict[float, float]()
 
     def find(
         self,
@@ -427,6 +427,8 @@ class Reaching:
                 there &= self._off_load([ways[k].pose for k in which[left]], spheres, radii)
             tired[left] = np.maximum(tired[left], strain(joints))
             there &= (least[left] >= self._free) & (tired[left] < TIRED)
+            drawn = base[left, :2] + offs[which[left], stop]
+            there &= drawn[:, 0] >= [self._behind(aside) for aside in drawn[:, 1].tolist()]
             reaches = reach_of(at - WRIST * hands[which[left], :, 2])
             stretched[left] = np.maximum(stretched[left], reaches - STRETCHED)
             left = left[there]
@@ -469,6 +471,13 @@ class Reaching:
 
     def _wrist(self, pose: Pose) -> Array:
         return np.asarray((pose.point - WRIST * pose.hand[:, 2]) @ self._frame)
+
+    def _behind(self, aside: float) -> float:
+        """How far ahead the base is at least, not to meet what is behind it, m."""
+        place = round(aside, 2)
+        if place not in self._rears:
+            self._rears[place] = rearmost(self._arm, place, place)
+        return self._rears[place]
 
     def _limit(self, aside: float) -> float:
         place = round(aside, 2)

@@ -23,7 +23,7 @@ from pytest_safemanip.expert.robot.kinematics import (
     strain,
 )
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
-from pytest_safemanip.expert.world.contacts import pressed_by
+from pytest_safemanip.expert.world.contacts import pushed
 from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.routes import route
 from pytest_safemanip.expert.world.standing import nearest, passable, rearmost
@@ -72,8 +72,10 @@ def travel(arm: Arm, find: Callable[[], Array], load: Thing | None = None) -> Mo
     Raises:
         SkillFailed: if the base does not get there.
     """
-    if pressed_by(arm, "base", LEANS):
-        yield from drive(arm, arm.base - OFF_IT * arm.forward, load)
+    push = pushed(arm, "base", LEANS)
+    if float(np.linalg.norm(push)) >= LEANS:
+        ways = (-arm.forward, arm.forward, arm.left, -arm.left)
+        yield from drive(arm, arm.base + OFF_IT * max(ways, key=lambda way: way @ push), load)
     goal = find()
     aside = arm.aside(goal)
     if abs(aside - arm.aside(arm.base)) > STEP / 2.0:
@@ -366,7 +368,7 @@ def swing_back(
     balls, radii, there = swing(arm, point + shift, hand, load)
     if not there:
         raise SkillFailed("the arm would come to the end of a joint")
-    return _back(arm, point, balls - shift @ arm.frame, radii, out, load)
+    return _back(arm, base, point, balls - shift @ arm.frame, radii, out, load)
 
 
 def lowering_back(arm: Arm, by: float, out: Array, load: Thing | None) -> Array:
@@ -380,20 +382,29 @@ def lowering_back(arm: Arm, by: float, out: Array, load: Thing | None) -> Array:
     """
     points, radii = shape(arm, load)
     down = np.linspace(0.0, by, SWINGS)[:, None, None] * (0.0, 0.0, 1.0)
-    return _back(arm, arm.position, points - down, radii, out, load)
+    return _back(arm, arm.base, arm.position, points - down, radii, out, load)
 
 
 def _back(
-    arm: Arm, point: Array, balls: Array, radii: Array, out: Array, load: Thing | None
+    arm: Arm,
+    base: Array,
+    point: Array,
+    balls: Array,
+    radii: Array,
+    out: Array,
+    load: Thing | None,
 ) -> Array:
     """How far off a place at least the base stands for some balls to be free (2,), m, or as free as
-    they come.
+    they come before it meets what is behind it.
     """
     room = Room.around(arm, [point], [load.entity] if load else [])
     length = float(np.linalg.norm(out))
     ahead, frame = out / length if length else -arm.forward, arm.frame
     found, wanted = list[tuple[float, float]](), FAR_APART if load else APART
     for back in np.arange(length, MOST_BACK, STEP).tolist():
+        place = base + back * ahead
+        if back > length and arm.ahead(place) < rearmost(arm, *[arm.aside(place)] * 2):
+            break
         off = np.append(back * ahead, 0.0) @ frame
         found.append((back, float(room.away(balls + off, radii).min())))
         if found[-1][1] > wanted:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import ROBOT, Joint, Part
 
@@ -75,3 +76,20 @@ def pressed_by(arm: Arm, part: str, force: float) -> set[str]:
         if any(p.entity == ROBOT and p.name.startswith(part) for p in pair):
             found |= {p.entity for p in pair} - {ROBOT}
     return found
+
+
+def pushed(arm: Arm, part: str, force: float) -> Array:
+    """The level force with which parts of the robot are pushed away by what they touch (2,), N.
+
+    Args:
+        arm: the arm.
+        part: how the names of these parts begin.
+        force: that a contact point carries at least, to count, N.
+    """
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    total = np.zeros(2)
+    for row in np.flatnonzero(contacts.force >= force).tolist():
+        for index, sense in ((contacts.a[row], -1.0), (contacts.b[row], 1.0)):
+            if parts[index].entity == ROBOT and parts[index].name.startswith(part):
+                total += sense * contacts.force[row] * contacts.normal[row, :2]
+    return total
