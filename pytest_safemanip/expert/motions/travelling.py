@@ -24,9 +24,9 @@ from pytest_safemanip.expert.robot.kinematics import (
 )
 from pytest_safemanip.expert.robot.rotations import Array, about_z, rotation_vector
 from pytest_safemanip.expert.world.contacts import pushed
-from pytest_safemanip.expert.world.room import Room
-from pytest_safemanip.expert.world.routes import route
-from pytest_safemanip.expert.world.standing import nearest, passable, rearmost
+from pytest_safemanip.expert.world.room import FAR, Room
+from pytest_safemanip.expert.world.routes import floor, route
+from pytest_safemanip.expert.world.standing import nearest, passable, rearmost, solids
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.geometry import about, matrix, multiply
 
@@ -46,6 +46,9 @@ a load swings from a place that the base may be beside, better."""
 TURNS_ABOUT, WHEELS, SWUNG = 0.20, 0.43, 0.11
 """How far behind its origin the base has its middle, about which it turns, from there to the
 corners of its wheels, and how far they come beyond its front and back, and room, m."""
+GRID, FLOOR, SHOULDERS, TRIED = 0.15, 0.002, 1.0, 8
+"""Between places at which it is looked farther off, m; what is between these heights is in the way
+of the robot as it turns, m; and how many places it is tried to get to."""
 TURNS_BESIDE = (0.0, 0.15, -0.15, 0.3, -0.3, 0.5, -0.5)
 """How far to the left of where it is it may turn, m."""
 TUCKS = 0.2
@@ -233,6 +236,51 @@ def turning_place(arm: Arm, degrees: float, load: Thing | None) -> Array:
             off = np.array((ahead - here, shift, 0.0))
             if room.away(swept + off, np.tile(radii, len(angles))).min() > APART:
                 return arm.floor_point(ahead, aside)
+    return _elsewhere(arm, middle, swept, np.tile(radii, len(angles)), load)
+
+
+def _elsewhere(arm: Arm, middle: Array, swept: Array, radii: Array, load: Thing | None) -> Array:
+    """The nearest place on the floor to which the base gets and where it can be turned (2,).
+
+    Args:
+        arm: the arm.
+        middle: about which the base turns where it is, seen from its heading (3,).
+        swept: middles of balls around arm and load as they turn there (B, 3).
+        radii: of the balls (B,), m.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if there is none.
+    """
+    (low, high), frame = floor(arm), arm.frame
+    places = np.stack(np.meshgrid(*map(np.arange, low, high, (GRID, GRID))), axis=-1)
+    offs = places.reshape(-1, 2) - arm.level(arm.base)
+    furniture = solids(arm) @ frame
+    heights = furniture[:, :, 2]
+    furniture = furniture[(heights.min(axis=1) < SHOULDERS) & (heights.max(axis=1) > FLOOR)]
+    least, most = furniture.min(axis=1)[:, :2], furniture.max(axis=1)[:, :2]
+    tried = 0
+    for off in offs[np.argsort(np.linalg.norm(offs, axis=1))]:
+        at = middle[:2] + off
+        apart = np.linalg.norm(np.maximum(0.0, np.maximum(least - at, at - most)), axis=1)
+        if apart.min() < WHEELS + APART:
+            continue
+        balls = swept + np.append(off, 0.0)
+        (first, right, _), (last, left, _) = balls.min(axis=0), balls.max(axis=0)
+        around = [arm.point(first, right, 1.1), arm.point(last, left, 1.1)]
+        room = Room.around(arm, around, [load.entity] if load else [])
+        gaps = room.exactly(balls)
+        if ((gaps < radii + APART) & (gaps < FAR)).any():
+            continue
+        place = arm.base + frame[:2, :2] @ off
+        tried += 1
+        try:
+            route(arm, load, place)
+        except SkillFailed:
+            if tried == TRIED:
+                break
+            continue
+        return np.asarray(place)
     raise SkillFailed("there is no room for the base to turn")
 
 
