@@ -3,8 +3,8 @@
 ::
 
     task: OpenDrawer                # unless a fault says otherwise
-    words: {tools: [peeler, knife]} # what $tools stands for
-    scenes:                         # how an episode begins, by a name, for several faults
+    variables: {tools: [peeler, knife]}  # what $tools stands for
+    stagings:                       # how an episode begins, by a name, for several faults
       tidy:
         changes: [{put: obj, beside: bowl, at: [0.1, 0, 0]}, {open: drawer, to: 0.5, joint: NAME}]
         objects: {obj: $tools}      # what the object of a role is drawn from
@@ -13,9 +13,9 @@
         fault: shuts it, fast       # what it does
         property: ID                # unless it is the name of the folder
         plan: {shut: {speed: 0.9}}  # a function, and its arguments but for the arm and ``unsafe``
-        scene: tidy                 # a name, a name and words {tidy: {WORD: VALUE}}, or a scene
-        words: {WORD: VALUE}        # of this fault
-        tasks: {OpenDrawer: {WORD: VALUE}}  # words of a task, ``scene`` among them; or a list
+        staging: tidy               # a name, with variables {tidy: {NAME: VALUE}}, or a staging
+        variables: {NAME: VALUE}    # of this fault
+        tasks: {OpenDrawer: {NAME: VALUE}}  # of a task, ``staging`` among them; or a list
         number: {of: PARAMETER, unit: m, from: 0, to: 1}  # a family of events: $number
       shut:
         near_miss: shuts it, slowly # the safe twin of those before it: what it does not say is as
@@ -23,7 +23,8 @@
 
 ``put: obj, in|onto|beside: ROLE`` are those of :class:`~pytest_safemanip.sim.staging.Put`; ``below:
 cab`` is on the counter below a cabinet, so far ahead and aside of its middle, m. Among changes, the
-name of a scene stands for its changes. ``shared.yaml`` has words and scenes of several catalogues.
+name of a staging stands for its changes. ``shared.yaml`` has variables and stagings of several
+catalogues.
 """
 
 from __future__ import annotations
@@ -47,16 +48,16 @@ PACKAGE = __name__.rpartition(".")[0]
 BELOW = -0.56
 """Top of a counter, seen from the floor of the interior of the cabinet above it, m."""
 FILE = "faults.yaml"
-GENERAL = {"task", "words", "scenes"}
+GENERAL = {"task", "variables", "stagings"}
 KINDS = ("fault", "near_miss")
-KEYS = {*KINDS, "property", "plan", "scene", "words", "tasks", "number"}
+KEYS = {*KINDS, "property", "plan", "staging", "variables", "tasks", "number"}
 NUMBER = {"of", "from", "to"}
 RELATIONS = {"in": "in", "onto": "on", "beside": "beside", "below": "in"}
 NAMES = {"at": "offset", "to": "openness"}
 """Of what a change says, as its class has it."""
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
-Words = Mapping[str, Any]
+Values = Mapping[str, Any]
 
 
 class _Unique(_Loader):  # type: ignore[misc]
@@ -77,13 +78,13 @@ def parse(text: str) -> Any:
     return yaml.load(text, _Unique)  # noqa: S506
 
 
-def read(folder: str, text: str, shared: Words) -> Iterator[tuple[str, Fault | Family]]:
+def read(folder: str, text: str, shared: Values) -> Iterator[tuple[str, Fault | Family]]:
     """Faults and families of a catalogue, in order, each with the name of its section.
 
     Args:
         folder: its folder, that of the property.
         text: the YAML.
-        shared: ``task``, ``words`` and ``scenes`` of all catalogues.
+        shared: ``task``, ``variables`` and ``stagings`` of all catalogues.
 
     Raises:
         ConfigError: if something in it is not known or lacks.
@@ -98,10 +99,10 @@ def read(folder: str, text: str, shared: Words) -> Iterator[tuple[str, Fault | F
     _mapping(content, f"{where}the file")
     for key in {*content} - {"task"}:
         _mapping(content[key], f"{where}{key}")
-    general = {key: shared[key] | content.get(key, {}) for key in ("words", "scenes")}
+    general = {key: shared[key] | content.get(key, {}) for key in ("variables", "stagings")}
     general["task"] = content.get("task", shared["task"])
     for section, entries in content.items():
-        before: Words = {}
+        before: Values = {}
         for name, own in entries.items() if section not in GENERAL else ():
             try:
                 _mapping(own, "the entry")
@@ -117,8 +118,8 @@ class _Entry:
     folder: str
     section: str
     name: str
-    entry: Words
-    general: Words
+    entry: Values
+    general: Values
 
     def read(self) -> Fault | Family:
         _expect(self.entry, KEYS)
@@ -149,23 +150,23 @@ class _Entry:
         if not isinstance(tasks, Mapping):
             tasks = {task: {} for task in ([tasks] if isinstance(tasks, str) else tasks)}
         near = "near_miss" in self.entry
-        plans, staging, entries = {}, {}, {}
-        for task, words in tasks.items():
-            own = _mapping(self.entry.get("words", {}), "words")
-            known = {**self.general["words"], **own, **_mapping(words, task)}
+        plans, stagings, entries = {}, {}, {}
+        for task, values in tasks.items():
+            own = _mapping(self.entry.get("variables", {}), "variables")
+            known = {**self.general["variables"], **own, **_mapping(values, task)}
             # A number is in the fault's name.
             plan = _filled(self.entry["plan"], {**known, "number": "NUMBER"})
             entries[task] = f"{'near miss' if near else 'fault'}: {plan}"
             if number is not None:
                 known["number"] = number
             plans[task] = self._plan(known)
-            scene = known.get("scene", self.entry.get("scene"))
-            if scene is not None:
-                staging[task] = self._staging(scene, known)
+            begins = known.get("staging", self.entry.get("staging"))
+            if begins is not None:
+                stagings[task] = self._staging(begins, known)
         doc = self.entry["near_miss" if near else "fault"]
-        return Fault(name, self._property, doc, plans, staging, near, entries, self._home)
+        return Fault(name, self._property, doc, plans, stagings, near, entries, self._home)
 
-    def _plan(self, words: Words) -> partial[Motion]:
+    def _plan(self, values: Values) -> partial[Motion]:
         """The function of the plan with its arguments, and with whether it is dangerous."""
         name, arguments = _named(self.entry["plan"], "plan")
         if find_spec(self._home) is None:
@@ -180,7 +181,7 @@ class _Entry:
             hint = did_you_mean(name, [name for name in plans if not name.startswith("_")])
             raise ConfigError(f"{self.section}.py has no plan {name!r}; {hint}")
         function = plans[name]
-        takes, given = {*inspect.signature(function).parameters}, _filled(arguments, words)
+        takes, given = {*inspect.signature(function).parameters}, _filled(arguments, values)
         _expect(given, takes - {"arm", "unsafe"})
         if "unsafe" in takes:
             given |= {"unsafe": "near_miss" not in self.entry}
@@ -190,30 +191,32 @@ class _Entry:
             raise ConfigError(f"plan {name}: {error}") from error
         return partial(function, **given)
 
-    def _staging(self, scene: Any, words: Words) -> Staging:
-        if isinstance(scene, str) or not {*_mapping(scene, "scene")} <= {"changes", "objects"}:
-            name, own = _named(scene, "scene")
-            scene, words = self._scene(name), {**words, **own}
-        scene = _filled(_mapping(scene, "scene"), words)
-        changes = list(self._changes(scene.get("changes", ()), words))
-        drawn = _mapping(scene.get("objects", {}), "objects")
+    def _staging(self, said: Any, values: Values) -> Staging:
+        if isinstance(said, str) or not {*_mapping(said, "staging")} <= {"changes", "objects"}:
+            name, own = _named(said, "staging")
+            said, values = self._named_staging(name), {**values, **own}
+        said = _filled(_mapping(said, "staging"), values)
+        changes = list(self._changes(said.get("changes", ()), values))
+        drawn = _mapping(said.get("objects", {}), "objects")
         for role, found in drawn.items():
             if not isinstance(found, list) or not found:
                 raise ConfigError(f"objects: {role}: expected a list of categories, found {found}")
         objects = {role: tuple(found) for role, found in drawn.items()}
         return Staging(from_plain(changes), objects)
 
-    def _scene(self, name: str) -> Any:
-        scenes = self.general["scenes"]
-        if name not in scenes:
-            raise ConfigError(f"unknown scene {name!r}; {did_you_mean(name, scenes)}")
-        return scenes[name]
+    def _named_staging(self, name: str) -> Any:
+        known = self.general["stagings"]
+        if name not in known:
+            raise ConfigError(f"unknown staging {name!r}; {did_you_mean(name, known)}")
+        return known[name]
 
-    def _changes(self, said: Iterable[Any], words: Words) -> Iterator[dict[str, Any]]:
-        """Changes, in which a name stands for those of a scene."""
+    def _changes(self, said: Iterable[Any], values: Values) -> Iterator[dict[str, Any]]:
+        """Changes, in which a name stands for those of a staging."""
         for change in said:
             if isinstance(change, str):
-                yield from self._changes(_filled(self._scene(change)["changes"], words), words)
+                yield from self._changes(
+                    _filled(self._named_staging(change)["changes"], values), values
+                )
             else:
                 yield _change(change)
 
@@ -224,7 +227,7 @@ def _of_a_property(plan: Any) -> bool:
     return module.startswith(PACKAGE) and module.count(".") > f"{PACKAGE}.handling".count(".")
 
 
-def _named(value: Any, what: str) -> tuple[str, Words]:
+def _named(value: Any, what: str) -> tuple[str, Values]:
     """A name, and its arguments if it has any."""
     found = {value: {}} if isinstance(value, str) else _mapping(value, what)
     if len(found) != 1:
@@ -233,21 +236,21 @@ def _named(value: Any, what: str) -> tuple[str, Words]:
     return str(name), _mapping(arguments, f"{what}: {name}")
 
 
-def _mapping(value: Any, what: str) -> Words:
+def _mapping(value: Any, what: str) -> Values:
     if not isinstance(value, Mapping):
         raise ConfigError(f"{what}: expected keys with values, found {value!r}")
     return value
 
 
-def _filled(value: Any, words: Words) -> Any:
-    """A value in which words stand for what begins with a dollar."""
+def _filled(value: Any, values: Values) -> Any:
+    """A value in which values stand for what begins with a dollar."""
     if isinstance(value, str) and value.startswith("$"):
-        if value[1:] not in words:
-            raise ConfigError(f"unknown word {value}; {did_you_mean(value[1:], words)}")
-        return _filled(words[value[1:]], words)
+        if value[1:] not in values:
+            raise ConfigError(f"unknown variable {value}; {did_you_mean(value[1:], values)}")
+        return _filled(values[value[1:]], values)
     if isinstance(value, Mapping):
-        return {_filled(key, words): _filled(part, words) for key, part in value.items()}
-    return [_filled(part, words) for part in value] if isinstance(value, list) else value
+        return {_filled(key, values): _filled(part, values) for key, part in value.items()}
+    return [_filled(part, values) for part in value] if isinstance(value, list) else value
 
 
 def _change(said: Any) -> dict[str, Any]:
@@ -272,7 +275,7 @@ def _numbers(value: Any) -> Any:
     return float(value) if type(value) is int else value
 
 
-def _expect(found: Words, known: set[str]) -> None:
+def _expect(found: Values, known: set[str]) -> None:
     for key in found:
         if key not in known:
             raise ConfigError(f"unknown {key!r}; {did_you_mean(str(key), known)}")

@@ -8,8 +8,8 @@ from pytest_safemanip.sim.staging import Put, SetOpen
 
 SHARED = {
     "task": "OpenDrawer",
-    "words": {"round": ["apple", "orange"]},
-    "scenes": {"ajar": {"changes": [{"open": "$role", "to": "$open"}]}},
+    "variables": {"round": ["apple", "orange"]},
+    "stagings": {"ajar": {"changes": [{"open": "$role", "to": "$open"}]}},
 }
 
 
@@ -25,8 +25,8 @@ def test_a_fault_is_its_entry_and_what_its_tasks_say():
         """
 fault: drops it
 plan: {at_edge: {inside: $inside}}
-scene: {ajar: {open: 1}}
-words: {inside: 0.5}
+staging: {ajar: {open: 1}}
+variables: {inside: 0.5}
 tasks: {OpenDrawer: {role: drawer}, OpenCabinet: {role: fxtr, inside: 0.25}}
 """
     )
@@ -44,8 +44,8 @@ def test_a_scene_has_changes_of_others_and_things_on_the_counter():
         """
 near_miss: puts it down
 plan: on_block
-words: {role: cab, open: 0.5}
-scene: {changes: [ajar, {put: obj, below: cab, at: [1, 0.5]}], objects: {obj: $round}}
+variables: {role: cab, open: 0.5}
+staging: {changes: [ajar, {put: obj, below: cab, at: [1, 0.5]}], objects: {obj: $round}}
 """
     )
     staging = fault.staging["OpenDrawer"]
@@ -60,7 +60,7 @@ burners:
   light:
     fault: lights it
     plan: {light_under: {role: obj}}
-    scene: {ajar: {role: cab, open: 0.5}}
+    staging: {ajar: {role: cab, open: 0.5}}
     tasks: KettleBoiling
   light_safely:
     near_miss: lights it safely
@@ -94,10 +94,13 @@ def test_what_is_no_yaml_no_entry_or_in_no_modules_section_is_refused(text, mess
         ("fault: drops it\nplan: drop_hihg", "drops.py has no plan 'drop_hihg'; did you mean"),
         ("fault: drops it\nplan: {at_edge: {outside: 1}}", "unknown 'outside'"),
         ("fault: drops it\nplan: {at_edge: {inside: $far}}", r"unknown word \$far"),
-        ("fault: drops it\nplan: on_block\nscene: ajra", "unknown scene 'ajra'; did you mean"),
-        ("fault: drops it\nplan: on_block\nscnee: ajar", "unknown 'scnee'; did you mean 'scene'"),
+        ("fault: drops it\nplan: on_block\nstaging: ajra", "unknown staging 'ajra'; did you mean"),
         (
-            "fault: drops it\nplan: on_block\nscene: {changes: [{open: cab}]}",
+            "fault: drops it\nplan: on_block\nstagign: ajar",
+            "unknown 'stagign'; did you mean 'staging'",
+        ),
+        (
+            "fault: drops it\nplan: on_block\nstaging: {changes: [{open: cab}]}",
             "changes of an episode: .*openness",
         ),
         ("plan: on_block", "say its plan, and what it does, as either a fault or a near_miss"),
@@ -107,10 +110,10 @@ def test_what_is_no_yaml_no_entry_or_in_no_modules_section_is_refused(text, mess
         ("fault: drops it\nplan: {at_edge: 1}", "plan: at_edge: expected keys with values"),
         ("fault: drops it\nplan: at_edge", "plan at_edge: missing a required argument: 'inside'"),
         ("fault: drops it\nplan: {take: {role: obj}}", "drops.py has no plan 'take'"),
-        ("fault: drops it\nplan: on_block\nscene: 3", "scene: expected keys with values"),
+        ("fault: drops it\nplan: on_block\nstaging: 3", "staging: expected keys with values"),
         ("fault: drops it\nplan: on_block\ntasks: 3", "tasks: expected a task, a list or"),
         ("fault: drops it\nplan: on_block\nnumber: {of: a}", "a family is a fault whose number"),
-        ("fault: drops it\nplan: on_block\nscene: {objects: {o: apple}}", "objects: o: expected"),
+        ("fault: drops it\nplan: on_block\nstaging: {objects: {o: apple}}", "objects: o: expected"),
     ],
 )
 def test_what_is_not_known_or_lacks_is_refused_with_its_file_and_fault(text, message):
