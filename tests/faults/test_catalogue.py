@@ -93,7 +93,7 @@ def test_what_is_no_yaml_no_entry_or_in_no_modules_section_is_refused(text, mess
     [
         ("fault: drops it\nplan: drop_hihg", "drops.py has no plan 'drop_hihg'; did you mean"),
         ("fault: drops it\nplan: {at_edge: {outside: 1}}", "unknown 'outside'"),
-        ("fault: drops it\nplan: {at_edge: {inside: $far}}", r"unknown word \$far"),
+        ("fault: drops it\nplan: {at_edge: {inside: $far}}", r"unknown variable \$far"),
         ("fault: drops it\nplan: on_block\nstaging: ajra", "unknown staging 'ajra'; did you mean"),
         (
             "fault: drops it\nplan: on_block\nstagign: ajar",
