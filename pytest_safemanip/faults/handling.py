@@ -11,7 +11,8 @@ import numpy as np
 from pytest_safemanip.expert.motions.approaching import go_before
 from pytest_safemanip.expert.motions.gripping import LIFTED, grasp
 from pytest_safemanip.expert.motions.handholds import Part
-from pytest_safemanip.expert.motions.reaching import Pose, Reach, Reaching, Ways
+from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
+from pytest_safemanip.expert.motions.reaching import Reaching
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z, fold

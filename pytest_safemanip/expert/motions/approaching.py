@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.reaching import Reach
+from pytest_safemanip.expert.motions.poses import Reach
 from pytest_safemanip.expert.motions.travelling import (
     arrives,
     check_bent,
@@ -16,8 +16,8 @@ from pytest_safemanip.expert.motions.travelling import (
     swing_back,
     swing_to,
     travel,
-    turn_base,
 )
+from pytest_safemanip.expert.motions.turning import turn_base
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.robot.torso import lift_torso

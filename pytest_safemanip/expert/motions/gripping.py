@@ -10,14 +10,8 @@ from pytest_safemanip.expert.motions.approaching import draw_back, go_before, ho
 from pytest_safemanip.expert.motions.handholds import SHALLOW, TIPS_OFF, Part, handholds, poses
 from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
-from pytest_safemanip.expert.motions.reaching import (
-    LINKS_FREE,
-    Pose,
-    Reach,
-    Reaching,
-    Ways,
-    any_heading,
-)
+from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
+from pytest_safemanip.expert.motions.reaching import LINKS_FREE, Reaching, any_heading
 from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING

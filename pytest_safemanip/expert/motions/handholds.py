@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.reaching import Pose
+from pytest_safemanip.expert.motions.poses import Pose
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.hand import (
     FINGER_SIDE,

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from pytest_safemanip.expert.motions.reaching import HEADINGS
-from pytest_safemanip.expert.motions.travelling import facing, travel, turn_base
+from pytest_safemanip.expert.motions.travelling import travel
+from pytest_safemanip.expert.motions.turning import facing, turn_base
 from pytest_safemanip.expert.robot.arm import Arm, Motion, fold_arm
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.routes import floor

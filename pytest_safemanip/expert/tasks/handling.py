@@ -9,9 +9,10 @@ from types import MappingProxyType
 import numpy as np
 
 from pytest_safemanip.expert.motions import spots
+from pytest_safemanip.expert.motions.attitudes import handle_first, laid
 from pytest_safemanip.expert.motions.gripping import grasp
 from pytest_safemanip.expert.motions.handholds import HOLLOW, handle_way
-from pytest_safemanip.expert.motions.placing import SOFTLY, Spot, handle_first, laid, place
+from pytest_safemanip.expert.motions.placing import SOFTLY, Spot, place
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.world.things import Furniture, Thing

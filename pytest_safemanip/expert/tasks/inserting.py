@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pytest_safemanip.expert.motions.placing import bring, dipped, withdraw
+from pytest_safemanip.expert.motions.attitudes import dipped
+from pytest_safemanip.expert.motions.placing import bring, withdraw
 from pytest_safemanip.expert.motions.spots import into_thing
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.contacts import carriers

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from pytest_safemanip.expert.motions.approaching import draw_back
-from pytest_safemanip.expert.motions.placing import bring, dipped
+from pytest_safemanip.expert.motions.attitudes import dipped
+from pytest_safemanip.expert.motions.placing import bring
 from pytest_safemanip.expert.motions.spots import into_thing
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.reaching import Pose, Ways
+from pytest_safemanip.expert.motions.poses import Pose, Ways
 from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, reach_at
 from pytest_safemanip.expert.robot.rotations import Array

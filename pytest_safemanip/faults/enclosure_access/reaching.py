@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_safemanip.expert.motions.joints import move_joint
-from pytest_safemanip.expert.motions.reaching import SLANTED, Pose, Ways
+from pytest_safemanip.expert.motions.poses import SLANTED, Pose, Ways
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Furniture
 from pytest_safemanip.faults.handling import come_to, rehearse, rehearse_or

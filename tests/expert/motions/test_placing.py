@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.motions.placing import JUTS, TURNS, Placing, Spot, held, tipped
+from pytest_safemanip.expert.motions.attitudes import TURNS, tipped
+from pytest_safemanip.expert.motions.placing import JUTS, Placing, Spot, held
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import about_y, about_z
 from pytest_safemanip.expert.world.things import Thing

@@ -1,0 +1,143 @@
+"""Turning the base on the spot, or where there is room for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+
+from pytest_safemanip.expert.motions.travelling import (
+    APART,
+    MOST_BACK,
+    STEP,
+    SWINGS,
+    shape,
+    travel,
+    tuck,
+)
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
+from pytest_safemanip.expert.robot.rotations import Array, about_z
+from pytest_safemanip.expert.world.room import FAR, Room
+from pytest_safemanip.expert.world.routes import floor, route
+from pytest_safemanip.expert.world.standing import nearest, rearmost, solids
+from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.trace.geometry import multiply
+
+TURNS_ABOUT, WHEELS, SWUNG = 0.20, 0.43, 0.11
+"""How far behind its origin the base has its middle, about which it turns, from there to the
+corners of its wheels, and how far they come beyond its front and back, and room, m."""
+GRID, FLOOR, SHOULDERS, TRIED = 0.15, 0.002, 1.0, 8
+"""Between places at which it is looked farther off, m; what is between these heights is in the way
+of the robot as it turns, m; and how many places it is tried to get to."""
+TURNS_BESIDE = (0.0, 0.15, -0.15, 0.3, -0.3, 0.5, -0.5)
+"""How far to the left of where it is it may turn, m."""
+
+
+@contextmanager
+def facing(arm: Arm, degrees: float) -> Iterator[None]:
+    """See everything as if the base were turned to the left where it stands."""
+    step, straight = arm.step, arm.straight_down
+    half = math.radians(degrees) / 2.0
+    turn = np.array((math.cos(half), 0.0, 0.0, math.sin(half)))
+    pose = np.array(step.base_pose)
+    pose[3:] = multiply(turn, pose[3:])
+    arm.step = replace(step, base_pose=pose)
+    arm.straight_down = about_z(degrees) @ straight
+    try:
+        yield
+    finally:
+        arm.step, arm.straight_down = step, straight
+
+
+def turn_base(arm: Arm, degrees: float, load: Thing | None) -> Motion:
+    """Turn the base on the spot, where there is room for it and what it holds.
+
+    Args:
+        arm: the arm.
+        degrees: to the left.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if it does not get there.
+    """
+    yield from tuck(arm, load)
+    yield from travel(arm, lambda: turning_place(arm, degrees, load), load)
+    yield from arm.turn(degrees)
+
+
+def turning_place(arm: Arm, degrees: float, load: Thing | None) -> Array:
+    """Where the base can be turned, as near as possible (2,).
+
+    Args:
+        arm: the arm.
+        degrees: to the left.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if it cannot.
+    """
+    points, radii = shape(arm, load)
+    middle = np.append(arm.base - TURNS_ABOUT * arm.forward, 0.0) @ arm.frame
+    angles = np.linspace(0.0, degrees, SWINGS + 2).tolist()
+    swept = middle + np.concatenate([(points - middle) @ about_z(a).T for a in angles])
+    ahead, aside = middle[:2].tolist()
+    around = [arm.point(ahead + i, aside + j, 1.1) for i, j in ((-0.5, -1.0), (0.8, 1.0))]
+    room = Room.around(arm, around, [load.entity] if load else [])
+    here, beside = arm.ahead(arm.base), arm.aside(arm.base)
+    for shift in TURNS_BESIDE:
+        aside = beside + shift
+        first = min(here, nearest(arm, aside - WHEELS, aside + WHEELS) - SWUNG)
+        last = max(rearmost(arm, aside - WHEELS, aside + WHEELS) + SWUNG, here - MOST_BACK)
+        for ahead in np.arange(first, last, -STEP).tolist():
+            off = np.array((ahead - here, shift, 0.0))
+            if room.away(swept + off, np.tile(radii, len(angles))).min() > APART:
+                return arm.floor_point(ahead, aside)
+    return _elsewhere(arm, middle, swept, np.tile(radii, len(angles)), load)
+
+
+def _elsewhere(arm: Arm, middle: Array, swept: Array, radii: Array, load: Thing | None) -> Array:
+    """The nearest place on the floor to which the base gets and where it can be turned (2,).
+
+    Args:
+        arm: the arm.
+        middle: about which the base turns where it is, seen from its heading (3,).
+        swept: middles of balls around arm and load as they turn there (B, 3).
+        radii: of the balls (B,), m.
+        load: what it holds.
+
+    Raises:
+        SkillFailed: if there is none.
+    """
+    (low, high), frame = floor(arm), arm.frame
+    places = np.stack(np.meshgrid(*map(np.arange, low, high, (GRID, GRID))), axis=-1)
+    offs = places.reshape(-1, 2) - arm.level(arm.base)
+    furniture = solids(arm) @ frame
+    heights = furniture[:, :, 2]
+    furniture = furniture[(heights.min(axis=1) < SHOULDERS) & (heights.max(axis=1) > FLOOR)]
+    least, most = furniture.min(axis=1)[:, :2], furniture.max(axis=1)[:, :2]
+    tried = 0
+    for off in offs[np.argsort(np.linalg.norm(offs, axis=1))]:
+        at = middle[:2] + off
+        apart = np.linalg.norm(np.maximum(0.0, np.maximum(least - at, at - most)), axis=1)
+        if apart.min() < WHEELS + APART:
+            continue
+        balls = swept + np.append(off, 0.0)
+        (first, right, _), (last, left, _) = balls.min(axis=0), balls.max(axis=0)
+        around = [arm.point(first, right, 1.1), arm.point(last, left, 1.1)]
+        room = Room.around(arm, around, [load.entity] if load else [])
+        gaps = room.exactly(balls)
+        if ((gaps < radii + APART) & (gaps < FAR)).any():
+            continue
+        place = arm.base + frame[:2, :2] @ off
+        tried += 1
+        try:
+            route(arm, load, place)
+        except SkillFailed:
+            if tried == TRIED:
+                break
+            continue
+        return np.asarray(place)
+    raise SkillFailed("there is no room for the base to turn")
