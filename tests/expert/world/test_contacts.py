@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm
-from pytest_safemanip.expert.world.contacts import carriers, palm_meets
+from pytest_safemanip.expert.world.contacts import carriers, palm_meets, pushed
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import Part
 from tests import toy
@@ -54,3 +54,18 @@ def test_a_vessel_does_not_stand_on_what_lies_in_it(apple, rows, stands):
 def test_the_palm_meets_what_is_not_in_the_fingers(part, other, force, meets):
     arm, mug = _arm(FINGER, (0, f"{other}/body", "robot/link5", force, UP), part=part)
     assert palm_meets(arm, mug) == meets
+
+
+@pytest.mark.parametrize(
+    ("row", "push"),
+    [
+        ((0, "counter/body", "robot/link5", 30.0, (1.0, 0.0, 0.0)), (30.0, 0.0)),
+        ((0, "robot/link5", "counter/body", 30.0, (1.0, 0.0, 0.0)), (-30.0, 0.0)),
+        ((0, "robot/link5", "counter/body", 0.4, (1.0, 0.0, 0.0)), (0.0, 0.0)),
+        ((0, "counter/body", "robot/link5", 30.0, UP), (0.0, 0.0)),
+        ((0, "counter/body", "mug/body", 30.0, (1.0, 0.0, 0.0)), (0.0, 0.0)),
+    ],
+)
+def test_what_the_base_leans_on_pushes_it_away(row, push):
+    arm, _ = _arm(row, part="base")
+    assert pushed(arm, "base", 0.5) == pytest.approx(push)
