@@ -32,6 +32,8 @@ corners of its wheels, and how far they come beyond its front and back, and room
 GRID, FLOOR, SHOULDERS, TRIED = 0.15, 0.002, 1.0, 8
 """Between places at which it is looked farther off, m; what is between these heights is in the way
 of the robot as it turns, m; and how many places it is tried to get to."""
+FOLDED = 0.35
+"""An empty hand that is no farther before the base than this need not be drawn in, m."""
 TURNS_BESIDE = (0.0, 0.15, -0.15, 0.3, -0.3, 0.5, -0.5)
 """How far to the left of where it is it may turn, m."""
 
@@ -63,7 +65,8 @@ def turn_base(arm: Arm, degrees: float, load: Thing | None) -> Motion:
     Raises:
         SkillFailed: if it does not get there.
     """
-    yield from tuck(arm, load)
+    if load is not None or arm.ahead(arm.position) - arm.ahead(arm.base) > FOLDED:
+        yield from tuck(arm, load)
     yield from travel(arm, lambda: turning_place(arm, degrees, load), load)
     yield from arm.turn(degrees)
 
