@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pytest_safemanip.expert.motions.reaching import HEADINGS
-from pytest_safemanip.expert.motions.travelling import travel
+from pytest_safemanip.expert.motions.travelling import drive, travel
 from pytest_safemanip.expert.motions.turning import facing, turn_base
 from pytest_safemanip.expert.robot.arm import Arm, Motion, fold_arm
 from pytest_safemanip.expert.robot.rotations import Array
@@ -26,6 +26,8 @@ HAND_CLEARANCE = 0.12
 """From the grip point to what it stops in front of, m: half the palm, and room to stop."""
 FRONT_DEPTH = 0.75
 """What lies this far before a fixture, m, stands before it and not beneath."""
+DRAWN_IN = 0.05
+"""Farther before the base than at first, the hand is drawn in again, m."""
 BACKS = (0.0, 0.05, 0.1, 0.15)
 """How far off its place the base is looked at, m: handles stick out into it."""
 
@@ -44,15 +46,24 @@ def drive_to(arm: Arm, role: str) -> Motion:
     if turn:
         yield from turn_base(arm, turn, None)
         yield from fold_arm(arm, required=False)
-    reach = arm.ahead(arm.position - np.append(arm.base, 0.0))
-    yield from travel(arm, lambda: _place(arm, role, reach))
+    before = _reach(arm)
+    yield from travel(arm, lambda: _place(arm, role, _reach(arm)))
+    if _reach(arm) > before + DRAWN_IN:
+        # For the way there the hand was held farther from the shoulder than it may be before it.
+        yield from fold_arm(arm, required=False)
+        yield from drive(arm, _place(arm, role, _reach(arm)))
+
+
+def _reach(arm: Arm) -> float:
+    """How far before the base the hand is, m."""
+    return arm.ahead(arm.position) - arm.ahead(arm.base)
 
 
 def _headings(arm: Arm, role: str) -> list[float]:
     """How far the base may turn to the left, degrees, to stand before a fixture and not behind the
     wall that it stands at.
     """
-    reach, found = arm.ahead(arm.position - np.append(arm.base, 0.0)), list[float]()
+    reach, found = _reach(arm), list[float]()
     for turn in HEADINGS:
         with facing(arm, turn):
             (ahead, aside), (low, high) = arm.level(_place(arm, role, reach)), floor(arm)
