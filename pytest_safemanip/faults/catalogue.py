@@ -243,7 +243,7 @@ def _mapping(value: Any, what: str) -> Values:
 
 
 def _filled(value: Any, values: Values) -> Any:
-    """A value in which values stand for what begins with a dollar."""
+    """A value in which each ``$NAME`` is replaced by the variable of that name."""
     if isinstance(value, str) and value.startswith("$"):
         if value[1:] not in values:
             raise ConfigError(f"unknown variable {value}; {did_you_mean(value[1:], values)}")

@@ -7,11 +7,17 @@ from collections.abc import Callable, Hashable, Sequence
 import numpy as np
 
 from pytest_safemanip.expert.motions.approaching import draw_back, go_before, holding, turned_over
-from pytest_safemanip.expert.motions.handholds import SHALLOW, TIPS_OFF, Part, handholds, poses
+from pytest_safemanip.expert.motions.handholds import (
+    SHALLOW,
+    TIPS_OFF,
+    Part,
+    grasp_poses,
+    handholds,
+)
 from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
-from pytest_safemanip.expert.motions.reaching import LINKS_FREE, Reaching, any_heading
+from pytest_safemanip.expert.motions.reaching import Reaching, any_heading
 from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING
@@ -92,7 +98,9 @@ def _known_ways(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list[R
     return arm.latest(
         what,
         state,
-        lambda: any_heading(arm, lambda free: ways_to_grasp(arm, thing, part, goal, free)),
+        lambda: any_heading(
+            arm, lambda clearance: ways_to_grasp(arm, thing, part, goal, clearance)
+        ),
         LASTING,
     )
 
@@ -119,7 +127,7 @@ def _pull(arm: Arm, drawer: Furniture) -> Motion:
 
 
 def ways_to_grasp(
-    arm: Arm, thing: Thing, part: Part, goal: Goal | None, free: float = LINKS_FREE[0]
+    arm: Arm, thing: Thing, part: Part, goal: Goal | None, clearance: float
 ) -> list[Reach]:
     """Ways to take hold of a thing, the easiest first; last those with which there is no way to
     where it is to be put.
@@ -129,7 +137,7 @@ def ways_to_grasp(
         thing: the thing.
         part: by what of it.
         goal: finds where it is to be put.
-        free: least room around the arm's links, m.
+        clearance: least one of the arm's links, m.
     """
     along = inside(arm, thing)
     around = [
@@ -140,17 +148,17 @@ def ways_to_grasp(
     without = [thing.entity, *along, *(vessel.entity for vessel in around)]
     extra = [box for vessel in around for box in walls(vessel)]
     room = Room.around(arm, [thing.centre], without, extra)
-    reaching = Reaching(arm, room, Ways(), free)
+    reaching = Reaching(arm, room, Ways(), clearance)
     parts = handholds(thing, part)
     found = [
         pose
         for hold in parts
-        for pose in poses(arm, thing, hold, thing.bottom)
+        for pose in grasp_poses(arm, thing, hold, thing.bottom)
         if not any(_hits(pose, Thing(arm, entity)) for entity in along)
     ]
     if goal is None:
         return reaching.find(found)
-    placing = Placing(arm, thing, goal(), free=free)
+    placing = Placing(arm, thing, goal(), clearance=clearance)
     opening = thing.sides()[0][1] / OPENING
 
     asked: dict[Hashable, bool] = {}

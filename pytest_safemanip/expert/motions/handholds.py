@@ -253,7 +253,7 @@ def handholds(thing: Thing, part: Part = "") -> list[Handhold]:
     return [handle(thing)]
 
 
-def poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose]:
+def grasp_poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose]:
     """How the hand may close on a part of a thing.
 
     Args:

@@ -26,7 +26,7 @@ from pytest_safemanip.expert.motions.attitudes import (
 from pytest_safemanip.expert.motions.handholds import outline
 from pytest_safemanip.expert.motions.poses import SLANTED, Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import (
-    LINKS_FREE,
+    LINK_CLEARANCES,
     MOST,
     PATIENCE,
     Reaching,
@@ -196,7 +196,8 @@ def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing)
         f"ways to bring {thing.entity}",
         state,
         lambda: any_heading(
-            arm, lambda free: Placing(arm, thing, spots(), attitudes, free).ways(held(arm))
+            arm,
+            lambda clearance: Placing(arm, thing, spots(), attitudes, clearance).ways(held(arm)),
         ),
         LASTING,
     )
@@ -220,7 +221,7 @@ class Placing:
         thing: the thing.
         spots: where it may go.
         attitudes: finds how it may be turned there.
-        free: least room around the arm's links, m.
+        clearance: least one of the arm's links, m.
     """
 
     def __init__(
@@ -229,7 +230,7 @@ class Placing:
         thing: Thing,
         spots: Iterable[Spot],
         attitudes: Attitudes = standing,
-        free: float = LINKS_FREE[0],
+        clearance: float = LINK_CLEARANCES[0],
     ) -> None:
         self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
@@ -249,7 +250,7 @@ class Placing:
             if hollow:
                 without, extra = [*without, hollow], walls(Thing(arm, hollow))
             room = Room.around(arm, [spot.point for spot in group], without, extra)
-            self._groups.append((group, room, Reaching(arm, room, ways, free)))
+            self._groups.append((group, room, Reaching(arm, room, ways, clearance)))
 
     def ways(self, grip: Grip, most: int = MOST, patience: int = PATIENCE) -> list[Reach]:
         """Ways to put it down, the easiest first.

@@ -1,4 +1,4 @@
-"""Poses of the hand, and ways to them: data of :mod:`reaching`."""
+"""Poses of the hand, and how hand and arm get to them: what :mod:`reaching` finds."""
 
 from __future__ import annotations
 

@@ -37,11 +37,11 @@ from pytest_safemanip.expert.world.standing import nearest, rearmost
 
 FINGERS_FREE, PALM_FREE = 0.001, 0.003
 """Room around fingers and palm at a goal, m."""
-LINKS_FREE = (-0.004, -0.02)
-"""Likewise around the balls that the rest of the arm fits into, m: where there is no way with the
-first, one is looked for with the second, for the links are slimmer than the balls."""
-CLOSE = 50.0
-"""What speaks against each m by which those are nearer than in the first case."""
+LINK_CLEARANCES = (-0.004, -0.02)
+"""Least clearance of the balls around the arm's links, m. The links are slimmer than the balls, so
+that the second value is tried where the first one leaves no way."""
+OVERLAP_COST = 50.0
+"""Cost of each m by which a ball's clearance is below the first value."""
 LOWERED = 0.018
 """How far the hand is lowered into a vessel with what it brings, m."""
 TIGHT, BELOW_EDGE, ON_WAY = 0.001, 0.005, 0.012
@@ -94,11 +94,11 @@ def any_heading(arm: Arm, find: Callable[[float], list[Reach]]) -> list[Reach]:
 
     Args:
         arm: the arm.
-        find: finds them, for the least room around the arm's links, m.
+        find: finds them, given the least clearance of the arm's links, m.
     """
-    for free, turn in itertools.product(LINKS_FREE, HEADINGS):
+    for clearance, turn in itertools.product(LINK_CLEARANCES, HEADINGS):
         with facing(arm, turn):
-            found = find(free)
+            found = find(clearance)
         if found:
             return [replace(reach, turn=turn) for reach in found]
     return []
@@ -111,13 +111,15 @@ class Reaching:
         arm: the arm.
         room: what is around.
         ways: how the hand may come and leave.
-        free: least room around the arm's links, m.
+        clearance: least one of the arm's links, m.
     """
 
-    def __init__(self, arm: Arm, room: Room, ways: Ways, free: float = LINKS_FREE[0]) -> None:
-        self._arm, self._room, self._ways, self._free = arm, room, ways, free
+    def __init__(
+        self, arm: Arm, room: Room, ways: Ways, clearance: float = LINK_CLEARANCES[0]
+    ) -> None:
+        self._arm, self._room, self._ways, self._clearance = arm, room, ways, clearance
         self._frame = arm.frame
-        self._limits, self._rears = dict[float, float](), dict[float, float]()
+        self._fronts, self._rears = dict[float, float](), dict[float, float]()
 
     def find(
         self,
@@ -328,9 +330,9 @@ class Reaching:
             if stop == 2:
                 there &= self._off_load([ways[k].pose for k in which[left]], spheres, radii)
             tired[left] = np.maximum(tired[left], strain(joints))
-            there &= (least[left] >= self._free) & (tired[left] < TIRED)
+            there &= (least[left] >= self._clearance) & (tired[left] < TIRED)
             drawn = base[left, :2] + offs[which[left], stop]
-            there &= drawn[:, 0] >= [self._behind(aside) for aside in drawn[:, 1].tolist()]
+            there &= drawn[:, 0] >= [self._rear_limit(aside) for aside in drawn[:, 1].tolist()]
             reaches = reach_of(at - WRIST * hands[which[left], :, 2])
             stretched[left] = np.maximum(stretched[left], reaches - STRETCHED)
             left = left[there]
@@ -340,7 +342,7 @@ class Reaching:
             ahead, aside, torso = base[row].tolist()
             cost = way.pose.cost + way.cost + 0.5 * max(0.0, float(tired[row]) - 0.5)
             cost += 1.0 - min(max(float(least[row]), 0.0), ENOUGH) / ENOUGH
-            cost += CLOSE * max(0.0, LINKS_FREE[0] - float(least[row]))
+            cost += OVERLAP_COST * max(0.0, LINK_CLEARANCES[0] - float(least[row]))
             cost += 0.8 * abs(aside - self._wrist(way.pose)[1]) + torso + REACHED * stretched[row]
             place = frame[:2, :2] @ (ahead, aside)
             hand = way.pose, way.entry, way.leave, way.come, way.go
@@ -350,7 +352,7 @@ class Reaching:
     def _off_load(self, poses: Sequence[Pose], balls: Array, radii: Array) -> NDArray[np.bool_]:
         """Whether the arm behind the hand is off what the hand takes or brings (K,)."""
         free, first = np.ones(len(poses), bool), 0
-        least = (radii[FOREARM:] + self._free) ** 2
+        least = (radii[FOREARM:] + self._clearance) ** 2
         for _, rows in itertools.groupby(poses, key=id):
             alike = list(rows)
             load, last = alike[0].load @ self._frame, first + len(alike)
@@ -374,18 +376,19 @@ class Reaching:
     def _wrist(self, pose: Pose) -> Array:
         return np.asarray((pose.point - WRIST * pose.hand[:, 2]) @ self._frame)
 
-    def _behind(self, aside: float) -> float:
-        """How far ahead the base is at least, not to meet what is behind it, m."""
+    def _limit(self, aside: float) -> float:
+        """How far ahead the base may be at most, m."""
+        place = round(aside, 2)
+        if place not in self._fronts:
+            self._fronts[place] = nearest(self._arm, place, place, self._past)
+        return self._fronts[place]
+
+    def _rear_limit(self, aside: float) -> float:
+        """How far ahead the base has to be at least, m."""
         place = round(aside, 2)
         if place not in self._rears:
             self._rears[place] = rearmost(self._arm, place, place)
         return self._rears[place]
-
-    def _limit(self, aside: float) -> float:
-        place = round(aside, 2)
-        if place not in self._limits:
-            self._limits[place] = nearest(self._arm, place, place, self._past)
-        return self._limits[place]
 
 
 def _respects(pose: Pose) -> list[Hashable]:

@@ -21,7 +21,7 @@ from pytest_safemanip.expert.robot.kinematics import (
     strain,
 )
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
-from pytest_safemanip.expert.world.contacts import pushed
+from pytest_safemanip.expert.world.contacts import contact_force
 from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.routes import route
 from pytest_safemanip.expert.world.standing import nearest, passable, rearmost
@@ -65,7 +65,7 @@ def travel(arm: Arm, find: Callable[[], Array], load: Thing | None = None) -> Mo
     Raises:
         SkillFailed: if the base does not get there.
     """
-    push = pushed(arm, "base", LEANS)
+    push = contact_force(arm, "base", LEANS)
     if float(np.linalg.norm(push)) >= LEANS:
         ways = (-arm.forward, arm.forward, arm.left, -arm.left)
         yield from drive(arm, arm.base + OFF_IT * max(ways, key=lambda way: way @ push), load)
@@ -334,7 +334,8 @@ def _back(
     found, wanted = list[tuple[float, float]](), FAR_APART if load else APART
     for back in np.arange(length, MOST_BACK, STEP).tolist():
         place = base + back * ahead
-        if back > length and arm.ahead(place) < rearmost(arm, *[arm.aside(place)] * 2):
+        aside = arm.aside(place)
+        if back > length and arm.ahead(place) < rearmost(arm, aside, aside):
             break
         off = np.append(back * ahead, 0.0) @ frame
         found.append((back, float(room.away(balls + off, radii).min())))

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
@@ -30,10 +31,10 @@ TURNS_ABOUT, WHEELS, SWUNG = 0.20, 0.43, 0.11
 """How far behind its origin the base has its middle, about which it turns, from there to the
 corners of its wheels, and how far they come beyond its front and back, and room, m."""
 GRID, FLOOR, SHOULDERS, TRIED = 0.15, 0.002, 1.0, 8
-"""Between places at which it is looked farther off, m; what is between these heights is in the way
-of the robot as it turns, m; and how many places it is tried to get to."""
-FOLDED = 0.35
-"""An empty hand that is no farther before the base than this need not be drawn in, m."""
+"""Between places farther off at which the base may turn, m; heights between which furniture is in
+its way, m; and to how many of these places a route is searched for."""
+NEAR_ENOUGH = 0.35
+"""An empty hand that is no farther ahead of the base than this need not be drawn in, m."""
 TURNS_BESIDE = (0.0, 0.15, -0.15, 0.3, -0.3, 0.5, -0.5)
 """How far to the left of where it is it may turn, m."""
 
@@ -65,7 +66,7 @@ def turn_base(arm: Arm, degrees: float, load: Thing | None) -> Motion:
     Raises:
         SkillFailed: if it does not get there.
     """
-    if load is not None or arm.ahead(arm.position) - arm.ahead(arm.base) > FOLDED:
+    if load is not None or arm.hand_ahead > NEAR_ENOUGH:
         yield from tuck(arm, load)
     yield from travel(arm, lambda: turning_place(arm, degrees, load), load)
     yield from arm.turn(degrees)
@@ -98,11 +99,19 @@ def turning_place(arm: Arm, degrees: float, load: Thing | None) -> Array:
             off = np.array((ahead - here, shift, 0.0))
             if room.away(swept + off, np.tile(radii, len(angles))).min() > APART:
                 return arm.floor_point(ahead, aside)
-    return _elsewhere(arm, middle, swept, np.tile(radii, len(angles)), load)
+    for place in islice(_elsewhere(arm, middle, swept, np.tile(radii, len(angles)), load), TRIED):
+        try:
+            route(arm, load, place)
+        except SkillFailed:
+            continue
+        return place
+    raise SkillFailed("there is no room for the base to turn")
 
 
-def _elsewhere(arm: Arm, middle: Array, swept: Array, radii: Array, load: Thing | None) -> Array:
-    """The nearest place on the floor to which the base gets and where it can be turned (2,).
+def _elsewhere(
+    arm: Arm, middle: Array, swept: Array, radii: Array, load: Thing | None
+) -> Iterator[Array]:
+    """Places of the base on the whole floor at which it has room to turn (2,), the nearest first.
 
     Args:
         arm: the arm.
@@ -110,18 +119,14 @@ def _elsewhere(arm: Arm, middle: Array, swept: Array, radii: Array, load: Thing 
         swept: middles of balls around arm and load as they turn there (B, 3).
         radii: of the balls (B,), m.
         load: what it holds.
-
-    Raises:
-        SkillFailed: if there is none.
     """
-    (low, high), frame = floor(arm), arm.frame
+    low, high = floor(arm)
     places = np.stack(np.meshgrid(*map(np.arange, low, high, (GRID, GRID))), axis=-1)
     offs = places.reshape(-1, 2) - arm.level(arm.base)
-    furniture = solids(arm) @ frame
+    furniture = solids(arm) @ arm.frame
     heights = furniture[:, :, 2]
     furniture = furniture[(heights.min(axis=1) < SHOULDERS) & (heights.max(axis=1) > FLOOR)]
     least, most = furniture.min(axis=1)[:, :2], furniture.max(axis=1)[:, :2]
-    tried = 0
     for off in offs[np.argsort(np.linalg.norm(offs, axis=1))]:
         at = middle[:2] + off
         apart = np.linalg.norm(np.maximum(0.0, np.maximum(least - at, at - most)), axis=1)
@@ -132,15 +137,5 @@ def _elsewhere(arm: Arm, middle: Array, swept: Array, radii: Array, load: Thing 
         around = [arm.point(first, right, 1.1), arm.point(last, left, 1.1)]
         room = Room.around(arm, around, [load.entity] if load else [])
         gaps = room.exactly(balls)
-        if ((gaps < radii + APART) & (gaps < FAR)).any():
-            continue
-        place = arm.base + frame[:2, :2] @ off
-        tried += 1
-        try:
-            route(arm, load, place)
-        except SkillFailed:
-            if tried == TRIED:
-                break
-            continue
-        return np.asarray(place)
-    raise SkillFailed("there is no room for the base to turn")
+        if not ((gaps < radii + APART) & (gaps < FAR)).any():
+            yield np.asarray(arm.base + arm.frame[:2, :2] @ off)

@@ -133,6 +133,11 @@ class Base:
         return np.asarray(matrix(self.step.base_pose[3:])[:2, 1], np.float64)
 
     @property
+    def hand_ahead(self) -> float:
+        """How far the grip point lies ahead of the base, m."""
+        return self.ahead(self.position) - self.ahead(self.base)
+
+    @property
     def frame(self) -> Array:
         """Forward, left and up of the base as columns (3, 3)."""
         forward, left = np.append(self.forward, 0.0), np.append(self.left, 0.0)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.expert.motions.navigation import drive_to
 from pytest_safemanip.expert.motions.operating import (
     close_all,
     lift_head,
@@ -24,7 +25,6 @@ from pytest_safemanip.expert.motions.operating import (
     turn_timer,
     wait_for_release,
 )
-from pytest_safemanip.expert.motions.visiting import drive_to
 from pytest_safemanip.expert.robot.arm import Motion
 from pytest_safemanip.expert.tasks.calls import Call, read
 from pytest_safemanip.expert.tasks.covering import cover

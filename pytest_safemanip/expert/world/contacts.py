@@ -69,27 +69,30 @@ def pressed_by(arm: Arm, part: str, force: float) -> set[str]:
         part: how the names of these parts begin.
         force: that one of the contact points carries at least, N.
     """
-    contacts, parts = arm.step.contacts, arm.scene.parts
-    found = set()
-    for row in np.flatnonzero(contacts.force >= force).tolist():
-        pair = parts[contacts.a[row]], parts[contacts.b[row]]
-        if any(p.entity == ROBOT and p.name.startswith(part) for p in pair):
-            found |= {p.entity for p in pair} - {ROBOT}
-    return found
+    return {other.entity for _, other, _ in _contacts_of(arm, part, force)} - {ROBOT}
 
 
-def pushed(arm: Arm, part: str, force: float) -> Array:
-    """The level force with which parts of the robot are pushed away by what they touch (2,), N.
+def contact_force(arm: Arm, part: str, force: float) -> Array:
+    """Net horizontal contact force on parts of the robot (2,), N.
 
     Args:
         arm: the arm.
         part: how the names of these parts begin.
         force: that a contact point carries at least, to count, N.
     """
-    contacts, parts = arm.step.contacts, arm.scene.parts
-    total = np.zeros(2)
-    for row in np.flatnonzero(contacts.force >= force).tolist():
-        for index, sense in ((contacts.a[row], -1.0), (contacts.b[row], 1.0)):
-            if parts[index].entity == ROBOT and parts[index].name.startswith(part):
-                total += sense * contacts.force[row] * contacts.normal[row, :2]
+    contacts, total = arm.step.contacts, np.zeros(2)
+    for row, _, sense in _contacts_of(arm, part, force):
+        total += sense * contacts.force[row] * contacts.normal[row, :2]
     return total
+
+
+def _contacts_of(arm: Arm, part: str, force: float) -> Iterator[tuple[int, Part, float]]:
+    """Contact points of parts of the robot: the row of each, the other part, and the sign with
+    which its normal points to the robot's.
+    """
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    for row in np.flatnonzero(contacts.force >= force).tolist():
+        a, b = parts[contacts.a[row]], parts[contacts.b[row]]
+        for own, other, sense in ((a, b, -1.0), (b, a, 1.0)):
+            if own.entity == ROBOT and own.name.startswith(part):
+                yield row, other, sense

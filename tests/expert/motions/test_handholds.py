@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.motions.handholds import body, handholds, poses
+from pytest_safemanip.expert.motions.handholds import body, grasp_poses, handholds
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.hand import GAP, PALM
 from pytest_safemanip.expert.world.things import Thing
@@ -46,7 +46,7 @@ def test_a_wide_vessel_without_a_handle_is_taken_by_its_rim_one_finger_inside():
     holds = handholds(own)
     assert len(holds) == 4
     for hold in holds:
-        found = list(poses(arm, own, hold, own.bottom))
+        found = list(grasp_poses(arm, own, hold, own.bottom))
         assert found
         for pose in found:
             reach = np.abs((pose.point - own.centre)[:2]).max()
@@ -68,7 +68,9 @@ def test_a_part_can_be_of_ones_own_finding():
 def test_only_what_is_round_is_taken_from_all_around(half, turned):
     arm, own = thing(half)
     (hold,) = handholds(own)
-    lines = {tuple(np.round(pose.hand[:, 0], 3)) for pose in poses(arm, own, hold, own.bottom)}
+    lines = {
+        tuple(np.round(pose.hand[:, 0], 3)) for pose in grasp_poses(arm, own, hold, own.bottom)
+    }
     assert hold.around == turned
     assert (len(lines) > 6) == turned
 
@@ -77,7 +79,7 @@ def test_only_what_is_round_is_taken_from_all_around(half, turned):
 def test_fingers_reach_beside_it_and_the_palm_stays_off(half):
     arm, own = thing(half)
     (hold,) = handholds(own)
-    found = list(poses(arm, own, hold, own.bottom))
+    found = list(grasp_poses(arm, own, hold, own.bottom))
     assert found
     for pose in found:
         seen = (own.centre - pose.point) @ pose.hand
@@ -90,7 +92,7 @@ def test_fingers_reach_beside_it_and_the_palm_stays_off(half):
 def test_a_hand_comes_steeply_down_on_a_lug_beside_a_round_wall():
     arm, own = thing((0.12, 0.16, 0.045))
     (hold,) = handholds(own, "lug")
-    found = list(poses(arm, own, hold, own.bottom))
+    found = list(grasp_poses(arm, own, hold, own.bottom))
     assert min(pose.hand[2, 2] for pose in found) < -0.8
     beyond = found[0].load[np.abs(found[0].load[:, 1]) > 0.125]
     assert np.abs(beyond[:, 0]).max() < 0.02

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm
-from pytest_safemanip.expert.world.contacts import carriers, palm_meets, pushed
+from pytest_safemanip.expert.world.contacts import carriers, contact_force, palm_meets
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import Part
 from tests import toy
@@ -68,4 +68,4 @@ def test_the_palm_meets_what_is_not_in_the_fingers(part, other, force, meets):
 )
 def test_what_the_base_leans_on_pushes_it_away(row, push):
     arm, _ = _arm(row, part="base")
-    assert pushed(arm, "base", 0.5) == pytest.approx(push)
+    assert contact_force(arm, "base", 0.5) == pytest.approx(push)

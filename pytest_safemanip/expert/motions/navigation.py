@@ -1,4 +1,4 @@
-"""Driving to a fixture, and standing before it, turned to it."""
+"""Navigation: the base drives to a fixture, and stands before it, turned to it."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ HAND_CLEARANCE = 0.12
 """From the grip point to what it stops in front of, m: half the palm, and room to stop."""
 FRONT_DEPTH = 0.75
 """What lies this far before a fixture, m, stands before it and not beneath."""
-DRAWN_IN = 0.05
-"""Farther before the base than at first, the hand is drawn in again, m."""
+MOVED_OUT = 0.05
+"""A hand that is so much farther ahead of the base than before is drawn in again, m."""
 BACKS = (0.0, 0.05, 0.1, 0.15)
-"""How far off its place the base is looked at, m: handles stick out into it."""
+"""Distances behind its goal at one of which the base has to have room, m: handles stick out."""
 
 
 def drive_to(arm: Arm, role: str) -> Motion:
@@ -46,41 +46,42 @@ def drive_to(arm: Arm, role: str) -> Motion:
     if turn:
         yield from turn_base(arm, turn, None)
         yield from fold_arm(arm, required=False)
-    before = _reach(arm)
-    yield from travel(arm, lambda: _place(arm, role, _reach(arm)))
-    if _reach(arm) > before + DRAWN_IN:
-        # For the way there the hand was held farther from the shoulder than it may be before it.
+    before = arm.hand_ahead
+    yield from travel(arm, lambda: _base_goal(arm, role, arm.hand_ahead))
+    if arm.hand_ahead > before + MOVED_OUT:
+        # The way there took another posture of the arm, with which the base stays too far off.
         yield from fold_arm(arm, required=False)
-        yield from drive(arm, _place(arm, role, _reach(arm)))
-
-
-def _reach(arm: Arm) -> float:
-    """How far before the base the hand is, m."""
-    return arm.ahead(arm.position) - arm.ahead(arm.base)
+        yield from drive(arm, _base_goal(arm, role, arm.hand_ahead))
 
 
 def _headings(arm: Arm, role: str) -> list[float]:
-    """How far the base may turn to the left, degrees, to stand before a fixture and not behind the
-    wall that it stands at.
+    """Turns of the base to the left, degrees, after which its goal before a fixture is on the floor
+    and has room; 0 if none is.
     """
-    reach, found = _reach(arm), list[float]()
+    hand_ahead, found = arm.hand_ahead, list[float]()
     for turn in HEADINGS:
         with facing(arm, turn):
-            (ahead, aside), (low, high) = arm.level(_place(arm, role, reach)), floor(arm)
+            (ahead, aside), (low, high) = arm.level(_base_goal(arm, role, hand_ahead)), floor(arm)
             inside = (low <= (ahead, aside)).all() and (high >= (ahead, aside)).all()
             if inside and any(passable(arm, aside, aside, ahead - back) for back in BACKS):
                 found.append(turn)
     return found or [0.0]
 
 
-def _place(arm: Arm, role: str, reach: float) -> Array:
-    """Where the base stands before a fixture (2,), for a hand that is so far before it, m."""
+def _base_goal(arm: Arm, role: str, hand_ahead: float) -> Array:
+    """Where the base stands before a fixture (2,).
+
+    Args:
+        arm: the arm.
+        role: the fixture.
+        hand_ahead: how far the grip point is then ahead of the base, m.
+    """
     low, high = Furniture(arm, role).extent()
     middle = (low + high) / 2.0
     at_hand = np.append(middle[:2], arm.position[2])
     ahead = min(
         _begins(arm, middle) - STAND_FRONT,
-        _begins(arm, at_hand, HAND_HEIGHT) - reach - HAND_CLEARANCE,
+        _begins(arm, at_hand, HAND_HEIGHT) - hand_ahead - HAND_CLEARANCE,
     )
     return arm.floor_point(ahead, arm.aside(middle))
 
