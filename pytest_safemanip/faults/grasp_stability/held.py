@@ -17,6 +17,8 @@ SLID = 0.035
 """Way in the hand after which the fingers hold another end of an object, m."""
 SWUNG = math.radians(30.0)
 """Turn in the hand after which an object hangs rather than is held."""
+CARRYING = 0.2
+"""Fingers that press a thing with less do not carry it: it falls past them, N."""
 
 
 class Held:
@@ -37,13 +39,13 @@ class Held:
         return float(np.linalg.norm(rotation_vector(self._now() @ self._start.T)))
 
     @property
-    def touched(self) -> bool:
-        """Whether the robot touches it: what was let go moves, but in no hand."""
-        return bool(_presses(self._arm, self._thing.entity))
+    def carried(self) -> bool:
+        """Whether the robot presses it: what was let go moves, but in no hand."""
+        return sum(_presses(self._arm, self._thing.entity)) > CARRYING
 
     def lost(self) -> bool:
         """Whether it is in the hand, but no longer as it was."""
-        return self.touched and (self.slid > SLID or self.swung > SWUNG)
+        return self.carried and (self.slid > SLID or self.swung > SWUNG)
 
     def _now(self) -> Array:
         turned: Array = self._arm.rotation.T @ matrix(self._thing.pose[3:])

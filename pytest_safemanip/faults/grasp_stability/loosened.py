@@ -61,7 +61,7 @@ def by_end(arm: Arm, beyond: float, notches: int, shakes: int = 0) -> Motion:
     yield from ease(arm, notches, until=held.lost)
     middle = arm.position
     for turn in range(2 * shakes):
-        if held.lost() or not held.touched:
+        if held.lost() or not held.carried:
             break
         if notches and turn and turn % 2 == 0:
             yield from ease(arm, 1)
