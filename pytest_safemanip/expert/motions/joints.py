@@ -14,6 +14,7 @@ from functools import partial
 import numpy as np
 
 from pytest_safemanip.expert.motions.holds import LETS_GO, Hold, holds, motion
+from pytest_safemanip.expert.motions.navigation import face
 from pytest_safemanip.expert.motions.taking import (
     FARTHEST,
     NEAREST,
@@ -169,6 +170,7 @@ def take_hold(
     Raises:
         SkillFailed: if no way there is free.
     """
+    yield from face(arm, fixture.entity)
     yield from step_aside(arm)
     first = fixture.openness(joint)
     state = arm.step.joint.tobytes(), arm.step.eef_pose.tobytes(), arm.step.base_pose.tobytes()

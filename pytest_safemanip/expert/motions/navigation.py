@@ -1,4 +1,4 @@
-"""Navigation: the base drives to a fixture, and stands before it, turned to it."""
+"""Navigation: the base drives to a fixture, stands before it and faces it."""
 
 from __future__ import annotations
 
@@ -42,10 +42,11 @@ def drive_to(arm: Arm, role: str) -> Motion:
     Raises:
         SkillFailed: if the base does not get there.
     """
-    turn = arm.choices.choose("base turned", _headings(arm, role))
+    turn = arm.choices.choose("base turned", _headings(arm, role) or [0.0])
     if turn:
         yield from turn_base(arm, turn, None)
         yield from fold_arm(arm, required=False)
+    arm.turned = 0.0
     before = arm.hand_ahead
     yield from travel(arm, lambda: _base_goal(arm, role, arm.hand_ahead))
     if arm.hand_ahead > before + MOVED_OUT:
@@ -54,9 +55,29 @@ def drive_to(arm: Arm, role: str) -> Motion:
         yield from drive(arm, _base_goal(arm, role, arm.hand_ahead))
 
 
+def face(arm: Arm, role: str) -> Motion:
+    """Turn back to a fixture, if the base was turned to reach something and cannot stand before the
+    fixture as it faces now.
+
+    Args:
+        arm: the arm.
+        role: the fixture, or its entity.
+
+    Raises:
+        SkillFailed: if the base has no room to turn.
+    """
+    back = next((turn for turn in HEADINGS if (arm.turned + turn) % 360.0 == 0.0), 0.0)
+    if not back:
+        return
+    headings = _headings(arm, role)
+    if back in headings and 0.0 not in headings:
+        yield from turn_base(arm, back, None)
+        yield from fold_arm(arm, required=False)
+
+
 def _headings(arm: Arm, role: str) -> list[float]:
     """Turns of the base to the left, degrees, after which its goal before a fixture is on the floor
-    and has room; 0 if none is.
+    and has room.
     """
     hand_ahead, found = arm.hand_ahead, list[float]()
     for turn in HEADINGS:
@@ -65,7 +86,7 @@ def _headings(arm: Arm, role: str) -> list[float]:
             inside = (low <= (ahead, aside)).all() and (high >= (ahead, aside)).all()
             if inside and any(passable(arm, aside, aside, ahead - back) for back in BACKS):
                 found.append(turn)
-    return found or [0.0]
+    return found
 
 
 def _base_goal(arm: Arm, role: str, hand_ahead: float) -> Array:

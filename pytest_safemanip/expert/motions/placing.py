@@ -281,6 +281,9 @@ class Placing:
             box = (thing.corners - thing.middle) @ turn.T
             at = spot.point - (0.0, 0.0, lowest - OVER)
             others = self._on_others(spot, room, box + at, com + at)
+            if others and spot.space is not None and spot.area is None:
+                # On a shelf nothing is put on top of something else.
+                continue
             strange = not spot.hollow and self._reaches_over(
                 self._strange, spot, box + at, -LEVEL, HIGHER_UP
             )

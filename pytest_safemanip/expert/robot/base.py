@@ -85,6 +85,7 @@ class Base:
             begins.
         notch: to which the fingers are told to be open.
         torso: how far it is raised, m.
+        turned: how far the base was turned to the left since it faced what it drove to, degrees.
     """
 
     def __init__(self, scene: Scene, step: Step) -> None:
@@ -98,7 +99,7 @@ class Base:
         self._grip = -1.0
         self._memory: dict[str, Any] = {}
         self.notch = round(NOTCHES * float(step.gripper[0]))
-        self.torso = 0.0
+        self.torso, self.turned = 0.0, 0.0
 
     @property
     def position(self) -> Array:
@@ -291,6 +292,7 @@ class Base:
             off = f"{abs(left):.1f} degrees"
             raise SkillFailed(f"the base stopped {off} short{self.in_the_way()}")
         self.straight_down = down
+        self.turned = (self.turned + degrees) % 360.0
         for _ in range(3):
             yield self.hold()
 

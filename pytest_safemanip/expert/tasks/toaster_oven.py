@@ -8,10 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.motions import operating
+from pytest_safemanip.expert.motions.navigation import face
 from pytest_safemanip.expert.robot.arm import GENTLY, Arm, Motion, SkillFailed, fold_arm, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.standing import stand_before
+from pytest_safemanip.expert.world.standing import nearest, stand_before
 from pytest_safemanip.expert.world.things import Furniture, Part
 
 PITCH = 45.0
@@ -51,6 +52,7 @@ def open_rack(arm: Arm, role: str) -> Motion:
     if arm.choices.choose("as any other rack", (False, True)):
         yield from operating.open_rack(arm, role)
         return
+    yield from face(arm, role)
     oven = Furniture(arm, role)
     (joint,) = oven.joints(Part.RACK)
     edge = rack_edge(arm, oven)
@@ -82,6 +84,7 @@ def close_rack(arm: Arm, role: str) -> Motion:
     if arm.choices.choose("as any other rack", (False, True)):
         yield from operating.close_rack(arm, role)
         return
+    yield from face(arm, role)
     oven = Furniture(arm, role)
     (joint,) = oven.joints(Part.RACK)
     edge = rack_edge(arm, oven)
@@ -91,8 +94,10 @@ def close_rack(arm: Arm, role: str) -> Motion:
     yield from stand_before(arm, before, PUSH_STAND)
     yield from arm.move(raised(before, 0.08), hand, tolerance=0.02, steps=160)
     yield from arm.move(before, hand, tolerance=0.006, speed=0.4, steps=60, required=False)
+    aside = arm.aside(arm.base)
+    farthest = nearest(arm, aside, aside)
     yield from arm.drive(
-        arm.base + (joint.travel + 0.1) * arm.forward,
+        arm.floor_point(min(arm.ahead(arm.base) + joint.travel + 0.1, farthest), aside),
         until=lambda: oven.openness(joint) <= NEARLY,
         speed=GENTLY,
     )
