@@ -50,8 +50,9 @@ LEAST_LEAD, MOST_LEAD, LEAD_GAIN, YIELD_GAIN = 0.004, 0.05, 0.01, 0.03
 each control step for each m/s that the part is too slow, or too fast."""
 STIFFNESS, LAGS = 500.0, 0.19
 """Of the hand, N/m, and by how much it lags behind where it aims, s."""
-FRICTION = 0.6
-"""Share of the fingers' force by which a hand pulls, for what they pinch not to slip."""
+FRICTION, BACKED = 0.6, 0.7
+"""Share of the fingers' force by which a hand pulls, for what they pinch not to slip, unless it
+moves along their travel by more than this, as a cosine: then a finger is behind it."""
 PATIENCE = 30
 """Control steps in which a part that is pushed with all force has to have moved."""
 CREEPS, CREPT = 60, 0.006
@@ -223,6 +224,7 @@ def follow(
     brake = BRAKE / 2.0 if twists else BRAKE
     along = by_base(arm, joint)
     pulls = hold.pinched and not twists
+    backed = abs(float(motion(joint, hold.contact, way)[0] @ hold.hand[:, 0])) > BACKED
     fastest = TWIST if twists else PULLED if pulls and joint.kind == "hinge" else FASTEST
     press, last, still, mark = LEAST_LEAD, first, 0, first
     eases: Array | None = None
@@ -240,7 +242,8 @@ def follow(
         left = max(0.0, (goal - now) * way * long)
         wanted = float(np.clip(math.sqrt(2.0 * left * fastest / brake), SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
-        most = min(most, FRICTION * _gripping(arm) / STIFFNESS) if pulls else most
+        if pulls and not backed:
+            most = min(most, FRICTION * _gripping(arm) / STIFFNESS)
         gain = LEAD_GAIN if rate < wanted else YIELD_GAIN
         press = float(np.clip(press + gain * (wanted - rate), LEAST_LEAD, most))
         lead = press + LAGS * float(np.clip(rate, 0.0, wanted))
