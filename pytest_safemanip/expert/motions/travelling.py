@@ -296,19 +296,14 @@ def swing_back(
         load: what it holds.
 
     Raises:
-        SkillFailed: if a joint would come to its limit on the way, or if the arm, as it is bent
-            then, has no room where the base drives up to that place.
+        SkillFailed: if a joint would come to its limit on the way.
     """
     shift = np.append(arm.base - base, -torso)
     balls, radii, there = swing(arm, point + shift, hand, load)
     if not there:
         raise SkillFailed("the arm would come to the end of a joint")
     balls = balls - shift @ arm.frame
-    links = balls[-1, radii > 0.0], radii[radii > 0.0]
-    off = _back(arm, base, point, balls, radii, out, load, links)
-    if off is None:
-        raise SkillFailed("the arm has no room where the base drives up")
-    return off
+    return _back(arm, base, point, balls, radii, out, load, balls[-1, radii > 0.0])
 
 
 def lowering_back(arm: Arm, by: float, out: Array, load: Thing | None) -> Array:
@@ -322,8 +317,7 @@ def lowering_back(arm: Arm, by: float, out: Array, load: Thing | None) -> Array:
     """
     points, radii = shape(arm, load)
     down = np.linspace(0.0, by, SWINGS)[:, None, None] * (0.0, 0.0, 1.0)
-    off = _back(arm, arm.base, arm.position, points - down, radii, out, load)
-    return np.zeros(2) if off is None else off
+    return _back(arm, arm.base, arm.position, points - down, radii, out, load)
 
 
 def _back(
@@ -334,24 +328,30 @@ def _back(
     radii: Array,
     out: Array,
     load: Thing | None,
-    links: tuple[Array, Array] | None = None,
-) -> Array | None:
+    links: Array | None = None,
+) -> Array:
     """How far off a place at least the base stands for some balls to be free (2,), m, or as free as
-    they come before it meets what is behind it; None if others, of some radii, have no room from
-    there to the place.
+    they come before it meets what is behind it; and no farther than others, as many as there are
+    links, have room from there to the place, if they have room there.
     """
     room = Room.around(arm, [point], [load.entity] if load else [])
     length = float(np.linalg.norm(out))
     ahead, frame = out / length if length else -arm.forward, arm.frame
     found, wanted = list[tuple[float, float]](), FAR_APART if load else APART
-    if links and not _passes(room, links, ahead @ frame[:2, :2], 0.0, length):
-        return None
+
+    def squeezed(back: float) -> bool:
+        if links is None:
+            return False
+        off = np.append(back * ahead, 0.0) @ frame
+        return bool((room.away(links + off, radii[: len(links)]) < SQUEEZED).any())
+
+    foreseen = not squeezed(length)
     for back in np.arange(length, MOST_BACK, STEP).tolist():
         place = base + back * ahead
         aside = arm.aside(place)
         if back > length and arm.ahead(place) < rearmost(arm, aside, aside):
             break
-        if links and not _passes(room, links, ahead @ frame[:2, :2], back, back):
+        if foreseen and squeezed(back):
             break
         off = np.append(back * ahead, 0.0) @ frame
         found.append((back, float(room.away(balls + off, radii).min())))
@@ -361,15 +361,6 @@ def _back(
     best = max(found, key=lambda place: place[1], default=(length, 0.0))
     chosen = best[0] if best[1] > wanted or not near else near[0]
     return np.asarray(chosen * ahead)
-
-
-def _passes(
-    room: Room, links: tuple[Array, Array], way: Array, first: float, last: float
-) -> bool:
-    """Whether balls, of some radii, have room so far along a way (2,), m."""
-    balls, radii = links
-    far = np.arange(first, last + STEP, STEP)[:, None, None] * np.append(way, 0.0)
-    return bool((room.away(balls + far, radii) > SQUEEZED).all())
 
 
 def tucked(arm: Arm, load: Thing | None) -> Array:
