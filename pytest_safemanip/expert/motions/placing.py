@@ -281,8 +281,7 @@ class Placing:
             box = (thing.corners - thing.middle) @ turn.T
             at = spot.point - (0.0, 0.0, lowest - OVER)
             others = self._on_others(spot, room, box + at, com + at)
-            if others and spot.space is not None and spot.area is None:
-                # On a shelf nothing is put on top of something else.
+            if self._on_top(spot, box + at):
                 continue
             strange = not spot.hollow and self._reaches_over(
                 self._strange, spot, box + at, -LEVEL, HIGHER_UP
@@ -331,6 +330,14 @@ class Placing:
         above = self._reaches_over(others, spot, box, LEVEL, math.inf)
         inside = room.away(column @ self._frame).min() < 0.0
         return 0.5 * ON_OTHERS * (float(above) + float(inside))
+
+    def _on_top(self, spot: Spot, box: Array) -> bool:
+        """Whether the box (8, 3) of what is put on a shelf would be on top of what stands there."""
+        if spot.space is None or spot.area is not None:
+            return False
+        low = spot.point[2] + HIGHER_UP
+        there = [it.corners for it in self._others if it.bottom < low and it.entity != spot.hollow]
+        return self._reaches_over(there, spot, box, LEVEL, math.inf)
 
     def _reaches_over(
         self, boxes: Sequence[Array], spot: Spot, box: Array, low: float, high: float
