@@ -171,6 +171,7 @@ class Search:
                 if self._over():
                     return watch.wrong(arm.step) or self._later(watch), True
                 if wrong := watch.wrong(arm.step):
+                    self._ill = watch.slipped
                     return wrong, False
         except SkillFailed as error:
             self._hopeless, self._ill = isinstance(error, NoWay), isinstance(error, IllHeld)

@@ -47,6 +47,9 @@ class Watch:
     Args:
         arm: the arm, before the skill.
         roles: what the skill is about, that first which it does something with.
+
+    Attributes:
+        slipped: whether what is wrong is that something slipped in the fingers.
     """
 
     def __init__(self, arm: Arm, roles: Sequence[str]) -> None:
@@ -74,12 +77,14 @@ class Watch:
             self._touchable = self._flags(lambda part: (part.entity, part.name) in touch)
         self._holds: dict[str, collections.deque[Array]] = {}
         self._before = dict(self._rows(arm.step, 0.0))
+        self.slipped = False
 
     def wrong(self, step: Step) -> str:
         """What is wrong with a step, in a few words; empty if nothing is."""
         held = self._held(step)
-        if slipped := self._slipped(step, held):
-            return slipped
+        if slip := self._slipped(step, held):
+            self.slipped = True
+            return slip
         touches = dict(self._rows(step, STRAY))
         for (one, other), force in touches.items():
             if self._more(one, other, force) and self._bad(one, other, force, held):
