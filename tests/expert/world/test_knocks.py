@@ -83,3 +83,17 @@ def test_what_lay_in_it_before_comes_along():
     moved = ((0.0, 0.3, 0.95, *toy.UPRIGHT), (0.4, 0.04, 0.94, *toy.UPRIGHT))
     lies_in = touch("apple/body", "mug/body", 0.3)
     assert not watch(before=(lies_in,)).left(step(object_pose=moved))
+
+
+def test_what_moves_in_closed_fingers_slips_and_what_open_ones_let_go_does_not():
+    def lowered(commands):
+        looking = watch()
+        places = ((0.0, 0.3, 0.95 - 0.01 * number, *toy.UPRIGHT) for number in range(4))
+        apple = toy.at_rest().object_pose[1].tolist()
+        steps = [step(*HELD, object_pose=(place, apple), commands=commands) for place in places]
+        return [looking.wrong(one) for one in steps], looking.slipped
+
+    wrong, slipped = lowered((1.0,))
+    assert wrong == ["", "", "", "mug slipped by 3 cm and 0 degrees in the fingers"]
+    assert slipped
+    assert lowered((-1.0,)) == ([""] * 4, False)
