@@ -336,7 +336,7 @@ class Placing:
         if spot.space is None or spot.area is not None:
             return False
         low = spot.point[2] + HIGHER_UP
-        there = [it.corners for it in self._others if it.bottom < low and it.entity != spot.hollow]
+        there = [thing.corners for thing in self._others if thing.bottom < low]
         return self._reaches_over(there, spot, box, LEVEL, math.inf)
 
     def _reaches_over(

@@ -302,8 +302,7 @@ def swing_back(
     balls, radii, there = swing(arm, point + shift, hand, load)
     if not there:
         raise SkillFailed("the arm would come to the end of a joint")
-    balls = balls - shift @ arm.frame
-    return _back(arm, base, point, balls, radii, out, load, balls[-1, radii > 0.0])
+    return _back(arm, base, point, balls - shift @ arm.frame, radii, out, load, drives_up=True)
 
 
 def lowering_back(arm: Arm, by: float, out: Array, load: Thing | None) -> Array:
@@ -328,30 +327,30 @@ def _back(
     radii: Array,
     out: Array,
     load: Thing | None,
-    links: Array | None = None,
+    drives_up: bool = False,
 ) -> Array:
     """How far off a place at least the base stands for some balls to be free (2,), m, or as free as
-    they come before it meets what is behind it; and no farther than others, as many as there are
-    links, have room from there to the place, if they have room there.
+    they come before it meets what is behind it. If it drives up to the place from there, then no
+    farther than the last posture's links have room on the way, if they have room at its end.
     """
     room = Room.around(arm, [point], [load.entity] if load else [])
     length = float(np.linalg.norm(out))
     ahead, frame = out / length if length else -arm.forward, arm.frame
     found, wanted = list[tuple[float, float]](), FAR_APART if load else APART
 
-    def squeezed(back: float) -> bool:
-        if links is None:
-            return False
-        off = np.append(back * ahead, 0.0) @ frame
-        return bool((room.away(links + off, radii[: len(links)]) < SQUEEZED).any())
+    is_link = radii > 0.0
 
-    foreseen = not squeezed(length)
+    def squeezed(back: float) -> bool:
+        off = np.append(back * ahead, 0.0) @ frame
+        return bool((room.away(balls[-1, is_link] + off, radii[is_link]) < SQUEEZED).any())
+
+    foreseen = drives_up and not squeezed(length)
     for back in np.arange(length, MOST_BACK, STEP).tolist():
         place = base + back * ahead
         aside = arm.aside(place)
         if back > length and arm.ahead(place) < rearmost(arm, aside, aside):
             break
-        if foreseen and squeezed(back):
+        if back > length and foreseen and squeezed(back):
             break
         off = np.append(back * ahead, 0.0) @ frame
         found.append((back, float(room.away(balls + off, radii).min())))

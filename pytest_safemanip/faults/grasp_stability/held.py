@@ -41,7 +41,7 @@ class Held:
     @property
     def carried(self) -> bool:
         """Whether the robot presses it: what was let go moves, but in no hand."""
-        return sum(_presses(self._arm, self._thing.entity)) > CARRYING
+        return _pressing(self._arm, self._thing.entity) > CARRYING
 
     def lost(self) -> bool:
         """Whether it is in the hand, but no longer as it was."""
@@ -67,11 +67,12 @@ def ease(arm: Arm, notches: int, until: Callable[[], bool] = lambda: False) -> M
 
 def squeeze(arm: Arm, role: str) -> float:
     """Sum of the normal forces between the robot and an object in the newest control step, N."""
-    return sum(_presses(arm, arm.scene.roles[role]))
+    return _pressing(arm, arm.scene.roles[role])
 
 
-def _presses(arm: Arm, name: str) -> list[float]:
-    """Normal forces of the contacts between the robot and an object, N."""
+def _pressing(arm: Arm, name: str) -> float:
+    """Sum of the normal forces between the robot and an object, N."""
     contacts, parts = arm.step.contacts, arm.scene.parts
     rows = zip(contacts.a.tolist(), contacts.b.tolist(), contacts.force.tolist(), strict=True)
-    return [f for a, b, f in rows if {parts[a].entity, parts[b].entity} == {ROBOT, name}]
+    own = [f for a, b, f in rows if {parts[a].entity, parts[b].entity} == {ROBOT, name}]
+    return float(sum(own))
