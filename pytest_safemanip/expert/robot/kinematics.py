@@ -37,6 +37,21 @@ The elbow turns farther, to -0.07, but at -0.467 the arm is straight, for its li
 beyond that, what draws the hand back turns it on to its end.
 """
 ELBOW = 3
+MASSES = np.array((3.0, 3.0, 2.0, 2.0, 2.0, 1.5))
+INERTIAS = np.array((0.3, 0.3, 0.2, 0.2, 0.2, 0.1))
+CENTRES = np.array(
+    (
+        (0.0, 0.0, -0.07),
+        (0.0, -0.1, 0.0),
+        (0.04, 0.0, -0.05),
+        (-0.04, 0.05, 0.0),
+        (0.0, 0.0, -0.15),
+        (0.06, 0.0, 0.0),
+    )
+)
+"""Of the first six links in robosuite's model of the arm: masses, kg, moments of inertia about any
+axis, kg m2, and centres of mass in their frames, m. The last link does not move without the hand.
+"""
 SPHERES = (
     (1, (0.0, -0.046, -0.085), 0.084),
     (1, (0.0, -0.065, 0.002), 0.085),
@@ -71,26 +86,37 @@ SPHERES = (
 ROUNDS, DAMPING, PULL, STEP = 12, 1e-3, 0.2, 0.5
 """Of the iteration: how many, its damping, share of the way home in one, and most turn in one, rad.
 """
-STRIDE = 5
-"""Rounds of it between two places on a way."""
+TINY = 1e-12
+"""Keeps from dividing by nothing.
+"""
+STRIDE, SWUNG = 5, 0.06
+"""Rounds of it between two places on a way, and the share of the way home in one while the hand
+swings along it.
+"""
 NEAR, NEARLY, FOUND = 0.004, 0.03, 0.03
 """Distance, m, and angle, rad, that count as there, and distance at which angles are the arm's, m.
 """
 
 
 def solve(
-    points: Array, hands: Array, start: Array | None = None, rounds: int = ROUNDS
+    points: Array,
+    hands: Array,
+    start: Array | None = None,
+    rounds: int = ROUNDS,
+    pull: float = PULL,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Joint angles (K, 7) that bring the hand to some poses, and which of them do (K,).
 
-    Damped least squares (Nakamura and Hanafusa, 1986); what the hand leaves free is pulled home, as
-    the controller does.
+    Damped least squares (Nakamura and Hanafusa, 1986); what the hand leaves free is pulled home as
+    the controller does, by torques: what is heavy moves least on the way and is drawn home most
+    (Khatib, 1987).
 
     Args:
         points: grip points (K, 3), m, from the base.
         hands: orientations (K, 3, 3), likewise.
         start: joint angles to begin with (K, 7); None for those at home.
         rounds: of the iteration.
+        pull: share of the way home in one round.
     """
     if start is None:
         start = np.tile(HOME, (len(points), 1))
@@ -105,9 +131,14 @@ def solve(
             break
         axes = frames[:7, :, 2]
         jac = np.concatenate((_cross(axes, origins[7] - origins[:7]), axes), axis=1)
-        home = PULL * (HOME[:, None] - joints)
-        push = _damped(jac, error - (jac * home[:, None]).sum(axis=0))
-        turn = home + (jac * push).sum(axis=1)
+        inverse = _inverse(jac)
+        turn = _back(jac, inverse, error)
+        # What the hand leaves free is moved by a torque, which is the arm's inertia times a turn.
+        inertial = _inertial(origins, frames)
+        pull = _momentum(inertial, pull * (HOME[:, None] - joints) - turn)
+        free = pull - _back(jac, inverse, (jac * pull[:, None]).sum(axis=0))
+        weight = (free * _momentum(inertial, free)).sum(axis=0)
+        turn = turn + free * ((free * free).sum(axis=0) / np.maximum(weight, TINY))
         most = np.abs(turn).max(axis=0)
         joints = np.clip(joints + turn * np.minimum(1.0, STEP / np.maximum(most, STEP)), low, high)
     off = np.linalg.norm(error[:3], axis=0), np.linalg.norm(error[3:], axis=0)
@@ -125,7 +156,7 @@ def follow(joints: Array, points: Array, hands: Array) -> tuple[Array, NDArray[n
     """
     found, there = np.empty((*points.shape[:2], 7)), np.zeros(len(points), bool)
     for number in range(points.shape[1]):
-        joints, there = solve(points[:, number], hands[:, number], joints, STRIDE)
+        joints, there = solve(points[:, number], hands[:, number], joints, STRIDE, SWUNG)
         found[:, number] = joints
     return found, there
 
@@ -148,22 +179,47 @@ def find(values: Array, point: Array, hand: Array) -> int | None:
     return best if away[best] < FOUND else None
 
 
-def _damped(jac: Array, rights: Array) -> Array:
-    """Solutions (6, K) of the damped normal equations of some Jacobians (7, 6, K): by hand, for a
+def _inverse(jac: Array) -> Array:
+    """Inverses (6, 6, K) of the damped normal equations of some Jacobians (7, 6, K): by hand, for a
     library's threads wait for one another longer than this takes.
     """
-    table = np.empty((6, 7, rights.shape[1]))
+    table = np.zeros((6, 12, jac.shape[2]))
     for row in range(6):
         table[row, : row + 1] = (jac[:, row, None] * jac[:, : row + 1]).sum(axis=0)
         table[: row + 1, row] = table[row, : row + 1]
         table[row, row] += DAMPING
-    table[:, 6] = rights
+        table[row, 6 + row] = 1.0
     for row in range(6):
-        table[row, row + 1 :] /= table[row, row]
+        table[row, row + 1 : row + 7] /= table[row, row]
         for other in range(6):
             if other != row:
-                table[other, row + 1 :] -= table[other, row] * table[row, row + 1 :]
-    return table[:, 6]
+                table[other, row + 1 : row + 7] -= table[other, row] * table[row, row + 1 : row + 7]
+    return table[:, 6:]
+
+
+def _back(jac: Array, inverse: Array, wanted: Array) -> Array:
+    """The least turns (7, K) that move the hand as wanted (6, K)."""
+    return np.asarray((jac * (inverse * wanted).sum(axis=1)).sum(axis=1))
+
+
+def _inertial(origins: Array, frames: Array) -> Array:
+    """What the first six links move when a joint turns by 1 rad (7, 36, K), the square root of what
+    they weigh times a way and of their inertia times a turn: its square is the mass matrix.
+    """
+    found = np.zeros((7, 12, 3, origins.shape[2]))
+    axes = frames[:6, :, 2]
+    centres = origins[:6] + (frames[:6] * CENTRES[:, None, :, None]).sum(axis=2)
+    for joint in range(6):
+        lever = _cross(axes[joint], centres[joint:] - origins[joint])
+        found[joint, joint:6] = np.sqrt(MASSES[joint:, None, None]) * lever
+        found[joint, 6 + joint :] = np.sqrt(INERTIAS[joint:, None, None]) * axes[joint]
+    return found.reshape(7, 36, -1)
+
+
+def _momentum(inertial: Array, turn: Array) -> Array:
+    """The arm's inertia times some turns (7, K)."""
+    moved = (inertial * turn[:, None]).sum(axis=0)
+    return np.asarray((inertial * moved).sum(axis=1))
 
 
 def links(joints: Array) -> tuple[Array, Array]:
