@@ -133,12 +133,14 @@ def solve(
         jac = np.concatenate((_cross(axes, origins[7] - origins[:7]), axes), axis=1)
         inverse = _inverse(jac)
         turn = _back(jac, inverse, error)
-        # What the hand leaves free is moved by a torque, which is the arm's inertia times a turn.
         inertial = _inertial(origins, frames)
-        pull = _momentum(inertial, pull * (HOME[:, None] - joints) - turn)
-        free = pull - _back(jac, inverse, (jac * pull[:, None]).sum(axis=0))
+        # What the hand leaves free is moved by a torque, which is the arm's inertia times a turn.
+        free = _momentum(inertial, pull * (HOME[:, None] - joints) - turn)
+        for _ in range(2):
+            free = free - _back(jac, inverse, (jac * free[:, None]).sum(axis=0))
         weight = (free * _momentum(inertial, free)).sum(axis=0)
-        turn = turn + free * ((free * free).sum(axis=0) / np.maximum(weight, TINY))
+        free = free * ((free * free).sum(axis=0) / np.maximum(weight, TINY))
+        turn = free + _back(jac, inverse, error - (jac * free[:, None]).sum(axis=0))
         most = np.abs(turn).max(axis=0)
         joints = np.clip(joints + turn * np.minimum(1.0, STEP / np.maximum(most, STEP)), low, high)
     off = np.linalg.norm(error[:3], axis=0), np.linalg.norm(error[3:], axis=0)
