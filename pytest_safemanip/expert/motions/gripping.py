@@ -120,7 +120,8 @@ def _pull(arm: Arm, drawer: Furniture) -> Motion:
     before = drawer.openness(joint)
     farther = arm.choices.choose("drawer pulled", PULLED) / joint.travel
     try:
-        yield from move_joint(arm, drawer, joint, before + farther)
+        # Where it stops it has come to its end: pulled again, it is pushed against that.
+        yield from move_joint(arm, drawer, joint, before + farther, again=0)
     except SkillFailed:
         if (drawer.openness(joint) - before) * joint.travel < PULLED_LEAST:
             raise

@@ -38,8 +38,8 @@ from pytest_safemanip.trace.elements import ROBOT, Joint
 STAGES, WIDE_STAGES, WIDE = (1, 2, 3), (2, 1, 3), 1.2
 """In how many stages a part may be moved, each with a hold of its own; one that is pushed round by
 more than this, rad, usually in two: what pushes its outer side at first is in its way later."""
-HOLDS = 4
-"""How often a part is taken hold of at most."""
+AGAIN = 3
+"""How often more than once in each stage a part is taken hold of at most."""
 STUCK = 0.02
 """A hold that takes it less far along, share of its travel, is the last one."""
 SLOWEST, FASTEST, PULLED, BRAKE = 0.02, 0.15, 0.08, 1.0
@@ -87,6 +87,7 @@ def move_joint(
     goal: float,
     off: float = 0.02,
     prices: Sequence[int] = (),
+    again: int = AGAIN,
 ) -> Motion:
     """Move what a joint moves until it is as open as wanted.
 
@@ -97,6 +98,7 @@ def move_joint(
         goal: openness.
         off: how far from the goal it may stay on this side.
         prices: of moving it in the usual number of stages, in another one, and in three.
+        again: how often more than that it is taken hold of, where the hand lost it.
 
     Raises:
         SkillFailed: if it does not get there.
@@ -115,7 +117,7 @@ def move_joint(
     wide = swings(joint) and (first - goal) * abs(joint.travel) > WIDE
     stages = WIDE_STAGES if wide else STAGES
     several = arm.choices.choose(f"stages of {joint.name}", stages, prices)
-    for number in range(1, HOLDS + several):
+    for number in range(1, 1 + several + again):
         if there():
             return
         before = fixture.openness(joint)

@@ -9,9 +9,6 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-MOST_OTHER = 2
-"""Of a skill's choices that are other than usual at a time."""
-
 
 @dataclass
 class Choices:
@@ -46,9 +43,13 @@ class Alternatives:
     """All that a skill can choose, the cheapest first: few choices that are not usual.
 
     To be iterated while a skill is tried with what comes: what it asks for is known only then.
+
+    Args:
+        others: of a skill's choices that are other than usual at a time.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, others: int) -> None:
+        self._others = others
         self._waiting: list[tuple[int, int, int, dict[str, int]]] = [(0, 0, 0, {})]
         self._count = 0
 
@@ -68,7 +69,7 @@ class Alternatives:
             number = tried.decided[last]
             if number + 1 < len(tried.asked[last]):
                 self._push({**tried.decided, last: number + 1}, tried.asked)
-        if len(tried.decided) == MOST_OTHER:
+        if len(tried.decided) == self._others:
             return
         start = names.index(last) + 1 if last in names else 0
         for what, prices in asked[start:]:

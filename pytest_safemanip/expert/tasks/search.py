@@ -23,6 +23,9 @@ BUDGET = 12_000
 """Control steps that are rehearsed for one plan at most."""
 MOST_TRIES, MOST_AGAIN = 24, 6
 """Ways to do a skill that are tried, and of one that has been done before, in another state."""
+OTHERS_FIRST, OTHERS = 2, 1
+"""Choices of a skill that are other than usual at a time: of the first one, before which nothing
+can be done otherwise, and of one after it."""
 MOST_ILL = 3
 """Ways that fail for how something is held before it is given up that another one helps."""
 MOST_DONE = 4
@@ -129,7 +132,8 @@ class Search:
         most = MOST_AGAIN if number in self._visited else MOST_TRIES
         self._visited.add(number)
         done = ill = 0
-        for choices in itertools.islice(Alternatives(), most):
+        others = OTHERS if number else OTHERS_FIRST
+        for choices in itertools.islice(Alternatives(others), most):
             if self._left <= 0:
                 return False
             state, depth = self._begin(), len(self._ways)

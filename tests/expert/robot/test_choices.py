@@ -9,7 +9,7 @@ def tried(most=50, **options):
     """The decisions that come, where each of these is asked for every time."""
     return [
         {what: choices.choose(what, range(count)) for what, count in options.items()}
-        for choices in islice(Alternatives(), most)
+        for choices in islice(Alternatives(2), most)
     ]
 
 
@@ -32,7 +32,7 @@ def test_no_way_comes_twice_and_no_more_than_two_choices_are_unusual():
 
 def test_what_is_asked_for_only_after_another_choice_is_tried_too():
     found = []
-    for choices in Alternatives():
+    for choices in Alternatives(2):
         way = choices.choose("way", ("over", "round"))
         side = choices.choose("side", ("left", "right")) if way == "round" else ""
         found.append((way, side))
@@ -41,7 +41,7 @@ def test_what_is_asked_for_only_after_another_choice_is_tried_too():
 
 def test_what_is_dear_is_tried_after_all_that_is_cheaper():
     found = []
-    for choices in islice(Alternatives(), 7):
+    for choices in islice(Alternatives(2), 7):
         stages = choices.choose("stages", (1, 2, 3), (0, 1, 4))
         found.append((stages, choices.choose("hold", range(6))))
     assert found == [(1, 0), (2, 0), (1, 1), (1, 2), (1, 3), (3, 0), (1, 4)]
