@@ -5,6 +5,8 @@ A hand with something long in it has no room inside: the rack comes out to it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pytest_safemanip.expert.motions import operating
@@ -14,15 +16,17 @@ from pytest_safemanip.expert.robot.hand import FINGERTIP
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.standing import nearest, stand_before
 from pytest_safemanip.expert.world.things import Furniture, Part
+from pytest_safemanip.expert.world.ways import Leg, foresee, go
 
-PITCH = 45.0
+PITCHES = (45.0, 60.0)
 """Degrees from straight down at which closed fingers come in below an oven's roof."""
 STAND = 0.64
 """Base to hand, m, where it comes to a rack."""
 PUSH_STAND = 0.58
 """Likewise where it pushes one in, which takes it farther in the end."""
-BEHIND_EDGE = 0.025
-"""How far behind its edge fingertips come down on a rack, m."""
+BEHIND_EDGE = (0.025, 0.015, 0.005)
+"""How far behind its edge the grip point is when fingertips come down on a rack, m: tips of tipped
+fingers are farther in."""
 PRESSED = 0.012
 """How far below its surface they aim then, m: what they press with drags it along."""
 RACK_OUT, RACK_IN = 0.97, 0.01
@@ -56,15 +60,22 @@ def open_rack(arm: Arm, role: str) -> Motion:
     oven = Furniture(arm, role)
     (joint,) = oven.joints(Part.RACK)
     edge = rack_edge(arm, oven)
-    spot = raised(edge + arm.onward(BEHIND_EDGE), FINGERTIP)
-    hand, ahead = arm.hand(PITCH), np.append(arm.forward, 0.0)
+    ahead = np.append(arm.forward, 0.0)
     yield from arm.grip(True)
     yield from stand_before(arm, edge, STAND)
-    yield from arm.move(raised(spot - 0.14 * ahead, 0.06), hand, tolerance=0.02, steps=160)
-    yield from arm.move(raised(spot, 0.02), hand, tolerance=0.008, speed=0.5, steps=60)
-    yield from arm.move(
-        raised(spot, -PRESSED), hand, tolerance=0.004, speed=0.1, steps=25, required=False
-    )
+    ways = [
+        [
+            Leg(raised(spot - 0.14 * ahead, 0.06), arm.hand(pitch), 0.02),
+            Leg(raised(spot, 0.02), arm.hand(pitch), 0.008, 0.5, 60),
+            Leg(raised(spot, -PRESSED), arm.hand(pitch), 0.004, 0.1, 25, touches=True),
+        ]
+        for behind in BEHIND_EDGE
+        for spot in [raised(edge + arm.onward(behind), FINGERTIP)]
+        for pitch in PITCHES
+    ]
+    *coming, pressed = clear_way(arm, oven, ways)
+    yield from go(arm, coming)
+    yield from go(arm, [pressed], required=False)
     yield from arm.drive(
         arm.base - (joint.travel + 0.05) * arm.forward,
         until=lambda: oven.openness(joint) >= RACK_OUT,
@@ -88,12 +99,20 @@ def close_rack(arm: Arm, role: str) -> Motion:
     oven = Furniture(arm, role)
     (joint,) = oven.joints(Part.RACK)
     edge = rack_edge(arm, oven)
-    hand, ahead = arm.hand(PITCH), np.append(arm.forward, 0.0)
+    ahead = np.append(arm.forward, 0.0)
     before = raised(edge - BEFORE_EDGE * ahead, PUSHED_AT)
     yield from arm.grip(True)
     yield from stand_before(arm, before, PUSH_STAND)
-    yield from arm.move(raised(before, 0.08), hand, tolerance=0.02, steps=160)
-    yield from arm.move(before, hand, tolerance=0.006, speed=0.4, steps=60, required=False)
+    ways = [
+        [
+            Leg(raised(before, 0.08), arm.hand(pitch), 0.02),
+            Leg(before, arm.hand(pitch), 0.006, 0.4, 60),
+        ]
+        for pitch in PITCHES
+    ]
+    above, last = clear_way(arm, oven, ways)
+    yield from go(arm, [above])
+    yield from go(arm, [last], required=False)
     aside = arm.aside(arm.base)
     farthest = nearest(arm, aside, aside)
     yield from arm.drive(
@@ -103,7 +122,7 @@ def close_rack(arm: Arm, role: str) -> Motion:
     )
     yield from arm.move(
         lambda: arm.point(arm.ahead(arm.position) + PUSH, arm.aside(before), before[2]),
-        hand,
+        last.hand,
         speed=SLOWLY,
         steps=120,
         until=lambda: oven.openness(joint) <= RACK_IN,
@@ -112,6 +131,12 @@ def close_rack(arm: Arm, role: str) -> Motion:
     yield from fold_up(arm)
     if oven.openness(joint) > 2.0 * RACK_IN:
         raise SkillFailed(f"{joint.key} stayed {oven.openness(joint):.0%} out")
+
+
+def clear_way(arm: Arm, oven: Furniture, ways: Sequence[Sequence[Leg]]) -> Sequence[Leg]:
+    """The first of some ways to a rack on which nothing else is touched, or else the first one."""
+    permits = [("finger", f"{oven.entity}/rack")]
+    return next((way for way in ways if foresee(arm, way, permits).free), ways[0])
 
 
 def fold_up(arm: Arm) -> Motion:

@@ -74,8 +74,13 @@ def foresee(
     return arm.latest("what would be touched", state, lambda: arm.foresee([path])[0], FORESEEN)
 
 
-def go(arm: Arm, legs: Sequence[Leg]) -> Motion:
+def go(arm: Arm, legs: Sequence[Leg], required: bool = True) -> Motion:
     """Go a way.
+
+    Args:
+        arm: the arm.
+        legs: the way.
+        required: whether the hand has to arrive.
 
     Raises:
         SkillFailed: if hand or base do not arrive.
@@ -91,6 +96,7 @@ def go(arm: Arm, legs: Sequence[Leg]) -> Motion:
                 speed=leg.speed,
                 steps=leg.steps,
                 exact=leg.exact,
+                required=required,
             )
 
 
