@@ -132,15 +132,10 @@ def solve(
         axes = frames[:7, :, 2]
         jac = np.concatenate((_cross(axes, origins[7] - origins[:7]), axes), axis=1)
         inverse = _inverse(jac)
-        turn = _back(jac, inverse, error)
         inertial = _inertial(origins, frames)
-        # What the hand leaves free is moved by a torque, which is the arm's inertia times a turn.
-        free = _momentum(inertial, pull * (HOME[:, None] - joints) - turn)
-        for _ in range(2):
-            free = free - _back(jac, inverse, (jac * free[:, None]).sum(axis=0))
-        weight = (free * _momentum(inertial, free)).sum(axis=0)
-        free = free * ((free * free).sum(axis=0) / np.maximum(weight, TINY))
-        turn = free + _back(jac, inverse, error - (jac * free[:, None]).sum(axis=0))
+        home = pull * (HOME[:, None] - joints)
+        free = _left_free(jac, inverse, inertial, home - _least(jac, inverse, error))
+        turn = free + _least(jac, inverse, error - (jac * free[:, None]).sum(axis=0))
         most = np.abs(turn).max(axis=0)
         joints = np.clip(joints + turn * np.minimum(1.0, STEP / np.maximum(most, STEP)), low, high)
     off = np.linalg.norm(error[:3], axis=0), np.linalg.norm(error[3:], axis=0)
@@ -199,9 +194,19 @@ def _inverse(jac: Array) -> Array:
     return table[:, 6:]
 
 
-def _back(jac: Array, inverse: Array, wanted: Array) -> Array:
+def _least(jac: Array, inverse: Array, wanted: Array) -> Array:
     """The least turns (7, K) that move the hand as wanted (6, K)."""
     return np.asarray((jac * (inverse * wanted).sum(axis=1)).sum(axis=1))
+
+
+def _left_free(jac: Array, inverse: Array, inertial: Array, wanted: Array) -> Array:
+    """What is left of some turns (7, K) if torques draw the joints there, and the hand stays."""
+    free = _momentum(inertial, wanted)
+    # Twice, for the inverse is damped.
+    for _ in range(2):
+        free = free - _least(jac, inverse, (jac * free[:, None]).sum(axis=0))
+    weight = (free * _momentum(inertial, free)).sum(axis=0)
+    return np.asarray(free * ((free * free).sum(axis=0) / np.maximum(weight, TINY)))
 
 
 def _inertial(origins: Array, frames: Array) -> Array:

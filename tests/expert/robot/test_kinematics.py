@@ -1,7 +1,11 @@
 from __future__ import annotations
 
+from pathlib import Path
+
+import mujoco
 import numpy as np
 import pytest
+import robosuite
 
 from pytest_safemanip.expert.robot.kinematics import (
     HIGH,
@@ -32,6 +36,23 @@ def test_what_is_solved_brings_the_hand_there():
     assert reached == pytest.approx(points, abs=0.004)
     assert turned == pytest.approx(hands, abs=0.03)
     assert ((joints >= LOW) & (joints <= HIGH)).all()
+
+
+def test_what_the_hand_leaves_free_is_where_the_controller_draws_it():
+    """Where robosuite's torques for that vanish: home, weighed with the mass matrix."""
+    place = Path(robosuite.__file__).parent / "models/assets/robots/panda/robot.xml"
+    model = mujoco.MjModel.from_xml_path(str(place))
+    data = mujoco.MjData(model)
+    jac, mass = np.empty((6, model.nv)), np.empty((model.nv, model.nv))
+    joints, _ = solve(*poses(POSTURES), rounds=40)
+    for found in joints:
+        data.qpos[:7] = found
+        mujoco.mj_forward(model, data)
+        mujoco.mj_jacBody(model, data, jac[:3], jac[3:], model.body("link7").id)
+        mujoco.mj_fullM(model, mass, data.qM)
+        free = np.linalg.svd(jac[:, :7])[2][-1]
+        drawn = free @ mass[:7, :7] @ (HOME - found) / (free @ mass[:7, :7] @ free)
+        assert abs(drawn) < 0.01
 
 
 def test_what_is_out_of_reach_is_not_reached():
