@@ -56,8 +56,6 @@ FOLDED = (0.25, 1.30, 16.0)
 """Base to hand, m, its height, m, and its pitch, degrees, as an episode begins: the arm folded."""
 CALM = 0.03
 """A hand that is slower than this is at rest, m/s."""
-RESTS, AT_REST = 20, 5e-4
-"""Where in so many control steps nothing has moved by so much, m or rad, nothing will."""
 
 
 def raised(point: Array, height: float) -> Array:
@@ -141,12 +139,8 @@ class Arm(Base):
         """
         keep = self.rotation if rotation is None else rotation
         pace = self.choices.choose("pace", PACES)
-        stuck, before = np.zeros(3), self.step.qpos
-        for number in range(round(steps / pace)):
-            if number and number % RESTS == 0:
-                if not until and before.size and np.abs(self.step.qpos - before).max() < AT_REST:
-                    break
-                before = self.step.qpos
+        stuck = np.zeros(3)
+        for _ in range(round(steps / pace)):
             error = (target() if callable(target) else target) - self.position
             turn = rotation_vector(keep @ self.rotation.T)
             near = np.linalg.norm(error) < tolerance and np.linalg.norm(turn) < turn_tolerance

@@ -1,11 +1,11 @@
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
-import robosuite
 
 from pytest_safemanip.expert.robot.kinematics import (
     HIGH,
@@ -40,7 +40,9 @@ def test_what_is_solved_brings_the_hand_there():
 
 def test_what_the_hand_leaves_free_is_where_the_controller_draws_it():
     """Where robosuite's torques for that vanish: home, weighed with the mass matrix."""
-    place = Path(robosuite.__file__).parent / "models/assets/robots/panda/robot.xml"
+    # Not imported here: it is to be patched first.
+    package = Path(find_spec("robosuite").origin).parent
+    place = package / "models/assets/robots/panda/robot.xml"
     model = mujoco.MjModel.from_xml_path(str(place))
     data = mujoco.MjData(model)
     jac, mass = np.empty((6, model.nv)), np.empty((model.nv, model.nv))
