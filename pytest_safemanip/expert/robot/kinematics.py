@@ -50,7 +50,8 @@ CENTRES = np.array(
     )
 )
 """Of the first six links in robosuite's model of the arm: masses, kg, moments of inertia about any
-axis, kg m2, and centres of mass in their frames, m. The last link does not move without the hand.
+axis, kg m2, and centres of mass in their frames, m. The last link and the hand do not move in the
+null space.
 """
 SPHERES = (
     (1, (0.0, -0.046, -0.085), 0.084),
@@ -87,12 +88,10 @@ ROUNDS, DAMPING, PULL, STEP = 12, 1e-3, 0.2, 0.5
 """Of the iteration: how many, its damping, share of the way home in one, and most turn in one, rad.
 """
 TINY = 1e-12
-"""Keeps from dividing by nothing.
-"""
+"""Least denominator: the null space may have nothing to move."""
 STRIDE, SWUNG = 5, 0.06
 """Rounds of it between two places on a way, and the share of the way home in one while the hand
-swings along it.
-"""
+swings along it."""
 NEAR, NEARLY, FOUND = 0.004, 0.03, 0.03
 """Distance, m, and angle, rad, that count as there, and distance at which angles are the arm's, m.
 """
@@ -107,9 +106,8 @@ def solve(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Joint angles (K, 7) that bring the hand to some poses, and which of them do (K,).
 
-    Damped least squares (Nakamura and Hanafusa, 1986); what the hand leaves free is pulled home as
-    the controller does, by torques: what is heavy moves least on the way and is drawn home most
-    (Khatib, 1987).
+    Damped least squares (Nakamura and Hanafusa, 1986); the null space is pulled home by torques, as
+    operational-space control does, and so weighted by the mass matrix (Khatib, 1987).
 
     Args:
         points: grip points (K, 3), m, from the base.
@@ -132,9 +130,9 @@ def solve(
         axes = frames[:7, :, 2]
         jac = np.concatenate((_cross(axes, origins[7] - origins[:7]), axes), axis=1)
         inverse = _inverse(jac)
-        inertial = _inertial(origins, frames)
+        factor = _mass_factor(origins, frames)
         home = pull * (HOME[:, None] - joints)
-        free = _left_free(jac, inverse, inertial, home - _least(jac, inverse, error))
+        free = _null_motion(jac, inverse, factor, home - _least(jac, inverse, error))
         turn = free + _least(jac, inverse, error - (jac * free[:, None]).sum(axis=0))
         most = np.abs(turn).max(axis=0)
         joints = np.clip(joints + turn * np.minimum(1.0, STEP / np.maximum(most, STEP)), low, high)
@@ -195,23 +193,27 @@ def _inverse(jac: Array) -> Array:
 
 
 def _least(jac: Array, inverse: Array, wanted: Array) -> Array:
-    """The least turns (7, K) that move the hand as wanted (6, K)."""
+    """The least turns of the joints (7, K) that move the hand as wanted (6, K): the damped
+    pseudoinverse.
+    """
     return np.asarray((jac * (inverse * wanted).sum(axis=1)).sum(axis=1))
 
 
-def _left_free(jac: Array, inverse: Array, inertial: Array, wanted: Array) -> Array:
-    """What is left of some turns (7, K) if torques draw the joints there, and the hand stays."""
-    free = _momentum(inertial, wanted)
+def _null_motion(jac: Array, inverse: Array, factor: Array, wanted: Array) -> Array:
+    """Wanted turns of the joints (7, K), projected into the null space of the hand's motion, as
+    weighted by the mass matrix.
+    """
+    free = _mass_times(factor, wanted)
     # Twice, for the inverse is damped.
     for _ in range(2):
         free = free - _least(jac, inverse, (jac * free[:, None]).sum(axis=0))
-    weight = (free * _momentum(inertial, free)).sum(axis=0)
+    weight = (free * _mass_times(factor, free)).sum(axis=0)
     return np.asarray(free * ((free * free).sum(axis=0) / np.maximum(weight, TINY)))
 
 
-def _inertial(origins: Array, frames: Array) -> Array:
-    """What the first six links move when a joint turns by 1 rad (7, 36, K), the square root of what
-    they weigh times a way and of their inertia times a turn: its square is the mass matrix.
+def _mass_factor(origins: Array, frames: Array) -> Array:
+    """A factor (7, 36, K) of the mass matrix of the first six links, which is this times its own
+    transpose: their Jacobians, linear and angular, times the roots of masses and inertias.
     """
     found = np.zeros((7, 12, 3, origins.shape[2]))
     axes = frames[:6, :, 2]
@@ -223,10 +225,10 @@ def _inertial(origins: Array, frames: Array) -> Array:
     return found.reshape(7, 36, -1)
 
 
-def _momentum(inertial: Array, turn: Array) -> Array:
-    """The arm's inertia times some turns (7, K)."""
-    moved = (inertial * turn[:, None]).sum(axis=0)
-    return np.asarray((inertial * moved).sum(axis=1))
+def _mass_times(factor: Array, turns: Array) -> Array:
+    """The mass matrix times some turns of the joints (7, K)."""
+    moved = (factor * turns[:, None]).sum(axis=0)
+    return np.asarray((factor * moved).sum(axis=1))
 
 
 def links(joints: Array) -> tuple[Array, Array]:

@@ -24,8 +24,8 @@ BUDGET = 12_000
 MOST_TRIES, MOST_AGAIN = 24, 6
 """Ways to do a skill that are tried, and of one that has been done before, in another state."""
 OTHERS_FIRST, OTHERS = 2, 1
-"""Choices of a skill that are other than usual at a time: of the first one, before which nothing
-can be done otherwise, and of one after it."""
+"""Choices that are other than usual at a time: of the first skill, before which nothing can be done
+otherwise, and of a later one."""
 MOST_ILL = 3
 """Ways that fail for how something is held before it is given up that another one helps."""
 MOST_DONE = 4

@@ -38,9 +38,9 @@ def test_what_is_solved_brings_the_hand_there():
     assert ((joints >= LOW) & (joints <= HIGH)).all()
 
 
-def test_what_the_hand_leaves_free_is_where_the_controller_draws_it():
-    """Where robosuite's torques for that vanish: home, weighed with the mass matrix."""
-    # Not imported here: it is to be patched first.
+def test_the_null_space_is_at_rest_where_operational_space_control_leaves_it():
+    """Where robosuite's torques in the null space vanish, by the mass matrix of its own model."""
+    # Not imported, for the plugin patches it first.
     package = Path(find_spec("robosuite").origin).parent
     place = package / "models/assets/robots/panda/robot.xml"
     model = mujoco.MjModel.from_xml_path(str(place))
