@@ -12,7 +12,7 @@ from pytest_safemanip.expert.motions.approaching import go_before
 from pytest_safemanip.expert.motions.gripping import LIFTED, grasp
 from pytest_safemanip.expert.motions.handholds import Part
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
-from pytest_safemanip.expert.motions.reaching import Reaching
+from pytest_safemanip.expert.motions.reaching import Reaching, any_heading
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.hand import FINGERTIP, finger_angle
 from pytest_safemanip.expert.robot.rotations import Array, about_y, about_z, fold
@@ -211,7 +211,6 @@ def put_back(
     speed: float = 0.3,
     *,
     before: Sequence[tuple[float, float]] = (),
-    take: Callable[[Arm, str], Motion] = take,
 ) -> Motion:
     """Takes hold of an object and puts it down where it stood.
 
@@ -220,7 +219,6 @@ def put_back(
         role: the object.
         speed: on the way down, as a share of the top speed.
         before: heights above where it stood that it comes to before, m, and speeds.
-        take: how it is taken.
 
     Raises:
         SkillFailed: if there is no way to take hold of it.
@@ -279,12 +277,13 @@ def come_to(
         SkillFailed: if it does not arrive.
     """
 
-    def find() -> list[Reach]:
+    def find(clearance: float) -> list[Reach]:
         some = list(poses())
         room = Room.around(arm, [pose.point for pose in some])
-        return Reaching(arm, room, ways).find(some)
+        return Reaching(arm, room, ways, clearance).find(some)
 
-    found = arm.latest(f"ways {where}", arm.step.base_pose.tobytes(), find)
+    state = arm.step.base_pose.tobytes()
+    found = arm.latest(f"ways {where}", state, lambda: any_heading(arm, find))
     if not found:
         raise NoWay(f"the hand has no way {where}")
     way = arm.choices.choose(f"way {where}", found)

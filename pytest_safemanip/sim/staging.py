@@ -40,6 +40,8 @@ class Put:
             m: kitchens differ in how many shelves a fridge has.
         across: whether it is first turned about the vertical until its longer side lies across the
             base's forward direction: a seed's own heading lets a pot's handles point anywhere.
+        from_edge: whether its offset forward counts from the edge of the interior's floor on the
+            robot's side: kitchens differ in how deep their shelves are.
     """
 
     role: str
@@ -49,6 +51,7 @@ class Put:
     turn: tuple[float, float] = (0.0, 0.0)
     interior: str = ""
     across: bool = False
+    from_edge: bool = False
 
 
 @dataclass(frozen=True)

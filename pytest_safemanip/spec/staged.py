@@ -26,7 +26,8 @@ RELATIONS = ("in", "on", "beside")
 _OFFSET = ("forward", "left", "up")
 _TURN = ("pitch", "turn")
 _SPEED = ("speed_forward", "speed_left")
-_OF_OBJECTS = (*RELATIONS, "drawn", *_OFFSET, *_TURN, *_SPEED, "interior", "across")
+_FLAGS = ("across", "from_edge")
+_OF_OBJECTS = (*RELATIONS, "drawn", *_OFFSET, *_TURN, *_SPEED, "interior", *_FLAGS)
 
 MOST_OFFSET, MOST_TURN, MOST_SPEED = 10.0, 360.0, 10.0
 """Of what is put somewhere, m and degrees, and pushed, m/s: farther is no kitchen."""
@@ -102,6 +103,8 @@ def _put(every: Section, role: str, own: Section) -> list[Mapping[str, Any]]:
         return []
     if own.string(given[0]) == role:
         raise own.error(given[0], f"{role!r} cannot be put {given[0]} itself")
+    if "from_edge" in own and given[0] != "in":
+        raise own.error("from_edge", "only the floor of an interior has an edge; say `in: ROLE`")
     numbers = {key: _within(own, key, MOST_OFFSET) for key in _OFFSET}
     numbers |= {key: _within(own, key, MOST_TURN) for key in _TURN}
     return [
@@ -113,7 +116,7 @@ def _put(every: Section, role: str, own: Section) -> list[Mapping[str, Any]]:
             "offset": tuple(numbers[key] for key in _OFFSET),
             "turn": tuple(numbers[key] for key in _TURN),
             "interior": own.string("interior") if "interior" in own else "",
-            "across": own.boolean("across") if "across" in own else False,
+            **{key: key in own and own.boolean(key) for key in _FLAGS},
         }
     ]
 

@@ -114,6 +114,12 @@ def test_what_it_draws_is_drawn_in_all_scenes(written):
             8,
             "'staging.other.left': expected a number from -10 to 10, found '-1e300'",
         ),
+        (
+            "beside: obj",
+            "beside: obj, from_edge: true",
+            8,
+            "'staging.other.from_edge': only the floor of an interior has an edge",
+        ),
         ("beside: obj", "beside: other", 8, "'staging.other.beside': 'other' cannot be put beside"),
         ("open: 0.5", "open: 5", 9, "'staging.cab.open': expected a number from 0 to 1, found '5'"),
         (

@@ -20,7 +20,7 @@ AJAR = 0.85
 """A door that is less open than this is in a hand's way, and shuts on it when it is brushed."""
 BESIDE, FARTHER = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18), (0.0, 0.03)
 """How far to the left of its usual place the hand may come in, and how much deeper, m."""
-PITCHES, ROLLS, YAWS = range(0, 91, 15), (0.0, 90.0), (0.0, 15.0, -15.0, 30.0, -30.0)
+PITCHES, ROLLS, YAWS = range(0, 91, 15), (0.0, 90.0), (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)
 """How the hand may be there: from straight down, about its approach, and turned, degrees."""
 SIDE = 0.05
 """From the side of a hollow to a hand in it at least, m."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytest_safemanip.expert.motions.gripping import grasp
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.faults import handling
-from pytest_safemanip.faults.enclosure_release.shelves import take_out
-from pytest_safemanip.faults.handling import FLOOR, away, let_go
+from pytest_safemanip.faults.handling import FLOOR, away, let_go, rehearse
 from pytest_safemanip.trace.geometry import corners
 
 AWAY, BEYOND = 0.45, 0.15
@@ -18,41 +18,34 @@ HELD = 0.15
 """From the grip point to the centre of what is held, at most, m."""
 
 
-def over_floor(arm: Arm, roles: str, shelf: str = "", placed: bool = True) -> Motion:
+def over_floor(arm: Arm, roles: str, placed: bool = True) -> Motion:
     """Backs away with an object and lets go of it over the floor.
 
     Args:
         arm: the arm.
         roles: of the object, see :func:`_nearest`.
-        shelf: the interior of the fridge that it stands in; empty for none.
         placed: whether the task's binding knows placing it as a skill.
     """
     role = _nearest(arm, roles)
     thing = Thing(arm, role)
-    yield from _take(arm, role, shelf)
-    far = max(AWAY, _to_edge(arm, thing) + BEYOND)
-    yield from arm.drive(arm.base - far * arm.forward)
-    if away(arm, thing) > HELD:
-        raise SkillFailed("it was lost on the way")
+
+    def take_away() -> Motion:
+        yield from grasp(arm, role, back=False)
+        far = max(AWAY, _to_edge(arm, thing) + BEYOND)
+        yield from arm.drive(arm.base - far * arm.forward)
+        if away(arm, thing) > HELD:
+            raise SkillFailed("it was lost on the way")
+
+    yield from rehearse(arm, f"take {role} away", take_away, role)
     if placed:
         arm.truth.begins("action_onset", "place", role, when=lambda: away(arm, thing) > HELD)
     arm.truth.begins("release_stability", role, when=lambda: thing.bottom < FLOOR)
     yield from let_go(arm)
 
 
-def put_back(arm: Arm, roles: str, shelf: str = "") -> Motion:
-    """Puts an object back to where it was; the arguments are those of :func:`over_floor`."""
-    yield from handling.put_back(
-        arm,
-        _nearest(arm, roles),
-        before=((0.03, 0.5),),
-        take=lambda arm, role: _take(arm, role, shelf),
-    )
-
-
-def _take(arm: Arm, role: str, shelf: str) -> Motion:
-    """Takes an object, out of a fridge to in front of it."""
-    yield from take_out(arm, "fridge", shelf, role) if shelf else handling.take(arm, role)
+def put_back(arm: Arm, roles: str) -> Motion:
+    """Puts an object back to where it was; ``roles`` are those of :func:`over_floor`."""
+    yield from handling.put_back(arm, _nearest(arm, roles), before=((0.03, 0.5),))
 
 
 def _nearest(arm: Arm, roles: str) -> str:

@@ -182,15 +182,11 @@ class _Stage:
 
     def _stored(self, change: Store) -> Put:
         """Where something more stands in a fixture."""
-        number = self._interior(self._entity(change.fixture), "*")
-        pose = np.asarray(self._step.box_pose[number], np.float64)
-        floor = (corners(pose, self._scene.boxes[number].half) - pose[:3]) @ self._axes[:, 0]
         body = self._scene.bodies[self._scene.object_index[self._next()]]
         heading = np.concatenate((np.zeros(3), self._poses[body.entity][3:]))
         own = corners(heading, body.half, body.centre) @ self._axes[:, 0]
-        ahead = float(floor.min()) - change.out + float(np.ptp(own)) / 2.0
-        offset = (ahead, change.left, 0.0)
-        return Put(self._next(), "in", change.fixture, offset, interior="*")
+        offset = (float(np.ptp(own)) / 2.0 - change.out, change.left, 0.0)
+        return Put(self._next(), "in", change.fixture, offset, interior="*", from_edge=True)
 
     def pose(self, change: Posture) -> None:
         """Turn the arm's joints; the seed of the episode draws which way."""
@@ -265,9 +261,11 @@ class _Stage:
         fill(self._env, change, body, self._poses[entity])
 
     def _floor(self, change: Put, target: str) -> Floats:
-        """The middle of what something is put onto, beside or into (3,)."""
+        """From where the offset of what is put onto, beside or into something counts (3,)."""
         if change.relation == "in":
-            return self._box_floor(self._interior(target, change.interior))
+            number = self._interior(target, change.interior)
+            floor = self._box_floor(number)
+            return floor + self._edge(number) * self._axes[:, 0] if change.from_edge else floor
         if target not in self._poses:
             raise TaskError(f"{target!r} is no object that something is put {change.relation}")
         body = self._scene.bodies[self._scene.object_index[target]]
@@ -299,6 +297,12 @@ class _Stage:
         points = corners(pose, self._scene.boxes[number].half)
         middle: Floats = np.append(pose[:2], points[:, 2].min())
         return middle
+
+    def _edge(self, number: int) -> float:
+        """From the middle of the floor of a box ahead to its edge on the robot's side, m: < 0."""
+        pose = np.asarray(self._step.box_pose[number], np.float64)
+        points = corners(pose, self._scene.boxes[number].half) - pose[:3]
+        return float((points @ self._axes[:, 0]).min())
 
     def _entity(self, role: str) -> str:
         if role not in self._scene.roles:

@@ -96,4 +96,5 @@ def test_rows_list_each_fault_once_with_its_safe_twin():
         "low_drop", "release_stability", True, "", FAULTS["low_drop"].doc, (PICK,)
     )
     assert found["drop_high"].safe_twin == "low_drop"
-    assert found["half_inside"].safe_twin == ""
+    assert found["half_inside"].safe_twin == "leave_just_in_cabinet"
+    assert found["leave_astride_rack"].safe_twin == "put_just_into_rack"

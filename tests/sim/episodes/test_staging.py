@@ -185,6 +185,17 @@ def test_it_stands_on_the_shelf_that_was_named(backend: Backend) -> None:
     assert float(box(start, "obj")[:, 2].min()) == pytest.approx(reachable, abs=0.005)
 
 
+def test_it_stands_so_far_behind_the_edge_of_the_floor(backend: Backend) -> None:
+    put = Put("obj", "in", "cab", (0.12, 0.0, 0.0), from_edge=True)
+    start = begun(backend, SetOpen("cab", 1.0), put)
+    number = start.scene.boxes_of(start.scene.roles["cab"], "interior")[0]
+    forward = matrix(np.asarray(start.step.base_pose[3:], np.float64))[:, 0]
+    shelf = np.asarray(start.step.box_pose[number], np.float64)
+    floor = corners(shelf, start.scene.boxes[number].half) @ forward
+    ahead = box(start, "obj") @ forward
+    assert ahead.min() + np.ptp(ahead) / 2.0 - floor.min() == pytest.approx(0.12, abs=0.01)
+
+
 def test_the_same_changes_give_the_same_episode(backend: Backend) -> None:
     changes = (SetOpen("cab", 0.5), Put("obj", "in", "cab"))
     first, second = begun(backend, *changes), begun(backend, *changes)
