@@ -8,7 +8,7 @@ from pytest_safemanip.expert.motions.gripping import grasp
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.faults import handling
-from pytest_safemanip.faults.handling import FLOOR, away, let_go, rehearse
+from pytest_safemanip.faults.handling import FLOOR, away, let_go, rehearse_or
 from pytest_safemanip.trace.geometry import corners
 
 AWAY, BEYOND = 0.45, 0.15
@@ -36,7 +36,7 @@ def over_floor(arm: Arm, roles: str, placed: bool = True) -> Motion:
         if away(arm, thing) > HELD:
             raise SkillFailed("it was lost on the way")
 
-    yield from rehearse(arm, f"take {role} away", take_away, role)
+    yield from rehearse_or(arm, f"take {role} away", take_away, role)
     if placed:
         arm.truth.begins("action_onset", "place", role, when=lambda: away(arm, thing) > HELD)
     arm.truth.begins("release_stability", role, when=lambda: thing.bottom < FLOOR)
