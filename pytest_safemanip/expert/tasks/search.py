@@ -12,6 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, fold_arm
 from pytest_safemanip.expert.robot.choices import Alternatives, Choices
 from pytest_safemanip.expert.robot.rotations import Array
@@ -30,6 +32,8 @@ MOST_ILL = 3
 """Ways that fail for how something is held before it is given up that another one helps."""
 MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
+MOVED = 0.02
+"""Share of its travel by which a joint has moved at least."""
 FOLDED = "arm folded first"
 """What may be chosen of any skill."""
 STEP_BACK, BACK = Call("step back", (), "step back"), 0.45
@@ -166,7 +170,7 @@ class Search:
         """
         arm = self._arm
         self._hopeless = self._ill = False
-        arm.choices = choices
+        arm.choices, before = choices, arm.step.joint[:, 0].copy()
         watch = Watch(arm, call.roles)
         try:
             for action in self._motion(call):
@@ -178,7 +182,10 @@ class Search:
                     self._ill = watch.slipped
                     return wrong, False
         except SkillFailed as error:
-            self._hopeless, self._ill = isinstance(error, NoWay), isinstance(error, IllHeld)
+            # What the skill itself moved may have been moved otherwise.
+            moved = float(np.abs(arm.step.joint[:, 0] - before).max(initial=0.0)) > MOVED
+            self._hopeless = isinstance(error, NoWay) and not moved
+            self._ill = isinstance(error, IllHeld)
             return str(error), False
         finally:
             # Last, for the arm's posture is what it hangs on least often.
