@@ -61,6 +61,9 @@ WITHIN = 0.03
 """How far inside of that the base brings it, m."""
 STEPS = 500
 """Control steps of one hold at most."""
+LOST = 0.5
+"""Fingers that have closed to less than this share of what they were open have lost what they held.
+"""
 OFF = 0.04
 """A hand that is farther from where it holds has lost it, m."""
 BY_HAND = 0.05
@@ -230,10 +233,11 @@ def follow(
     fastest = TWIST if twists else PULLED if pulls and joint.kind == "hinge" else FASTEST
     press, last, still, mark = LEAST_LEAD, first, 0, first
     eases: Array | None = None
+    lost = LOST * float(arm.step.gripper[0]) if pulls else -1.0
     period = arm.scene.control_period
     for number in range(STEPS):
         now = fixture.openness(joint)
-        if there():
+        if there() or arm.step.gripper[0] < lost:
             return
         rate, last = (now - last) * way * long / period, now
         if number and not number % CREEPS:
