@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from pytest_safemanip.expert.motions.holds import LETS_GO, Hold, solids_then
 from pytest_safemanip.expert.motions.travelling import joints_now
-from pytest_safemanip.expert.robot.arm import Arm, raised
+from pytest_safemanip.expert.robot.arm import FOLDED, Arm, raised
 from pytest_safemanip.expert.robot.hand import WRIST
 from pytest_safemanip.expert.robot.kinematics import STRIDE, bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.candidates import Candidates
 from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.standing import nearest, rearmost
-from pytest_safemanip.expert.world.ways import Leg
+from pytest_safemanip.expert.world.ways import Leg, foresee
 from pytest_safemanip.trace.elements import Joint
 
 REACHES, STRETCHES = (0.64, 0.54, 0.74), (0.60, 0.54, 0.64)
@@ -27,10 +27,11 @@ LONGEST, STAYS = 0.86, 0.6
 """Base to hand at most, m, and the cost of staying where it is."""
 BEFORE, NEAR = 0.12, 0.03
 """From where a hand comes straight in, and slowly, m."""
-STRAIGHT, OVER, *ROUND = range(4)
-"""Routes there: straight, from above, and with the base drawn back before it drives aside."""
-ABOVE, BACKS = 0.16, (0.30, 0.65)
-"""How far above, and how far back, m."""
+STRAIGHT, OVER, *ROUND, FOLDING = range(5)
+"""Routes there: straight, from above, with the base drawn back before it drives aside, and straight
+once the arm is folded, the hand first drawn back beside a door that it has opened."""
+ABOVE, BACKS, DRAWN = 0.16, (0.30, 0.65), 0.2
+"""How far above, and how far back base and hand, m."""
 BLOCKED = 2.0
 """Cost of driving straight where something stands."""
 FAR_OFF, DRIVES = 10.0, 2.0
@@ -120,13 +121,15 @@ class Takes:
             for then in along
         ]
         cost += self._to_follow(*self._along[-1])
-        routes = np.arange(ROUND[-1] + 1)
+        routes = np.arange(FOLDING + 1)
         near = np.minimum(stand, here[0])[..., None]
         drawn, most = near - np.array(BACKS), backing[..., None]
         # What it is beside is not behind it when it has drawn back.
         self._back = np.where(most > near, drawn, np.maximum(drawn, most))
-        straight = np.repeat(np.maximum(stand, here[0])[..., None], ROUND[0], axis=2)
-        blocked = passing[..., None] < np.append(straight, self._back, axis=2)
+        straight = np.maximum(stand, here[0])[..., None]
+        ahead = np.concatenate((straight, straight, self._back, straight), axis=2)
+        unlikely = BLOCKED * (passing[..., None] < ahead)
+        unlikely[:, :, FOLDING] += 0.0 if foresee(arm, self._fold()).free else np.inf
         pushed = np.array([not h.pinched for h in found])
         own = np.concatenate(
             (points / 0.08, hands[:, :, 2] / 0.5, hands[:, :, 0] / 0.7, pushed[:, None] * 1.5),
@@ -142,7 +145,7 @@ class Takes:
             axis=3,
         )
         self._points, self._hands, self._shape = points, hands, shape
-        total = cost[:, :, None] + 0.25 * routes + BLOCKED * blocked
+        total = cost[:, :, None] + 0.25 * routes + unlikely
         cells = np.round(self._at / GRID).astype(int).reshape(-1, 2)
         place = np.unique(cells, axis=0, return_inverse=True)[1].reshape(*cost.shape, 1)
         drives = place * len(routes) + np.maximum(routes, OVER)
@@ -206,10 +209,18 @@ class Takes:
             return [stand, *legs], hold.opening
         if route == OVER:
             return [stand, Leg(raised(before, ABOVE), hand, 0.03), *legs], hold.opening
+        if route == FOLDING:
+            return [*self._fold(), stand, *legs], hold.opening
         back = float(self._back[which, place, route - ROUND[0]])
         drawn = [Leg(arm.floor_point(back, side)) for side in (arm.aside(arm.base), aside)]
         posed = Leg(before - arm.onward(ahead - back), hand, 0.03)
         return [*drawn, posed, stand, *legs], hold.opening
+
+    def _fold(self) -> Sequence[Leg]:
+        """The way on which the arm folds."""
+        arm, (far, height, pitch) = self._arm, FOLDED
+        drawn = Leg(arm.position - arm.onward(DRAWN), tolerance=0.03)
+        return [drawn, Leg(arm.before(far, height), arm.pointing(pitch), 0.05)]
 
     def _hard(self, numbers: NDArray[np.intp]) -> Array:
         """How hard the postures of some are for the arm, and how deep its links would be in
