@@ -244,7 +244,7 @@ def follow(
             if (now - mark) * way * long < CREPT:
                 return
             mark = now
-        most = fastest
+        most = fastest if along or pulls or eases is None else fastest / 2.0
         left = max(0.0, (goal - now) * way * long)
         wanted = float(np.clip(math.sqrt(2.0 * left * fastest / brake), SLOWEST, most))
         most = TWISTING if twists else MOST_LEAD
