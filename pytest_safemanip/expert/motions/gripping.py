@@ -17,7 +17,12 @@ from pytest_safemanip.expert.motions.handholds import (
 from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
-from pytest_safemanip.expert.motions.reaching import Reaching, any_heading
+from pytest_safemanip.expert.motions.reaching import (
+    LINK_CLEARANCES,
+    SQUEEZED,
+    Reaching,
+    any_heading,
+)
 from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING
@@ -42,6 +47,9 @@ least, m: its end may be nearer, or beyond where it counts as open.
 GOOD, FEW, MOST_ASKED = 3, 60, 16
 """Ways to grasp something with which there is a way to put it down that are enough, how many poses
 are looked at for that way, and for how many ways to grasp at most."""
+DOUBTFUL = 8
+"""Ways to grasp something that are offered where the hand is squeezed in, for a rehearsal to tell.
+"""
 LIFTED = 0.02
 """Rise that shows that an object is held, m."""
 ASTRAY = 0.015
@@ -81,6 +89,7 @@ def grasp(
             break
         yield from _pull(arm, drawer)
         ways = _known_ways(arm, thing, part, goal)
+    ways = ways or _known_ways(arm, thing, part, goal, (SQUEEZED,))[:DOUBTFUL]
     if not ways:
         raise NoWay(f"the hand has no room at {role}")
     reach = turned_over(arm, arm.choices.choose("way to grasp", ways))
@@ -92,14 +101,20 @@ def grasp(
         yield from holding(arm, draw_back(arm, reach, thing), thing)
 
 
-def _known_ways(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> list[Reach]:
+def _known_ways(
+    arm: Arm,
+    thing: Thing,
+    part: Part,
+    goal: Goal | None,
+    clearances: Sequence[float] = LINK_CLEARANCES,
+) -> list[Reach]:
     state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
-    what = f"ways to grasp {thing.entity} {part}"
+    what = f"ways to grasp {thing.entity} {part} {clearances}"
     return arm.latest(
         what,
         state,
         lambda: any_heading(
-            arm, lambda clearance: ways_to_grasp(arm, thing, part, goal, clearance)
+            arm, lambda clearance: ways_to_grasp(arm, thing, part, goal, clearance), clearances
         ),
         LASTING,
     )

@@ -64,6 +64,10 @@ NARROWLY = 0.2
 """How much farther than they are fingers open in what is narrow, share of the full opening."""
 SPEED, SOFTLY = 0.12, 0.05
 """Share of the hand's top speed at which a load is lowered: usually, and what may break."""
+FASTEST, CREEPING, CREPT = 0.2, 15, 0.3
+"""Up to which share of its top speed a hand is lowered faster that creeps: that in so many steps
+comes down by less than this share of what it should. An arm that reaches far out does so.
+"""
 CARRIED = 0.6
 """Share of the usual speeds on the way."""
 BELOW_RIM = 0.015
@@ -401,14 +405,35 @@ def set_down(
         required=False,
         exact=True,
     )
+    yield from _lower(arm, thing, raised(arm.position, -depth), speed)
+
+
+def _lower(arm: Arm, thing: Thing, low: Array, speed: float) -> Motion:
+    """Lower a held thing until it stands, to a point (3,) at most; faster if the hand creeps."""
+    stride, heights = STRIDE * speed, list[float]()
+
+    def stands() -> bool:
+        return bool(carriers(arm, thing)) or palm_meets(arm, thing)
+
+    def creeps() -> bool:
+        late = heights[LAGS:][-CREEPING:]
+        down = late[0] - late[-1] if len(late) == CREEPING else math.inf
+        return down < CREPT * CREEPING * stride
+
+    def ends() -> bool:
+        heights.append(float(arm.position[2]))
+        return stands() or (speed < FASTEST and creeps())
+
     yield from arm.move(
-        raised(arm.position, -depth),
+        low,
         arm.rotation,
         speed=speed,
-        steps=LAGS + round(1.2 * depth / (STRIDE * speed)),
-        until=lambda: bool(carriers(arm, thing)) or palm_meets(arm, thing),
+        steps=LAGS + round(1.2 * float(arm.position[2] - low[2]) / stride),
+        until=ends,
         required=False,
     )
+    if speed < FASTEST and creeps() and not stands():
+        yield from _lower(arm, thing, low, 2.0 * speed)
 
 
 def withdraw(arm: Arm, reach: Reach) -> Motion:

@@ -40,6 +40,9 @@ FINGERS_FREE, PALM_FREE = 0.001, 0.003
 LINK_CLEARANCES = (-0.004, -0.02)
 """Least clearance of the balls around the arm's links, m. The links are slimmer than the balls, so
 that the second value is tried where the first one leaves no way."""
+SQUEEZED, GRAZES = -0.025, 0.004
+"""Likewise where the hand has no room otherwise, and how much less is left around it then, m: its
+shape and others are taken for larger than they are, and a rehearsal tells whether they meet."""
 OVERLAP_COST = 50.0
 """Cost of each m by which a ball's clearance is below the first value."""
 LOWERED = 0.018
@@ -89,14 +92,19 @@ MOST, UNSUITED = 16, 4
 """Ways that are offered, and of those to poses that do not suit."""
 
 
-def any_heading(arm: Arm, find: Callable[[float], list[Reach]]) -> list[Reach]:
+def any_heading(
+    arm: Arm,
+    find: Callable[[float], list[Reach]],
+    clearances: Sequence[float] = LINK_CLEARANCES,
+) -> list[Reach]:
     """The ways that are found with the base turned as it is, or else turned otherwise.
 
     Args:
         arm: the arm.
         find: finds them, given the least clearance of the arm's links, m.
+        clearances: that it is given, one after the other.
     """
-    for clearance, turn in itertools.product(LINK_CLEARANCES, HEADINGS):
+    for clearance, turn in itertools.product(clearances, HEADINGS):
         with facing(arm, turn):
             found = find(clearance)
         if found:
@@ -111,13 +119,16 @@ class Reaching:
         arm: the arm.
         room: what is around.
         ways: how the hand may come and leave.
-        clearance: least one of the arm's links, m.
+        clearance: least one of the arm's links, m; where the hand is squeezed in, the first way
+            on which it has any room is taken, for a roomier one may lead the arm into something.
     """
 
     def __init__(
         self, arm: Arm, room: Room, ways: Ways, clearance: float = LINK_CLEARANCES[0]
     ) -> None:
         self._arm, self._room, self._ways, self._clearance = arm, room, ways, clearance
+        squeezed = clearance <= SQUEEZED
+        self._grazes, self._enough = (GRAZES, TIGHT) if squeezed else (0.0, ON_WAY)
         self._frame = arm.frame
         self._fronts, self._rears = dict[float, float](), dict[float, float]()
 
@@ -215,8 +226,9 @@ class Reaching:
         hands = self._frame.T @ np.array([pose.hand for pose in poses])
         palms = PALM_POINTS @ hands.transpose(0, 2, 1) + points.T[:, None]
         tips = FINGER_ENDS @ hands.transpose(0, 2, 1) + points.T[:, None]
-        free = self._room.away(palms).min(axis=1) > PALM_FREE - ROUGH
-        return np.asarray(free & (self._room.away(tips).min(axis=1) > FINGERS_FREE - ROUGH))
+        free = self._room.away(palms).min(axis=1) > PALM_FREE - self._grazes - ROUGH
+        least = FINGERS_FREE - self._grazes - ROUGH
+        return np.asarray(free & (self._room.away(tips).min(axis=1) > least))
 
     def _grips(self, pose: Pose) -> bool:
         """Whether the hand has room at a pose, and where it lets go of what it brings."""
@@ -225,9 +237,9 @@ class Reaching:
         openings = {pose.opening, min(pose.opening, pose.holding)}
         fingers = np.concatenate([finger_points(opening) for opening in openings])
         return (
-            self._room_at(replace(pose, point=lowered), PALM_POINTS) >= PALM_FREE
-            and self._room_at(pose, fingers) >= FINGERS_FREE
-            and self._room_at(replace(pose, point=low), fingers) >= FINGERS_FREE
+            self._room_at(replace(pose, point=lowered), PALM_POINTS) >= PALM_FREE - self._grazes
+            and self._room_at(pose, fingers) >= FINGERS_FREE - self._grazes
+            and self._room_at(replace(pose, point=low), fingers) >= FINGERS_FREE - self._grazes
         )
 
     def _room_at(self, pose: Pose, points: Array) -> float:
@@ -263,7 +275,7 @@ class Reaching:
         for back, up, near in steps:
             offset = np.array((0.0, 0.0, up)) - back * pose.hand[:, 2]
             offset[:2] -= near * self._arm.forward
-            least = BELOW_EDGE if near else TIGHT
+            least = (BELOW_EDGE if near else TIGHT) - self._grazes
             off = offset @ self._frame
             if not self._straight(points, off, least) or not (
                 loaded or self._ways.brings or _past(pose, offset)
@@ -273,7 +285,7 @@ class Reaching:
                 drawn = self._drawn_back(points + off, slant)
                 if drawn and (best is None or drawn[1] > best[2] + 0.002):
                     best = offset, self._frame[:2, :2] @ drawn[0], drawn[1]
-                if drawn and drawn[1] >= ON_WAY:
+                if drawn and drawn[1] >= self._enough:
                     return best
         return best
 
@@ -286,7 +298,9 @@ class Reaching:
             if self._room.away(some + steps).min() <= least:
                 return False
         # Between the points at which distances are noted is room for a thin board.
-        return bool(self._room.exactly((points + steps).reshape(-1, 3)).min() > TIGHT - ROUGH)
+        return bool(
+            self._room.exactly((points + steps).reshape(-1, 3)).min() > TIGHT - self._grazes - ROUGH
+        )
 
     def _drawn_back(self, points: Array, slant: float) -> tuple[Array, float] | None:
         """How far the base draws back from where a hand has such points (P, 3) for the hand to be
@@ -298,7 +312,7 @@ class Reaching:
             shut = np.flatnonzero(away < CLEAR)
             first = int(shut[-1]) + 1 if len(shut) else 0
             room = min(float(away[: max(first, 1)].min()), ON_WAY)
-            if first == len(away) or room <= TIGHT:
+            if first == len(away) or room <= TIGHT - self._grazes:
                 return None
         return backs[first, :2], room
 
