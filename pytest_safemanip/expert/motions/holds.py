@@ -50,11 +50,15 @@ TILTS, SLANTS = (0.0, 20.0, -20.0, 40.0, -40.0), (0.0, 30.0, -30.0)
 one finger to be behind it, degrees."""
 PITCHES, YAWS, ROLLS = (15.0, 35.0, 55.0, 75.0, 88.0), (0.0, 30.0, -30.0, 60.0, -60.0), (0.0, 90.0)
 """Of a hand that pushes, degrees."""
+HALF_ROUND = 0.5
+"""Cost of turning it half round: its fingers are alike, but the arm behind it goes elsewhere."""
 AGAINST, ALONG, OVER_EDGE, INSIDE, OVER = 0.6, 0.15, 0.75, 0.7, 0.4
 """A face is pushed that points against the motion by at least this, by a hand that points along it
 or towards it, or away from it over its edge, or by the inner side of a finger, as cosines."""
 SPACING, FROM_END, OFF_EDGE, ON_EDGE = 0.10, 0.015, 0.03, 0.004
 """Between two places on a piece, and from its end, where it is pinched, pushed, and hooked, m."""
+TIP = 0.010
+"""From a place near an edge back to the grip point of fingers whose tips just come over it, m."""
 LEVERAGE, SMALL, ON_AXIS = 0.5, 0.07, 0.02
 """Nearer to a hinge than by this share of the farthest point a part is not pushed; what reaches no
 farther from its hinge than this, m, is held this near to it, m, and turned with the hand."""
@@ -153,7 +157,13 @@ class Hold:
 
 
 def holds(
-    arm: Arm, joint: Joint, bars: Sequence[Piece], first: float, goal: float, slips: bool = False
+    arm: Arm,
+    joint: Joint,
+    bars: Sequence[Piece],
+    first: float,
+    goal: float,
+    slips: bool = False,
+    wider: bool = False,
 ) -> list[Hold]:
     """Ways to move a part, the likeliest first.
 
@@ -164,12 +174,12 @@ def holds(
         first: openness now.
         goal: openness wanted.
         slips: whether it slipped out of the fingers.
+        wider: whether it is pushed in ways that are rarely needed, and only so.
     """
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
-    found = [
-        *_pinched(arm, joint, part, bars, goal - first, slips),
-        *_pushed(arm, joint, part, way),
-    ]
+    found = [*_pushed(arm, joint, part, way, wider)]
+    if not wider:
+        found = [*_pinched(arm, joint, part, bars, goal - first, slips), *found]
     found = [hold for hold in found if _stays(hold.moved(joint, goal - first, 0.0))]
     found = [found[number] for number in _likeliest(found, MOST)]
     off = PALM_OFF if _farthest(joint, part) < SMALL else 0.0
@@ -309,31 +319,39 @@ def _hands(
             yield Hold(point, hand, opening, full, point, np.zeros(3))
 
 
-def _pushed(arm: Arm, joint: Joint, part: Sequence[Piece], way: float) -> Iterator[Hold]:
+def _pushed(
+    arm: Arm, joint: Joint, part: Sequence[Piece], way: float, wider: bool
+) -> Iterator[Hold]:
     """Fingers against a face that points against the motion: closed ones, or, near its edge, one of
-    an open hand.
+    an open hand; or else of a hand turned half round, or the tips of one that goes along the face.
     """
-    hands = [arm.pointing(*posed) for posed in product(PITCHES, ROLLS, YAWS)]
-    for cost, spot, normal, _ in _spots(joint, part, way, False):
-        for hand in hands:
+    usual = [arm.pointing(*posed) for posed in product(PITCHES, ROLLS, YAWS)]
+    hands = [(hand, _twisted(arm, hand)) for hand in usual]
+    round_ = [(hand * (-1.0, -1.0, 1.0), twisted + HALF_ROUND) for hand, twisted in hands]
+    turned = round_ if wider else hands
+    for cost, spot, normal, _ in _spots(joint, part, way, False, wider):
+        for hand, twisted in turned:
             if hand[:, 2] @ normal < ALONG:
-                full = cost + _twisted(arm, hand)
-                yield Hold(spot + _off(normal, hand), hand, 0.0, full, spot, normal)
-    for cost, spot, normal, inward in _spots(joint, part, way, True):
-        for hand in hands:
+                yield Hold(spot + _off(normal, hand), hand, 0.0, cost + twisted, spot, normal)
+    for cost, spot, normal, inward in _spots(joint, part, way, True, wider):
+        for hand, twisted in (*hands, *round_) if wider else ():
+            if hand[:, 2] @ inward >= OVER and abs(hand[:, 2] @ normal) < ALONG:
+                tip, full = spot - TIP * hand[:, 2], cost + HOOKED + twisted
+                yield Hold(tip + _off(normal, hand), hand, 0.0, full, tip, normal)
+        for hand, twisted in turned:
             if hand[:, 2] @ inward < OVER:
                 continue
+            full = cost + HOOKED + twisted
             if ALONG < hand[:, 2] @ normal < OVER_EDGE:
-                full = cost + HOOKED + _twisted(arm, hand)
                 yield Hold(spot + _off(normal, hand), hand, 0.0, full, spot, normal)
             if abs(hand[:, 0] @ normal) > INSIDE:
-                full, finger = cost + _twisted(arm, hand), round(np.sign(hand[:, 0] @ normal))
+                finger = round(np.sign(hand[:, 0] @ normal))
                 point = spot + _off(normal, hand, finger)
-                yield Hold(point, hand, 1.0, full + HOOKED, spot, normal, finger)
+                yield Hold(point, hand, 1.0, full, spot, normal, finger)
 
 
 def _spots(
-    joint: Joint, part: Sequence[Piece], way: float, edges: bool
+    joint: Joint, part: Sequence[Piece], way: float, edges: bool, wider: bool
 ) -> list[tuple[float, Array, Array, Array]]:
     """Places on faces that point against the motion, the cheapest first: the cost of each, the
     place (3,), the normal of the face (3,), and the way inwards from the edge that is near (3,).
@@ -343,6 +361,7 @@ def _spots(
         part: its pieces.
         way: 1 to open it, -1 to close it.
         edges: whether they are at the edges, or off them.
+        wider: whether edges are pushed near their ends too, and what turns little as other parts.
     """
     found: dict[tuple[int, ...], tuple[float, Array, Array, Array]] = {}
     farthest, ends = _farthest(joint, part), [corners(p.pose, p.half) for p in part]
@@ -358,6 +377,8 @@ def _spots(
             if edges:
                 end = max(0.0, float(piece.half[first]) - ON_EDGE)
                 us = (-end, end)
+                side = max(0.0, float(piece.half[second]) - 2.0 * ON_EDGE)
+                vs = (*vs, -side, side) if wider else vs
             for u, v in product(us, vs):
                 inward = -math.copysign(1.0, u) * piece.axes[:, first]
                 spot = piece.centre + piece.half[out] * normal
@@ -366,7 +387,8 @@ def _spots(
                 if normal @ moved > -AGAINST or radius < LEVERAGE * farthest:
                     continue
                 cost = FOR_PULLING * (way > 0) + 1.0 - min(radius, farthest) / farthest
-                cost += TO_TWIST * (farthest < SMALL)
+                turns = min(1.0, abs(joint.travel)) if wider else 1.0
+                cost += TO_TWIST * (farthest < SMALL) * turns
                 if math.isinf(radius):
                     cost += OFF_MIDDLE * float(np.linalg.norm(np.cross(axis, spot - middle)))
                 cost += NARROW * float(min(piece.half[first], piece.half[second]) < FINGER_SIDE)

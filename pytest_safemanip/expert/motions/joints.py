@@ -32,7 +32,7 @@ from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.candidates import OPTIONS
 from pytest_safemanip.expert.world.standing import nearest, rearmost
 from pytest_safemanip.expert.world.things import Furniture
-from pytest_safemanip.expert.world.ways import go
+from pytest_safemanip.expert.world.ways import Leg, go
 from pytest_safemanip.trace.elements import ROBOT, Joint
 
 STAGES, WIDE_STAGES, WIDE = (1, 2, 3), (2, 1, 3), 1.2
@@ -53,6 +53,9 @@ STIFFNESS, LAGS = 500.0, 0.19
 FRICTION, BACKED = 0.6, 0.7
 """Share of the fingers' force by which a hand pulls, for what they pinch not to slip, unless it
 moves along their travel by more than this, as a cosine: then a finger is behind it."""
+FIRM = 40.0
+"""Fingers that push a lever with more force than this, N, do not aim still farther ahead: what is
+heavy, and not stuck, takes time."""
 PATIENCE = 30
 """Control steps in which a part that is pushed with all force has to have moved."""
 CREEPS, CREPT = 60, 0.006
@@ -179,17 +182,7 @@ def take_hold(
     yield from face(arm, fixture.entity)
     yield from step_aside(arm)
     first = fixture.openness(joint)
-    state = arm.step.joint.tobytes(), arm.step.eef_pose.tobytes(), arm.step.base_pose.tobytes()
-
-    def ways() -> Takes:
-        found = holds(arm, joint, fixture.boxes("handle", joint.name), first, goal, slips)
-        found = [hold for hold in found if hold.pinched or not pinched]
-        return Takes(arm, found, joint, first, goal)
-
-    asked = f"{what} {goal} {slips} {pinched} of {joint.key}"
-    takes = arm.latest(asked, state, ways, LASTING)
-    number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
-    hold, legs = takes.free(number, joint)
+    hold, legs = _free(arm, fixture, joint, goal, what, slips, pinched)
     yield from arm.open_to(hold.opening)
     *coming, last = legs
     yield from go(arm, coming)
@@ -208,6 +201,46 @@ def take_hold(
     return replace(hold, contact=arm.position, point=arm.position)
 
 
+def _free(
+    arm: Arm,
+    fixture: Furniture,
+    joint: Joint,
+    goal: float,
+    what: str,
+    slips: bool,
+    pinched: bool,
+) -> tuple[Hold, Sequence[Leg]]:
+    """A hold to which there is a free way, and that way; the arguments are those of
+    :func:`take_hold`.
+    """
+    first = fixture.openness(joint)
+    state = arm.step.joint.tobytes(), arm.step.eef_pose.tobytes(), arm.step.base_pose.tobytes()
+
+    def ways(wider: bool) -> Takes:
+        bars = fixture.boxes("handle", joint.name)
+        found = holds(arm, joint, bars, first, goal, slips, wider)
+        found = [hold for hold in found if hold.pinched or not pinched]
+        return Takes(arm, found, joint, first, goal)
+
+    def free(number: int, wider: bool = False) -> tuple[Hold, Sequence[Leg]]:
+        asked = f"{what} {goal} {slips} {pinched} {wider} of {joint.key}"
+        takes = arm.latest(asked, state, lambda: ways(wider), LASTING)
+        return takes.free(number, joint)
+
+    number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
+    if joint.kind == "slide" or pinched or joint.gives_access:
+        return free(number)
+    # In turn: what is rarely needed helps where the usual ways only look free.
+    number, wider = number // 2, number % 2 == 1
+    try:
+        return free(number, wider)
+    except NoWay as none:
+        try:
+            return free(number, not wider)
+        except NoWay:
+            raise none from None
+
+
 def follow(
     arm: Arm,
     fixture: Furniture,
@@ -223,6 +256,7 @@ def follow(
     travel = abs(joint.travel)
     long = travel if joint.kind == "slide" else max(radius, TWISTED) * travel
     twists = joint.kind == "hinge" and radius < TWISTED and hold.pinched
+    firm = joint.kind == "hinge" and not (hold.pinched or joint.gives_access)
     share = 1.0 if twists else 0.0
     if hold.pinched and not twists:
         share = arm.choices.choose(f"{joint.name} turned along", TURNS)
@@ -251,6 +285,8 @@ def follow(
         if pulls and not backed:
             most = min(most, FRICTION * _gripping(arm) / STIFFNESS)
         gain = LEAD_GAIN if rate < wanted else YIELD_GAIN
+        if firm and rate < wanted and _gripping(arm) > FIRM:
+            gain = 0.0
         press = float(np.clip(press + gain * (wanted - rate), LEAST_LEAD, most))
         lead = press + LAGS * float(np.clip(rate, 0.0, wanted))
         still = still + 1 if press >= most and rate < 0.1 * SLOWEST else 0
