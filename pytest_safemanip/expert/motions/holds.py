@@ -51,7 +51,8 @@ one finger to be behind it, degrees."""
 PITCHES, YAWS, ROLLS = (15.0, 35.0, 55.0, 75.0, 88.0), (0.0, 30.0, -30.0, 60.0, -60.0), (0.0, 90.0)
 """Of a hand that pushes, degrees."""
 HALF_ROUND = 0.5
-"""Cost of turning it half round: its fingers are alike, but the arm behind it goes elsewhere."""
+"""Cost of a hand that is rotated by 180 degrees about its approach: its fingers are alike, but the
+arm behind it goes elsewhere."""
 AGAINST, ALONG, OVER_EDGE, INSIDE, OVER = 0.6, 0.15, 0.75, 0.7, 0.4
 """A face is pushed that points against the motion by at least this, by a hand that points along it
 or towards it, or away from it over its edge, or by the inner side of a finger, as cosines."""
@@ -323,18 +324,19 @@ def _pushed(
     arm: Arm, joint: Joint, part: Sequence[Piece], way: float, wider: bool
 ) -> Iterator[Hold]:
     """Fingers against a face that points against the motion: closed ones, or, near its edge, one of
-    an open hand; or else of a hand turned half round, or the tips of one that goes along the face.
+    an open hand; or, if ``wider``, those of a hand rotated by 180 degrees about its approach, and
+    the tips of one that goes along the face.
     """
     usual = [arm.pointing(*posed) for posed in product(PITCHES, ROLLS, YAWS)]
     hands = [(hand, _twisted(arm, hand)) for hand in usual]
-    round_ = [(hand * (-1.0, -1.0, 1.0), twisted + HALF_ROUND) for hand, twisted in hands]
-    turned = round_ if wider else hands
+    rotated = [(hand * (-1.0, -1.0, 1.0), twisted + HALF_ROUND) for hand, twisted in hands]
+    turned = rotated if wider else hands
     for cost, spot, normal, _ in _spots(joint, part, way, False, wider):
         for hand, twisted in turned:
             if hand[:, 2] @ normal < ALONG:
                 yield Hold(spot + _off(normal, hand), hand, 0.0, cost + twisted, spot, normal)
     for cost, spot, normal, inward in _spots(joint, part, way, True, wider):
-        for hand, twisted in (*hands, *round_) if wider else ():
+        for hand, twisted in (*hands, *rotated) if wider else ():
             if hand[:, 2] @ inward >= OVER and abs(hand[:, 2] @ normal) < ALONG:
                 tip, full = spot - TIP * hand[:, 2], cost + HOOKED + twisted
                 yield Hold(tip + _off(normal, hand), hand, 0.0, full, tip, normal)

@@ -212,6 +212,10 @@ def _free(
 ) -> tuple[Hold, Sequence[Leg]]:
     """A hold to which there is a free way, and that way; the arguments are those of
     :func:`take_hold`.
+
+    Raises:
+        SkillFailed: if there are not so many.
+        NoWay: if there is none; says what is in the way of those that were tried first.
     """
     first = fixture.openness(joint)
     state = arm.step.joint.tobytes(), arm.step.eef_pose.tobytes(), arm.step.base_pose.tobytes()
