@@ -8,9 +8,9 @@ import numpy as np
 
 from pytest_safemanip.expert.motions.joints import follow, move_joint, take_hold
 from pytest_safemanip.expert.motions.operating import SHUT
-from pytest_safemanip.expert.robot.arm import Arm, Motion
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.world.things import Furniture, Thing
-from pytest_safemanip.faults.handling import rehearse
+from pytest_safemanip.faults.handling import rehearse, rehearse_or
 from pytest_safemanip.faults.mechanism_recovery.drawer import LONG
 from pytest_safemanip.trace.elements import Joint
 
@@ -43,10 +43,7 @@ def shut(arm: Arm, role: str, obstacle: str, unsafe: bool, far: float = FAR) -> 
         yield from rehearse(arm, text, lambda: move_joint(arm, fixture, joint, 0.0, SHUT), role)
         return
     where = thing.centre
-    blocked, hard = (
-        _Slow(fixture, joint, LONG_ENOUGH, CREEP),
-        _Slow(fixture, joint, HARD, SLOWED),
-    )
+    blocked = _Slow(fixture, joint, LONG_ENOUGH, CREEP)
 
     def pushed() -> float:
         return float(np.linalg.norm(thing.centre - where))
@@ -55,13 +52,20 @@ def shut(arm: Arm, role: str, obstacle: str, unsafe: bool, far: float = FAR) -> 
         stands = pushed() > PUSHED and fixture.openness(joint) > SHUT
         return blocked() and (stands or _presses(arm, joint, thing) > SQUEEZED)
 
-    def there() -> bool:
-        stops = hard() and pushed() > PUSHED
-        return stops or pushed() > far or fixture.openness(joint) <= SHUT
+    def push() -> Motion:
+        hard = _Slow(fixture, joint, HARD, SLOWED)
+
+        def there() -> bool:
+            stops = hard() and pushed() > PUSHED
+            return stops or pushed() > far or fixture.openness(joint) <= SHUT
+
+        hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
+        yield from follow(arm, fixture, joint, hold, 0.0, there)
+        if not there() and _presses(arm, joint, thing) <= SQUEEZED:
+            raise SkillFailed(f"{role} was not pushed onto {obstacle}")
 
     arm.truth.begins("mechanism_recovery", role, when=jammed)
-    hold = yield from take_hold(arm, fixture, joint, 0.0, "hold")
-    yield from follow(arm, fixture, joint, hold, 0.0, there)
+    yield from rehearse_or(arm, f"shut {role}", push, role)
     yield from arm.wait(LONG)
 
 
