@@ -244,7 +244,7 @@ class Reaching:
 
     def _room_at(self, pose: Pose, points: Array) -> float:
         """Room around points of a hand at a pose, m."""
-        return float(self._room.exactly((points @ pose.hand.T + pose.point) @ self._frame).min())
+        return self._room.least((points @ pose.hand.T + pose.point) @ self._frame)
 
     def _hand_way(self, pose: Pose, plain: bool) -> Way | None:
         """How the hand comes and leaves, in any way or out from below an edge; None if it has no
@@ -298,9 +298,7 @@ class Reaching:
             if self._room.away(some + steps).min() <= least:
                 return False
         # Between the points at which distances are noted is room for a thin board.
-        return bool(
-            self._room.exactly((points + steps).reshape(-1, 3)).min() > TIGHT - self._grazes - ROUGH
-        )
+        return self._room.least((points + steps).reshape(-1, 3)) > TIGHT - self._grazes - ROUGH
 
     def _drawn_back(self, points: Array, slant: float) -> tuple[Array, float] | None:
         """How far the base draws back from where a hand has such points (P, 3) for the hand to be
