@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytest_safemanip.expert.motions.gripping import grasp
 from pytest_safemanip.expert.motions.placing import OVER, Spot, bring
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Thing
-from pytest_safemanip.faults.handling import OPEN, go, rehearse, take
+from pytest_safemanip.faults.handling import OPEN, go, rehearse
 
 ITEM = "waffle"
 DEEP = 0.04
@@ -47,9 +48,9 @@ def put_in(
         near, far = item.extent_ahead()
         ahead = front + depth - (far - near) / 2.0
         point = arm.point(ahead, arm.aside(pose), floor + height - OVER)
+        yield from grasp(arm, ITEM, back=False)
         yield from bring(arm, item, lambda: [Spot(point)])
 
-    yield from take(arm, ITEM)
     if unsafe:
         arm.truth.begins("enclosure_clearance", "microwave", when=entered)
     yield from rehearse(arm, "hold it into the microwave", come, ITEM, "microwave")
