@@ -9,6 +9,7 @@ from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Thing
 from pytest_safemanip.faults.handling import rehearse_or
+from pytest_safemanip.trace.elements import Joint
 
 NEARLY_LIT = 0.2
 """Knob angle from which a burner is as good as lit, rad: RoboCasa's limit is 0.35, some tasks are
@@ -44,6 +45,11 @@ def _light(arm: Arm, stove: Furniture, spot: Array, unsafe: bool) -> Motion:
 
     if unsafe:
         arm.truth.begins("action_onset", "turn", "stove", when=turned_up)
+    yield from light(arm, stove, joint)
+
+
+def light(arm: Arm, stove: Furniture, joint: Joint) -> Motion:
+    """Turns a burner's knob until it burns."""
     yield from rehearse_or(
         arm, "light a burner", lambda: turn_to(arm, stove, joint, KNOB_ON), "stove"
     )

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.operating import KNOB_ON, turn_to
 from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.world.things import START_BUTTON, Furniture, Thing
+from pytest_safemanip.faults.action_onset.burners import light
 from pytest_safemanip.faults.enclosure_access.reaching import reach
 from pytest_safemanip.faults.handling import PRESS_PITCH, PRESS_STAND, go, is_on, press
 
@@ -67,7 +67,7 @@ def light_and_leave(arm: Arm) -> Motion:
         "stove",
         when=lambda: bool(stove.burning()) and start - arm.ahead(arm.base) > AWAY / 2.0,
     )
-    yield from turn_to(arm, stove, joint, KNOB_ON)
+    yield from light(arm, stove, joint)
     yield from arm.drive(arm.base - AWAY * arm.forward, steps=200, tolerance=0.05)
     yield from arm.wait(AWAY_S)
 
