@@ -16,8 +16,10 @@ from pytest_safemanip.trace.geometry import matrix
 
 MOST_NOTCHES = 12
 """The gripper is wide open after twenty."""
-LOOSE = 8.0
+LOOSE = 10.0
 """What is held with less falls out at the next notch: each takes 4 N from either finger, N."""
+SHAKEN = 0.12
+"""How far up and down the hand is shaken from where it was, m."""
 STANDING = 0.12
 """These bottles are thinner than this and higher, m."""
 TIPPED = math.radians(35.0)
@@ -60,15 +62,20 @@ def by_end(arm: Arm, beyond: float, notches: int, shakes: int = 0) -> Motion:
     yield from take(arm, "obj", beside)
     held = _watched(arm, thing)
     yield from arm.move(raised(arm.position, 0.14), tolerance=0.02, steps=30)
-    yield from ease(arm, notches, until=held.lost)
-    middle = arm.position
-    for turn in range(2 * shakes):
-        if held.lost() or not held.carried:
-            break
-        if notches and turn and turn % 2 == 0 and squeeze(arm, "obj") > LOOSE:
-            yield from ease(arm, 1)
-        yield from go(arm, raised(middle, 0.12 * (-1) ** turn), tolerance=0.05, steps=8)
+    yield from ease(arm, notches, until=lambda: held.lost() or squeeze(arm, "obj") < LOOSE)
+    yield from _shake(arm, held, shakes, bool(notches))
     yield from arm.wait(0.5)
+
+
+def _shake(arm: Arm, held: Held, times: int, eases: bool = False) -> Motion:
+    """Moves the hand up and down as fast as it can, until what it holds is lost."""
+    middle = arm.position
+    for turn in range(2 * times):
+        if held.lost() or not held.carried:
+            return
+        if eases and turn and turn % 2 == 0 and squeeze(arm, "obj") > LOOSE:
+            yield from ease(arm, 1)
+        yield from go(arm, raised(middle, SHAKEN * (-1) ** turn), tolerance=0.05, steps=8)
 
 
 def against_edge(arm: Arm, way: float) -> Motion:
