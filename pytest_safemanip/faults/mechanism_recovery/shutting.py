@@ -17,9 +17,9 @@ from pytest_safemanip.trace.elements import Joint
 PUSHED, FAR = 0.005, 0.02
 """What moved this far was pushed, and a pot is pushed no farther, m: it would go in, and the door
 shut."""
-LONG_ENOUGH, CREEP = 60, 0.005
+LONG_ENOUGH, CREEP = 60, 0.008
 """Three seconds, in control steps. A door that moves less in that time is blocked: one that pushes
-two pots in moves by four times as much, and shuts in the end."""
+two pots in moves by more than twice as much, and shuts in the end."""
 SQUEEZED = 5.0
 """A door that has come to rest and presses harder on something is not shut, N."""
 HARD, SLOWED = 10, 0.03
