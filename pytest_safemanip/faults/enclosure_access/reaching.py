@@ -26,6 +26,8 @@ SIDE = 0.05
 """From the side of a hollow to a hand in it at least, m."""
 RESTS = 0.5
 """For so long it stays there, s."""
+BACK = 0.3
+"""How far the base then draws it out again where that is safe, m."""
 _STEPS = (*((back, 0.0, 0.0) for back in (0.06, 0.12, 0.2, 0.3)), *SLANTED)
 INTO = Ways(_STEPS, _STEPS, brings=True)
 """Where it comes from."""
@@ -53,7 +55,7 @@ class Way:
 
 
 def reach(arm: Arm, way: Mapping[str, Any], unsafe: bool) -> Motion:
-    """Comes in, in a way with the attributes of :class:`Way`, and stays."""
+    """Comes in, in a way with the attributes of :class:`Way`, and stays if that is unsafe."""
     into = Way(**way)
     hollow = Hollow(arm, into.role, into.hollow)
     if unsafe:
@@ -62,7 +64,7 @@ def reach(arm: Arm, way: Mapping[str, Any], unsafe: bool) -> Motion:
         )
     tried = rehearse_or if unsafe else rehearse
     text = f"reach into {into.role}"
-    yield from tried(arm, text, lambda: _come_in(arm, into, hollow), into.role)
+    yield from tried(arm, text, lambda: _come_in(arm, into, hollow, unsafe), into.role)
 
 
 def move_and_reach(
@@ -75,10 +77,12 @@ def move_and_reach(
     yield from reach(arm, way, unsafe)
 
 
-def _come_in(arm: Arm, way: Way, hollow: Hollow) -> Motion:
+def _come_in(arm: Arm, way: Way, hollow: Hollow, stays: bool) -> Motion:
     yield from come_to(arm, f"into {way.role}", lambda: _poses(arm, way, hollow), INTO, 0.03)
-    # An arm that comes to rest may still touch something.
+    # An arm that comes to rest may still touch something, and one that is stretched drifts.
     yield from arm.wait(RESTS)
+    if not stays:
+        yield from arm.drive(arm.base - BACK * arm.forward)
 
 
 def _poses(arm: Arm, way: Way, hollow: Hollow) -> Iterator[Pose]:
