@@ -241,10 +241,12 @@ def _free(
         return takes.free(number, joint)
 
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
-    if joint.kind == "slide" or pinched or joint.gives_access:
+    if pinched or joint.gives_access:
         return free(number)
-    # In turn: what is rarely needed helps where the usual ways only look free.
-    number, wider = number // 2, number % 2 == 1
+    wider = False
+    if joint.kind == "hinge":
+        # In turn: what is rarely needed helps where the usual ways only look free.
+        number, wider = number // 2, number % 2 == 1
     try:
         return free(number, wider)
     except NoWay as none:
